@@ -1,0 +1,51 @@
+"""Errors a user can act on. Each class owns its exit code; the command line prints `where: fact` and `hint: fix`."""
+
+from __future__ import annotations
+
+
+class TedmError(Exception):
+    """Base of all expected failures.
+
+    Parameters
+    ----------
+    fact : what is wrong, in one line, with the numbers that show it.
+    where : file, and place inside it, that the fact is about (may be empty).
+    hint : what the user can do about it (may be empty).
+    """
+
+    exit_code = 1
+
+    def __init__(self, fact: str, *, where: str = "", hint: str = "") -> None:
+        super().__init__(f"{where}: {fact}" if where else fact)
+        self.fact = fact
+        self.where = where
+        self.hint = hint
+
+
+class UsageError(TedmError):
+    """The command line asks for something that does not exist (a case, an output, a file kind)."""
+
+    exit_code = 2
+
+
+class ConfigError(TedmError):
+    """A configuration file is malformed; `problems` lists every one of them as (dotted path, fact)."""
+
+    exit_code = 3
+
+    def __init__(self, problems: list[tuple[str, str]], *, where: str, hint: str = "") -> None:
+        lines = [f"{path}: {fact}" if path else fact for path, fact in problems]
+        super().__init__("\n".join(lines), where=where, hint=hint)
+        self.problems = problems
+
+
+class InputError(TedmError):
+    """An input file, or a file between two stages, breaks its contract (missing, truncated, stale, wrong version)."""
+
+    exit_code = 4
+
+
+class PhysicsError(TedmError):
+    """A physical check failed: a residual, a rank, a singular structure, a source inside a test mass."""
+
+    exit_code = 5
