@@ -1,0 +1,53 @@
+"""Thermal areas: what the noise model has to know about each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import InputError
+
+SHIELDS = ("inside", "outside")
+SIDES = ("+y", "-y", "mid")
+
+
+@dataclass(frozen=True, eq=False)
+class AreaTable:
+    """The k thermal areas, in the order of the columns of every sensitivity matrix.
+
+    Parameters
+    ----------
+    name : [k] str, unique.
+    group : [k] str, the assembly the area belongs to (struts, flanges, IS1, IS2, OB for the LISA Technology Package).
+    shield : [k] str, `inside` or `outside` of the thermal shield.
+    side : [k] str, `+y`, `-y` or `mid` with respect to the x-z plane of the structure.
+
+    Raises
+    ------
+    InputError : no areas, unequal lengths, a name used twice, or a shield or side outside the values above.
+    """
+
+    name: NDArray[np.str_]
+    group: NDArray[np.str_]
+    shield: NDArray[np.str_]
+    side: NDArray[np.str_]
+
+    def __post_init__(self) -> None:
+        lengths = {key: len(getattr(self, key)) for key in ("name", "group", "shield", "side")}
+        if len(set(lengths.values())) != 1 or not lengths["name"]:
+            raise InputError(f"the columns of the thermal areas have lengths {lengths}", where="thermal areas")
+        names, count = np.unique(self.name, return_counts=True)
+        if count.max() > 1:
+            raise InputError(f"area name {str(names[count.argmax()])!r} is used {count.max()} times", where="areas")
+        for key, values, known in (("shield", self.shield, SHIELDS), ("side", self.side, SIDES)):
+            wrong = np.flatnonzero(~np.isin(values, known))
+            if wrong.size:
+                raise InputError(
+                    f"{key} is {str(values[wrong[0]])!r}; known: {', '.join(known)}",
+                    where=f"thermal area {self.name[wrong[0]]!s}",
+                )
+
+    def __len__(self) -> int:
+        return len(self.name)
