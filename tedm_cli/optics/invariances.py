@@ -1,0 +1,145 @@
+"""Checks that an optical sensitivity matrix must pass whatever made it: residuals that vanish by symmetry alone.
+
+Each residual is dimensionless. Lengths are measured in L, the largest distance between two reference points of the
+layout: rows in metres are divided by L and columns per metre multiplied by L, after which the entries of a sound matrix
+are of order one, and a residual of 1e-3 means a defect of a thousandth of the largest effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.optics.chain import law_matrix, read_out_inverse
+from tedm_cli.optics.labels import Labels, input_labels, laser_labels, output_labels, read_out_labels
+from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
+from tedm_cli.optics.sensitivity import check_shape, cross_matrix
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class InvarianceResiduals:
+    """Dimensionless residuals; all are rounding (below about 1e-13) for an exact and complete matrix.
+
+    Parameters
+    ----------
+    rigid_body : largest output under the six rigid motions of all elements together, as a fraction of the largest sum
+        of its terms' magnitudes, so that 1 means no cancellation at all.
+    bench_motion : per set, read-out of a rigid motion of the bench with the test masses at rest, plus that motion;
+        largest entry, motions of unit size (1 L, 1 rad).
+    photodiode_columns : largest effect of a photodiode's own motion on the laser outputs for plane waves, as a fraction
+        of the largest entry of P S_BW. It is not rounding where the two beams do not meet on the photodiode.
+    slope_translation : largest slope per translation, as a fraction of the largest entry of S_BW.
+    untouched_elements : largest effect of an element on a path that does not meet it, as a fraction of the largest
+        entry.
+    """
+
+    rigid_body: float
+    bench_motion: Mapping[str, float]
+    photodiode_columns: float
+    slope_translation: float
+    untouched_elements: float
+
+    def named(self) -> dict[str, float]:
+        """All residuals under flat names, `bench_motion_A` and so on per set."""
+        return {
+            "rigid_body": self.rigid_body,
+            **{f"bench_motion_{name}": value for name, value in self.bench_motion.items()},
+            "photodiode_columns": self.photodiode_columns,
+            "slope_translation": self.slope_translation,
+            "untouched_elements": self.untouched_elements,
+        }
+
+
+def invariance_residuals(
+    layout: OpticalLayout, S_BW: Matrix, node_positions_m: Matrix | None = None
+) -> InvarianceResiduals:
+    """Residuals of `S_BW` [5 * n_paths, 6 * n_elements].
+
+    Parameters
+    ----------
+    node_positions_m : points the bench elements' rotations are about, [n_bench, 3] m, basic frame, layout order; None
+        for the layout's reference points.
+
+    Raises
+    ------
+    InputError : an array does not fit the layout.
+    PhysicsError : the read-out matrix of a set is singular.
+
+    Notes
+    -----
+    Wrong rotation points show as a rigid-body residual, except an error common to the whole bench and along an axis
+    across which the beams cannot tell bench from test masses (x, when neither y nor z is read).
+    """
+    check_shape(S_BW, layout)
+    size = _size(layout)
+    outputs, inputs = output_labels(layout), input_labels(layout)
+    S = S_BW * (_in_units_of(outputs, size)[:, None] / _in_units_of(inputs, size))
+    motion = rigid_motion(layout, node_positions_m)
+
+    rigid = S @ _scaled(motion, inputs, size)
+    uncancelled = np.abs(S) @ np.abs(_scaled(motion, inputs, size))
+    slopes = np.array([unit == "rad" for unit in outputs.units])
+    translations = np.array([unit == "m" for unit in inputs.units])
+    untouched = np.ones_like(S, dtype=bool)
+    for path in layout.paths:
+        for name in {step.element for step in path.steps}:
+            untouched[layout.rows(path), layout.columns(name)] = False
+
+    plane = law_matrix(layout, curved=False) @ S_BW
+    plane *= _in_units_of(laser_labels(layout), size)[:, None] / _in_units_of(inputs, size)
+    diodes = layout.columns_of(tuple(e for e in layout.elements if e.kind == "photodiode"))
+    return InvarianceResiduals(
+        rigid_body=_ratio(rigid, uncancelled),
+        bench_motion=_bench_motion(layout, law_matrix(layout) @ S_BW, motion, size),
+        photodiode_columns=_ratio(plane[:, diodes], plane),
+        slope_translation=_ratio(S[np.ix_(slopes, translations)], S),
+        untouched_elements=_ratio(S[untouched], S),
+    )
+
+
+def rigid_motion(layout: OpticalLayout, node_positions_m: Matrix | None = None) -> Matrix:
+    """Motions of all elements under the six rigid motions about the elements' centroid, [6 * n_elements, 6].
+
+    Columns: translations along, then rotations about, the layout axes. `node_positions_m` as in `invariance_residuals`.
+    """
+    pivots = layout.pivots_m(node_positions_m)
+    motion = np.zeros((len(pivots), N_MOTIONS, N_MOTIONS))
+    motion[:, :3, :3] = np.eye(3)
+    motion[:, 3:, 3:] = np.eye(3)
+    motion[:, :3, 3:] = -cross_matrix(pivots - layout.refs_m.mean(axis=0))
+    return motion.reshape(-1, N_MOTIONS)
+
+
+def _bench_motion(layout: OpticalLayout, PS: Matrix, motion: Matrix, size: float) -> dict[str, float]:
+    bench = layout.columns_of(layout.bench)
+    expected = -motion[layout.read_out_columns]
+    out = {}
+    for name, photodiodes in layout.sets.items():
+        inverse = read_out_inverse(layout, name, PS).inverse
+        read = inverse @ PS[np.ix_(layout.laser_rows(photodiodes), bench)] @ motion[bench]
+        out[name] = float(np.abs(_scaled(read - expected, read_out_labels(layout), size)).max())
+    return out
+
+
+def _size(layout: OpticalLayout) -> float:
+    return float(np.linalg.norm(layout.refs_m[:, None] - layout.refs_m[None], axis=2).max())
+
+
+def _in_units_of(labels: Labels, size: float) -> Matrix:
+    """Factors that measure the labelled quantities in units of `size` (lengths) and radians (angles)."""
+    return np.array([1 / size if unit == "m" else 1.0 for unit in labels.units])
+
+
+def _scaled(motion: Matrix, rows: Labels, size: float) -> Matrix:
+    """Rows in units of `size` or radians, for rigid motions of one `size` and one radian."""
+    return np.asarray(motion * _in_units_of(rows, size)[:, None] * np.array([size] * 3 + [1.0] * 3))
+
+
+def _ratio(part: Matrix, whole: Matrix) -> float:
+    largest = float(np.abs(whole).max())
+    return float(np.abs(part).max(initial=0.0)) / largest if largest > 0 else 0.0

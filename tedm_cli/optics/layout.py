@@ -1,0 +1,208 @@
+"""The optical layout as pure data: elements, ordered beam paths, read-out sets and the frame they are given in.
+
+Vectors are in the layout frame. Element motions are six numbers, `ux uy uz` (m) and `rx ry rz` (rad), along and about
+the layout axes, the rotation being about the element's reference point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import InputError
+
+Vec3 = tuple[float, float, float]
+Kind = Literal["test_mass", "injector", "window", "beamsplitter", "mirror", "photodiode"]
+Beam = Literal["meas", "ref"]
+Operation = Literal["emit", "R", "T", "detect"]
+Dof = Literal["x", "y", "z", "theta", "eta", "phi"]
+
+#: Place of a test-mass degree of freedom among the six motions; theta, eta, phi turn about x, y, z.
+DOF_COLUMN: Mapping[Dof, int] = {"x": 0, "y": 1, "z": 2, "theta": 3, "eta": 4, "phi": 5}
+
+N_OUTPUTS = 5  # x, y, opl, z1, z2 of one beam on one photodiode
+N_MOTIONS = 6
+N_LASER = 3  # OPD, WFT1, WFT2 of one photodiode
+
+
+@dataclass(frozen=True)
+class Element:
+    """One optical element.
+
+    Parameters
+    ----------
+    name : unique name.
+    kind : what the element is; test masses float freely, all others ride on the bench.
+    ref_m : reference point of the element's rotation, m.
+    normal : unit vector towards the reflecting side; of an injector the beam direction, of a photodiode towards the
+        light.
+    front_offset_m : the front plane passes through `ref_m + front_offset_m * normal`, m.
+    thickness_m : distance of the back plane behind the front plane, m; zero for a surface without substrate.
+    index : refractive index of the substrate.
+    local_y : unit vector, the photodiode's y axis; None for other kinds.
+    opl_offset_m : optical path already travelled before an injector, m.
+    grid : finite-element grid that carries the motion; None for a test mass.
+    """
+
+    name: str
+    kind: Kind
+    ref_m: Vec3
+    normal: Vec3
+    front_offset_m: float = 0.0
+    thickness_m: float = 0.0
+    index: float = 1.0
+    local_y: Vec3 | None = None
+    opl_offset_m: float = 0.0
+    grid: int | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """One encounter of a beam with an element: emitted, reflected, transmitted or detected."""
+
+    element: str
+    op: Operation
+
+    @property
+    def label(self) -> str:
+        """The step as the configuration writes it, e.g. ``BS3:T`` or ``PD1A``."""
+        return f"{self.element}:{self.op}" if self.op in ("R", "T") else self.element
+
+
+@dataclass(frozen=True)
+class BeamPath:
+    """The ordered steps of one beam to one photodiode, and its wave-front radius of curvature there (m; None: plane).
+
+    A positive radius is a diverging beam: its centre of curvature lies upstream of the photodiode.
+    """
+
+    photodiode: str
+    beam: Beam
+    steps: tuple[Step, ...]
+    wavefront_radius_m: float | None = None
+
+    @property
+    def label(self) -> str:
+        return f"{self.photodiode} {self.beam}"
+
+
+@dataclass(frozen=True)
+class OpticalLayout:
+    """Elements, beam paths and read-out sets, with the layout frame against the model's basic frame.
+
+    Parameters
+    ----------
+    elements : in the order of the input columns, six columns each.
+    paths : in the order of the output rows, five rows each.
+    sets : name of a read-out set to its photodiodes.
+    read_out : measured degrees of freedom of every test mass, along and about the layout axes.
+    frame_origin_m : origin of the layout frame in the basic frame, m.
+    frame_axes : rows are the layout axes x, y, z in the basic frame.
+    """
+
+    title: str
+    wavelength_m: float
+    elements: tuple[Element, ...]
+    paths: tuple[BeamPath, ...]
+    sets: Mapping[str, tuple[str, ...]]
+    read_out: tuple[Dof, ...]
+    frame_origin_m: Vec3 = (0.0, 0.0, 0.0)
+    frame_axes: tuple[Vec3, Vec3, Vec3] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+    @cached_property
+    def _element_index(self) -> dict[str, int]:
+        return {e.name: i for i, e in enumerate(self.elements)}
+
+    @cached_property
+    def _path_index(self) -> dict[tuple[str, Beam], int]:
+        return {(p.photodiode, p.beam): i for i, p in enumerate(self.paths)}
+
+    def index(self, name: str) -> int:
+        """Position of the element `name` in the layout order."""
+        return self._element_index[name]
+
+    def path_index(self, photodiode: str, beam: Beam) -> int:
+        """Position of a beam path in the path order."""
+        return self._path_index[photodiode, beam]
+
+    def columns(self, name: str) -> slice:
+        """The six input columns of the element `name`."""
+        first = N_MOTIONS * self.index(name)
+        return slice(first, first + N_MOTIONS)
+
+    def rows(self, path: BeamPath) -> slice:
+        """The five output rows of `path`."""
+        first = N_OUTPUTS * self.path_index(path.photodiode, path.beam)
+        return slice(first, first + N_OUTPUTS)
+
+    @cached_property
+    def test_masses(self) -> tuple[Element, ...]:
+        """Test masses in layout order."""
+        return tuple(e for e in self.elements if e.kind == "test_mass")
+
+    @cached_property
+    def bench(self) -> tuple[Element, ...]:
+        """All elements but the test masses, in layout order."""
+        return tuple(e for e in self.elements if e.kind != "test_mass")
+
+    @cached_property
+    def photodiodes(self) -> tuple[str, ...]:
+        """Names of the photodiodes in layout order."""
+        return tuple(e.name for e in self.elements if e.kind == "photodiode")
+
+    def columns_of(self, elements: tuple[Element, ...]) -> NDArray[np.intp]:
+        """Input columns of several elements, six each, as indices [6 * len(elements)]."""
+        first = N_MOTIONS * np.array([self.index(e.name) for e in elements], dtype=np.intp)
+        return (first[:, None] + np.arange(N_MOTIONS)).reshape(-1)
+
+    @cached_property
+    def read_out_columns(self) -> NDArray[np.intp]:
+        """Input columns of the measured degrees of freedom, test mass by test mass [n_tm * len(read_out)]."""
+        places = np.array([DOF_COLUMN[dof] for dof in self.read_out], dtype=np.intp)
+        return (self.columns_of(self.test_masses)[::N_MOTIONS, None] + places).reshape(-1)
+
+    def laser_rows(self, photodiodes: tuple[str, ...]) -> NDArray[np.intp]:
+        """Rows of OPD, WFT1, WFT2 of the given photodiodes [3 * len(photodiodes)]."""
+        first = N_LASER * np.array([self.photodiodes.index(name) for name in photodiodes], dtype=np.intp)
+        return (first[:, None] + np.arange(N_LASER)).reshape(-1)
+
+    @cached_property
+    def refs_m(self) -> NDArray[np.float64]:
+        """Reference points of all elements, [n_elements, 3] m."""
+        return np.array([e.ref_m for e in self.elements])
+
+    @cached_property
+    def axes(self) -> NDArray[np.float64]:
+        """Rotation from the basic into the layout frame, [3, 3]: `v_layout = axes @ v_basic`."""
+        return np.array(self.frame_axes)
+
+    def pivots_m(self, node_positions_m: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Points the motions of all elements refer to, [n_elements, 3] m, layout frame.
+
+        Parameters
+        ----------
+        node_positions_m : finite-element nodes of the bench elements in layout order, [n_bench, 3] m, basic frame; None
+            for the layout's own reference points. Test masses always keep theirs.
+
+        Raises
+        ------
+        InputError : the array does not have one finite position per bench element.
+        """
+        pivots = self.refs_m.copy()
+        if node_positions_m is None:
+            return pivots
+        nodes = np.asarray(node_positions_m, dtype=np.float64)
+        if nodes.shape != (len(self.bench), 3) or not np.isfinite(nodes).all():
+            raise InputError(
+                f"node positions have shape {nodes.shape}; {len(self.bench)} finite ones in layout order are needed",
+                where="optical elements",
+                hint="give one grid per element that is not a test mass",
+            )
+        places = [self.index(e.name) for e in self.bench]
+        pivots[places] = (nodes - np.array(self.frame_origin_m)) @ self.axes.T
+        return pivots

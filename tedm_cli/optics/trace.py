@@ -1,0 +1,166 @@
+"""Geometrical ray trace along ordered steps: thin mirrors, thick plates, injectors and photodiodes.
+
+Geometrical optics of the chief ray (Born and Wolf, Principles of Optics, sections 3.2 and 4.6). The element poses are
+an argument and may be complex, so that a complex-step derivative runs through the function of the nominal values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import PhysicsError
+from tedm_cli.optics.layout import BeamPath, Element, Operation, OpticalLayout
+
+AMBIENT_INDEX = 1.0
+GRAZING = 1e-9  # |cos| of the incidence angle below which a ray counts as parallel to the surface
+BEHIND_M = 1e-12  # surfaces in contact may come out this far behind each other by rounding
+
+Array = NDArray[Any]  # float64, or complex128 under a complex step
+SurfaceKind = Literal["reflect", "refract", "detect"]
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """Where all elements are: `ref` (m), `normal`, `local_y` (zero: none), each [n_elements, 3], layout frame."""
+
+    ref: Array
+    normal: Array
+    local_y: Array
+
+    def moved(self, motion: Array) -> Poses:
+        """Poses after the finite motions `motion` [n_elements, 6] (m, rad), rotations `exp([theta]x)` about `ref`."""
+        theta = motion[:, 3:]
+        return Poses(self.ref + motion[:, :3], rotated(self.normal, theta), rotated(self.local_y, theta))
+
+
+@dataclass(frozen=True, eq=False)
+class Hit:
+    """One surface met by a ray; `normal` points against the incoming ray, `distance` (m) is from the previous point."""
+
+    element: int
+    kind: SurfaceKind
+    distance: Any
+    point: Array
+    normal: Array
+    direction: Array
+    index_in: float
+    index_out: float
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A traced path: the surfaces met, and the output [5] on the photodiode: x, y, opl (m), z1, z2 (rad)."""
+
+    hits: tuple[Hit, ...]
+    output: Array
+
+
+def nominal_poses(layout: OpticalLayout) -> Poses:
+    """Poses of the undisturbed layout."""
+    return Poses(
+        layout.refs_m.copy(),
+        np.array([e.normal for e in layout.elements]),
+        np.array([e.local_y or (0.0, 0.0, 0.0) for e in layout.elements]),
+    )
+
+
+def rotated(vector: Array, theta: Array) -> Array:
+    """Rotate `vector` [..., 3] by the rotation vector `theta` [..., 3] (rad): Rodrigues' formula, analytic."""
+    square = np.sum(theta * theta, axis=-1, keepdims=True)
+    small = np.abs(square) < 1e-4
+    angle = np.sqrt(np.where(small, 1.0, square))
+    # The series keep the formula analytic at zero, where a complex step starts; they are exact to 1e-20 below 1e-2 rad.
+    first = np.where(small, 1 - square / 6 * (1 - square / 20 * (1 - square / 42)), np.sin(angle) / angle)
+    second = np.where(
+        small, 0.5 - square / 24 * (1 - square / 30 * (1 - square / 56)), 2 * (np.sin(angle / 2) / angle) ** 2
+    )
+    turned = np.cross(theta, vector)
+    return np.asarray(vector + first * turned + second * np.cross(theta, turned))
+
+
+def trace(layout: OpticalLayout, poses: Poses | None = None) -> Array:
+    """Outputs of all paths, [n_paths, 5]: x, y, opl (m), z1, z2 (rad), at the given (default nominal) poses.
+
+    Raises
+    ------
+    PhysicsError : a ray misses; see `trace_path`.
+    """
+    at = nominal_poses(layout) if poses is None else poses
+    return np.stack([trace_path(layout, path, at).output for path in layout.paths])
+
+
+def trace_path(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Trace:
+    """Trace the chief ray of one path.
+
+    The optical path starts at the injector's reference point, plus its offset, and ends on the photodiode's plane. With
+    `ez` the photodiode's normal, `ey = local_y` and `ex = ey x ez`, a ray that arrives at `p` along `d` gives
+    `x = ex.(p - ref)`, `y = ey.(p - ref)`, `z1 = ex.d`, `z2 = ey.d`.
+
+    Raises
+    ------
+    PhysicsError : a ray runs parallel to a surface, meets it from the wrong side, leaves it behind, or is totally
+        reflected; path, step and element are named.
+    """
+    first = layout.index(path.steps[0].element)
+    point, direction = poses.ref[first], poses.normal[first]
+    opl: Any = layout.elements[first].opl_offset_m
+    hits: list[Hit] = []
+    for number, step in enumerate(path.steps[1:], start=2):
+        where = f"path {path.label}, step {number} ({step.label})"
+        place = layout.index(step.element)
+        element = layout.elements[place]
+        normal = poses.normal[place]
+        front = poses.ref[place] + element.front_offset_m * normal
+        anchors = {"front": front, "back": front - element.thickness_m * normal}
+        approach = float(np.real(direction @ normal))
+        if abs(approach) < GRAZING:
+            raise PhysicsError(f"the ray runs parallel to {element.name}", where=where)
+        for side, kind, index_in, index_out in _surfaces(element, step.op, approach < 0, where):
+            cosine = direction @ normal
+            distance = ((anchors[side] - point) @ normal) / cosine
+            if np.real(distance) < -BEHIND_M:
+                raise PhysicsError(f"{element.name} lies {-np.real(distance):.3g} m behind the ray", where=where)
+            point = point + distance * direction
+            opl = opl + index_in * distance
+            against = -normal if np.real(cosine) > 0 else normal
+            hits.append(Hit(place, kind, distance, point, against, direction, index_in, index_out))
+            if kind == "reflect":
+                direction = direction - 2 * cosine * normal
+            elif kind == "refract":
+                direction = _refracted(direction, against, index_in / index_out, f"{where}, {element.name}")
+    ez, ey = poses.normal[place], poses.local_y[place]
+    ex = np.cross(ey, ez)
+    spot = point - poses.ref[place]
+    return Trace(tuple(hits), np.array([ex @ spot, ey @ spot, opl, ex @ direction, ey @ direction]))
+
+
+def _surfaces(
+    element: Element, op: Operation, from_front: bool, where: str
+) -> list[tuple[str, SurfaceKind, float, float]]:
+    """Surfaces met in one step, in order: (side, kind, index before, index behind)."""
+    outside, inside = AMBIENT_INDEX, element.index
+    near, far = ("front", "back") if from_front else ("back", "front")
+    if op == "T":
+        return [(near, "refract", outside, inside), (far, "refract", inside, outside)]
+    if from_front:
+        return [("front", "detect" if op == "detect" else "reflect", outside, outside)]
+    if op == "detect" or element.thickness_m == 0.0:
+        raise PhysicsError(f"the ray meets {element.name} from behind", where=where)
+    return [
+        ("back", "refract", outside, inside),
+        ("front", "reflect", inside, inside),
+        ("back", "refract", inside, outside),
+    ]
+
+
+def _refracted(direction: Array, normal: Array, ratio: float, where: str) -> Array:
+    """Snell's law in vector form; `normal` against the ray, `ratio` = index before / index behind."""
+    cosine = -(direction @ normal)
+    square = 1 - ratio**2 * (1 - cosine**2)
+    if np.real(square) <= 0:
+        raise PhysicsError("the ray is totally reflected where it should be transmitted", where=where)
+    return np.asarray(ratio * direction + (ratio * cosine - np.sqrt(square)) * normal)

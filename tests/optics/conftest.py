@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tedm_cli.config.optics import load_layout
+from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.sensitivity import sensitivity_matrix
+
+
+@pytest.fixture(scope="session")
+def layout_file() -> Path:
+    return Path(__file__).parents[2] / "configs" / "optics.toml"
+
+
+@pytest.fixture(scope="session")
+def layout(layout_file: Path) -> OpticalLayout:
+    return load_layout(layout_file)[1]
+
+
+@pytest.fixture(scope="session")
+def S_BW(layout: OpticalLayout) -> NDArray[np.float64]:
+    return sensitivity_matrix(layout)

@@ -1,0 +1,208 @@
+"""The layout file: what it becomes, and every way in which it is refused."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tedm_cli.config.optics import load_layout
+from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.optics.layout import OpticalLayout
+
+ELEMENT = {
+    name: i
+    for i, name in enumerate(
+        ["TM1", "TM2", "FIM", "FIR", "W1", "W2", "BS1", "BS2", "BS3", "BS4", "BS5", "BS6", "BS7", "BS8", "M1"]
+    )
+}
+
+
+@pytest.fixture
+def text(layout_file: Path) -> str:
+    return layout_file.read_text()
+
+
+def problems(text: str, tmp_path: Path) -> dict[str, str]:
+    file = tmp_path / "optics.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        load_layout(file)
+    assert caught.value.where == str(file)
+    return dict(caught.value.problems)
+
+
+def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
+    file, again = load_layout(layout_file)
+    assert again == layout
+    assert file.text == layout_file.read_text()
+    assert layout.sets == {"A": ("PD1A", "PD12A"), "B": ("PD1B", "PD12B")}
+    kinds = [e.kind for e in layout.elements]
+    counts = {"test_mass": 2, "injector": 2, "window": 2, "beamsplitter": 8, "mirror": 6, "photodiode": 4}
+    assert {kind: kinds.count(kind) for kind in counts} == counts
+    assert max(abs(np.linalg.norm(e.normal) - 1) for e in layout.elements) < 5e-16
+    assert [s.label for s in layout.paths[1].steps] == ["FIR", "M5:R", "BS7:T", "BS6:T", "BS4:R", "PD1A"]
+    assert layout.paths[1].label == "PD1A ref"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "where", "fact"),
+    [
+        ('"M2:R", "BS4:T"', '"MM2:R", "BS4:T"', "path[0].steps[8]", "unknown element 'MM2'; did you mean M2?"),
+        ('"M2:R", "BS4:T"', '"M2:X", "BS4:T"', "path[0].steps[8]", "does not say R"),
+        ('"M2:R", "BS4:T"', '"M2", "BS4:T"', "path[0].steps[8]", "does not say R"),
+        ('"M2:R", "BS4:T"', '"M2:T", "BS4:T"', "path[0].steps[8]", "mirror M2 cannot transmit"),
+        ('"M2:R", "BS4:T"', '"PD1B:R", "BS4:T"', "path[0].steps[8]", "photodiode PD1B cannot stand inside a path"),
+        ('["FIM", "BS1:T", "BS2:R", "BS3:T"', '["BS1:T", "BS2:R", "BS3:T"', "path[0].steps[0]", "begins with"),
+        ('"BS4:T", "PD1A"]', '"BS4:T"]', "path[0].steps[9]", "ends with the plain name of a photodiode"),
+        ('"BS4:T", "PD1A"]', '"BS4:T", "PD1B"]', "path[0].steps[10]", "ends on PD1B but the path's photodiode is PD1A"),
+        ('"BS4:R", "PD1A"]', '"BS4:R", "PD1A"]\nwavefront_radius_m = 0', "path[1].wavefront_radius_m", "plane wave"),
+        (
+            'photodiode = "PD1A"\nbeam = "ref"',
+            'photodiode = "PD9"\nbeam = "ref"',
+            "path[1].photodiode",
+            "unknown element 'PD9'",
+        ),
+        (
+            'photodiode = "PD1A"\nbeam = "ref"',
+            'photodiode = "PD1A"\nbeam = "meas"',
+            "element[20]",
+            "0 paths with beam ref",
+        ),
+        ('photodiode = "PD1A"\nbeam = "ref"', 'photodiode = "PD1A"\nbeam = "both"', "path[1].beam", "'meas' or 'ref'"),
+        ('name = "W2"', 'name = "W1"', "element[5].name", "'W1' is already element[4]"),
+        ('name = "W2"', 'name = "W 2"', "element[5].name", "pattern"),
+        ('kind = "window"\ngrid = 900003', 'kind = "lens"\ngrid = 900003', "element[4].kind", "test_mass"),
+        ("grid = 900003\n", "", "element[4].grid", "missing; a window (W1) needs it"),
+        ("grid = 900003\n", "grid = -3\n", "element[4].grid", "greater than 0"),
+        (
+            "thickness_m = 0.006\nindex = 1.607",
+            "thickness_m = 0.006",
+            "element[4].index",
+            "missing; a window (W1) needs it",
+        ),
+        ("index = 1.607", "index = 0.9", "element[4].index", "greater than or equal to 1"),
+        ("thickness_m = 0.006", "thickness_m = 0.0", "element[4].thickness_m", "greater than 0"),
+        (
+            "thickness_m = 0.006",
+            "thickness_mm = 6.0",
+            "element[4].thickness_mm",
+            "unknown key; did you mean thickness_m?",
+        ),
+        (
+            "front_offset_m = 0.023",
+            "front_offset_m = 0.023\ngrid = 5",
+            "element[0].grid",
+            "a test_mass (TM1) has no such key",
+        ),
+        ("front_offset_m = 0.023\n", "", "element[0].front_offset_m", "missing; a test_mass (TM1) needs it"),
+        ('kind = "mirror"\n', 'kind = "mirror"\nindex = 1.5\n', "element[14]", "needs both thickness_m and index"),
+        ("normal = [1.0, 0.0, 0.0]", "normal = [1.0, 0.001, 0.0]", "element[0].normal", "length is 1.0000005"),
+        ("normal = [1.0, 0.0, 0.0]", "normal = [1.0, 0.0]", "element[0].normal", "at least 3"),
+        ("local_y = [0.0, 0.0, 1.0]", "local_y = [0.0, 1.0, 0.0]", "element[20].local_y", "not perpendicular"),
+        ("local_y = [0.0, 0.0, 1.0]", "local_y = [0.0, 0.0, 2.0]", "element[20].local_y", "length is 2"),
+        ("ref_m = [0.088, -0.095, 0.0]", 'ref_m = [0.088, "a", 0.0]', "element[2].ref_m[1]", "valid number"),
+        ("ref_m = [0.088, -0.095, 0.0]", "ref_m = [0.088, nan, 0.0]", "element[2].ref_m[1]", "finite"),
+        ("axes = [[1.0, 0.0, 0.0]", "axes = [[-1.0, 0.0, 0.0]", "frame.axes", "right-handed"),
+        ("axes = [[1.0, 0.0, 0.0]", "axes = [[1.0, 0.1, 0.0]", "frame.axes", "right-handed"),
+        ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "M1"]', "sets.A[1]", "M1 is a mirror, not a photodiode"),
+        ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "PD12C"]', "sets.A[1]", "unknown element 'PD12C'; did you mean PD12"),
+        ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "PD1A"]', "sets.A[1]", "'PD1A' is already sets.A[0]"),
+        ('A = ["PD1A", "PD12A"]', 'A = ["PD1A"]', "sets.A", "3 laser outputs cannot give 6 read-outs"),
+        ('"x", "eta", "phi"', '"x", "eta", "psi"', "read_out[2]", "'phi'"),
+        ('"x", "eta", "phi"', '"x", "eta", "eta"', "read_out[2]", "'eta' is already read_out[1]"),
+        ("wavelength_m = 1.064e-6", "wavelength_m = 0", "wavelength_m", "greater than 0"),
+        ("wavelength_m = 1.064e-6", "", "wavelength_m", "missing"),
+        ('kind = "test_mass"', 'kind = "mirror"\ngrid = 7', "element", "none is a test_mass"),
+    ],
+)
+def test_each_problem_is_named_at_its_place(
+    text: str, tmp_path: Path, old: str, new: str, where: str, fact: str
+) -> None:
+    count = -1 if 'kind = "test_mass"' in old else 1
+    assert old in text
+    assert fact in problems(text.replace(old, new, count), tmp_path)[where]
+
+
+def test_all_problems_come_at_once(text: str, tmp_path: Path) -> None:
+    """A malformed key hides neither what else is wrong in its own table nor what is wrong in the others."""
+    broken = (
+        text.replace("thickness_m = 0.006", "thicknes_m = 0.006", 1)
+        .replace(
+            "normal = [1.0, 0.0, 0.0]\nfront_offset_m = 0.003", "normal = [2.0, 0.0, 0.0]\nfront_offset_m = 0.003", 1
+        )
+        .replace('"M2:R", "BS4:T"', '"MM2:R", "BS4:T"')
+        .replace('beam = "ref"', 'beam = "ref"\nradius = 3.0', 1)
+        .replace('"BS4:R", "PD1A"]', '"BS44:R", "PD1A"]')
+        .replace('B = ["PD1B", "PD12B"]', 'B = ["PD1B", "PD12X"]\nC = 3')
+        .replace("wavelength_m", "wavelength")
+    )
+    assert set(problems(broken, tmp_path)) == {
+        "element[4].thicknes_m",
+        "element[4].normal",
+        "path[0].steps[8]",
+        "path[1].radius",
+        "path[1].steps[4]",
+        "sets.B[1]",
+        "sets.C",
+        "wavelength",
+        "wavelength_m",
+    }
+
+
+def test_a_missing_file_is_an_input_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"nowhere\.toml"):
+        load_layout(tmp_path / "nowhere.toml")
+
+
+def test_a_nearly_unit_normal_is_made_unit(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "optics.toml"
+    file.write_text(text.replace("normal = [1.0, 0.0, 0.0]", "normal = [1.0000000001, 0.0, 0.0]", 1))
+    assert load_layout(file)[1].elements[0].normal == (1.0, 0.0, 0.0)
+
+
+junk = st.sampled_from([None, 3, -1.5, "PD1A", "", [], [1.0, 2.0], ["x"], {}, {"a": 1}, [{}], True, float("nan")])
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f'"{k}" = {_toml(v)}' for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_no_junk_gets_past_as_anything_but_a_configuration_error(
+    layout_file: Path, tmp_path: Path, data: st.DataObject
+) -> None:
+    tables = copy.deepcopy(tomllib.loads(layout_file.read_text()))
+    for _ in range(data.draw(st.integers(1, 3))):
+        at: Any = tables
+        for _ in range(data.draw(st.integers(0, 2))):
+            inner = [
+                k for k in (at if isinstance(at, dict) else range(len(at))) if isinstance(at[k], dict | list) and at[k]
+            ]
+            at = at[data.draw(st.sampled_from(inner))] if inner else at
+        key = data.draw(st.sampled_from(sorted(at) if isinstance(at, dict) else range(len(at))))
+        value = copy.deepcopy(data.draw(junk))
+        if value is None:
+            del at[key]
+        else:
+            at[key] = value
+        if not tables:
+            break
+    file = tmp_path / "optics.toml"
+    file.write_text("\n".join(f'"{k}" = {_toml(v)}' for k, v in tables.items()))
+    with suppress(ConfigError):
+        load_layout(file)
