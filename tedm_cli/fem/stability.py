@@ -1,0 +1,149 @@
+"""Is the structure held? Free rigid motions are named before the factorisation, mechanisms after it."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.constraints import rigid_motion
+from tedm_cli.fem.linear import Factorisation, SolverName, factorise
+from tedm_cli.fem.structure import Bools, Floats, Ints, Structure
+
+_RANK_TOLERANCE = 1e-9
+# Smallest eigenvalue of the stiffness scaled to a unit diagonal; rounding leaves about 1e-16 of a zero one.
+_SINGULAR = 1e-14
+# Share of the diagonal added to a stiffness that could not be factorised, to find out what moves.
+_SHIFT = 1e-9
+
+
+def require_supported(structure: Structure, stiffness: sp.csr_matrix, active: Ints, constrained: Ints) -> None:
+    """Refuse a structure of which a connected part can move as a rigid body.
+
+    Parameters
+    ----------
+    stiffness : sparse [6 N, 6 N], with rigid elements eliminated and supports not yet applied.
+    active : degrees of freedom with stiffness.
+    constrained : degrees of freedom held by single-point constraints.
+
+    Raises
+    ------
+    PhysicsError
+        Naming every part that is not held, and its free motions.
+    """
+    entries = stiffness.tocoo()
+    links = (np.ones(entries.nnz, dtype=np.float32), (entries.row // 6, entries.col // 6))
+    _, part_of = connected_components(
+        sp.csr_matrix(links, shape=(structure.n_grids, structure.n_grids)), directed=False
+    )
+    held = np.zeros(stiffness.shape[0], dtype=bool)
+    held[constrained] = True
+    active_part = part_of[active // 6]
+    order = np.argsort(active_part, kind="stable")
+    bounds = np.flatnonzero(np.diff(active_part[order])) + 1
+    loose = []
+    for dofs in np.split(active[order], bounds) if len(active) else []:
+        motions = _free_motions(structure.position, dofs, held[dofs])
+        if motions:
+            grids = np.unique(structure.grid_id[dofs // 6])
+            loose.append(f"the {len(grids)} grid(s) from {grids[0]} to {grids[-1]} keep {_count(motions)}")
+    if loose:
+        raise PhysicsError(
+            "the structure is not held: " + "; ".join(loose),
+            hint="add single-point constraints or the missing connection; free-free structures have no static solution",
+        )
+
+
+def _count(motions: list[str]) -> str:
+    return f"{len(motions)} of 6 rigid-body modes ({', '.join(motions)})"
+
+
+def _free_motions(position: Floats, dofs: Ints, held: Bools) -> list[str]:
+    """Names of the rigid motions of a part that its constrained degrees of freedom do not stop."""
+    points, where = np.unique(dofs // 6, return_inverse=True)
+    arm = position[points] - position[points].mean(axis=0)
+    size = float(np.linalg.norm(arm, axis=1).max()) or 1.0
+    modes = rigid_motion(arm / size)[where.reshape(-1), dofs % 6]  # rotations as displacements at the outermost grid
+    free = _null_space(modes[held])
+    # A straight part without rotational stiffness has no sixth motion: drop motions that move nothing.
+    moving = free @ _row_space(modes @ free)
+    translations = moving @ _null_space(moving[3:])
+    rotations = _row_space(moving[3:].T)
+    return _axis_names("translation", translations[:3]) + _axis_names("rotation about", rotations)
+
+
+def _null_space(matrix: Floats) -> Floats:
+    """Orthonormal basis [n, k] of the null space of [m, n]."""
+    if not matrix.shape[0] or not matrix.shape[1]:
+        return np.eye(matrix.shape[1])
+    _, singular, right = np.linalg.svd(np.linalg.qr(matrix, mode="r"), full_matrices=True)
+    return np.asarray(right[int((singular > _RANK_TOLERANCE).sum()) :].T)
+
+
+def _row_space(matrix: Floats) -> Floats:
+    """Orthonormal basis [n, k] of the row space of [m, n]."""
+    if not matrix.shape[1]:
+        return np.zeros((0, 0))
+    _, singular, right = np.linalg.svd(matrix, full_matrices=False)
+    return np.asarray(right[: int((singular > _RANK_TOLERANCE).sum())].T)
+
+
+def _axis_names(motion: str, basis: Floats) -> list[str]:
+    """Name the directions spanned by orthonormal columns [3, k], coordinate axes first."""
+    names, rest = [], basis
+    for axis, name in enumerate("xyz"):
+        if rest.shape[1] and np.linalg.norm(rest[axis]) > 1.0 - 1e-6:
+            names.append(f"{motion} {name}")
+            rest = rest @ _null_space(rest[axis : axis + 1])
+    for column in rest.T:
+        vector = np.round(column * np.sign(column[np.abs(column).argmax()]), 2) + 0.0  # no minus sign on zero
+        names.append(f"{motion} ({vector[0]:.2f}, {vector[1]:.2f}, {vector[2]:.2f})")
+    return names
+
+
+def factorise_supported(
+    structure: Structure, stiffness: sp.csr_matrix, free: Ints, solver: SolverName
+) -> tuple[Factorisation, float]:
+    """Factorise the stiffness [n, n] of the degrees of freedom `free` [n] and make sure that nothing moves freely.
+
+    Returns
+    -------
+    The factors, and an estimate of the smallest eigenvalue of the stiffness scaled to a unit diagonal.
+
+    Raises
+    ------
+    PhysicsError
+        If the stiffness is singular; the message names the grid and component that move most.
+    """
+    if not len(free):
+        return factorise(stiffness, solver), 1.0
+    diagonal = stiffness.diagonal()
+    try:
+        factors = factorise(stiffness, solver)
+        eigenvalue, mode = _softest(factors, stiffness, diagonal)
+    except np.linalg.LinAlgError:
+        shifted = factorise((stiffness + sp.diags(_SHIFT * diagonal)).tocsr(), solver)
+        eigenvalue, mode = 0.0, _softest(shifted, stiffness, diagonal)[1]
+    if not eigenvalue > _SINGULAR:
+        dof = free[int(np.argmax(np.abs(mode)))]
+        raise PhysicsError(
+            f"the stiffness is singular (scaled eigenvalue {eigenvalue:.1e}): a mechanism moves grid "
+            f"{structure.grid_id[dof // 6]} component {dof % 6 + 1} most",
+            hint="look for a bar on a grid of solids, which do not hold its rotation, or for a hinge without stiffness",
+        )
+    return factors, eigenvalue
+
+
+def _softest(factors: Factorisation, stiffness: sp.csr_matrix, diagonal: Floats) -> tuple[float, Floats]:
+    """Smallest eigenvalue, and its vector, of the scaled stiffness by inverse iteration from a fixed start."""
+    scale = np.sqrt(diagonal)
+    vector = np.random.default_rng(0).standard_normal((len(diagonal), 1))
+    for _ in range(4):
+        vector = scale[:, None] * factors.solve(scale[:, None] * vector)
+        norm = float(np.linalg.norm(vector))
+        if not (np.isfinite(norm) and norm > 0.0):
+            raise np.linalg.LinAlgError("the solution is not finite")
+        vector /= norm
+    unscaled = vector[:, 0] / scale
+    return float(unscaled @ (stiffness @ unscaled)), vector[:, 0]

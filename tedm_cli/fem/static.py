@@ -1,0 +1,175 @@
+"""Linear-static thermo-elastic displacements: one factorisation, any number of temperature fields."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+import scipy.sparse as sp
+
+from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.assembly import Operators, assemble
+from tedm_cli.fem.constraints import Elimination, eliminate
+from tedm_cli.fem.linear import SolverName
+from tedm_cli.fem.solids import single_layer_elements
+from tedm_cli.fem.stability import factorise_supported, require_supported
+from tedm_cli.fem.structure import Floats, Ints, LoadCase, Structure
+
+Progress = Callable[[int, int, str], None]
+
+# Right-hand sides solved together: enough for the solver's blocked substitution, few enough to bound the memory.
+_BATCH = 16
+# A diagonal stiffness below this share of the largest of its grid's translations (or rotations) holds nothing.
+_ZERO_STIFFNESS = 1e-12
+_MAX_RESIDUAL = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticReport:
+    """What a solution took and how good it is.
+
+    Attributes
+    ----------
+    n_dof : unknowns after all constraints.
+    solver : library that factorised the stiffness.
+    factor_seconds, solve_seconds : wall time.
+    max_relative_residual : largest |K u - f| / |f| (2-norms) over the load cases.
+    expansion_residual : |K x - f| / max |f| of free uniform expansion over all elements, largest entry; rounding only,
+        unless the elements are wrong.
+    smallest_scaled_eigenvalue : estimate for the stiffness scaled to a unit diagonal; the inverse of its
+        condition number.
+    unattached_grids : ids of grids without any stiffness (displacement written as zero).
+    single_layer_solids : number of solids that are alone through the thickness of a wall, whose bending they
+        represent too stiffly.
+    """
+
+    n_dof: int
+    solver: str
+    factor_seconds: float
+    solve_seconds: float
+    max_relative_residual: float
+    expansion_residual: float
+    smallest_scaled_eigenvalue: float
+    unattached_grids: tuple[int, ...]
+    single_layer_solids: int
+
+
+class StaticSolution:
+    """A factorised structure.
+
+    Parameters
+    ----------
+    structure : the structure.
+    progress : called as (done, total, what), or None.
+    solver : see `tedm_cli.fem.linear.factorise`.
+
+    Raises
+    ------
+    InputError
+        If the rigid elements contradict each other or the constraints.
+    PhysicsError
+        If the structure is not held, is a mechanism, or holds an impossible element.
+    """
+
+    def __init__(self, structure: Structure, *, progress: Progress | None = None, solver: SolverName = "auto") -> None:
+        self._progress = progress or (lambda done, total, what: None)
+        self._progress(0, 3, "assemble")
+        self._n_grids = structure.n_grids
+        self._operators: Operators = assemble(structure)
+        self._expansion_residual = _expansion_residual(structure, self._operators)
+        self._single_layer = len(single_layer_elements(structure.hexes))
+
+        self._progress(1, 3, "constrain")
+        elimination = eliminate(structure)
+        transform = elimination.transform
+        reduced = (transform.T @ self._operators.stiffness @ transform).tocsr()
+        active = _active(reduced, elimination)
+        constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
+        require_supported(structure, reduced, active, constrained)
+        free = np.setdiff1d(active, constrained)
+        self._stiffness = reduced[free][:, free]
+        self._transform = transform[:, free]
+        attached = np.unique(np.concatenate([active, elimination.dependent]) // 6)
+        self._unattached = np.delete(structure.grid_id, attached)
+
+        self._progress(2, 3, "factorise")
+        start = time.perf_counter()
+        self._factors, self._eigenvalue = factorise_supported(structure, self._stiffness, free, solver)
+        self._factor_seconds = time.perf_counter() - start
+        self._solve_seconds = 0.0
+        self._residual = 0.0
+        self._progress(3, 3, "factorise")
+
+    def solve(self, load_cases: Iterable[LoadCase]) -> Iterator[tuple[int, Floats]]:
+        """Displacements of each load case, in order, a few cases at a time.
+
+        Yields
+        ------
+        The case's id and [N, 6]: translations in m and rotations in rad, in the frame of the positions. Motions that
+        nothing resists (rotations of grids of solids) are zero.
+
+        Raises
+        ------
+        PhysicsError
+            If the relative residual of a case exceeds 1e-6.
+        """
+        total = len(load_cases) if isinstance(load_cases, list | tuple) else 0
+        cases, done = iter(load_cases), 0
+        while batch := list(islice(cases, _BATCH)):
+            motion = self._solve_batch(batch)
+            for column, case in enumerate(batch):
+                yield case.id, motion[:, column].reshape(self._n_grids, 6)
+            done += len(batch)
+            self._progress(done, total or done, "solve")
+
+    def _solve_batch(self, batch: list[LoadCase]) -> Floats:
+        start = time.perf_counter()
+        load = self._transform.T @ self._operators.load(np.stack([case.temperature for case in batch], axis=1))
+        unknown = self._factors.solve(load)
+        size = np.linalg.norm(load, axis=0)
+        error = np.linalg.norm(self._stiffness @ unknown - load, axis=0)
+        residual = np.divide(error, size, out=np.zeros_like(error), where=size > 0.0)
+        worst = int(residual.argmax())
+        if not residual[worst] <= _MAX_RESIDUAL:
+            raise PhysicsError(
+                f"load case {batch[worst].id} ({batch[worst].label}): relative residual {residual[worst]:.1e}",
+                hint="the stiffness is too badly conditioned; look for elements much stiffer than their neighbours",
+            )
+        self._residual = max(self._residual, float(residual[worst]))
+        motion = np.asarray(self._transform @ unknown)
+        self._solve_seconds += time.perf_counter() - start
+        return motion
+
+    @property
+    def report(self) -> StaticReport:
+        """Figures of the factorisation and of the cases solved so far."""
+        return StaticReport(
+            n_dof=self._stiffness.shape[0],
+            solver=self._factors.name,
+            factor_seconds=self._factor_seconds,
+            solve_seconds=self._solve_seconds,
+            max_relative_residual=self._residual,
+            expansion_residual=self._expansion_residual,
+            smallest_scaled_eigenvalue=self._eigenvalue,
+            unattached_grids=tuple(int(grid) for grid in self._unattached),
+            single_layer_solids=self._single_layer,
+        )
+
+
+def _active(reduced: sp.csr_matrix, elimination: Elimination) -> Ints:
+    """Independent degrees of freedom that have stiffness (the others are what Nastran's AUTOSPC removes)."""
+    diagonal = reduced.diagonal()
+    diagonal[elimination.dependent] = 0.0
+    triple = diagonal.reshape(-1, 3)
+    return np.flatnonzero((triple > _ZERO_STIFFNESS * triple.max(axis=1, keepdims=True)).reshape(-1))
+
+
+def _expansion_residual(structure: Structure, operators: Operators) -> float:
+    expansion = np.zeros((structure.n_grids, 6))
+    expansion[:, :3] = structure.position - structure.position.mean(axis=0)
+    force = operators.expansion_load
+    error = np.abs(operators.stiffness @ expansion.reshape(-1) - force).max(initial=0.0)
+    return float(error / (np.abs(force).max(initial=0.0) or 1.0))

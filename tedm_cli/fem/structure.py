@@ -1,0 +1,148 @@
+"""The structure a linear-static thermo-elastic solution needs, as plain arrays in SI units and one Cartesian frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+
+def no_ints(*shape: int) -> Ints:
+    """Integer array of the given (empty) shape, for blocks a structure does not have."""
+    return np.zeros(shape, dtype=np.int64)
+
+
+def no_floats(*shape: int) -> Floats:
+    """Float array of the given (empty) shape, for blocks a structure does not have."""
+    return np.zeros(shape)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HexBlock:
+    """Eight-node solids of isotropic material; E elements.
+
+    Attributes
+    ----------
+    element_id : [E].
+    connectivity : [E, 8], rows of `Structure.position`, in Nastran's corner order (four corners of one face
+        counter-clockwise seen from the opposite face, then the four above them).
+    youngs_modulus : [E], Pa.
+    poisson_ratio : [E].
+    density : [E], kg/m³ (carried along; statics do not use it).
+    expansion : [E], coefficient of thermal expansion, 1/K.
+    reference_temperature : [E], K, at which the element is free of thermal strain.
+    """
+
+    element_id: Ints = field(default_factory=lambda: no_ints(0))
+    connectivity: Ints = field(default_factory=lambda: no_ints(0, 8))
+    youngs_modulus: Floats = field(default_factory=lambda: no_floats(0))
+    poisson_ratio: Floats = field(default_factory=lambda: no_floats(0))
+    density: Floats = field(default_factory=lambda: no_floats(0))
+    expansion: Floats = field(default_factory=lambda: no_floats(0))
+    reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BarBlock:
+    """Straight prismatic bars between two grids, without offsets, pins or shear flexibility; B bars.
+
+    Attributes
+    ----------
+    element_id : [B].
+    connectivity : [B, 2], rows of `Structure.position`, end A then end B.
+    area : [B], m².
+    inertia_1, inertia_2, inertia_12 : [B], m⁴: bending in plane 1 (bar axis and orientation vector), in plane 2,
+        and their product of inertia.
+    torsion_constant : [B], m⁴.
+    youngs_modulus, shear_modulus : [B], Pa.
+    expansion : [B], 1/K.
+    reference_temperature : [B], K.
+    orientation : [B, 3], vector that spans plane 1 together with the bar axis (any length).
+    """
+
+    element_id: Ints = field(default_factory=lambda: no_ints(0))
+    connectivity: Ints = field(default_factory=lambda: no_ints(0, 2))
+    area: Floats = field(default_factory=lambda: no_floats(0))
+    inertia_1: Floats = field(default_factory=lambda: no_floats(0))
+    inertia_2: Floats = field(default_factory=lambda: no_floats(0))
+    inertia_12: Floats = field(default_factory=lambda: no_floats(0))
+    torsion_constant: Floats = field(default_factory=lambda: no_floats(0))
+    youngs_modulus: Floats = field(default_factory=lambda: no_floats(0))
+    shear_modulus: Floats = field(default_factory=lambda: no_floats(0))
+    expansion: Floats = field(default_factory=lambda: no_floats(0))
+    reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
+    orientation: Floats = field(default_factory=lambda: no_floats(0, 3))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Rbe2:
+    """Rigid body: the listed components of the dependent grids follow the six of the independent grid.
+
+    `independent` and `dependents` [M] are rows of `Structure.position`; `components` are digits 1 to 6.
+    """
+
+    element_id: int
+    independent: int
+    dependents: Ints
+    components: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Rbe3:
+    """Interpolation: the dependent grid follows the weighted mean motion of the independent grids.
+
+    `dependent` and `independents` [M] are rows of `Structure.position`; `weights` [M]; `components` are the digits of
+    the dependent grid, `independent_components` (one string per independent grid) those that enter the mean.
+    """
+
+    element_id: int
+    dependent: int
+    components: str
+    independents: Ints
+    weights: Floats
+    independent_components: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Structure:
+    """Everything the stiffness, the thermal coupling and the constraints are made of.
+
+    Attributes
+    ----------
+    grid_id : [N].
+    position : [N, 3], m.
+    hexes, bars : element blocks.
+    rbe2, rbe3 : rigid and interpolation elements.
+    spc_grid : [S], rows of `position`.
+    spc_component : [S], 1 to 6; the constrained displacement is zero.
+    initial_temperature : [N], K, or None. Where given it replaces the elements' reference temperatures.
+    """
+
+    grid_id: Ints
+    position: Floats
+    hexes: HexBlock = field(default_factory=HexBlock)
+    bars: BarBlock = field(default_factory=BarBlock)
+    rbe2: tuple[Rbe2, ...] = ()
+    rbe3: tuple[Rbe3, ...] = ()
+    spc_grid: Ints = field(default_factory=lambda: no_ints(0))
+    spc_component: Ints = field(default_factory=lambda: no_ints(0))
+    initial_temperature: Floats | None = None
+
+    @property
+    def n_grids(self) -> int:
+        """Number of grids N; each has six degrees of freedom, 6 n + component - 1."""
+        return len(self.grid_id)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadCase:
+    """One temperature field: `temperature` [N] in K on the grids of the structure, in their order."""
+
+    id: int
+    label: str
+    temperature: Floats

@@ -1,0 +1,116 @@
+"""Small structures for the tests of the embedded solver."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tedm_cli.fem.static import StaticSolution
+from tedm_cli.fem.structure import BarBlock, HexBlock, LoadCase, Structure
+
+YOUNG, NU, ALPHA = 7.0e10, 0.33, 2.3e-5
+
+
+def shared_data(name: str) -> Path:
+    """Folder of reference data beside the repository; the test is skipped where it is absent."""
+    root = os.environ.get("TEDM_SHARED_DATA")
+    folder = (Path(root) if root else Path(__file__).resolve().parents[3] / "shared" / "data") / name
+    if not folder.is_dir():
+        pytest.skip(f"no reference data in {folder}")
+    return folder
+
+
+def block_mesh(cells: tuple[int, int, int], size: tuple[float, float, float], distortion: float = 0.0):
+    """Positions [N, 3] and connectivity [E, 8] of a box; `distortion` moves inner grids, in cell widths."""
+    axes = [np.linspace(0.0, length, n + 1) for length, n in zip(size, cells, strict=True)]
+    position = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    index = np.arange(len(position)).reshape([n + 1 for n in cells])
+    lower = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
+    corners = np.stack([part[..., :-1] for part in lower] + [part[..., 1:] for part in lower], -1).reshape(-1, 8)
+    extent = np.array(size)
+    inner = ((position > 1e-9) & (position < extent - 1e-9)).all(axis=1)
+    shift = np.random.default_rng(7).uniform(-1.0, 1.0, position.shape) * distortion * extent / np.array(cells)
+    return position + shift * inner[:, None], corners
+
+
+def hexes(corners, young=YOUNG, nu=NU, alpha=ALPHA, tref=0.0) -> HexBlock:
+    full = lambda value: np.broadcast_to(np.asarray(value, float), len(corners)).copy()  # noqa: E731
+    return HexBlock(
+        element_id=np.arange(1, len(corners) + 1),
+        connectivity=corners,
+        youngs_modulus=full(young),
+        poisson_ratio=full(nu),
+        density=full(2700.0),
+        expansion=full(alpha),
+        reference_temperature=full(tref),
+    )
+
+
+def bars(ends, orientation, *, i1=3.0e-9, i2=5.0e-9, i12=0.0, area=1.0e-4, alpha=ALPHA, tref=0.0) -> BarBlock:
+    ends = np.asarray(ends)
+    full = lambda value: np.broadcast_to(np.asarray(value, float), len(ends)).copy()  # noqa: E731
+    return BarBlock(
+        element_id=np.arange(501, 501 + len(ends)),
+        connectivity=ends,
+        area=full(area),
+        inertia_1=full(i1),
+        inertia_2=full(i2),
+        inertia_12=full(i12),
+        torsion_constant=full(6.0e-9),
+        youngs_modulus=full(YOUNG),
+        shear_modulus=full(YOUNG / (2 * (1 + NU))),
+        expansion=full(alpha),
+        reference_temperature=full(tref),
+        orientation=np.broadcast_to(np.asarray(orientation, float), (len(ends), 3)).copy(),
+    )
+
+
+def structure(position, *, held=(), **parts) -> Structure:
+    """`held` lists (grid row, components)."""
+    pairs = np.array([(row, int(digit)) for row, digits in held for digit in digits], dtype=np.int64).reshape(-1, 2)
+    return Structure(
+        grid_id=np.arange(1, len(position) + 1),
+        position=np.asarray(position, float),
+        spc_grid=pairs[:, 0],
+        spc_component=pairs[:, 1],
+        **parts,
+    )
+
+
+def nearest(position, point) -> int:
+    return int(np.linalg.norm(position - np.asarray(point), axis=1).argmin())
+
+
+def determinate(position, size) -> list[tuple[int, str]]:
+    """Supports at three corners of a box that stop its six rigid motions and nothing else (3-2-1)."""
+    a, b, _ = size
+    return [(nearest(position, p), d) for p, d in (((0, 0, 0), "123"), ((a, 0, 0), "23"), ((0, b, 0), "3"))]
+
+
+def solve(model: Structure, *temperatures, solver="auto"):
+    """Motions [cases, N, 6] and the report."""
+    solution = StaticSolution(model, solver=solver)
+    cases = [
+        LoadCase(id=k, label=f"T{k}", temperature=np.broadcast_to(np.asarray(t, float), model.n_grids).copy())
+        for k, t in enumerate(temperatures, 1)
+    ]
+    return np.array([motion for _, motion in solution.solve(cases)]), solution.report
+
+
+def rotation_matrix(axis, angle: float):
+    axis = np.asarray(axis, float) / np.linalg.norm(axis)
+    cross = np.cross(np.eye(3), axis) * -1.0
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+def rotated(model: Structure, matrix) -> Structure:
+    """The same structure in coordinates turned by `matrix` (constraints must be all or none of a triple)."""
+    return replace(
+        model,
+        position=model.position @ matrix.T,
+        bars=replace(model.bars, orientation=model.bars.orientation @ matrix.T),
+    )

@@ -1,0 +1,278 @@
+"""Deck in, OP2 out: what is read, what is refused, and that the file is a real one."""
+
+from __future__ import annotations
+
+import os
+from datetime import date
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from fem_models import YOUNG, block_mesh, nearest, shared_data
+from pyNastran.op2.op2 import read_op2
+from pyNastran.op2.writer import op2_writer
+
+from tedm_cli.errors import InputError
+from tedm_cli.fem.static import StaticSolution
+from tedm_cli.nastran.op2_writer import write_op2
+from tedm_cli.nastran.solver_deck import read_solver_deck
+from tedm_cli.stages.solve import solve_deck
+
+SIZE = (0.3, 0.2, 0.1)
+CASE_CONTROL = """SOL 101
+CEND
+SPC = 4
+DISPLACEMENT(PLOT) = ALL
+SUBCASE 3
+  LABEL = Left_Half, mixed Case
+  TEMPERATURE(LOAD) = 31
+SUBCASE 7
+  LABEL = STRUT
+  TEMP(LOAD) = 32
+SUBCASE 99
+  LABEL = UNIFORM
+  TEMPERATURE = 99
+BEGIN BULK
+"""
+
+
+def bulk() -> list[str]:
+    """A block, a rigid hub (80) with a bar to a clamped foot (81), an optical grid (90), a plain grid for G0 (95)."""
+    position, corners = block_mesh((2, 2, 2), SIZE)
+    cards = [f"GRID,{k},,{x:.6f},{y:.6f},{z:.6f}" for k, (x, y, z) in enumerate(position, 1)]
+    cards += ["GRID,80,,.15,.1,-.05", "GRID,81,,.15,.1,-.25,,123456", "GRID,90,,.1,.1,.2", "GRID,95,,1.,1.,-.05"]
+    for k, nodes in enumerate(corners + 1, 1):
+        cards.append(f"CHEXA,{k},1,{','.join(map(str, nodes[:6]))},\n,{nodes[6]},{nodes[7]}")
+    bottom = [nearest(position, p) + 1 for p in ((0, 0, 0), (0.3, 0, 0), (0, 0.2, 0))]
+    top = [nearest(position, p) + 1 for p in ((0, 0, 0.1), (0.3, 0, 0.1), (0, 0.2, 0.1), (0.3, 0.2, 0.1))]
+    cards += [
+        "PSOLID,1,1",
+        "MAT1,1,7.+10,,.33,2700.,2.3-5,20.",
+        "MAT1,2,4.5+10,,.28,1900.,4.-6,20.",
+        "CONM2,70,80,,.15",
+    ]
+    cards += ["CBAR,60,2,80,81,95", "PBAR,2,2,1.131-4,4.637-9,3.-9,9.274-9", "CORD2R,5,,0.,0.,0.,0.,0.,1.,\n,1.,0.,0."]
+    cards += [
+        f"RBE2,61,80,123,{','.join(map(str, bottom))}",
+        f"RBE3,62,,90,123456,1.,123,{top[0]},{top[1]},\n,2.,123,{top[2]},{top[3]}",
+    ]
+    cards += ["PARAM,POST,-1", "PARAM,AUTOSPC,YES", "SPCADD,4,5", "FORCE,12,1,0,1.,1.,0.,0."]
+    cards += [
+        f"SPC1,5,1,{nearest(position, (0.3, 0.2, 0.1)) + 1}",
+        f"SPC,5,{nearest(position, (0, 0.2, 0.1)) + 1},1,0.",
+    ]
+    cards += ["TEMPD,31,20.", *(f"TEMP,31,{k},21." for k in range(1, 10)), "TEMPD,32,20.", "TEMP,32,80,21.,81,21."]
+    return [*cards, "TEMPD,99,21."]
+
+
+def write_deck(folder, cards=None, control=CASE_CONTROL):
+    path = folder / "deck.bdf"
+    path.write_text(control + "\n".join(bulk() if cards is None else cards) + "\nENDDATA\n")
+    return path
+
+
+def displacements(path):
+    return read_op2(str(path), include_results="displacements", debug=None).displacements
+
+
+def test_fem_deck_is_read_completely(tmp_path):
+    structure, cases = read_solver_deck(write_deck(tmp_path))
+    position, corners = block_mesh((2, 2, 2), SIZE)
+    np.testing.assert_array_equal(structure.grid_id, [*range(1, 28), 80, 81, 90, 95])
+    np.testing.assert_allclose(structure.position[:27], position, atol=1e-12)
+    np.testing.assert_array_equal(structure.hexes.connectivity, corners)
+    np.testing.assert_array_equal(structure.hexes.youngs_modulus, YOUNG)
+    assert set(structure.hexes.reference_temperature) == {20.0}
+    bar = structure.bars
+    assert (bar.area[0], bar.inertia_1[0], bar.inertia_2[0], bar.torsion_constant[0]) == (
+        1.131e-4,
+        4.637e-9,
+        3e-9,
+        9.274e-9,
+    )
+    assert bar.shear_modulus[0] == pytest.approx(4.5e10 / 2.56)
+    np.testing.assert_allclose(bar.orientation, [[0.85, 0.9, 0.0]])
+    (hub,), (optic,) = structure.rbe2, structure.rbe3
+    assert (hub.independent, hub.components, len(hub.dependents)) == (27, "123", 3)
+    assert (optic.dependent, optic.components, list(optic.weights)) == (29, "123456", [1.0, 1.0, 2.0, 2.0])
+    held = sorted(zip(structure.grid_id[structure.spc_grid], structure.spc_component, strict=True))
+    upper = [nearest(position, p) + 1 for p in ((0, 0.2, 0.1), (0.3, 0.2, 0.1))]
+    assert held == [(upper[0], 1), (upper[1], 1), *((81, c) for c in range(1, 7))]
+    assert [(case.id, case.label) for case in cases] == [(3, "Left_Half, mixed Case"), (7, "STRUT"), (99, "UNIFORM")]
+    np.testing.assert_array_equal(cases[0].temperature, np.where(structure.grid_id < 10, 21.0, 20.0))
+    np.testing.assert_array_equal(np.flatnonzero(cases[1].temperature - 20.0), [27, 28])
+
+
+def test_fem_deck_to_op2_keeps_labels_ids_and_motion(tmp_path):
+    deck, op2 = write_deck(tmp_path), tmp_path / "deck.op2"
+    seen = []
+    report = solve_deck(deck, op2, lambda done, total, what: seen.append((done, total, what)))
+    assert (report.n_grids, report.n_solids, report.n_bars, report.n_cases) == (31, 8, 1, 3)
+    assert report.static.unattached_grids == (95,)
+    assert seen[-1] == (3, 3, "solve")
+    structure, cases = read_solver_deck(deck)
+    expected = dict(StaticSolution(structure).solve(cases))
+    tables = displacements(op2)
+    assert [(int(k), t.label) for k, t in tables.items()] == [(c.id, c.label) for c in cases]
+    for number, table in tables.items():
+        assert (table.table_name, table.data.shape) == ("OUGV1", (1, 31, 6))
+        np.testing.assert_array_equal(table.node_gridtype, np.stack([structure.grid_id, np.ones(31)], axis=1))
+        np.testing.assert_array_equal(table.data[0], expected[number].astype(np.float32))
+    assert np.abs(tables[7].data).max() > 0.0
+
+
+def test_fem_includes_are_followed(tmp_path):
+    cards = bulk()
+    (tmp_path / "mesh.bdf").write_text("\n".join(cards[:40]) + "\n")
+    whole, _ = read_solver_deck(write_deck(tmp_path))
+    split, _ = read_solver_deck(write_deck(tmp_path, ["INCLUDE 'mesh.bdf'", *cards[40:]]))
+    np.testing.assert_array_equal(whole.hexes.connectivity, split.hexes.connectivity)
+
+
+def test_fem_unmodelled_cards_are_named_all_at_once(tmp_path):
+    extra = [
+        "CQUAD4,200,20,1,2,3,4",
+        "CQUAD4,201,20,1,2,3,4",
+        "CELAS2,202,1.+5,1,1,2,1",
+        "MPC,7,1,1,1.,2,1,-1.",
+        "TEMPP1,31,200,3.",
+        "CBAR,203,2,80,81,95,,,\n,456,,.1",
+        "GRID,300,5,0.,0.,0.,5",
+        "RBE2,204,300,123,81,2.-5",
+        "SPC,5,90,1,.01",
+        "PBAR,3,2,1.,1.,1.,1.,,,\n,,,,,,,,,\n,.8,.8",
+        "CBAR,205,3,80,81,95",
+        "PARAM,INREL,-1",
+        "MATT1,1,3",
+    ]
+    with pytest.raises(InputError) as refusal:
+        read_solver_deck(write_deck(tmp_path, bulk() + extra))
+    for name in (
+        *("CQUAD4 (2)", "CELAS2 (1)", "MPC (1)", "TEMPP1 (1)", "MATT1 (1)", "PARAM INREL (1)"),
+        *("CBAR with pin flags PA/PB (1)", "CBAR with end offsets WA/WB (1)", "PBAR with shear factors K1/K2 (1)"),
+        *("GRID with a position frame CP (1)", "GRID with a displacement frame CD (1)"),
+        *("RBE2 with thermal expansion ALPHA (1)", "SPC with a displacement other than zero (1)"),
+    ):
+        assert name in refusal.value.fact
+    assert "CHEXA" not in refusal.value.fact
+    assert "Nastran" in refusal.value.hint
+
+
+def test_fem_mini_ltp_is_refused_by_name():
+    with pytest.raises(
+        InputError, match=r"CBAR with pin flags PA/PB \(8\), CPENTA \(192\), CQUAD4 \(128\), PSHELL \(1\)"
+    ):
+        read_solver_deck(shared_data("mini_ltp") / "mini_ltp.bdf")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fact"),
+    [
+        ("SPC1,5,1,", "SPC1,5,1,4444,", "SPC set 4: grid 4444"),
+        ("RBE2,61,80", "RBE2,61,880", "RBE2 61: grid 880"),
+        ("CBAR,60,2,80,81", "CBAR,60,2,80,818", "CBAR: grid 818"),
+        ("PSOLID,1,1", "PSOLID,1,17", "PSOLID 1: MAT1 17"),
+        ("PSOLID,1,1", "PSOLID,14,1", "elements: PSOLID 1"),
+        ("MAT1,1,7.+10,,", "MAT1,1,7.+10,2.+10,", "E, G and NU of a solid do not agree"),
+        ("TEMPD,32,20.", "TEMPD,33,20.", r"TEMP set 32: 27 grid\(s\) of elements have no temperature"),
+        ("TEMP,31,1,21.", "TEMP,31,1,21.\nTEMP,31,1,22.", "grid 1 has two different temperatures"),
+        ("TEMP,31,1,21.", "TEMP,31,4001,21.", "do not exist, the first is 4001"),
+        ("TEMPD,99,21.", "TEMPD,98,21.", "TEMP set 99: selected by case control, but"),
+        ("SOL 101", "SOL 103", "SOL 103 is not"),
+        ("SPC = 4", "SPC = 40", "SPC 40, which is not in the bulk data"),
+        ("SUBCASE 7", "SUBCASE 7\n  SPC = 5", "different SPC sets"),
+        ("SUBCASE 7", "SUBCASE 7\n  LOAD = 12", "subcase 7 selects LOAD"),
+        ("  TEMP(LOAD) = 32\n", "", "subcase 7 has no TEMPERATURE"),
+        ("SUBCASE 99", "SUBCOM 99", "combines subcases: 'SUBCOM 99'"),
+        ("CBAR,60,2,80,81,95", "CBAR,60,2,80,eighty", "pyNastran cannot read the deck"),
+    ],
+)
+def test_fem_faulty_decks_say_what_is_wrong(tmp_path, old, new, fact):
+    path = write_deck(tmp_path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError, match=fact):
+        read_solver_deck(path)
+
+
+def test_fem_ranges_of_constraints_may_have_gaps(tmp_path):
+    structure, _ = read_solver_deck(write_deck(tmp_path, [*bulk(), "SPC1,5,3,26,THRU,79"]))
+    held = structure.grid_id[structure.spc_grid[structure.spc_component == 3]]
+    np.testing.assert_array_equal(held, [26, 27, 81])
+
+
+def test_fem_initial_temperatures_replace_the_reference(tmp_path):
+    control = CASE_CONTROL.replace("SPC = 4", "SPC = 4\nTEMP(INITIAL) = 50")
+    structure, _ = read_solver_deck(write_deck(tmp_path, [*bulk(), "TEMPD,50,21.", "TEMP,50,80,20."], control))
+    assert structure.initial_temperature is not None
+    np.testing.assert_array_equal(structure.initial_temperature, np.where(structure.grid_id == 80, 20.0, 21.0))
+
+
+def test_fem_missing_and_empty_decks_are_refused(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_solver_deck(tmp_path / "none.bdf")
+    with pytest.raises(InputError, match="no CHEXA and no CBAR"):
+        read_solver_deck(write_deck(tmp_path, ["GRID,1,,0.,0.,0.", "TEMPD,99,1."]))
+
+
+def test_fem_unreadable_decks_leave_no_output_and_no_files(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    for cards in (["INCLUDE 'mesh.bdf'"], ["GRID,1,,abc"]):
+        with pytest.raises(InputError, match=r"pyNastran cannot read the deck: .*(mesh\.bdf|ABC)"):
+            read_solver_deck(write_deck(tmp_path, cards))
+    assert capfd.readouterr() == ("", "")
+    assert os.listdir(tmp_path) == ["deck.bdf"]
+
+
+def test_fem_op2_is_reproducible_and_holds_the_largest_ids(tmp_path, monkeypatch):
+    ids = np.array([1, 4711, 99_999_999])
+    motion = np.random.default_rng(0).standard_normal((3, 6)) * 1e-6
+    cases = [(1, "STRUT_1", motion), (12_345_678, "mixed Case, and - signs", -motion), (5, "", 0 * motion)]
+    first, second = tmp_path / "a.op2", tmp_path / "b.op2"
+    write_op2(first, ids, cases)
+    another_day = SimpleNamespace(datetime=SimpleNamespace(today=lambda: date(2031, 7, 9)))
+    monkeypatch.setattr(op2_writer, "datetime", another_day)
+    write_op2(second, ids, iter(cases))
+    assert first.read_bytes() == second.read_bytes()
+    assert sorted(os.listdir(tmp_path)) == ["a.op2", "b.op2"]
+    tables = displacements(first)
+    assert {int(k): t.label for k, t in tables.items()} == {n: label for n, label, _ in cases}
+    for number, _, data in cases:
+        np.testing.assert_array_equal(tables[number].node_gridtype[:, 0], ids)
+        np.testing.assert_array_equal(tables[number].data[0], data.astype(np.float32))
+
+
+@pytest.mark.parametrize(
+    ("ids", "cases", "fact"),
+    [
+        ([1, 100_000_000], [(1, "a", np.zeros((2, 6)))], "between 1 and 99,999,999"),
+        ([1], [(1, "a", np.zeros((1, 6))), (1, "b", np.zeros((1, 6)))], "used twice"),
+        ([1], [(1, "Bänke", np.zeros((1, 6)))], "plain ASCII"),
+        ([1], [(1, "a" * 129, np.zeros((1, 6)))], "128 characters"),
+        ([1], [(1, "a", np.full((1, 6), 1e39))], "not finite in single precision"),
+        ([1], [], "no subcase"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:overflow encountered")
+def test_fem_op2_refusals_leave_the_old_file(tmp_path, ids, cases, fact):
+    target = tmp_path / "old.op2"
+    target.write_bytes(b"old")
+    with pytest.raises(InputError, match=fact):
+        write_op2(target, np.array(ids), cases)
+    assert target.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["old.op2"]
+
+
+def test_fem_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    target = tmp_path / "old.op2"
+    target.write_bytes(b"old")
+
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        write_op2(target, np.array([1]), [(1, "a", np.zeros((1, 6)))])
+    assert target.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["old.op2"]
