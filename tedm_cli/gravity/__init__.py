@@ -1,0 +1,1 @@
+"""Self-gravity of a mass distribution on homogeneous cuboid test masses."""

@@ -1,0 +1,141 @@
+"""Self-gravity of a mass distribution on one test mass: sums over point sources, normalised as accelerations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tedm_cli.errors import PhysicsError
+from tedm_cli.gravity.constants import G_CODATA_2018
+from tedm_cli.gravity.kernel import CuboidField, cuboid_field, first_inside, inside_fact
+from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
+
+Array = NDArray[np.float64]
+
+_BLOCK_SOURCES = 1 << 14
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SelfGravity:
+    """Self-gravity on a test mass, in its frame, normalised by its mass and moments of inertia.
+
+    Contributions of separate source sets (structure, other test mass, compensation masses) add with ``+``.
+    """
+
+    acceleration: Array
+    """[3], ``F/M``, m/s²."""
+    angular_acceleration: Array
+    """[3], ``T_i/I_i``, rad/s²."""
+    gamma_lin: Array
+    """[3, 3], acceleration per displacement of the test mass, 1/s²."""
+    omega_lin: Array
+    """[3, 3], angular acceleration per displacement of the test mass, rad/s² per m (1/(m s²))."""
+    gamma_ang: Array
+    """[3, 3], acceleration per rotation of the test mass, m/s² per rad."""
+    omega_ang: Array
+    """[3, 3], angular acceleration per rotation of the test mass, 1/s²."""
+
+    def __add__(self, other: SelfGravity) -> SelfGravity:
+        return SelfGravity(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
+
+
+def self_gravity(
+    points: ArrayLike,
+    masses: ArrayLike,
+    test_mass: TestMass,
+    *,
+    G: float = G_CODATA_2018,
+    node_ids: Sequence[int] | NDArray[np.int64] | None = None,
+) -> SelfGravity:
+    """Sum the field of point sources on a test mass (Montemurro 2004, chapters 5 and 6, corrected).
+
+    Parameters
+    ----------
+    points : [n, 3], positions of the sources in the basic frame [m].
+    masses : [n], masses of the sources [kg]; massless sources are skipped wherever they are.
+    test_mass : the cuboid acted upon.
+    G : gravitational constant [m³ kg⁻¹ s⁻²].
+    node_ids : [n], names of the sources in error messages (their indices by default).
+
+    Returns
+    -------
+    SelfGravity, in the frame of the test mass.
+
+    Raises
+    ------
+    PhysicsError
+        If a source with mass is not finite, or inside or on the test mass; names the node and the test mass.
+    """
+    names = tuple(f.name for f in fields(CuboidField))
+    shapes = {name: (3,) if name in ("force", "torque") else (3, 3) for name in names}
+    partial: dict[str, list[Array]] = {name: [] for name in names}
+    for index, position, mass in massive_blocks(points, masses, test_mass, node_ids):
+        block = cuboid_field(position, test_mass.side_m)
+        for name in names:
+            # summation over a contiguous axis is pairwise
+            terms = np.ascontiguousarray((getattr(block, name).reshape(index.size, -1) * mass[:, None]).T)
+            partial[name].append(terms.sum(axis=1))
+    total = {
+        name: G * np.array([math.fsum(column) for column in np.reshape(blocks, (len(blocks), -1)).T]).reshape(shape)
+        if (blocks := partial[name])
+        else np.zeros(shape)
+        for name, shape in shapes.items()
+    }
+    gyration = test_mass.inertia_kg_m2 / test_mass.mass_kg
+    return SelfGravity(
+        acceleration=total["force"],
+        angular_acceleration=total["torque"] / gyration,
+        gamma_lin=total["gamma_lin"],
+        omega_lin=total["omega_lin"] / gyration[:, None],
+        gamma_ang=total["gamma_ang"],
+        omega_ang=total["omega_ang"] / gyration[:, None],
+    )
+
+
+def massive_blocks(
+    points: ArrayLike,
+    masses: ArrayLike,
+    test_mass: TestMass,
+    node_ids: Sequence[int] | NDArray[np.int64] | None,
+) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
+    """Iterate over the sources that have mass, in blocks of bounded size.
+
+    Yields
+    ------
+    index : [b], indices of the sources of the block.
+    position : [b, 3], their positions in the frame of the test mass [m].
+    mass : [b], their masses [kg].
+
+    Raises
+    ------
+    PhysicsError
+        If such a source is not finite, or inside or on the test mass; names the node and the test mass.
+    """
+    points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    masses = np.asarray(masses, dtype=np.float64)
+    if masses.shape != points.shape[:1]:
+        raise ValueError(f"{points.shape[0]} sources but masses of shape {masses.shape}")
+    if not np.isfinite(masses).all():
+        node = _node_name(int(np.argmin(np.isfinite(masses))), node_ids)
+        raise PhysicsError(f"mass of {node} is not finite")
+    massive = np.flatnonzero(masses)
+    for start in range(0, massive.size, _BLOCK_SOURCES):
+        index = massive[start : start + _BLOCK_SOURCES]
+        position = to_test_mass_frame(test_mass, points[index])
+        inside = first_inside(position, test_mass.side_m)
+        if inside is not None:
+            node = _node_name(int(index[inside]), node_ids)
+            raise PhysicsError(
+                f"{node} ({masses[index[inside]]:.6g} kg) {inside_fact(position[inside], test_mass.side_m)}",
+                where=f"test mass {test_mass.name!r}",
+                hint="leave the test mass itself out of the source model, or correct its position and size",
+            )
+        yield index, position, masses[index]
+
+
+def _node_name(index: int, node_ids: Sequence[int] | NDArray[np.int64] | None) -> str:
+    return f"source {index}" if node_ids is None else f"node {node_ids[index]}"

@@ -1,0 +1,74 @@
+"""The test mass: a homogeneous cuboid with its own frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tedm_cli.errors import PhysicsError
+
+_ORTHONORMALITY_TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TestMass:
+    """Homogeneous cuboid test mass in its nominal position.
+
+    Parameters
+    ----------
+    name : label used in row names and error messages.
+    position_m : [3], centre of mass in the basic frame [m].
+    side_m : [3], full edge lengths along the test mass axes [m].
+    mass_kg : mass [kg].
+    axes : [3, 3], rows are the unit vectors of the test mass axes in the basic frame (right-handed), so that
+        ``x_tm = axes @ (x - position_m)``; the identity by default.
+
+    Raises
+    ------
+    PhysicsError
+        If a length or the mass is not positive and finite, or the axes are not a rotation.
+    """
+
+    # The name starts with "Test": keeps pytest from collecting it.
+    __test__ = False
+
+    name: str
+    position_m: NDArray[np.float64]
+    side_m: NDArray[np.float64]
+    mass_kg: float
+    axes: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        for attribute, shape in (("position_m", (3,)), ("side_m", (3,)), ("axes", (3, 3))):
+            array = np.array(getattr(self, attribute), dtype=np.float64)
+            if array.shape != shape:
+                raise ValueError(f"{attribute} of test mass {self.name!r} has shape {array.shape}, expected {shape}")
+            if not np.isfinite(array).all():
+                raise PhysicsError(f"{attribute} of test mass {self.name!r} is not finite: {array.tolist()}")
+            array.flags.writeable = False
+            object.__setattr__(self, attribute, array)
+        if not (self.side_m > 0).all():
+            raise PhysicsError(
+                f"edge lengths of test mass {self.name!r} must be positive, got {self.side_m.tolist()} m"
+            )
+        if not 0 < self.mass_kg < np.inf:
+            raise PhysicsError(f"mass of test mass {self.name!r} must be positive, got {self.mass_kg} kg")
+        deviation = float(np.abs(self.axes @ self.axes.T - np.eye(3)).max())
+        if deviation > _ORTHONORMALITY_TOLERANCE or np.linalg.det(self.axes) < 0:
+            raise PhysicsError(
+                f"axes of test mass {self.name!r} are not a right-handed orthonormal triad "
+                f"(deviation from orthonormality {deviation:.1e}, determinant {np.linalg.det(self.axes):+.3f})"
+            )
+
+    @property
+    def inertia_kg_m2(self) -> NDArray[np.float64]:
+        """Principal moments of inertia about the centre, [3], kg m²: ``M/12 (Ly² + Lz²)`` about x, and cyclic."""
+        squares = self.side_m**2
+        return np.asarray(self.mass_kg / 12.0 * (squares.sum() - squares))
+
+
+def to_test_mass_frame(tm: TestMass, points: ArrayLike) -> NDArray[np.float64]:
+    """Coordinates of `points` ([..., 3], basic frame, m) in the frame of the test mass, [..., 3], m."""
+    return np.asarray((np.asarray(points, dtype=np.float64) - tm.position_m) @ tm.axes.T)

@@ -1,0 +1,14 @@
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def mini_ltp_dir() -> Path:
+    """Folder of the reference model; TEDM_SHARED_DATA points at the folder that holds it."""
+    data = Path(os.environ.get("TEDM_SHARED_DATA", Path(__file__).parents[2] / "shared" / "data"))
+    folder = data / "mini_ltp"
+    if not folder.is_dir():
+        pytest.skip(f"no reference model at {folder} (set TEDM_SHARED_DATA)")
+    return folder
