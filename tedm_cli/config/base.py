@@ -51,18 +51,38 @@ def validate(model: type[T], data: Mapping[str, Any], *, where: str) -> T:
     try:
         return model.model_validate(data)
     except ValidationError as exc:
-        problems = [(_dotted(e["loc"]), _fact(model, e)) for e in exc.errors()]
-        raise ConfigError(problems, where=where) from exc
+        raise ConfigError(_problems(model, data, exc), where=where) from exc
 
 
-def _dotted(loc: tuple[int | str, ...]) -> str:
-    out = ""
-    for part in loc:
-        if isinstance(part, int):
-            out += f"[{part}]"
+def _problems(model: type[BaseModel], data: Mapping[str, Any], exc: ValidationError) -> list[tuple[str, str]]:
+    """(dotted path, fact) of every problem; a value that fits no form of several is one problem."""
+    found: dict[str, list[str]] = {}
+    alternatives = set()
+    for error in exc.errors():
+        path, is_alternative = _dotted(error, data)
+        found.setdefault(path, []).append(_fact(model, error))
+        if is_alternative:
+            alternatives.add(path)
+    # Where one form fits down to some entries, only these are wrong, not the whole value for want of being another form.
+    for path in alternatives:
+        if any(other != path and other.startswith(path) for other in alternatives):
+            del found[path]
+    return [(path, _either(facts) if path in alternatives else "; ".join(facts)) for path, facts in found.items()]
+
+
+def _dotted(error: Any, data: Any) -> tuple[str, bool]:
+    """`test_mass[0].side_m`, and whether pydantic's place also names one of several forms, which is no key."""
+    out, here, is_alternative = "", data, False
+    for number, part in enumerate(error["loc"]):
+        if isinstance(part, int) and isinstance(here, list):
+            out, here = f"{out}[{part}]", here[part]
+        elif isinstance(here, Mapping) and part in here:
+            out, here = f"{out}.{part}" if out else part, here[part]
+        elif error["type"] == "missing" and number == len(error["loc"]) - 1:
+            out = f"{out}.{part}" if out else str(part)
         else:
-            out += f".{part}" if out else part
-    return out
+            is_alternative = True
+    return out, is_alternative
 
 
 def _fact(model: type[BaseModel], error: Any) -> str:
@@ -72,9 +92,15 @@ def _fact(model: type[BaseModel], error: Any) -> str:
         return "unknown key" + (f"; did you mean {near[0]}?" if near else "")
     if kind == "missing":
         return "missing"
-    message = str(error["msg"]).removeprefix("Value error, ")
+    message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must")
     shown = repr(error["input"])
     return message if kind == "value_error" or len(shown) > 60 else f"{message} (found {shown})"
+
+
+def _either(facts: list[str]) -> str:
+    """`must be a valid number or must be a valid list (found 'x')`."""
+    messages = [fact.rpartition(" (found ")[0] or fact for fact in facts]
+    return " or ".join(messages) + facts[-1].removeprefix(messages[-1])
 
 
 def _known_keys(model: type[BaseModel]) -> list[str]:
