@@ -1,0 +1,114 @@
+"""Configuration of the model: decks, results, attributes of the thermal areas, test masses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from tedm_cli.config.base import Strict, load
+from tedm_cli.gravity.constants import G_CODATA_2018
+from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.provenance import ConfigFile
+
+Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+Positive = Annotated[float, Field(gt=0)]
+
+
+class ModelTable(Strict):
+    """Where the finite-element model and its unit-load results are; `{build_dir}` stands for the build folder.
+
+    `bdf` and `areas_csv` (node_id,area) are what `write-deck` reads. `deck` and `op2` are the unit-load deck and its
+    results, the user's own where Nastran solved them; left out, they are made in the build folder.
+    """
+
+    bdf: str | None = None
+    areas_csv: str | None = None
+    deck: str = "{build_dir}/unit_loads.bdf"
+    op2: list[str] = Field(min_length=1, default_factory=lambda: ["{build_dir}/unit_loads.op2"])
+    uniform_label: str = "UNIFORM"
+    subcases: dict[str, int] = Field(default_factory=dict)
+
+
+class AreaRule(Strict):
+    """Attributes of the thermal areas whose name matches; the first rule that matches an area holds."""
+
+    match: str
+    group: str
+    shield: Literal["inside", "outside"]
+    side: Literal["+y", "-y", "mid"] | None = None
+
+
+class AreasTable(Strict):
+    """`mid_half_width_m`: an area whose centroid is closer than this to y = 0 is on neither side."""
+
+    mid_half_width_m: Annotated[float, Field(ge=0)] = 1e-3
+    rule: Annotated[list[AreaRule], Field(min_length=1)]
+
+
+class TestMassTable(Strict):
+    """A cuboid test mass; edges along the basic frame unless `axes` (rows: its unit vectors) says otherwise."""
+
+    __test__ = False
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]*$")]
+    position_m: Vector
+    side_m: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
+    mass_kg: Positive
+    axes: Annotated[list[Vector], Field(min_length=3, max_length=3)] | None = None
+
+    @field_validator("axes")
+    @classmethod
+    def _orthonormal(cls, value: list[list[float]] | None) -> list[list[float]] | None:
+        if value is not None:
+            a = np.array(value)
+            if np.abs(a @ a.T - np.eye(3)).max() > 1e-9 or np.linalg.det(a) < 0:
+                raise ValueError("must be three right-handed orthonormal unit vectors")
+        return value
+
+
+class GravityTable(Strict):
+    """The gravitational constant, and the Gauss points per edge over the other test mass."""
+
+    gravitational_constant_m3_kg_s2: Positive = G_CODATA_2018
+    other_test_mass_points: Annotated[int, Field(ge=3, le=16)] = 8
+
+
+class ModelConfig(Strict):
+    """One model configuration file."""
+
+    model: ModelTable
+    areas: AreasTable
+    test_mass: Annotated[list[TestMassTable], Field(min_length=1)]
+    gravity: GravityTable = GravityTable()
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> ModelConfig:
+        names = [t.name for t in self.test_mass]
+        if len(set(names)) != len(names):
+            raise ValueError(f"two test masses have the same name: {', '.join(names)}")
+        return self
+
+    def test_masses(self) -> list[TestMass]:
+        """The test masses as the gravity room takes them."""
+        out = []
+        for t in self.test_mass:
+            side = t.side_m if isinstance(t.side_m, list) else [t.side_m] * 3
+            axes = np.eye(3) if t.axes is None else np.array(t.axes)
+            out.append(
+                TestMass(
+                    name=t.name,
+                    position_m=np.array(t.position_m),
+                    side_m=np.array(side),
+                    mass_kg=t.mass_kg,
+                    axes=axes,
+                )
+            )
+        return out
+
+
+def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
+    """Read a model configuration; `ConfigError` lists every problem in it."""
+    return load(ModelConfig, path)
