@@ -1,0 +1,140 @@
+"""Results as lines of text and as plain dictionaries, for the terminal and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tedm_cli.noise.case_run import CaseResult
+    from tedm_cli.stages.optics import OpticsSummary
+    from tedm_cli.stages.sensitivity import SensitivitySummary
+    from tedm_cli.stages.solve import SolveReport
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> list[str]:
+    """Columns padded to their widest entry; columns in `right` are aligned to the right."""
+    widths = [max(len(str(r[i])) for r in [head, *rows]) for i in range(len(head))]
+
+    def line(cells: Sequence[str]) -> str:
+        padded = [c.rjust(w) if i in right else c.ljust(w) for i, (c, w) in enumerate(zip(cells, widths, strict=True))]
+        return "  ".join(padded).rstrip()
+
+    return [line(head), "  ".join("-" * w for w in widths), *(line(r) for r in rows)]
+
+
+def case_lines(path: Path, result: CaseResult) -> list[str]:
+    """Verdict table of a case."""
+    lines = [f"case {result.case.id}: {result.case.title} ({path})", _setting(result)]
+    rows = [
+        (
+            v.output,
+            v.requirement,
+            f"{v.noise:.3g}",
+            f"{v.limit:.3g}",
+            f"{v.ratio:.3g}",
+            f"{v.margin:.3g}",
+            f"{v.binding_hz * 1e3:.3g}",
+            "pass" if v.passed else "FAIL",
+        )
+        for v in result.verdicts
+    ]
+    head = ("output", "requirement", "noise", "limit", "ratio", "margin", "at mHz", "verdict")
+    if not rows:
+        return [*lines, "no requirement applies to this case's outputs"]
+    return [
+        *lines,
+        *table(head, rows, right=(2, 3, 4, 5, 6)),
+        "noise and limit: amplitude spectral density at the binding frequency, "
+        + ", ".join(f"{u}/sqrt(Hz) ({k})" for k, u in _units(result)),
+    ]
+
+
+def _units(result: CaseResult) -> list[tuple[str, str]]:
+    """(quantity, unit) of the judged outputs, each once."""
+    judged = {v.output for v in result.verdicts}
+    kinds = zip(result.labels, result.kinds, result.units, strict=True)
+    return sorted({(k, u) for label, k, u in kinds if label in judged})
+
+
+def _setting(result: CaseResult) -> str:
+    from tedm_cli.stages.case import describe
+
+    return (
+        f"temperature: {describe(result.temperature)}; {int(result.active.sum())} of {len(result.active)} areas in"
+        f" {len(result.blocks)} blocks; ratio = safety factor {result.safety_factor:g} x noise / limit"
+    )
+
+
+def case_dict(path: Path, result: CaseResult) -> dict[str, Any]:
+    """What a program needs of a case."""
+    return {
+        "case": result.case.id,
+        "title": result.case.title,
+        "file": str(path),
+        "setting": _setting(result),
+        "safety_factor": result.safety_factor,
+        "passed": all(v.passed for v in result.verdicts),
+        "verdicts": [
+            {
+                "output": v.output,
+                "requirement": v.requirement,
+                "ratio": v.ratio,
+                "margin": v.margin if v.ratio > 0 else None,
+                "binding_hz": v.binding_hz,
+                "noise": v.noise,
+                "limit": v.limit,
+                "passed": v.passed,
+            }
+            for v in result.verdicts
+        ],
+    }
+
+
+def sensitivity_lines(done: SensitivitySummary) -> list[str]:
+    """Field at rest, stiffness and largest sensitivities."""
+    lines = [f"{done.path}: S_SG with {len(done.row_labels)} rows, in the frames of the test masses"]
+    rows = []
+    for t, tm in enumerate(done.test_masses):
+        for s, source in enumerate(done.sources):
+            for quantity, unit, vector in (
+                ("acceleration", "m/s^2", done.acceleration[t, s]),
+                ("angular acceleration", "rad/s^2", done.angular_acceleration[t, s]),
+                ("Gamma_lin diagonal", "1/s^2", done.gamma_lin[t, s].diagonal()),
+            ):
+                rows.append((tm.name, source, quantity, unit, *(f"{v:.4e}" for v in vector)))
+    lines += table(("at rest", "source", "quantity", "unit", "x", "y", "z"), rows, right=(4, 5, 6))
+    rows = [
+        (label, f"{value:.3e}", unit, area)
+        for label, unit, (area, value) in zip(done.row_labels, done.row_units, done.largest, strict=True)
+    ]
+    return lines + table(("sensitivity", "largest", "unit", "area"), rows, right=(1,))
+
+
+def optics_lines(done: OpticsSummary) -> list[str]:
+    """Size, rank, condition and invariances of the optical matrices."""
+    conditions = ", ".join(f"cond(O_{name}) = {value:.4g}" for name, value in done.conditions.items())
+    return [
+        f"{done.path}: S_BW {done.shape[0]} x {done.shape[1]}, rank(O_ideal) = {done.rank}, {conditions} (m, rad)",
+        f"layout reference points lie up to {done.largest_offset_m:.3g} m from their grids (accounted for)",
+        *table(("invariance", "residual"), [(k, f"{v:.1e}") for k, v in done.residuals.items()], right=(1,)),
+    ]
+
+
+def solve_lines(path: Path, done: SolveReport) -> list[str]:
+    """Size of the model, quality of the solution, and what the elements do badly."""
+    s = done.static
+    lines = [
+        f"{path}: {done.n_cases} load cases, {done.n_grids:,} grids, {done.n_solids:,} CHEXA, {done.n_bars:,} CBAR",
+        f"{s.solver}: {s.n_dof:,} unknowns, factorised in {s.factor_seconds:.1f} s, solved in {s.solve_seconds:.1f} s",
+        f"relative residual {s.max_relative_residual:.1e}, uniform expansion to {s.expansion_residual:.1e}",
+    ]
+    if s.single_layer_solids:
+        lines.append(
+            f"note: {s.single_layer_solids:,} CHEXA stand alone through the thickness of a wall; linear hexahedra are too"
+            " stiff when such a wall bends"
+        )
+    if s.unattached_grids:
+        lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")
+    return lines

@@ -1,0 +1,102 @@
+"""What several stages need: names of the files between them, provenance, and the area table of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.config.project import Project
+from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
+from tedm_cli.store import Reader, Writer
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS = (
+    "unit_loads.h5",
+    "distortion.h5",
+    "sensitivity.h5",
+    "optics.h5",
+)
+SOLID_KG_M3 = (1e2, 3e4)  # no solid is lighter or heavier
+BLOCK_NODES = 16384  # nodes held at a time where a stage streams over them; the chunk length of the files
+
+
+def case_file_name(case_id: str) -> str:
+    """`case03.h5` for case 3, `case4b.h5` for 4b."""
+    return f"case{int(case_id):02d}.h5" if case_id.isdigit() else f"case{case_id}.h5"
+
+
+def provenance(configs: Sequence[ConfigFile], inputs: Iterable[Path]) -> Provenance:
+    return Provenance(tuple(configs), input_files(inputs), command_line())
+
+
+def require_same_input(name: str, *files: Reader) -> None:
+    """Refuse files that were made from different contents of the input called `name`."""
+    found: dict[str, Path] = {}
+    for file in files:
+        for item in file.provenance().inputs:
+            if item.path.name == name:
+                found.setdefault(item.sha256, file.path)
+    if len(found) > 1:
+        paths = " and ".join(str(p) for p in found.values())
+        raise InputError(
+            f"were made from different versions of {name}", where=paths, hint="rebuild them; see tedm check"
+        )
+
+
+def require_input(file: Reader, used: InputFile) -> None:
+    """Refuse `file` when it was made from another version of the file `used` that this stage reads as well."""
+    for item in file.provenance().inputs:
+        if item.path.name == used.path.name and item.sha256 != used.sha256:
+            raise InputError(
+                f"is stale: made from another version of {used.path}",
+                where=str(file.path),
+                hint=f"rebuild it with `{file.kind.made_by}`",
+            )
+
+
+def check_test_masses(test_masses: Sequence[TestMass], position: FloatArray, *, where: str) -> None:
+    """Refuse test masses that the structure with grids at `position` [N,3] (m) cannot hold: slips of units or frames.
+
+    Raises
+    ------
+    ConfigError : a test mass further from the structure than this is long, or with the density of no solid.
+    """
+    low, high = position.min(axis=0), position.max(axis=0)
+    size = float(np.linalg.norm(high - low))
+    problems = []
+    for i, tm in enumerate(test_masses):
+        away = float(np.linalg.norm(np.maximum(0.0, np.maximum(low - tm.position_m, tm.position_m - high))))
+        if away > size:
+            problems.append(
+                (f"test_mass[{i}].position_m", f"{tm.name} is {away:.4g} m away from a model of {size:.4g} m")
+            )
+        density = tm.mass_kg / float(np.prod(tm.side_m))
+        if not SOLID_KG_M3[0] <= density <= SOLID_KG_M3[1]:
+            problems.append((f"test_mass[{i}]", f"side_m and mass_kg of {tm.name} make {density:.4g} kg/m3"))
+    if problems:
+        raise ConfigError(
+            problems, where=where, hint="lengths must be in metres, masses in kilograms, in the basic frame"
+        )
+
+
+def read_areas(file: Reader) -> AreaTable:
+    columns = {c: np.array(file.strings(f"/area/{c}")) for c in ("name", "group", "shield", "side")}
+    return AreaTable(**columns)
+
+
+def copy_areas(source: Reader, target: Writer) -> None:
+    target.write("/area/id", source.array("/area/id"))
+    for column in ("name", "group", "shield", "side"):
+        target.write(f"/area/{column}", source.strings(f"/area/{column}"))
+
+
+def out_path(project: Project, name: str, output: Path | None) -> Path:
+    return output if output is not None else project.build_dir / name

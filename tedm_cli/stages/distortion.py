@@ -1,0 +1,157 @@
+"""build-distortion: unit_loads.h5 to the distortion matrix [D] in distortion.h5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.config.optics import load_layout
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import DISTORTION as KIND
+from tedm_cli.contracts import UNIT_LOADS as SOURCE
+from tedm_cli.distortion import plausible_translation, rigid_motion, superposition_residual
+from tedm_cli.errors import InputError, PhysicsError
+from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.progress import Step
+from tedm_cli.stages.common import (
+    DISTORTION,
+    UNIT_LOADS,
+    FloatArray,
+    IntArray,
+    copy_areas,
+    out_path,
+    provenance,
+)
+from tedm_cli.store import Reader, Writer, create, open_checked
+
+# OP2 files hold single precision: identities through them hold to about 1e-7 per load.
+SUPERPOSITION_LIMIT = 1e-4
+IMPLAUSIBLE = 100.0  # times the free growth of the whole model
+
+
+@dataclass(frozen=True)
+class DistortionSummary:
+    path: Path
+    areas: int
+    grids: int
+    optical: int
+    superposition: float | None
+    largest_m_per_K: float
+    largest_area: str
+    largest_rigid_m_per_K: float
+
+
+def build_distortion(project: Project, output: Path | None, step: Step) -> DistortionSummary:
+    """Scale the unit loads to one kelvin, gather the optical elements, and check superposition and plausibility."""
+    optics_file, layout = load_layout(project.optics)
+    source = project.build_dir / UNIT_LOADS
+    out = out_path(project, DISTORTION, output)
+    with (
+        open_checked(source, SOURCE) as unit,
+        create(out, KIND, provenance([optics_file], [source])) as writer,
+    ):
+        rows, names = _optical_rows(unit, layout, project.optics)
+        writer.write("/grid/id", unit.array("/grid/id"))
+        copy_areas(unit, writer)
+        writer.write("/optical/name", names)
+        writer.write("/optical/grid", unit.array("/grid/id")[rows])
+        writer.write("/optical/position", unit.array("/grid/position")[rows])
+        result = _scale_areas(unit, writer, rows, names, out, step)
+    return result
+
+
+def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[IntArray, list[str]]:
+    ids = unit.array("/grid/id")
+    elements = [e for e in layout.elements if e.grid is not None]
+    wanted = np.array([e.grid for e in elements], dtype=np.int64)
+    rows = np.clip(np.searchsorted(ids, wanted), 0, len(ids) - 1)
+    absent = [f"{e.name} (grid {e.grid})" for e, r in zip(elements, rows, strict=True) if ids[r] != e.grid]
+    if absent:
+        raise InputError(f"optical elements whose grid the model lacks: {', '.join(absent)}", where=str(where))
+    return rows, [e.name for e in elements]
+
+
+def _scale_areas(
+    unit: Reader, writer: Writer, rows: IntArray, names: list[str], out: Path, step: Step
+) -> DistortionSummary:
+    areas = unit.strings("/area/name")
+    load = unit.array("/area/load_K")
+    position, mass = unit.array("/grid/position"), unit.array("/mass/lumped")
+    centre = unit.array("/mass/centre_of_gravity")
+    n_nodes = len(position)
+    target = writer.allocate("/D/translation", (len(areas), n_nodes, 3))
+    optical_t, optical_r = np.zeros((2, len(areas), len(rows), 3))
+    largest = np.zeros(len(areas))
+    rigid_t, rigid_r = np.zeros((2, len(areas), 3))
+    total = np.zeros((n_nodes, 3))
+    for i, name in enumerate(areas):
+        translation = unit.dataset("/translation")[i] / load[i]
+        rotation = unit.dataset("/rotation")[i] / load[i]
+        if not (np.isfinite(translation).all() and np.isfinite(rotation).all()):
+            raise InputError(f"area '{name}': displacements are not finite", where=str(unit.path))
+        target[i] = translation
+        optical_t[i], optical_r[i] = translation[rows], rotation[rows]
+        largest[i] = np.abs(translation).max()
+        rigid_t[i], rigid_r[i] = rigid_motion(position, translation, mass, centre)
+        total += translation
+        step(i + 1, len(areas), "scaling unit loads")
+    _check_plausible(unit, areas, largest)
+    flat = [n for j, n in enumerate(names) if not np.any(optical_r[:, j])]
+    if flat:
+        raise PhysicsError(
+            f"optical elements whose rotation is zero under every load: {', '.join(flat)}",
+            where=str(unit.path),
+            hint="a grid of solids alone has no rotation; tie the element's grid with RBE2 or RBE3",
+        )
+    writer.write("/D_opt/translation", optical_t)
+    writer.write("/D_opt/rotation", optical_r)
+    writer.write("/check/max_translation", largest)
+    writer.write("/check/rigid_translation", rigid_t)
+    writer.write("/check/rigid_rotation", rigid_r)
+    superposition = _superposition(unit, writer, total, optical_r.sum(axis=0), rows)
+    worst = int(largest.argmax())
+    return DistortionSummary(
+        out,
+        len(areas),
+        n_nodes,
+        len(rows),
+        superposition,
+        float(largest[worst]),
+        areas[worst],
+        float(np.abs(rigid_t).max()),
+    )
+
+
+def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> None:
+    scale = plausible_translation(unit.array("/element/expansion"), unit.array("/grid/position"))
+    still = [a for a, m in zip(areas, largest, strict=True) if m == 0]
+    if still:
+        raise PhysicsError(f"areas whose unit load moves nothing: {', '.join(still[:5])}", where=str(unit.path))
+    worst = int(largest.argmax())
+    if scale > 0 and largest[worst] > IMPLAUSIBLE * scale:
+        raise PhysicsError(
+            f"area '{areas[worst]}' moves a grid by {largest[worst]:.3g} m/K; free growth is {scale:.3g} m/K",
+            where=str(unit.path),
+            hint="is the model held (free-free models drift), are lengths in metres, expansions in 1/K?",
+        )
+
+
+def _superposition(
+    unit: Reader, writer: Writer, total: FloatArray, total_rotation: FloatArray, rows: IntArray
+) -> float | None:
+    if not unit.has("/uniform/translation"):
+        return None
+    load = unit.number("/uniform/load_K")
+    residual = superposition_residual(total, unit.array("/uniform/translation") / load)
+    optics = superposition_residual(total_rotation, unit.array("/uniform/rotation")[rows] / load)
+    writer.write("/check/superposition_translation", residual)
+    writer.write("/check/superposition_optics", optics)
+    if residual > SUPERPOSITION_LIMIT:
+        raise PhysicsError(
+            f"the areas' unit loads sum to something else than the uniform load (relative difference {residual:.2g})",
+            where=str(unit.path),
+            hint="is an area missing from the deck, or do the results belong to another deck?",
+        )
+    return residual

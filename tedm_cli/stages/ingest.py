@@ -1,0 +1,147 @@
+"""ingest: a unit-load deck and its results to unit_loads.h5."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.areas import area_attributes
+from tedm_cli.config.model import load_model
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import UNIT_LOADS as KIND
+from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.nastran.displacements import unit_load_displacements
+from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.reading import deck_files, read_deck, require_results
+from tedm_cli.nastran.unit_loads import UnitLoad, deck_unit_loads
+from tedm_cli.progress import Step
+from tedm_cli.stages.common import (
+    UNIT_LOADS,
+    FloatArray,
+    check_test_masses,
+    out_path,
+    provenance,
+)
+from tedm_cli.store import Writer, create
+
+
+@dataclass(frozen=True)
+class IngestSummary:
+    path: Path
+    grids: int
+    elements: int
+    areas: int
+    total_kg: float
+    reference_kg: float
+    centre_of_gravity_m: tuple[float, float, float]
+    has_uniform: bool
+
+
+def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
+    """Read geometry, masses, areas and displacements, check them, and write them in SI and the basic frame."""
+    config_file, config = load_model(project.model)
+    deck = project.resolve(config.model.deck)
+    results = [project.resolve(p) for p in config.model.op2]
+    for path in results:
+        require_results(path)
+    model = read_deck(deck)
+    files = deck_files(model, deck)
+    geometry = model_geometry(model, files)
+    _check_mass(geometry)
+    check_test_masses(config.test_masses(), geometry.position_m[geometry.lumped_kg > 0], where=str(project.model))
+    loads = deck_unit_loads(model, geometry, config.model.uniform_label)
+    areas = loads.areas
+    wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
+    _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
+    centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
+    table = area_attributes([a.label for a in areas], centroids, config.areas, where=str(project.model))
+    out = out_path(project, UNIT_LOADS, output)
+    with create(out, KIND, provenance([config_file], [*files, *results])) as writer:
+        _write_geometry(writer, geometry)
+        _write_areas(writer, geometry, areas, centroids)
+        for column in ("name", "group", "shield", "side"):
+            writer.write(f"/area/{column}", [str(v) for v in getattr(table, column)])
+        shape = (len(areas), len(geometry.grid_id), 3)
+        translation, rotation = writer.allocate("/translation", shape), writer.allocate("/rotation", shape)
+        number = {a.label: i for i, a in enumerate(areas)}
+        motions = unit_load_displacements(results, wanted, geometry, config.model.subcases)
+        for done, (load, t, r) in enumerate(motions, start=1):
+            if load is loads.uniform:
+                writer.write("/uniform/translation", t)
+                writer.write("/uniform/rotation", r)
+                writer.write("/uniform/load_K", load.load_K)
+            else:
+                translation[number[load.label]], rotation[number[load.label]] = t, r
+            step(done, len(wanted), "reading displacements")
+    x, y, z = (float(v) for v in geometry.centre_of_gravity_m)
+    return IngestSummary(
+        out,
+        len(geometry.grid_id),
+        len(geometry.elements.id),
+        len(areas),
+        geometry.total_kg,
+        geometry.reference_mass_kg,
+        (x, y, z),
+        loads.uniform is not None,
+    )
+
+
+def _check_mass(geometry: ModelGeometry) -> None:
+    """Our nodal masses against pyNastran's own total, which sums the elements another way."""
+    difference = abs(geometry.total_kg - geometry.reference_mass_kg)
+    if difference > 1e-6 * geometry.total_kg:
+        raise InputError(
+            f"lumped masses sum to {geometry.total_kg:.9g} kg, the model's elements to"
+            f" {geometry.reference_mass_kg:.9g} kg",
+            where=str(geometry.files[0]),
+            hint="an element type whose mass is not shared to its grids?",
+        )
+
+
+def _check_subcase_table(table: Mapping[str, int], labels: Sequence[str], *, where: str) -> None:
+    """The explicit map of areas to subcases: every name is a unit load of the deck, every number is used once."""
+    known = {label.upper() for label in labels}
+    first: dict[int, str] = {}
+    problems = []
+    for area, number in table.items():
+        path = f"model.subcases.{area}"
+        if area.upper() not in known:
+            near = difflib.get_close_matches(area.upper(), known, n=1)
+            problems.append((path, "the deck has no such unit load" + (f"; did you mean {near[0]}?" if near else "")))
+        if first.setdefault(number, path) != path:
+            problems.append((path, f"subcase {number} is that of {first[number]} already"))
+    if problems:
+        raise ConfigError(problems, where=where)
+
+
+def _write_geometry(writer: Writer, geometry: ModelGeometry) -> None:
+    e = geometry.elements
+    writer.write("/grid/id", geometry.grid_id)
+    writer.write("/grid/position", geometry.position_m)
+    writer.write("/element/id", e.id)
+    writer.write("/element/type", e.type)
+    writer.write("/element/property_id", e.property_id)
+    writer.write("/element/node_offset", e.node_offset)
+    writer.write("/element/node_index", e.node_index)
+    writer.write("/element/mass", e.mass_kg)
+    writer.write("/element/density", e.density)
+    writer.write("/element/expansion", e.expansion)
+    writer.write("/element/section", e.section)
+    writer.write("/mass/lumped", geometry.lumped_kg)
+    writer.write("/mass/concentrated", geometry.concentrated_kg)
+    writer.write("/mass/concentrated_node", geometry.concentrated_node)
+    writer.write("/mass/total", geometry.total_kg)
+    writer.write("/mass/centre_of_gravity", geometry.centre_of_gravity_m)
+
+
+def _write_areas(writer: Writer, geometry: ModelGeometry, areas: Sequence[UnitLoad], centroids: FloatArray) -> None:
+    writer.write("/area/id", [a.subcase for a in areas])
+    writer.write("/area/load_K", [a.load_K for a in areas])
+    writer.write("/area/mass", [geometry.lumped_kg[a.rows].sum() for a in areas])
+    writer.write("/area/centroid", centroids)
+    writer.write("/area/node_offset", np.cumsum([0, *(len(a.rows) for a in areas)]))
+    writer.write("/area/node_index", np.concatenate([a.rows for a in areas]))
