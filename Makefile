@@ -1,0 +1,118 @@
+# tedm: `make all` for the full report of the shipped sample, `make test` for the tests. Nothing else is needed first.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3.12 || command -v python3)
+VENV ?= .venv
+CONFIGS ?= configs
+BUILD ?= build
+ELEMENT_SIZE_MM ?= 15
+
+BIN := $(VENV)/bin
+PROJECT := $(CONFIGS)/tedm.toml
+TEDM := $(BIN)/tedm
+RUN_STAMP := $(VENV)/.tedm-installed
+DEV_STAMP := $(VENV)/.tedm-dev-installed
+OPTIONS := -c $(PROJECT) -d $(BUILD)
+CODE := $(shell find tedm_cli -name '*.py' -o -name '*.j2')
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help all test check format bench sample-small clean distclean
+
+help: ## Show this help
+	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html"
+	@echo "make test     set up and run the tests"
+	@echo "make check    lint and types"
+	@echo "make format   format the code"
+	@echo "make bench    run the benchmarks"
+	@echo "make clean    remove $(BUILD); make distclean removes $(VENV) as well"
+	@echo
+	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM=$(ELEMENT_SIZE_MM) (sample"
+	@echo "only: 15 gives about 9,000 nodes, 5.5 about 115,000), PYTHON=$(PYTHON), VENV=$(VENV)"
+
+$(RUN_STAMP): pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit("tedm needs Python 3.11 or 3.12, found %d.%d" % sys.version_info[:2] if not (3, 11) <= sys.version_info[:2] <= (3, 12) else 0)'
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(DEV_STAMP): $(RUN_STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+test: $(DEV_STAMP) ## Run the tests on two cores
+	$(BIN)/python -m pytest -n 2 -q
+
+check: $(DEV_STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(DEV_STAMP)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(DEV_STAMP)
+	$(BIN)/python -m benchmarks
+
+# The small model of the tests is kept in the repository with its results; this makes it again, to the byte.
+sample-small: $(RUN_STAMP)
+	$(BIN)/python sample_models/ltp_like.py --detail small --element-size-mm 1000 --layout configs/optics.toml -o sample_models/small/ltp_small.bdf
+	$(TEDM) write-deck -c sample_models/small/tedm.toml
+	$(TEDM) solve -c sample_models/small/tedm.toml
+
+clean:
+	rm -rf $(BUILD)
+
+distclean: clean
+	rm -rf $(VENV)
+
+# --- the chain -------------------------------------------------------------------------------------------------------
+# rules.mk tells what the project's configuration names: its model files and its cases.
+ifneq ($(filter all $(BUILD)/%,$(MAKECMDGOALS)),)
+include $(BUILD)/rules.mk
+endif
+
+$(BUILD)/rules.mk: $(PROJECT) $(wildcard $(CONFIGS)/*.toml) | $(RUN_STAMP)
+	$(TEDM) make-rules $(OPTIONS)
+
+all: $(BUILD)/report.html
+	@echo "open $(BUILD)/report.html"
+
+# The shipped sample; a project that names another model never asks for it.
+$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(OPTICS_TOML) | $(RUN_STAMP)
+	$(BIN)/python sample_models/ltp_like.py --element-size-mm $(ELEMENT_SIZE_MM) --layout $(OPTICS_TOML) -o $@
+
+$(BUILD)/ltp_areas.csv: $(BUILD)/ltp.bdf ;
+
+ifneq ($(SOLVED_BY_TEDM),)
+$(UNIT_DECK): $(MODEL_SOURCES) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
+	$(TEDM) write-deck $(OPTIONS)
+
+$(OP2): $(UNIT_DECK)
+	$(TEDM) solve $(OPTIONS)
+endif
+
+$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
+	$(TEDM) ingest $(OPTIONS)
+
+$(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML)
+	$(TEDM) build-distortion $(OPTIONS)
+
+$(BUILD)/sensitivity.h5: $(BUILD)/distortion.h5 $(MODEL_TOML)
+	$(TEDM) build-sensitivity $(OPTIONS)
+
+$(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML)
+	$(TEDM) build-optics $(OPTIONS)
+
+define CASE_RULE
+$(1): $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(CASES_TOML)
+	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
+endef
+$(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))
+
+$(BUILD)/figures.stamp: $(CASE_FILES)
+	$(TEDM) plot $(OPTIONS)
+	@touch $@
+
+$(BUILD)/report.html: $(BUILD)/figures.stamp
+	$(TEDM) report $(OPTIONS)

@@ -1,0 +1,98 @@
+"""Make rebuilds what depends on a change and nothing else. Runs the real Makefile on the small model."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+pytestmark = pytest.mark.slow
+
+
+class Workshop:
+    """A project folder of its own with the small model, and Make on it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.configs = folder / "configs"
+        self.build = folder / "build"
+        self.configs.mkdir()
+        small = ROOT / "sample_models" / "small"
+        for name in (
+            "tedm.toml",
+            "model.toml",
+            "ltp_small.bdf",
+            "ltp_small_areas.csv",
+            "unit_loads.bdf",
+            "unit_loads.op2",
+        ):
+            shutil.copy(small / name, self.configs)
+        for name in ("optics.toml", "cases.toml"):
+            shutil.copy(ROOT / "configs" / name, self.configs)
+        project = (self.configs / "tedm.toml").read_text(encoding="utf-8")
+        (self.configs / "tedm.toml").write_text(project.replace("../../configs/", ""), encoding="utf-8")
+
+    def make(self, *arguments: str) -> list[str]:
+        """The tedm subcommands that Make ran."""
+        variables = [f"CONFIGS={self.configs}", f"BUILD={self.build}", f"VENV={sys.prefix}"]
+        environment = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))}
+        done = subprocess.run(
+            ["make", "--no-print-directory", *arguments, *variables],
+            cwd=ROOT,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        lines = [line.split() for line in done.stdout.splitlines() if "/bin/tedm " in line]
+        return [words[1] for words in lines]
+
+
+@pytest.fixture(scope="module")
+def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
+    if shutil.which("make") is None or not (Path(sys.prefix) / ".tedm-installed").exists():
+        pytest.skip("needs make, and a virtual environment made by it")
+    shop = Workshop(tmp_path_factory.mktemp("make"))
+    commands = shop.make("-j2", "all")
+    assert commands.count("run-case") == 11
+    assert set(commands) == {
+        "make-rules",
+        "ingest",
+        "build-distortion",
+        "build-sensitivity",
+        "build-optics",
+        "run-case",
+        "plot",
+        "report",
+    }
+    return shop
+
+
+def test_second_make_does_nothing(workshop: Workshop) -> None:
+    assert (workshop.build / "report.html").exists()
+    assert workshop.make("all") == []
+
+
+def test_touching_the_cases_reruns_cases_plots_and_report(workshop: Workshop) -> None:
+    (workshop.configs / "cases.toml").touch()
+    commands = workshop.make("all")
+    assert set(commands) == {"make-rules", "run-case", "plot", "report"}
+    assert workshop.make("all") == []
+
+
+def test_touching_the_optics_leaves_gravity_and_ingest_alone(workshop: Workshop) -> None:
+    (workshop.configs / "optics.toml").touch()
+    assert "ingest" not in workshop.make("all")
+
+
+def test_build_folder_is_up_to_date(workshop: Workshop) -> None:
+    tedm = [sys.executable, "-m", "tedm_cli.cli", "check", "-d", str(workshop.build)]
+    done = subprocess.run(tedm, capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    assert "stale" not in done.stdout
