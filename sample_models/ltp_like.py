@@ -326,7 +326,7 @@ def suspension(m: Mesh, detail: str, areas: list[tuple[int, str]], eid: int) -> 
     strut = 0
     clamped = []
     for n, (sx, sy) in enumerate(FLANGE_SIGNS, start=1):
-        hub = 200000 + n
+        hub = 850000 + n
         xyz = m.xyz
         face = np.nonzero(
             (np.abs(xyz[:, 1] - sy * y_hub) < 1e-6)
@@ -344,7 +344,7 @@ def suspension(m: Mesh, detail: str, areas: list[tuple[int, str]], eid: int) -> 
             end = centre + np.array([sx * dx, sy * 100.0, dz])
             ids = [hub]
             for j in range(1, 5):
-                gid = 100000 + 100 * strut + j
+                gid = 800000 + 100 * strut + j
                 yield grid_card(gid, np.round(centre + (end - centre) * j / 4, 6))
                 areas.append((gid, f"STRUT_{2 * (n - 1) + k + 1}"))
                 ids.append(gid)
@@ -358,8 +358,8 @@ def suspension(m: Mesh, detail: str, areas: list[tuple[int, str]], eid: int) -> 
 def concentrated_masses(m: Mesh, detail: str) -> Iterable[str]:
     """Caging drives and front-end electronics, on the caging blocks and the pump flange; none in the small model."""
     if detail == "small":
-        yield field8("CONM2", 900001, 200001, "", "0.12")
-        yield field8("CONM2", 900002, 200003, "", "0.12")
+        yield field8("CONM2", 900001, 850001, "", "0.12")
+        yield field8("CONM2", 900002, 850003, "", "0.12")
         return
     eid = 900000
     for sx in (-1, 1):
