@@ -50,9 +50,10 @@ class Results:
 
 @dataclass(frozen=True)
 class FigureSpec:
-    """A figure: name of its file, caption, what it is drawn from, and how."""
+    """A figure: name of its file, section of the report, caption, what it is drawn from, and how."""
 
     name: str
+    section: str
     caption: str
     sources: tuple[str, ...]
     draw: Callable[[], Any]
@@ -70,7 +71,7 @@ def plot(project: Project, output_dir: Path | None, step: Step) -> list[Path]:
     folder = output_dir if output_dir is not None else project.build_dir / FIGURES
     done = []
     with open_results(project) as results:
-        specs = figure_specs(results)
+        specs = figure_specs(results, [read_case(r) for r in results.cases])
         for number, spec in enumerate(specs, start=1):
             data = svg(spec.draw(), spec.caption, spec.sources)
             with replacing(folder / spec.name) as temporary:
@@ -111,11 +112,14 @@ def open_results(project: Project) -> Iterator[Results]:
 
 def _require_current(case: Reader, case_id: str, used: Sequence[InputFile], config: ConfigFile) -> None:
     """Refuse a case that was run on other sensitivities, or with another configuration, than those there now."""
-    made_from = {i.path.name: i.sha256 for i in (*case.provenance().inputs, *case.provenance().configs)}
-    for item in (*used, config):
-        if made_from.get(item.path.name) != item.sha256:
+    provenance = case.provenance()
+    made_from = {(i.path.name, i.sha256) for i in provenance.inputs}
+    made_from |= {(c.path.name, c.sha256) for c in provenance.configs}
+    now = {i.path: i.sha256 for i in used} | {config.path: config.sha256}
+    for path, sha256 in now.items():
+        if (path.name, sha256) not in made_from:
             raise InputError(
-                f"is stale: not made from {item.path} as it is now",
+                f"is stale: not made from {path} as it is now",
                 where=str(case.path),
                 hint=f"rebuild it with `tedm run-case {case_id}`, or all cases with `tedm run-case all`",
             )
@@ -127,20 +131,20 @@ def _require_current(case: Reader, case_id: str, used: Sequence[InputFile], conf
         )
 
 
-def figure_specs(results: Results) -> list[FigureSpec]:
+def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     """All figures, in the order of the report. Without requirements there are no judged outputs to draw."""
-    cases = [read_case(r) for r in results.cases]
     areas = read_areas(results.sensitivity)
     all_cases = tuple(f"{i.path.name} {i.sha256}" for i in results.case_files)
     specs: list[FigureSpec] = []
 
-    def add(name: str, caption: str, sources: tuple[str, ...], draw: Callable[[], Any]) -> None:
-        specs.append(FigureSpec(name, caption, sources, draw))
+    def add(name: str, section: str, caption: str, sources: tuple[str, ...], draw: Callable[[], Any]) -> None:
+        specs.append(FigureSpec(name, section, caption, sources, draw))
 
     kinds = kinds_of(cases)
     if kinds:
         add(
             "ratios.svg",
+            "verdict",
             "Ratio of noise to requirement in every case, the safety factor included; grey bars: range of that ratio"
             " over the orders and corners of the temperature filter that were tried.",
             all_cases,
@@ -150,6 +154,7 @@ def figure_specs(results: Results) -> list[FigureSpec]:
         title = quantity(kind, sorted({j.output for c in cases for j in c.of_kind(kind)}))
         add(
             f"all_{kind}.svg",
+            "all cases",
             f"All cases: {title}, amplitude spectral density with the safety factor applied.",
             all_cases,
             lambda kind=kind: _spectra_room().overlay_figure(cases, kind),  # type: ignore[misc]
@@ -158,6 +163,7 @@ def figure_specs(results: Results) -> list[FigureSpec]:
         worst = [worst_cases(cases, kind) for kind in kinds]
         add(
             "contributions.svg",
+            "contributors",
             "Areas that contribute most to the worst case of each quantity: signed amplitude, without the safety"
             " factor. Inside a correlated block they add with their signs, between blocks as powers.",
             all_cases,
@@ -165,12 +171,14 @@ def figure_specs(results: Results) -> list[FigureSpec]:
         )
     add(
         "temperature.svg",
-        "Temperature noise: " + cases[0].temperature + ".",
+        "all cases",
+        f"Temperature noise: {cases[0].temperature}.",
         all_cases[:1],
         lambda: _spectra_room().temperature_figure(read_temperature(results.cases[0])),
     )
     add(
         "self_gravity_by_area.svg",
+        "sensitivity",
         "Self-gravity sensitivity |S_SG| to each thermal area, test mass frames.",
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
         lambda: _areas_room().map_figure(gravity_maps(results.sensitivity), areas, "Self-gravity sensitivity by area"),
@@ -178,6 +186,7 @@ def figure_specs(results: Results) -> list[FigureSpec]:
     read_out_set = results.optics.strings("/set/name")[0]
     add(
         "read_out_by_area.svg",
+        "sensitivity",
         f"Read-out sensitivity |N| of photodiode set {read_out_set} to each thermal area.",
         (f"{results.optics_file.path.name} {results.optics_file.sha256}",),
         lambda: _areas_room().map_figure(
@@ -187,6 +196,7 @@ def figure_specs(results: Results) -> list[FigureSpec]:
     for case, source in zip(cases, all_cases, strict=True) if kinds else ():
         add(
             Path(case_file_name(case.id)).with_suffix(".svg").name,
+            "cases",
             f"Case {case.id}: {case.title}. {int(case.active.sum())} of {len(case.active)} areas in {case.blocks}"
             f" block{'s' if case.blocks > 1 else ''}; noise multiplied by the safety factor {case.safety_factor:g}.",
             (source,),
@@ -227,7 +237,7 @@ def read_case(file: Reader) -> CaseNoise:
         id=file.string("/case/id"),
         title=file.string("/case/title"),
         safety_factor=file.number("/case/safety_factor"),
-        temperature=file.string("/temperature/model"),
+        temperature=file.string("/temperature/model").replace("sqrt(Hz)", "√Hz"),
         active=block >= 0,
         blocks=int(block.max()) + 1,
         frequency_hz=file.array("/frequency"),

@@ -1,0 +1,172 @@
+"""Figures over thermal areas: sensitivities as maps, contributions as bars."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from numpy.typing import NDArray
+
+from tedm_cli.figures.data import AreaMap, Areas, CaseNoise, JudgedOutput, mhz_text, ratio_text, unit_text
+from tedm_cli.figures.style import BLUE, VERMILION, grid, inches, power_of_ten, style
+
+_ROW = 0.158  # inches of one area
+_MOST_DECADES = 5.0
+
+
+def map_figure(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
+    """|sensitivity| of outputs (columns) to areas (rows, group by group); one panel and colour scale for each unit."""
+    with style():
+        k = len(areas.name)
+        columns = sum(len(m.labels) for m in maps)
+        foot = 0.3 + 0.062 * max(len(label) for m in maps for label in m.labels)  # the labels stand at 60 degrees
+        left = 0.6 + 0.071 * max(len(n) for n in areas.name)
+        figure = Figure(figsize=(left + 0.55 * columns + 0.35 * len(maps), _ROW * k + 1.05 + foot))
+
+        ratios = [len(m.labels) for m in maps]
+        panels = figure.subplots(1, len(maps), squeeze=False, width_ratios=ratios)[0]
+        inches(figure, left=left, right=0.2, top=1.05, bottom=foot, wspace=0.12)
+        order = areas.by_group()
+        for axes, panel in zip(panels, maps, strict=True):
+            _map_panel(figure, axes, panel, areas, order)
+        panels[0].set_yticks(np.arange(k) + 0.5, [areas.name[i] for i in order], fontsize=7.5)
+        _group_names(figure, panels[0], [areas.group[i] for i in order], left)
+        for axes in panels[1:]:
+            axes.set_yticks([])
+        height = figure.get_size_inches()[1]
+        figure.text(0.012, 1 - 0.12 / height, title, fontsize=11.5, fontweight="bold", va="top")
+        return figure
+
+
+def _map_panel(figure: Figure, axes: Axes, panel: AreaMap, areas: Areas, order: NDArray[np.int64]) -> None:
+    size = np.abs(panel.value[:, order]).T
+    high = float(size.max()) if size.max() > 0 else 1.0
+    positive = size[size > 0]
+    low = max(float(positive.min()), high * 10**-_MOST_DECADES) if positive.size else high / 10
+    low = min(low, high / 10)
+    clipped = bool((size < low).any())
+    mesh = axes.pcolormesh(
+        np.maximum(size, low), norm=LogNorm(low, high), cmap="cividis", edgecolors="white", linewidth=0.3
+    )
+    axes.invert_yaxis()
+    axes.set_xticks(np.arange(len(panel.labels)) + 0.5, panel.labels, rotation=60, ha="right", rotation_mode="anchor")
+    axes.tick_params(length=0)
+    axes.tick_params(axis="x", labelsize=8)
+    for edge in _group_edges([areas.group[i] for i in order])[1:-1]:
+        axes.axhline(edge, color="black", linewidth=1.1)
+    box = axes.get_position()
+    height = figure.get_size_inches()[1]
+    bar_axes = figure.add_axes((box.x0, box.y1 + 0.13 / height, box.width, 0.13 / height))
+    bar = figure.colorbar(mesh, cax=bar_axes, orientation="horizontal", extend="min" if clipped else "neither")
+    bar.ax.xaxis.set_ticks_position("top")
+    bar.ax.xaxis.set_label_position("top")
+    bar.ax.xaxis.set_major_locator(LogLocator(numticks=max(2, len(panel.labels))))
+    bar.ax.xaxis.set_minor_locator(NullLocator())
+    bar.ax.xaxis.set_major_formatter(FuncFormatter(power_of_ten))
+    bar.set_label(f"{panel.title} ({unit_text(panel.unit)})", fontsize=9)
+
+
+def _group_edges(groups: Sequence[str]) -> list[int]:
+    """First row of every group, and the end."""
+    return [i for i in range(len(groups)) if i == 0 or groups[i] != groups[i - 1]] + [len(groups)]
+
+
+def _group_names(figure: Figure, axes: Axes, groups: Sequence[str], left: float) -> None:
+    edges = _group_edges(groups)
+    width = axes.get_position().width * figure.get_size_inches()[0]
+    x = -(left - 0.38) / width
+    for start, end in itertools.pairwise(edges):
+        axes.plot([x, x], [start + 0.2, end - 0.2], transform=axes.get_yaxis_transform(), clip_on=False, color="black",
+                  linewidth=1.2)  # fmt: skip
+        axes.text(x - 0.04 / width, (start + end) / 2, groups[start], transform=axes.get_yaxis_transform(), rotation=90,
+                  ha="right", va="center", fontsize=9)  # fmt: skip
+
+
+def ratios_figure(cases: Sequence[CaseNoise], kinds: Sequence[str]) -> Figure:
+    """Ratio to the requirement of every case's worst output, with its range over other temperature filters."""
+    with style():
+        figure = Figure(figsize=(9.6, 1.4 + 0.27 * len(cases)))
+        panels = figure.subplots(1, len(kinds), squeeze=False, sharey=True)[0]
+        for axes, kind in zip(panels, kinds, strict=True):
+            for row, case in enumerate(cases):
+                if case.of_kind(kind):
+                    _ratio_row(axes, row, case.worst(kind))
+            axes.axvline(1.0, color="black", linewidth=1.6)
+            axes.set_xscale("log")
+            axes.xaxis.set_major_formatter(FuncFormatter(power_of_ten))
+            axes.set_xlabel("safety factor × noise / requirement (1)")
+            names = dict.fromkeys(j.requirement for c in cases for j in c.of_kind(kind))
+            axes.set_title(f"worst output against {', '.join(names)}")
+            grid(axes)
+        panels[0].set_yticks(range(len(cases)), [f"case {c.id}" for c in cases])
+        panels[0].set_ylim(len(cases) - 0.4, -0.6)
+        inches(figure, left=0.95, right=0.25, top=0.35, bottom=0.9, wspace=0.08)
+        handles = [axes.get_legend_handles_labels() for axes in panels]
+        unique = {label: h for hs, labels in handles for h, label in zip(hs, labels, strict=True)}
+        figure.legend(unique.values(), unique.keys(), loc="lower left", ncols=3)
+        return figure
+
+
+def _ratio_row(axes: Axes, row: int, j: JudgedOutput) -> None:
+    if j.filter_ratio is not None:
+        axes.plot(
+            [j.filter_ratio.min(), j.filter_ratio.max()],
+            [row, row],
+            color="#9A9A9A",
+            linewidth=4,
+            solid_capstyle="butt",
+            label="range over filter orders and corners",
+        )
+    axes.plot(
+        [j.ratio],
+        [row],
+        linestyle="none",
+        marker="o" if j.passed else "X",
+        markersize=8,
+        color=BLUE if j.passed else VERMILION,
+        label="met (at most 1)" if j.passed else "violated (above 1)",
+    )
+
+
+def contributions_figure(worst: Sequence[tuple[CaseNoise, JudgedOutput]], areas: Areas, most: int = 14) -> Figure:
+    """Signed contributions of the areas that matter most, for the worst case of each quantity."""
+    with style():
+        most = min(most, len(areas.name))
+        name_room = 0.25 + 0.074 * max(len(n) for n in areas.name)
+        figure = Figure(figsize=((name_room + 3.2) * len(worst), 1.75 + 0.22 * most))
+        panels = figure.subplots(1, len(worst), squeeze=False)[0]
+        for axes, (case, j) in zip(panels, worst, strict=True):
+            order = np.argsort(-np.abs(j.contribution), kind="stable")[:most]
+            value = j.contribution[order]
+            colours = [BLUE if v >= 0 else VERMILION for v in value]
+            axes.barh(range(most), value, color=colours, edgecolor="black", linewidth=0.6)
+            for bar, v in zip(axes.patches, value, strict=True):
+                bar.set_hatch("" if v >= 0 else "////")
+            axes.set_yticks(range(most), [areas.name[i] for i in order], fontsize=8)
+            axes.set_ylim(most - 0.4, -0.6)
+            axes.axvline(0.0, color="black", linewidth=0.8)
+            span = np.abs(value).max() if np.abs(value).max() > 0 else 1.0
+            exponent = int(np.floor(np.log10(span)))
+            axes.set_xlim(min(1.1 * value.min(), -0.05 * span), max(1.1 * value.max(), 0.05 * span))
+            axes.xaxis.set_major_locator(MaxNLocator(6))
+            axes.xaxis.set_major_formatter(
+                FuncFormatter(lambda v, _, e=exponent: f"{v / 10.0**e:.3g}".replace("-", "−"))
+            )
+            axes.set_xlabel(
+                f"sensitivity × temperature noise\n({power_of_ten(10.0**exponent)} {unit_text(j.unit)}/√Hz)"
+            )
+            axes.set_title(
+                f"{j.output}, case {case.id}, {mhz_text(j.contribution_hz)}\n{ratio_text(j.ratio)} × {j.requirement}"
+            )
+            grid(axes)
+        # The names need as much room beside the second panel as beside the first.
+        inches(figure, left=name_room, right=0.25, top=0.6, bottom=0.95)
+        width = figure.get_size_inches()[0]
+        panel = (width - 0.25 - name_room * len(worst) - 0.1 * (len(worst) - 1)) / len(worst)
+        figure.subplots_adjust(wspace=(name_room + 0.1) / panel)
+        return figure

@@ -1,0 +1,181 @@
+"""What the figures of the noise cases are drawn from; arrays and names only, so that it imports no matplotlib."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+QUANTITY = {
+    "acceleration": "self-gravity acceleration",
+    "angular_acceleration": "self-gravity angular acceleration",
+    "displacement": "read-out displacement",
+    "angle": "read-out angle",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """A requirement: `amplitude` [F] in `unit` per √Hz, NaN outside `band_hz`; `source` says who asks for it."""
+
+    name: str
+    source: str
+    unit: str
+    band_hz: tuple[float, float]
+    amplitude: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedOutput:
+    """One output of one case against one requirement.
+
+    Parameters
+    ----------
+    output, kind, unit, requirement : names; `unit` before "per √Hz".
+    ratio : largest safety factor × noise / limit; binding_hz : where; passed : ratio <= 1.
+    asd : [F], amplitude spectral density without the safety factor, unit/√Hz.
+    bound_low, bound_high : [F], the same over all correlations of the case's active areas.
+    correlation_ratio : smallest and largest `ratio` over those correlations.
+    filter_ratio : [orders, corners], `ratio` with other temperature filters; None where there is no low-pass.
+    contribution_hz : frequency of `contribution` and `share`; band_hz : of `band_share`.
+    contribution : [k], signed sensitivity × temperature of each area, unit/√Hz.
+    share, band_share : [k], each area's part of the power; negative where it cancels others.
+    """
+
+    output: str
+    kind: str
+    unit: str
+    requirement: str
+    ratio: float
+    binding_hz: float
+    passed: bool
+    asd: Array
+    bound_low: Array
+    bound_high: Array
+    correlation_ratio: tuple[float, float]
+    filter_ratio: Array | None
+    contribution_hz: float
+    band_hz: tuple[float, float]
+    contribution: Array
+    share: Array
+    band_share: Array
+
+
+@dataclass(frozen=True, eq=False)
+class CaseNoise:
+    """One correlation case: its setting, judged outputs, and the limits they were judged by.
+
+    `active` is [k], which areas are not silent; `blocks` counts the correlated blocks. `filter_order` and
+    `filter_corner_hz` are the axes of each `filter_ratio`, empty where there is no low-pass.
+    """
+
+    id: str
+    title: str
+    safety_factor: float
+    temperature: str
+    active: NDArray[np.bool_]
+    blocks: int
+    frequency_hz: Array
+    judged: tuple[JudgedOutput, ...]
+    limits: tuple[Limit, ...]
+    filter_order: Array
+    filter_corner_hz: Array
+
+    def of_kind(self, kind: str) -> list[JudgedOutput]:
+        """Judged outputs of one quantity."""
+        return [j for j in self.judged if j.kind == kind]
+
+    def limits_of(self, kind: str) -> list[Limit]:
+        """Limits that judge outputs of one quantity."""
+        names = {j.requirement for j in self.of_kind(kind)}
+        return [q for q in self.limits if q.name in names]
+
+    def worst(self, kind: str) -> JudgedOutput:
+        """The judged output of one quantity with the largest ratio."""
+        return first_largest(self.of_kind(kind), [j.ratio for j in self.of_kind(kind)])
+
+
+@dataclass(frozen=True, eq=False)
+class Areas:
+    """Names, groups and shields of the k thermal areas, in the order of every array over areas."""
+
+    name: list[str]
+    group: list[str]
+    shield: list[str]
+
+    def by_group(self) -> NDArray[np.int64]:
+        """Order of the areas with groups together: groups as they first appear, areas by name inside."""
+        first = list(dict.fromkeys(self.group))
+        return np.array(sorted(range(len(self.name)), key=lambda i: (first.index(self.group[i]), self.name[i])))
+
+
+@dataclass(frozen=True, eq=False)
+class TemperatureSpectra:
+    """Distinct temperature spectra `asd` [q, F] in K/√Hz, and in words which areas have each."""
+
+    frequency_hz: Array
+    asd: Array
+    name: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class AreaMap:
+    """|value| [rows, k] of outputs per kelvin of each area; one panel of a map, so all rows share one unit."""
+
+    title: str
+    unit: str
+    labels: list[str]
+    value: Array
+
+
+def kinds_of(cases: Sequence[CaseNoise]) -> list[str]:
+    """Quantities that are judged in any of the cases, in the order of the requirements."""
+    return list(dict.fromkeys(j.kind for c in cases for j in c.judged))
+
+
+def quantity(kind: str, outputs: Sequence[str]) -> str:
+    """Title of a family of outputs; names the axis where they share one, as TM1_a_x and TM2_a_x do."""
+    axes = {o.rsplit("_", 1)[-1] for o in outputs}
+    axis = axes.pop() if len(axes) == 1 else ""
+    along = "about" if "ang" in kind else "along"
+    text = QUANTITY.get(kind, kind)
+    return f"{text} {along} {axis}" if axis in ("x", "y", "z") else text
+
+
+def worst_cases(cases: Sequence[CaseNoise], kind: str) -> tuple[CaseNoise, JudgedOutput]:
+    """The case and output with the largest ratio of one quantity."""
+    pairs = [(c, j) for c in cases for j in c.of_kind(kind)]
+    return first_largest(pairs, [j.ratio for _, j in pairs])
+
+
+def first_largest(items: Sequence[T], values: Sequence[float]) -> T:
+    """The first of the items whose value is largest; symmetric models tie up to rounding, which must not choose."""
+    return items[next(i for i, v in enumerate(values) if v >= max(values) * (1 - 1e-9))]
+
+
+def ratio_text(ratio: float) -> str:
+    """A ratio with three digits, and with more where three would hide on which side of 1 it lies."""
+    if ratio == 0.0:
+        return "0"
+    for digits in (3, 5, 8, 12):
+        text = f"{ratio:#.{digits}g}".removesuffix(".")
+        if float(text) != 1.0 or ratio == 1.0:
+            return text
+    return f"{ratio!r}"
+
+
+def mhz_text(frequency_hz: float) -> str:
+    return f"{frequency_hz * 1e3:.3g} mHz"
+
+
+def unit_text(unit: str) -> str:
+    """A unit with its powers raised: `1/(m s^2)` to 1/(m s²)."""
+    return re.sub(r"\^(-?\d+)", lambda m: m[1].translate(SUPERSCRIPT), unit)

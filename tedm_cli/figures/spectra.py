@@ -1,0 +1,218 @@
+"""Amplitude spectral densities: one case, all cases, and the temperatures they start from."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tedm_cli.figures.data import (
+    Array,
+    CaseNoise,
+    Limit,
+    TemperatureSpectra,
+    kinds_of,
+    mhz_text,
+    quantity,
+    ratio_text,
+    unit_text,
+)
+from tedm_cli.figures.style import (
+    BAND,
+    COLOURS,
+    DASHES,
+    ENVELOPE,
+    STACK,
+    frequency_axis,
+    grid,
+    inches,
+    log_axis,
+    style,
+)
+
+_MOST_DECADES = 9.0
+
+
+def case_figure(case: CaseNoise) -> Figure:
+    """Noise of the judged outputs of one case, a panel for each quantity, with limits, bands and bounds."""
+    with style():
+        kinds = kinds_of([case])
+        width = 5.9 * len(kinds)
+        heading = textwrap.wrap(f"Case {case.id}: {case.title}", int(9.2 * width))
+        more = 0.2 * (len(heading) - 1)
+        figure = Figure(figsize=(width, 6.0 + more))
+        panels = figure.subplots(1, len(kinds), squeeze=False)[0]
+        for axes, kind in zip(panels, kinds, strict=True):
+            _case_panel(axes, case, kind)
+        inches(figure, left=1.0, right=0.2, top=0.95 + more, bottom=1.55, wspace=0.26)
+        top = 1 - 0.12 / (6.0 + more)
+        figure.text(0.012, top, "\n".join(heading), fontsize=11.5, fontweight="bold", va="top")
+        return figure
+
+
+def _case_panel(axes: Axes, case: CaseNoise, kind: str) -> None:
+    f = case.frequency_hz * 1e3
+    factor = case.safety_factor
+    worst = case.worst(kind)
+    limits = case.limits_of(kind)
+    outputs = {j.output: j for j in case.of_kind(kind)}
+    curves = [factor * j.asd for j in outputs.values()]
+    low, high = _range([*curves, *(q.amplitude for q in limits), factor * worst.bound_high])
+    _bands(axes, limits)
+    axes.fill_between(
+        f,
+        np.maximum(factor * worst.bound_low, low / 10),
+        np.maximum(factor * worst.bound_high, low / 10),
+        color=ENVELOPE,
+        alpha=0.16,
+        linewidth=0,
+        label=f"bounds over correlations, {worst.output}",
+    )
+    for i, (name, curve) in enumerate(zip(outputs, curves, strict=True)):
+        colour, width, dashes = STACK[i % len(STACK)]
+        axes.plot(f, curve, color=colour, linestyle=dashes, linewidth=width, label=f"{factor:g} × {name}")
+    _limit_lines(axes, case.frequency_hz, limits)
+    at = float(np.interp(worst.binding_hz, case.frequency_hz, factor * worst.asd))
+    axes.plot(
+        [worst.binding_hz * 1e3],
+        [at],
+        linestyle="none",
+        marker="o",
+        markersize=10,
+        markerfacecolor="none",
+        markeredgecolor="black",
+        markeredgewidth=1.4,
+        label=f"largest ratio, {mhz_text(worst.binding_hz)}",
+    )
+    _scales(axes, case.frequency_hz, low, high, worst.unit, f"safety factor {factor:g} × noise")
+    state = "met" if worst.passed else "VIOLATED"
+    axes.set_title(
+        f"{_capital(quantity(kind, list(outputs)))}: {state}\n"
+        f"worst: {worst.output}, {ratio_text(worst.ratio)} × limit at {mhz_text(worst.binding_hz)}"
+    )
+    axes.legend(loc="upper center", bbox_to_anchor=(0.46, -0.12), ncols=2, handlelength=3.4, columnspacing=1.2)
+
+
+def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
+    """The worst judged output of every case in one panel, each named at its right end."""
+    with style():
+        figure = Figure(figsize=(9.6, 5.6))
+        axes = figure.subplots()
+        shown = [c for c in cases if c.of_kind(kind)]
+        worst = [c.worst(kind) for c in shown]
+        curves = [c.safety_factor * j.asd for c, j in zip(shown, worst, strict=True)]
+        limits = shown[0].limits_of(kind)
+        f = shown[0].frequency_hz
+        low, high = _range([*curves, *(q.amplitude for q in limits)])
+        _bands(axes, limits)
+        looks = [(COLOURS[i % len(COLOURS)], DASHES[i // 2 % len(DASHES)]) for i in range(len(curves))]
+        for curve, (colour, dashes) in zip(curves, looks, strict=True):
+            axes.plot(f * 1e3, curve, color=colour, linestyle=dashes, linewidth=1.7)
+        _limit_lines(axes, f, limits)
+        _scales(axes, f, low, high, worst[0].unit, f"safety factor {shown[0].safety_factor:g} × noise")
+        outputs = [j.output for j in worst]
+        axes.set_title(
+            f"{_capital(quantity(kind, outputs))}, all cases\n"
+            "of each case the output with the largest ratio to the requirement, which the names give",
+        )
+        names = [f"{c.id}: {j.output}, {ratio_text(j.ratio)}" for c, j in zip(shown, worst, strict=True)]
+        inches(figure, left=1.0, right=0.9 + 0.078 * max(20, *map(len, names)), top=0.6, bottom=0.95)
+        _name_ends(figure, axes, names, curves, looks)
+        axes.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.11), ncols=3, handlelength=3.4)
+        return figure
+
+
+def _name_ends(
+    figure: Figure, axes: Axes, names: Sequence[str], curves: Sequence[Array], looks: Sequence[tuple[str, Any]]
+) -> None:
+    """Names beside the right ends of the curves, moved apart where they would overlap and tied by thin lines."""
+    low, high = np.log10(axes.get_ylim())
+    height = axes.get_position().height * figure.get_size_inches()[1]
+    ends = [np.clip((np.log10(max(c[-1], 1e-300)) - low) / (high - low), 0.0, 1.0) for c in curves]
+    order = np.argsort(ends, kind="stable")
+    gap = min(0.17 / height, 1.0 / max(len(ends) - 1, 1))
+    placed = np.array(ends)[order]
+    for i in range(1, len(placed)):
+        placed[i] = max(placed[i], placed[i - 1] + gap)
+    over = max(placed[-1] - 1.0, 0.0)
+    placed[-1] -= over
+    for i in range(len(placed) - 2, -1, -1):
+        placed[i] = min(placed[i], placed[i + 1] - gap)
+    for number, y in zip(order, placed, strict=True):
+        colour, dashes = looks[number]
+        common = {"transform": axes.transAxes, "clip_on": False, "color": colour}
+        axes.plot([1.0, 1.03], [ends[number], y], linewidth=0.7, **common)
+        axes.plot([1.035, 1.095], [y, y], linewidth=1.7, linestyle=dashes, **common)
+        axes.text(1.105, y, names[number], transform=axes.transAxes, va="center", fontsize=8.5)
+    heading: dict[str, Any] = {"transform": axes.transAxes, "va": "center", "fontsize": 8.5, "fontstyle": "italic"}
+    axes.text(1.105, placed[-1] + 1.3 * gap, "case: output, ratio", **heading)
+
+
+def temperature_figure(spectra: TemperatureSpectra) -> Figure:
+    """Distinct temperature spectra of the areas."""
+    with style():
+        figure = Figure(figsize=(7.6, 4.4))
+        axes = figure.subplots()
+        low, high = _range(list(spectra.asd))
+        for i, (name, asd) in enumerate(sorted(zip(spectra.name, spectra.asd, strict=True), key=lambda s: -s[1][0])):
+            axes.plot(
+                spectra.frequency_hz * 1e3,
+                asd,
+                color=COLOURS[i % 7],
+                linestyle=DASHES[i % len(DASHES)],
+                linewidth=2.0,
+                label=name,
+            )
+        _scales(axes, spectra.frequency_hz, low, high, "K", "temperature")
+        axes.set_title("Temperature noise of the thermal areas (no safety factor)")
+        rows = len(spectra.name)
+        inches(figure, left=1.0, right=0.25, top=0.4, bottom=0.75 + 0.19 * rows)
+        axes.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.15), handlelength=3.4)
+        return figure
+
+
+def _scales(axes: Axes, frequency_hz: Array, low: float, high: float, unit: str, what: str) -> None:
+    axes.set_yscale("log")
+    axes.set_ylim(low, high)
+    label = f"{what}\namplitude spectral density ({unit_text(unit)}/√Hz)"
+    log_axis(axes.yaxis, decades=np.log10(high / low), label=label)
+    frequency_axis(axes, frequency_hz[0], frequency_hz[-1])
+    grid(axes)
+
+
+def _bands(axes: Axes, limits: Sequence[Limit]) -> None:
+    for low_hz, high_hz in dict.fromkeys(q.band_hz for q in limits):
+        label = f"band {low_hz * 1e3:g} to {high_hz * 1e3:g} mHz"
+        axes.axvspan(low_hz * 1e3, high_hz * 1e3, color=BAND, linewidth=0, zorder=0, label=label)
+        for edge in (low_hz, high_hz):
+            axes.axvline(edge * 1e3, color="#808080", linewidth=0.9, linestyle=DASHES[2], zorder=1)
+
+
+def _limit_lines(axes: Axes, frequency_hz: Array, limits: Sequence[Limit]) -> None:
+    for i, limit in enumerate(limits):
+        inside = np.isfinite(limit.amplitude)
+        axes.plot(
+            frequency_hz[inside] * 1e3,
+            limit.amplitude[inside],
+            color="black",
+            linestyle=DASHES[i % len(DASHES)],
+            linewidth=2.4,
+            label=f"requirement {limit.name}",
+        )
+
+
+def _range(curves: Sequence[Array]) -> tuple[float, float]:
+    """Limits of a logarithmic axis that hold all curves, at most nine decades below the highest."""
+    positive = np.concatenate([c[np.isfinite(c) & (c > 0)] for c in curves])
+    if not positive.size:
+        return 1e-3, 1.0
+    high = 2.0 * positive.max()
+    return float(max(positive.min() / 2, high * 10**-_MOST_DECADES)), float(high)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

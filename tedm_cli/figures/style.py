@@ -1,0 +1,102 @@
+"""One look for all figures, and SVG files whose bytes depend on nothing but the figure."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from tedm_cli import __version__
+from tedm_cli.figures.data import SUPERSCRIPT
+
+# Okabe and Ito (2008) without yellow, which vanishes as a line on white; neighbours differ in grey.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+BLUE, VERMILION, GREEN = COLOURS[:3]
+DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)), (0, (10, 3)), (0, (1, 1)))
+# For curves that may coincide: wide and light below narrow and dark, so that each shows through the next.
+STACK = (("#56B4E9", 4.4, "-"), ("#E69F00", 3.0, DASHES[1]), ("#0072B2", 1.9, DASHES[2]), ("#D55E00", 1.2, DASHES[3]))
+BAND = "#EDEDED"
+ENVELOPE = "#0072B2"
+
+_RC: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],  # ships with matplotlib: the same layout on every machine
+    "font.size": 9.5,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.5,
+    "axes.linewidth": 0.8,
+    "axes.axisbelow": True,
+    "axes.unicode_minus": True,
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "lines.solid_capstyle": "round",
+    "text.parse_math": False,  # names and titles come from the user's files
+    "svg.fonttype": "none",  # text stays text: searchable, and a third of the size
+    "svg.hashsalt": "tedm",
+}
+
+
+def style() -> Any:
+    """Context in which figures are made and saved."""
+    settings: dict[Any, Any] = {**mpl.rcParamsDefault, **_RC, "backend": "agg"}  # whatever the user's matplotlibrc says
+    return mpl.rc_context(settings)
+
+
+def svg(figure: Figure, title: str, sources: Sequence[str]) -> bytes:
+    """The figure as SVG. `sources` says what it was drawn from, and can be read back with `sources_of`."""
+    metadata = {
+        "Date": None,
+        "Title": title,
+        "Creator": f"tedm {__version__}, matplotlib {mpl.__version__}",
+        "Source": "; ".join(sources),
+    }
+    stream = io.BytesIO()
+    with style():
+        figure.savefig(stream, format="svg", metadata=metadata)
+    return stream.getvalue()
+
+
+def power_of_ten(value: float, _position: int | None = None) -> str:
+    """Tick label of a decade, without mathematical type."""
+    if value <= 0:
+        return ""
+    exponent = round(math.log10(value))
+    return "1" if exponent == 0 else "10" + str(exponent).translate(SUPERSCRIPT)
+
+
+def log_axis(axis: Any, *, decades: float, label: str) -> None:
+    """Decades labelled, minor ticks where there is room for them."""
+    axis.set_major_locator(LogLocator(base=10, numticks=9))
+    axis.set_major_formatter(FuncFormatter(power_of_ten))
+    axis.set_minor_locator(LogLocator(base=10, subs=range(2, 10), numticks=99 if decades <= 4 else 2))
+    axis.set_minor_formatter(NullFormatter())
+    axis.set_label_text(label)
+
+
+def frequency_axis(axes: Axes, low_hz: float, high_hz: float) -> None:
+    """Logarithmic frequencies in mHz; the data are in mHz too."""
+    axes.set_xscale("log")
+    axes.set_xlim(low_hz * 1e3, high_hz * 1e3)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("frequency (mHz)")
+
+
+def grid(axes: Axes) -> None:
+    axes.grid(True, which="major", color="#CFCFCF", linewidth=0.6)
+    axes.grid(True, which="minor", color="#EBEBEB", linewidth=0.4)
+
+
+def inches(figure: Figure, *, left: float, right: float, top: float, bottom: float, wspace: float = 0.2) -> None:
+    """Margins in inches, so that labels keep their room whatever the size of the figure."""
+    width, height = figure.get_size_inches()
+    figure.subplots_adjust(
+        left=left / width, right=1 - right / width, top=1 - top / height, bottom=bottom / height, wspace=wspace
+    )

@@ -1,0 +1,132 @@
+"""A made-up project: random matrices that fit the contracts, and real cases run on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.config.base import read_toml
+from tedm_cli.config.project import Project, load_project
+from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, FileKind
+from tedm_cli.progress import silent
+from tedm_cli.provenance import Provenance, input_files
+from tedm_cli.stages.case import run_cases, select_cases
+from tedm_cli.store import create
+
+CASES = """
+safety_factor = 2.0
+
+[temperature]
+preset = "thesis"
+
+[frequency]
+points = 61
+
+[[requirement]]
+name = "lpf_selfgravity_ltp"
+outputs = ["TM1_a_x", "TM2_a_x"]
+
+[[requirement]]
+name = "lpf_readout_item"
+outputs = ["A_TM1_x", "B_TM2_x"]
+
+[[case]]
+id = "1"
+title = "All correlated: 5 < 7 & $x$"
+blocks = [{ areas = ["*"] }]
+
+[[case]]
+id = "2"
+title = "All uncorrelated"
+blocks = [{ areas = ["*"], each_alone = true }]
+
+[[case]]
+id = "4b"
+title = "Inside the thermal shield only"
+blocks = [{ shield = ["inside"] }]
+"""
+# Names as users may write them: markup and mathematical type must come out as text.
+AREAS = {
+    "/area/id": [1, 2, 3, 4, 5],
+    "/area/name": ["STRUT_1", "STRUT_2", "OB <b>&", "IS1_$a$_b", "IS1_OUTER"],
+    "/area/group": ["struts", "struts", "OB", "IS1", "IS1"],
+    "/area/shield": ["outside", "outside", "inside", "inside", "inside"],
+    "/area/side": ["+y", "-y", "mid", "mid", "+y"],
+}
+MASSES = ["TM1", "TM2"]
+ROWS = [f"{tm}_{q}_{c}" for q in ("a", "omegadot") for tm in MASSES for c in "xyz"]
+READ_OUT = [f"{tm}_{c}" for tm in MASSES for c in ("x", "eta", "phi")]
+SIZES = {
+    "node": 7, "area": 5, "optical": 3, "row": 12, "test_mass": 2, "source": 2, "element": 4, "area_edge": 6,
+    "area_member": 7, "element_edge": 5, "element_member": 12, "concentrated": 1, "ray_output": 8, "element_dof": 18,
+    "laser_output": 8, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
+    "xyz": 3, "xyz_column": 3,
+}  # fmt: skip
+
+
+def write_random(
+    path: Path, kind: FileKind, trace: Provenance, given: Mapping[str, Any], seed: int, units: Mapping[str, str]
+) -> None:
+    """A file of `kind` with the datasets in `given`, and made-up numbers and names everywhere else."""
+    rng = np.random.default_rng(seed)
+    templates = {"/N/{set}": ["/N/A", "/N/B"]}
+    with create(path, kind, trace) as writer:
+        for pattern, spec in kind.datasets.items():
+            for name in templates.get(pattern, [pattern]):
+                shape = tuple(SIZES[d] for d in spec.dims)
+                value: Any = rng.normal(size=shape) * 1e-9
+                if spec.dtype == "str":
+                    value = [f"{name.rsplit('/', 1)[-1]}_{i}" for i in range(shape[0])]
+                elif spec.dtype == "int":
+                    value = np.arange(int(np.prod(shape)), dtype=np.int64).reshape(shape)
+                writer.write(name, given.get(name, value), units=units.get(name, "1"))
+
+
+def write_matrices(project: Project, seed: int = 1) -> None:
+    """Unit loads, distortion, sensitivities and optics, chained by their hashes as the stages chain them."""
+    build = project.build_dir
+    model, optics = read_toml(project.model)[0], read_toml(project.optics)[0]
+    rng = np.random.default_rng(seed)
+    unit_loads, distortion = build / "unit_loads.h5", build / "distortion.h5"
+
+    def trace(config: Any, *sources: Path) -> Provenance:
+        return Provenance((config,), input_files(sources), "tedm made up")
+
+    element = {"/element/type": ["CHEXA", "CBAR", "CHEXA", "CHEXA"], "/element/mass": [1.0, 0.5, 2.0, 3.0]}
+    loads = {**AREAS, **element, "/mass/total": 6.5, "/area/mass": [0.25, 0.25, 3.0, 1.0, 2.0]}
+    write_random(unit_loads, UNIT_LOADS, trace(model), loads, seed, {})
+    write_random(distortion, DISTORTION, trace(optics, unit_loads), AREAS, seed, {})
+    labels = {
+        **AREAS,
+        "/row/label": ROWS,
+        "/row/unit": ["m/s^2/K"] * 6 + ["rad/s^2/K"] * 6,
+        "/S": rng.normal(size=(12, 5)) * 1e-13,
+        "/test_mass/name": MASSES,
+        "/source/name": ["structure", "other test mass"],
+    }
+    write_random(build / "sensitivity.h5", SENSITIVITY, trace(model, unit_loads, distortion), labels, seed, {})
+    read_out = {
+        **AREAS,
+        "/label/read_out": READ_OUT,
+        "/label/read_out_unit": ["m", "rad", "rad"] * 2,
+        "/set/name": ["A", "B"],
+        "/N/A": rng.normal(size=(6, 5)) * 1e-8,
+        "/N/B": rng.normal(size=(6, 5)) * 1e-8,
+        "/rank": 6,
+    }
+    write_random(build / "optics.h5", OPTICS, trace(optics, distortion), read_out, seed, {})
+
+
+def make_project(folder: Path, cases: str = CASES) -> Project:
+    """A project with all results up to its cases."""
+    (folder / "tedm.toml").write_text('title = "Made up & <small>"\n', encoding="utf-8")
+    (folder / "model.toml").write_text("# model of <nothing> & all\n", encoding="utf-8")
+    (folder / "optics.toml").write_text("# optics\n", encoding="utf-8")
+    (folder / "cases.toml").write_text(cases, encoding="utf-8")
+    project = load_project(folder / "tedm.toml", folder / "build")
+    write_matrices(project)
+    run_cases(project, select_cases(project, ["all"]), None, silent)
+    return project

@@ -1,0 +1,244 @@
+"""What the figures show: the data of the files, with units, and nothing cut off."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib import rcParams
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from tedm_cli.config.project import Project
+from tedm_cli.figures.areas import contributions_figure, map_figure
+from tedm_cli.figures.data import AreaMap, Areas, CaseNoise, first_largest, kinds_of, ratio_text, unit_text, worst_cases
+from tedm_cli.figures.inline import figure_sources
+from tedm_cli.figures.spectra import case_figure, overlay_figure
+from tedm_cli.figures.style import style, svg
+from tedm_cli.stages.plot import figure_specs, open_results, read_areas, read_case
+
+
+@pytest.fixture(scope="module")
+def cases(finished: Project) -> list[CaseNoise]:
+    with open_results(finished) as results:
+        return [read_case(r) for r in results.cases]
+
+
+@pytest.fixture(scope="module")
+def areas(finished: Project) -> Areas:
+    with open_results(finished) as results:
+        return read_areas(results.sensitivity)
+
+
+@pytest.fixture(scope="module")
+def figures(finished: Project, cases: list[CaseNoise]) -> dict[str, Figure]:
+    """All figures, drawn once, so that their texts and legends have their places."""
+    with open_results(finished) as results:
+        drawn = {s.name: s.draw() for s in figure_specs(results, cases)}
+    for figure in drawn.values():
+        with style():
+            FigureCanvasAgg(figure).draw()
+    return drawn
+
+
+def test_all_figures_of_the_results(figures: dict[str, Figure]) -> None:
+    assert set(figures) == {
+        "ratios.svg",
+        "all_acceleration.svg",
+        "all_displacement.svg",
+        "contributions.svg",
+        "temperature.svg",
+        "self_gravity_by_area.svg",
+        "read_out_by_area.svg",
+        "case01.svg",
+        "case02.svg",
+        "case4b.svg",
+    }
+
+
+def test_spectra_and_bars_have_units_on_their_axes(figures: dict[str, Figure]) -> None:
+    unit = re.compile(r"\((mHz|K/√Hz|m/√Hz|m s⁻²/√Hz|1|10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+ (m|m s⁻²)/√Hz)\)$")
+    for name, figure in figures.items():
+        if "by_area" in name:
+            continue
+        for axes in figure.axes:
+            assert unit.search(axes.get_xlabel()), (name, axes.get_xlabel())
+            if axes.get_yscale() == "log":
+                assert unit.search(axes.get_ylabel()), (name, axes.get_ylabel())
+
+
+def test_maps_have_a_unit_on_each_colour_scale(figures: dict[str, Figure]) -> None:
+    found = {
+        name: [a.get_xlabel() for a in figures[name].axes if a.get_xlabel()]
+        for name in ("self_gravity_by_area.svg", "read_out_by_area.svg")
+    }
+    assert found == {
+        "self_gravity_by_area.svg": ["|S_SG| (m/s²/K)", "|S_SG| (rad/s²/K)"],
+        "read_out_by_area.svg": ["|N| (m/K)", "|N| (rad/K)"],
+    }
+
+
+def test_nothing_is_cut_off(figures: dict[str, Figure]) -> None:
+    for name, figure in figures.items():
+        with style():
+            box = figure.get_tightbbox()
+        width, height = figure.get_size_inches()
+        assert box.x0 >= 0, name
+        assert box.y0 >= 0, name
+        assert box.x1 <= width, name
+        assert box.y1 <= height, name
+
+
+def test_long_names_are_not_cut_off(cases: list[CaseNoise], areas: Areas) -> None:
+    long = dataclasses.replace(cases[1], title="A title that goes on and on " * 9)
+    named = Areas([n + "_AND_A_LONG_NAME_TOO" for n in areas.name], areas.group, areas.shield)
+    maps = [AreaMap("|N|", "m/K", ["ONE_LONG_OUTPUT_x", "u"], np.ones((2, 5)))]
+    for figure in (
+        case_figure(long),
+        contributions_figure([worst_cases(cases, "displacement")], named),
+        map_figure(maps, named, "m"),
+    ):
+        with style():
+            box = figure.get_tightbbox()
+        assert box.x0 >= 0
+        assert box.y0 >= 0
+        assert box.x1 <= figure.get_size_inches()[0]
+        assert box.y1 <= figure.get_size_inches()[1]
+
+
+def test_legends_do_not_cover_curves(figures: dict[str, Figure]) -> None:
+    seen = 0
+    for name, figure in figures.items():
+        for axes in figure.axes:
+            for legend in (axes.get_legend(), *figure.legends):
+                if legend is not None:
+                    seen += 1
+                    assert legend.get_window_extent().y1 <= axes.bbox.y0, name
+    assert seen
+
+
+def test_curves_are_the_noise_times_the_safety_factor(cases: list[CaseNoise]) -> None:
+    case = cases[1]
+    figure = case_figure(case)
+    for axes, kind in zip(figure.axes, kinds_of([case]), strict=True):
+        drawn = {str(line.get_label()): line for line in axes.get_lines()}
+        for j in case.of_kind(kind):
+            line = drawn[f"2 × {j.output}"]
+            np.testing.assert_array_equal(line.get_xdata(), case.frequency_hz * 1e3)
+            np.testing.assert_array_equal(line.get_ydata(), 2.0 * j.asd)
+
+
+def test_curve_over_limit_at_the_ring_is_the_ratio(cases: list[CaseNoise]) -> None:
+    """The figure alone gives the verdict of the file: height of the ring over height of the limit below it."""
+    for case in cases:
+        figure = case_figure(case)
+        for axes, kind in zip(figure.axes, kinds_of([case]), strict=True):
+            worst = case.worst(kind)
+            ring = next(line for line in axes.get_lines() if line.get_marker() == "o")
+            limit = next(line for line in axes.get_lines() if str(line.get_label()).startswith("requirement"))
+            at, height = np.asarray(ring.get_xdata())[0], np.asarray(ring.get_ydata())[0]
+            x, y = np.asarray(limit.get_xdata()), np.asarray(limit.get_ydata())
+            assert x.min() == pytest.approx(1.0)
+            assert x.max() == pytest.approx(30.0)
+            assert height / y[np.flatnonzero(x == at)[0]] == pytest.approx(worst.ratio, rel=1e-12)
+
+
+def test_bounds_hold_the_curve_they_belong_to(cases: list[CaseNoise]) -> None:
+    for case in cases:
+        for j in case.judged:
+            assert np.all(j.asd <= j.bound_high * (1 + 1e-9))
+            assert np.all(j.asd >= j.bound_low * (1 - 1e-9))
+            assert j.correlation_ratio[0] <= j.ratio * (1 + 1e-9)
+            assert j.correlation_ratio[1] >= j.ratio * (1 - 1e-9)
+
+
+def test_overlay_names_every_case_in_the_order_of_the_curves(cases: list[CaseNoise]) -> None:
+    figure = overlay_figure(cases, "displacement")
+    names = [t for t in figure.axes[0].texts if re.match(r"\w+: ", t.get_text()) and "ratio" not in t.get_text()]
+    assert {t.get_text().split(":")[0] for t in names} == {c.id for c in cases}
+    heights = {t.get_text().split(":")[0]: t.get_position()[1] for t in names}
+    ends = {c.id: c.worst("displacement").asd[-1] for c in cases}
+    assert sorted(heights, key=heights.__getitem__) == sorted(ends, key=ends.__getitem__)
+
+
+def test_map_shows_each_area_in_the_row_of_its_name(areas: Areas) -> None:
+    value = np.array([[1e-3, 2e-3, 3e-3, 4e-3, 5e-3], [-6e-3, 7e-3, -8e-3, 9e-3, 1e-2]])
+    figure = map_figure([AreaMap("|N|", "m/K", ["u", "v"], value)], areas, "map")
+    axes = figure.axes[0]
+    mesh = np.asarray(axes.collections[0].get_array()).reshape(5, 2)
+    for row, label in enumerate(t.get_text() for t in axes.get_yticklabels()):
+        np.testing.assert_array_equal(mesh[row], np.abs(value[:, areas.name.index(label)]))
+
+
+def test_map_of_an_output_without_sensitivity(areas: Areas) -> None:
+    figure = map_figure([AreaMap("|N|", "m/K", ["u"], np.zeros((1, 5)))], areas, "nothing")
+    assert svg(figure, "nothing", []).startswith(b"<?xml")
+
+
+def test_bars_are_the_signed_contributions(cases: list[CaseNoise], areas: Areas) -> None:
+    case, j = worst_cases(cases, "acceleration")
+    axes = contributions_figure([(case, j)], areas, most=3).axes[0]
+    names = [t.get_text() for t in axes.get_yticklabels()]
+    bars = [patch.get_width() for patch in axes.patches]
+    assert bars == [j.contribution[areas.name.index(n)] for n in names]
+    assert np.all(np.diff(np.abs(bars)) <= 0)
+
+
+def test_silent_case_is_drawn(cases: list[CaseNoise]) -> None:
+    silent = dataclasses.replace(
+        cases[0],
+        judged=tuple(
+            dataclasses.replace(j, asd=0 * j.asd, bound_low=0 * j.asd, bound_high=0 * j.asd, ratio=0.0)
+            for j in cases[0].judged
+        ),
+    )
+    assert svg(case_figure(silent), "silent", []).startswith(b"<?xml")
+    assert svg(overlay_figure([silent], "acceleration"), "silent", []).startswith(b"<?xml")
+
+
+def test_bytes_do_not_depend_on_the_users_matplotlib(cases: list[CaseNoise]) -> None:
+    first = svg(case_figure(cases[0]), "t", ["a b"])
+    before = rcParams["font.size"], rcParams["lines.linewidth"]
+    try:
+        rcParams["font.size"], rcParams["lines.linewidth"] = 20.0, 7.0
+        assert svg(case_figure(cases[0]), "t", ["a b"]) == first
+    finally:
+        rcParams["font.size"], rcParams["lines.linewidth"] = before
+    assert b"dc:date" not in first
+
+
+def test_sources_can_be_read_back(cases: list[CaseNoise]) -> None:
+    text = svg(overlay_figure(cases, "acceleration"), "t <1>", ["case & 1.h5 abc", "case2.h5 def"]).decode()
+    assert figure_sources(text) == "case & 1.h5 abc; case2.h5 def"
+
+
+def test_pyplot_stays_out() -> None:
+    code = (
+        "import sys; import tedm_cli.figures.spectra, tedm_cli.figures.areas;"
+        " sys.exit('matplotlib.pyplot' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@given(st.floats(0.9, 1.1))
+def test_a_printed_ratio_lies_on_its_side_of_one(ratio: float) -> None:
+    shown = float(ratio_text(ratio))
+    assert (shown > 1.0) == (ratio > 1.0)
+    assert shown == pytest.approx(ratio, rel=5e-3)
+
+
+def test_rounding_does_not_choose_between_twins() -> None:
+    assert first_largest(["a", "b", "c"], [1.0, 2.0, 2.0 * (1 + 1e-15)]) == "b"
+
+
+@pytest.mark.parametrize(
+    ("written", "shown"), [("m s^-2", "m s⁻²"), ("rad/s^2/K", "rad/s²/K"), ("1/(m s^2)", "1/(m s²)"), ("m", "m")]
+)
+def test_units_in_print(written: str, shown: str) -> None:
+    assert unit_text(written) == shown

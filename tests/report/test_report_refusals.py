@@ -1,0 +1,112 @@
+"""Results that do not fit together are refused with the file and the command that mends them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from report_project import write_matrices
+
+from tedm_cli.config.project import Project
+from tedm_cli.errors import InputError
+from tedm_cli.progress import silent
+from tedm_cli.stages.case import run_cases
+from tedm_cli.stages.plot import plot
+from tedm_cli.stages.report import report
+
+Stage = Callable[[Project], object]
+
+
+def draw(project: Project) -> object:
+    return plot(project, None, silent)
+
+
+def page(project: Project) -> object:
+    return report(project, None)
+
+
+STAGES = pytest.mark.parametrize("stage", [draw, page])
+
+
+@STAGES
+def test_missing_case(copy: Project, stage: Stage) -> None:
+    (copy.build_dir / "case4b.h5").unlink()
+    with pytest.raises(InputError) as caught:
+        stage(copy)
+    assert caught.value.where.endswith("case4b.h5")
+    assert "tedm run-case 4b" in caught.value.hint
+
+
+@STAGES
+def test_no_case_at_all(copy: Project, stage: Stage) -> None:
+    for path in copy.build_dir.glob("case*.h5"):
+        path.unlink()
+    with pytest.raises(InputError) as caught:
+        stage(copy)
+    assert "1, 2, 4b" in caught.value.fact
+    assert "tedm run-case all" in caught.value.hint
+
+
+@STAGES
+def test_case_of_other_sensitivities(copy: Project, stage: Stage) -> None:
+    write_matrices(copy, seed=2)
+    run_cases(copy, ["1"], None, silent)
+    with pytest.raises(InputError) as caught:
+        stage(copy)
+    assert caught.value.where.endswith("case02.h5")
+    assert "sensitivity.h5" in caught.value.fact
+    assert "tedm run-case 2" in caught.value.hint
+
+
+@STAGES
+def test_case_of_another_configuration(copy: Project, stage: Stage) -> None:
+    copy.cases.write_text(copy.cases.read_text(encoding="utf-8").replace("= 2.0", "= 3.0"), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        stage(copy)
+    assert caught.value.where.endswith("case01.h5")
+    assert "cases.toml" in caught.value.fact
+
+
+@STAGES
+def test_case_under_the_name_of_another(copy: Project, stage: Stage) -> None:
+    (copy.build_dir / "case02.h5").write_bytes((copy.build_dir / "case01.h5").read_bytes())
+    with pytest.raises(InputError, match="holds case 1, not 2"):
+        stage(copy)
+
+
+def test_missing_figure(copy: Project) -> None:
+    (copy.build_dir / "figures" / "case02.svg").unlink()
+    with pytest.raises(InputError) as caught:
+        page(copy)
+    assert caught.value.where.endswith("case02.svg")
+    assert "tedm plot" in caught.value.hint
+
+
+def test_figures_of_earlier_results(copy: Project) -> None:
+    write_matrices(copy, seed=2)
+    run_cases(copy, ["1", "2", "4b"], None, silent)
+    with pytest.raises(InputError) as caught:
+        page(copy)
+    assert caught.value.where.endswith(".svg")
+    assert "tedm plot" in caught.value.hint
+
+
+def test_distortion_of_other_unit_loads(copy: Project, finished: Project, tmp_path: Path) -> None:
+    kept = (copy.build_dir / "distortion.h5").read_bytes()
+    write_matrices(copy, seed=2)
+    (copy.build_dir / "distortion.h5").write_bytes(kept)
+    for name in ("sensitivity.h5", "optics.h5"):
+        (copy.build_dir / name).write_bytes((finished.build_dir / name).read_bytes())
+    with pytest.raises(InputError) as caught:
+        page(copy)
+    assert caught.value.where.endswith("distortion.h5")
+    assert "tedm build-distortion" in caught.value.hint
+
+
+def test_a_refusal_leaves_the_report_that_was_there(copy: Project) -> None:
+    before = report(copy, None).read_bytes()
+    (copy.build_dir / "case02.h5").unlink()
+    with pytest.raises(InputError):
+        page(copy)
+    assert (copy.build_dir / "report.html").read_bytes() == before
