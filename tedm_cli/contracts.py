@@ -299,22 +299,28 @@ CASE = FileKind(
 KINDS = {kind.name: kind for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE)}
 
 
+_PREFACE = """\
+# Files between the stages
+
+Printed from `tedm_cli/contracts.py` by `python -m tedm_cli.contracts > docs/files.md`.
+
+All files are HDF5 with netCDF-4 dimension scales: they open in h5py, MATLAB (`h5read`) and, group by group, in
+`xarray.open_dataset(file, group="/dc", engine="h5netcdf")`. Every dataset MUST have the attributes `units` and
+`long_name`; vectors MUST name their `frame`. Arrays over grids are chunked along the grids.
+
+Root attributes: `schema` (`tedm.<kind>`), `schema_version`, `tedm_version`, `command_line`, versions of Python and of
+the libraries. `/provenance` holds the configurations verbatim and the SHA-256 of every input; paths are relative to the
+file. There is no time stamp: the same inputs MUST give the same bytes. A reader MUST refuse a file of another kind or
+version, and writers replace the old file only when the new one is complete.
+
+Accelerations are force over mass and torque over moment of inertia, component by component; stiffnesses are their
+derivatives by motion of the test mass, normalised the same way. Signs are in [method.md](method.md).
+"""
+
+
 def markdown() -> str:
     """The tables as the text of docs/files.md."""
-    lines = [
-        "# Files between the stages",
-        "",
-        "Printed from `tedm_cli/contracts.py` by `python -m tedm_cli.contracts > docs/files.md`.",
-        "",
-        "All files are HDF5 with netCDF-4 dimension scales: they open in h5py, MATLAB (`h5read`) and, group by group, in",
-        '`xarray.open_dataset(file, group="/dc", engine="h5netcdf")`. Every dataset MUST have the attributes `units` and',
-        "`long_name`; vectors MUST name their `frame`. Arrays over grids are chunked along the grids.",
-        "",
-        "Root attributes: `schema` (`tedm.<kind>`), `schema_version`, `tedm_version`, `command_line`, versions of Python and",
-        "of the libraries. `/provenance` holds the configurations verbatim and the SHA-256 of every input; paths are",
-        "relative to the file. There is no time stamp: the same inputs MUST give the same bytes. A reader MUST refuse a file",
-        "of another kind or version, and writers replace the old file only when the new one is complete.",
-    ]
+    lines = _PREFACE.splitlines()
     for kind in KINDS.values():
         lines += ["", f"## {kind.name}", "", f"Version {kind.version}, made by `{kind.made_by}`.", ""]
         lines += ["| dataset | dimensions | type | unit | meaning |", "|---|---|---|---|---|"]

@@ -59,6 +59,11 @@ def command_line() -> str:
     return " ".join(["tedm", *sys.argv[1:]])
 
 
+def absolute_path(name: str, folder: Path) -> Path:
+    """The path that `relative_name` made `name` of, seen from the same `folder`."""
+    return Path(os.path.normpath(folder.resolve() / name))
+
+
 def relative_name(path: Path, folder: Path) -> str:
     """`path` as seen from `folder`, so that a chain of files can be moved as a whole and still be checked."""
     return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()

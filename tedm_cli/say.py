@@ -132,8 +132,8 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
     ]
     if s.single_layer_solids:
         lines.append(
-            f"note: {s.single_layer_solids:,} CHEXA stand alone through the thickness of a wall; linear hexahedra are too"
-            " stiff when such a wall bends"
+            f"note: {s.single_layer_solids:,} CHEXA stand alone through the thickness of a wall; linear hexahedra are"
+            " too stiff when such a wall bends"
         )
     if s.unattached_grids:
         lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")

@@ -12,7 +12,7 @@ import errno
 import os
 import platform
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,45 +22,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli import __version__
+from tedm_cli.contract_check import DTYPES, PROVENANCE, contract_problems, find_spec, provenance_problems, shape_problem
 from tedm_cli.contracts import KINDS, Dataset, FileKind
 from tedm_cli.errors import InputError, TedmError
-from tedm_cli.provenance import ConfigFile, InputFile, Provenance, relative_name
+from tedm_cli.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
+from tedm_cli.sink import Sink
 
 _NODE_CHUNK = 16384  # rows of a chunk along nodes: blocks of about 0.4 MB for one area
-_DTYPES = {"float": np.float64, "int": np.int64}
 
 
 class Writer:
     """A file under construction; made by `create`."""
 
-    def __init__(self, file: Any, kind: FileKind, target: Path) -> None:
+    def __init__(self, file: Any, kind: FileKind, target: Path, sink: Sink) -> None:
         self._file = file
         self._kind = kind
         self._target = target
+        self._sink = sink
         self._dims: dict[str, int] = dict(kind.fixed_dims)
 
     def write(self, path: str, value: Any, *, units: str | None = None) -> None:
         """Write a whole dataset. `units` is required where the contract leaves it open."""
         spec = self._spec(path)
-        data = np.asarray(value, dtype=object) if spec.dtype == "str" else np.asarray(value, dtype=_DTYPES[spec.dtype])
+        data = np.asarray(value, dtype=object) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
         dataset = self._make(path, spec, data.shape, units)
         if data.shape == ():
             dataset[()] = data.item()
         elif data.size:
             dataset[...] = data
+        self._sink.check()
 
-    def allocate(self, path: str, shape: tuple[int, ...], *, units: str | None = None) -> Any:
+    def allocate(self, path: str, shape: tuple[int, ...], *, units: str | None = None) -> Allocated:
         """Make an empty dataset for a stage that fills it in blocks (`dataset[i] = ...`)."""
-        return self._make(path, self._spec(path), shape, units)
+        return Allocated(self._make(path, self._spec(path), shape, units), self._sink)
 
     def _spec(self, path: str) -> Dataset:
         return find_spec(self._kind, path)
 
     def _make(self, path: str, spec: Dataset, shape: tuple[int, ...], units: str | None) -> Any:
-        problem = _shape_problem(spec, shape, self._dims)
+        problem = shape_problem(spec, shape, self._dims)
         if problem:
             raise TedmError(f"internal: {self._kind.name} {path}: {problem}")
-        dtype: Any = h5py.string_dtype() if spec.dtype == "str" else _DTYPES[spec.dtype]
+        dtype: Any = h5py.string_dtype() if spec.dtype == "str" else DTYPES[spec.dtype]
         options: dict[str, Any] = {}
         if "node" in spec.dims and 0 not in shape:
             axis = spec.dims.index("node")
@@ -100,16 +103,50 @@ class Writer:
         group = self._file.create_group("provenance")
         string = h5py.string_dtype()
         for name, items in (("config", provenance.configs), ("input", provenance.inputs)):
-            for field, values in (
-                ("path", [relative_name(i.path, folder) for i in items]),
-                ("sha256", [i.sha256 for i in items]),
-            ):
+            for field in PROVENANCE[name]:
+                values = [relative_name(i.path, folder) if field == "path" else getattr(i, field) for i in items]
                 group.create_dataset(f"{name}_{field}", data=values, dtype=string, track_times=False)
-        texts = [c.text for c in provenance.configs]
-        group.create_dataset("config_text", data=texts, dtype=string, track_times=False)
-        problems = _contract_problems(self._file, self._kind)
+        problems = contract_problems(self._file, self._kind) + provenance_problems(self._file)
         if problems:
             raise TedmError(f"internal: {self._kind.name} was written incompletely: {'; '.join(problems)}")
+
+
+class Allocated:
+    """An empty dataset that is filled where it is indexed."""
+
+    def __init__(self, dataset: Any, sink: Sink) -> None:
+        self._dataset = dataset
+        self._sink = sink
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        self._dataset[index] = value
+        self._sink.check()
+
+
+class Blocks:
+    """A numeric dataset that is read where it is indexed."""
+
+    def __init__(self, dataset: Any, file: Path) -> None:
+        self._dataset = dataset
+        self._file = file
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return tuple(self._dataset.shape)
+
+    def __getitem__(self, index: Any) -> NDArray[Any]:
+        with _reading(self._file, self._dataset.name):
+            return np.asarray(self._dataset[index])
+
+
+@contextlib.contextmanager
+def _reading(file: Path, path: str = "") -> Iterator[None]:
+    """HDF5's complaints about a damaged file as an `InputError` that names it, lest a writer take them for its own."""
+    try:
+        yield
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as exc:
+        fact = f"{path}: " * bool(path) + f"cannot be read, the file is damaged ({exc})"
+        raise InputError(fact, where=str(file), hint="rebuild it") from exc
 
 
 class Reader:
@@ -125,20 +162,22 @@ class Reader:
 
     def array(self, path: str) -> NDArray[Any]:
         """The whole dataset as float64 or int64."""
-        return np.asarray(self._file[path][()])
+        return self.dataset(path)[()]
 
     def strings(self, path: str) -> list[str]:
-        return [str(s) for s in self._file[path].asstr()[()]]
+        with _reading(self.path, path):
+            return [str(s) for s in self._file[path].asstr()[()]]
 
     def string(self, path: str) -> str:
-        return str(self._file[path].asstr()[()])
+        with _reading(self.path, path):
+            return str(self._file[path].asstr()[()])
 
     def number(self, path: str) -> float:
-        return float(self._file[path][()])
+        return float(self.dataset(path)[()])
 
-    def dataset(self, path: str) -> Any:
-        """The dataset itself, for stages that read it in blocks."""
-        return self._file[path]
+    def dataset(self, path: str) -> Blocks:
+        """A numeric dataset, for stages that read it in blocks."""
+        return Blocks(self._file[path], self.path)
 
     def names(self, group: str) -> list[str]:
         """Names of the datasets in a group, in alphabetical order."""
@@ -153,20 +192,20 @@ class Reader:
 
     def provenance(self) -> Provenance:
         """Configurations and inputs, with their paths resolved from this file's folder."""
-        group = self._file["provenance"]
-        folder = self.path.parent
 
         def column(name: str) -> list[str]:
-            return [str(v) for v in group[name].asstr()[()]] if group[name].size else []
+            return self.strings(f"/provenance/{name}") if self._file[f"/provenance/{name}"].size else []
 
-        configs = tuple(
-            ConfigFile(folder / p, t, h)
-            for p, t, h in zip(column("config_path"), column("config_text"), column("config_sha256"), strict=True)
+        def paths(name: str) -> list[Path]:
+            return [absolute_path(p, self.path.parent) for p in column(name)]
+
+        configs = zip(paths("config_path"), column("config_text"), column("config_sha256"), strict=True)
+        inputs = zip(paths("input_path"), column("input_sha256"), strict=True)
+        return Provenance(
+            tuple(ConfigFile(*c) for c in configs),
+            tuple(InputFile(*i) for i in inputs),
+            str(self._file.attrs["command_line"]),
         )
-        inputs = tuple(
-            InputFile(folder / p, h) for p, h in zip(column("input_path"), column("input_sha256"), strict=True)
-        )
-        return Provenance(configs, inputs, str(self._file.attrs["command_line"]))
 
     def table(self) -> Iterator[tuple[str, tuple[int, ...], str, str]]:
         """(path, shape, unit, meaning) of every dataset of the contract that the file holds."""
@@ -175,7 +214,9 @@ class Reader:
         def visit(name: str, item: Any) -> None:
             path = "/" + name
             if isinstance(item, h5py.Dataset) and "units" in item.attrs:
-                found.append((path, tuple(item.shape), str(item.attrs["units"]), str(item.attrs["long_name"])))
+                with contextlib.suppress(KeyError):  # what a user has added is not of the contract
+                    meaning = find_spec(self.kind, path).long_name
+                    found.append((path, tuple(item.shape), str(item.attrs["units"]), meaning))
 
         self._file.visititems(visit)
         yield from found
@@ -184,17 +225,12 @@ class Reader:
 @contextlib.contextmanager
 def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Writer]:
     """Write a file of `kind` atomically; on any failure the file that was there before stays as it was."""
-    with replacing(path) as temporary:
-        file = h5py.File(temporary, "w", libver="v110")
-        try:
-            writer = Writer(file, kind, path)
+    with replacing(path) as temporary, contextlib.closing(Sink(temporary)) as sink:
+        with h5py.File(sink, "w", libver="v110") as file:
+            writer = Writer(file, kind, path, sink)
             yield writer
             writer._finish(provenance)
-        except BaseException:
-            with contextlib.suppress(OSError, RuntimeError):
-                file.close()
-            raise
-        file.close()
+        sink.check()
 
 
 @contextlib.contextmanager
@@ -218,11 +254,6 @@ def replacing(path: Path) -> Iterator[Path]:
         os.replace(temporary, path)
     except OSError as exc:
         raise _cannot_write(path, exc) from exc
-    except RuntimeError as exc:
-        # h5py reports a failed flush as RuntimeError when it notices only on closing; others are not about writing.
-        if re.match(r"(Unable to|Can't) ", str(exc)):
-            raise _cannot_write(path, exc) from exc
-        raise
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -240,11 +271,9 @@ def _alive(temporary: Path) -> bool:
     return True
 
 
-def _cannot_write(path: Path, exc: Exception) -> InputError:
-    number = getattr(exc, "errno", None)
-    text = str(exc)
-    full = number in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT) or "No space left" in text or "File too large" in text
-    fact = "no room left to write it" if full else f"cannot be written ({os.strerror(number) if number else text})"
+def _cannot_write(path: Path, exc: OSError) -> InputError:
+    full = exc.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+    fact = "no room left to write it" if full else f"cannot be written ({exc.strerror or exc})"
     return InputError(f"{fact}; the previous file, if any, is untouched", where=str(path))
 
 
@@ -264,17 +293,19 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
     except OSError as exc:
         raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path), hint=rebuild) from exc
     with file:
-        schema = str(file.attrs.get("schema", ""))
+        with _reading(path):
+            schema = str(file.attrs.get("schema", ""))
+            found = file.attrs.get("schema_version", "none")
         if schema != f"tedm.{kind.name}":
             raise InputError(
                 f"holds {schema or 'no tedm schema'}, wanted tedm.{kind.name}", where=str(path), hint=rebuild
             )
-        found = int(file.attrs.get("schema_version", -1))
-        if found != kind.version:
+        if str(found) != str(kind.version):
             raise InputError(
                 f"schema version {found}, this tedm reads {kind.version}", where=str(path), hint=f"re{rebuild}"
             )
-        problems = _contract_problems(file, kind)
+        with _reading(path):
+            problems = contract_problems(file, kind) + provenance_problems(file)
         if problems:
             raise InputError("; ".join(problems), where=str(path), hint=f"re{rebuild}")
         yield Reader(file, kind, path)
@@ -293,53 +324,3 @@ def kind_of(path: Path) -> FileKind:
     if kind is None:
         raise InputError(f"holds {schema or 'no tedm schema'}", where=str(path), hint=f"known: {', '.join(KINDS)}")
     return kind
-
-
-def find_spec(kind: FileKind, path: str) -> Dataset:
-    """The contract of one dataset, templates (`/psd/{output}`) included."""
-    if path in kind.datasets:
-        return kind.datasets[path]
-    for pattern, spec in kind.datasets.items():
-        if "{" in pattern and re.fullmatch(re.sub(r"\\{\w+\\}", "[^/]+", re.escape(pattern)), path):
-            return spec
-    raise TedmError(f"internal: {kind.name} has no dataset {path} in its contract")
-
-
-def _shape_problem(spec: Dataset, shape: tuple[int, ...], dims: dict[str, int]) -> str:
-    if len(shape) != len(spec.dims):
-        return f"has {len(shape)} dimensions, wanted {len(spec.dims)} ({', '.join(spec.dims)})"
-    for dim, size in zip(spec.dims, shape, strict=True):
-        known = dims.setdefault(dim, size)
-        if known != size:
-            return f"{size} along {dim}, where other datasets have {known}"
-    return ""
-
-
-def _contract_problems(file: Mapping[str, Any], kind: FileKind) -> list[str]:
-    problems = []
-    dims = dict(kind.fixed_dims)
-    for pattern, spec in kind.datasets.items():
-        if "{" in pattern:
-            group = pattern.rsplit("/", 1)[0]
-            paths = [f"{group}/{name}" for name in file[group]] if group in file else []
-        else:
-            paths = [pattern]
-            if pattern not in file and spec.optional:
-                continue
-        if not paths or paths[0] not in file:
-            problems.append(f"{pattern} is missing")
-            continue
-        for path in paths:
-            data = file[path]
-            if not isinstance(data, h5py.Dataset):
-                problems.append(f"{path} is not a dataset")
-                continue
-            wanted = "O" if spec.dtype == "str" else np.dtype(_DTYPES[spec.dtype]).kind
-            if data.dtype.kind != wanted:
-                problems.append(f"{path} holds {data.dtype}, wanted {spec.dtype}")
-            problem = _shape_problem(spec, data.shape, dims)
-            if problem:
-                problems.append(f"{path} {problem}")
-            elif spec.units is not None and data.attrs.get("units") != spec.units:
-                problems.append(f"{path} has units {data.attrs.get('units')!r}, wanted {spec.units!r}")
-    return problems

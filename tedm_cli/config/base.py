@@ -63,7 +63,7 @@ def _problems(model: type[BaseModel], data: Mapping[str, Any], exc: ValidationEr
         found.setdefault(path, []).append(_fact(model, error))
         if is_alternative:
             alternatives.add(path)
-    # Where one form fits down to some entries, only these are wrong, not the whole value for want of being another form.
+    # Where one form fits down to some entries, only these are wrong: the value as a whole need not be another form.
     for path in alternatives:
         if any(other != path and other.startswith(path) for other in alternatives):
             del found[path]

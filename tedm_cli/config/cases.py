@@ -172,10 +172,13 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
     """
     file, config = load(CasesConfig, path)
     problems: list[tuple[str, str]] = []
-    for number, case_id in enumerate(config.ids):
-        first = config.ids.index(case_id)
+    # Ids name files: 3 and 03, or 4b and 4B on some file systems, would be one file.
+    names = [case_id.lstrip("0").lower() for case_id in config.ids]
+    for number, name in enumerate(names):
+        first = names.index(name)
         if first != number:
-            problems.append((f"case[{number}].id", f"{case_id!r} is already the id of case[{first}]"))
+            fact = f"{config.ids[number]!r} names the same case file as the id {config.ids[first]!r} of case[{first}]"
+            problems.append((f"case[{number}].id", fact))
     seen: dict[tuple[str, str], str] = {}
     low, high = config.frequency.min_hz, config.frequency.max_hz
     for number, table in enumerate(config.requirements):

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from tedm_cli.config.base import Strict, load
 from tedm_cli.gravity.constants import G_CODATA_2018
@@ -84,12 +84,13 @@ class ModelConfig(Strict):
     test_mass: Annotated[list[TestMassTable], Field(min_length=1)]
     gravity: GravityTable = GravityTable()
 
-    @model_validator(mode="after")
-    def _names_differ(self) -> ModelConfig:
-        names = [t.name for t in self.test_mass]
+    @field_validator("test_mass")
+    @classmethod
+    def _names_differ(cls, value: list[TestMassTable]) -> list[TestMassTable]:
+        names = [t.name for t in value]
         if len(set(names)) != len(names):
             raise ValueError(f"two test masses have the same name: {', '.join(names)}")
-        return self
+        return value
 
     def test_masses(self) -> list[TestMass]:
         """The test masses as the gravity room takes them."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
+import contextlib
+import io
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import Floats, Ints
+from tedm_cli.store import replacing
 
 # The file keeps 10 id + device code in 32 bits.
 MAX_GRID_ID = 99_999_999
@@ -56,20 +57,8 @@ def write_op2(path: Path, grid_ids: Ints, cases: Iterable[tuple[int, str, Floats
     if not model.displacements:
         raise InputError("no subcase to write", where=str(path))
 
-    # mkstemp makes the file private; the target gets the mode that a plain open() would have given.
-    umask = os.umask(0)
-    os.umask(umask)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".tmp", dir=path.parent)
-    os.close(handle)
-    try:
-        model.write_op2(name, post=-1, endian=b"<", nastran_format="msc")
-        with open(name, "rb") as written:
-            os.fsync(written.fileno())
-        os.chmod(name, 0o666 & ~umask)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with replacing(path) as temporary, contextlib.redirect_stdout(io.StringIO()):  # pyNastran reports on stdout
+        model.write_op2(str(temporary), post=-1, endian=b"<", nastran_format="msc")
 
 
 def _check(path: Path, subcase: int, label: str, motion: Floats, written: dict[int, object]) -> None:

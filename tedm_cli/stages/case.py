@@ -50,7 +50,7 @@ def select_cases(project: Project, wanted: Sequence[str]) -> list[str]:
     _, config = load_cases(project.cases)
     if list(wanted) == ["all"]:
         return config.ids
-    return [config.case(case_id, where=str(project.cases)).id for case_id in wanted]
+    return list(dict.fromkeys(config.case(case_id, where=str(project.cases)).id for case_id in wanted))
 
 
 def run_cases(

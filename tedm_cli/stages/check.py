@@ -19,6 +19,7 @@ class FileCheck:
     path: Path
     kind: str
     problems: list[str]
+    inputs: tuple[Path, ...] = ()
 
     def lines(self) -> list[str]:
         state = "stale or damaged" if self.problems else "up to date"
@@ -38,7 +39,7 @@ def check_folder(folder: Path) -> list[FileCheck]:
     files = sorted(folder.glob("*.h5"))
     if not files:
         raise InputError("holds no HDF5 files", where=str(folder), hint="run make all")
-    return [check_file(path) for path in files]
+    return _with_ancestors([check_file(path) for path in files])
 
 
 def check_file(path: Path) -> FileCheck:
@@ -56,7 +57,22 @@ def check_file(path: Path) -> FileCheck:
     problems = [] if made_with == __version__ else [f"made by tedm {made_with}, this is {__version__}"]
     items = [(c.path, c.sha256) for c in provenance.configs] + [(i.path, i.sha256) for i in provenance.inputs]
     problems += [p for path_used, digest in items if (p := _compare(path_used, digest))]
-    return FileCheck(path, kind.name, problems)
+    return FileCheck(path, kind.name, problems, tuple(i.path for i in provenance.inputs))
+
+
+def _with_ancestors(checks: list[FileCheck]) -> list[FileCheck]:
+    """Pass on along the chain: what was made from a stale file is stale, though that file is as it was then."""
+    bad = {c.path.resolve(): c for c in checks if c.problems}
+    out = checks
+    for _ in checks:  # the chain is not longer than there are files
+        out = [
+            c
+            if c.problems or not (stale := [i for i in c.inputs if i in bad])
+            else FileCheck(c.path, c.kind, [f"its input {i} is not up to date" for i in stale], c.inputs)
+            for c in out
+        ]
+        bad = {c.path.resolve(): c for c in out if c.problems}
+    return out
 
 
 def _compare(path: Path, sha256: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.config.project import Project
+from tedm_cli.contracts import KINDS
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.noise.areas import AreaTable
@@ -34,7 +35,13 @@ def case_file_name(case_id: str) -> str:
 
 
 def provenance(configs: Sequence[ConfigFile], inputs: Iterable[Path]) -> Provenance:
-    return Provenance(tuple(configs), input_files(inputs), command_line())
+    """Origin of a file: `configs` as they were read, and the present contents of `inputs`."""
+    paths = list(inputs)
+    for path in paths:
+        if not path.exists():
+            kind = KINDS.get(path.stem)
+            raise InputError("no such file", where=str(path), hint=f"make it with `{kind.made_by}`" if kind else "")
+    return Provenance(tuple(configs), input_files(paths), command_line())
 
 
 def require_same_input(name: str, *files: Reader) -> None:

@@ -26,6 +26,7 @@ from tedm_cli.stages.common import (
     UNIT_LOADS,
     FloatArray,
     IntArray,
+    check_test_masses,
     copy_areas,
     out_path,
     provenance,
@@ -62,11 +63,11 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
         create(out, KIND, trace) as writer,
     ):
         require_input(distortion, trace.inputs[0])
-        return _build(config, unit, distortion, writer, out, step)
+        return _build(config, unit, distortion, writer, out, project.model, step)
 
 
 def _build(
-    config: ModelConfig, unit: Reader, distortion: Reader, writer: Writer, out: Path, step: Step
+    config: ModelConfig, unit: Reader, distortion: Reader, writer: Writer, out: Path, where: Path, step: Step
 ) -> SensitivitySummary:
     test_masses = config.test_masses()
     g = config.gravity.gravitational_constant_m3_kg_s2
@@ -79,6 +80,7 @@ def _build(
     writer.write("/test_mass/mass", [t.mass_kg for t in test_masses])
     writer.write("/test_mass/axes", [t.axes for t in test_masses])
     heavy = mass > 0
+    check_test_masses(test_masses, position[heavy], where=str(where))
     structure = [self_gravity(position[heavy], mass[heavy], t, G=g, node_ids=ids[heavy]) for t in test_masses]
     other, error = _other_test_masses(test_masses, g, config.gravity.other_test_mass_points)
     fields = list(zip(structure, other, strict=True))  # [test mass][source]

@@ -113,7 +113,7 @@ def test_every_problem_between_tables_at_once(tmp_path):
         + '[[requirement]]\nname = "lpf_readout"\noutputs = ["A_TM1_x", "B_TM1_x", "A_TM1_x"]\n',
     )
     assert found == {
-        "case[1].id": "'3' is already the id of case[0]",
+        "case[1].id": "'3' names the same case file as the id '3' of case[0]",
         "requirement[0].name": "its band 0.0001 to 0.1 Hz is outside [frequency] 0.001 to 0.1 Hz",
         "requirement[1].outputs[2]": "lpf_readout judges A_TM1_x already in requirement[1].outputs[0]",
     }

@@ -1,0 +1,40 @@
+from pathlib import Path
+
+import pytest
+from border_tools import CONFIGS, SMALL, STAGES, Project, tiny_project
+
+
+@pytest.fixture(scope="session")
+def chain(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """The small sample with its whole chain built, case 3 included. Not to be changed: copy it."""
+    import shutil
+
+    folder = tmp_path_factory.mktemp("chain") / "small"
+    folder.mkdir()
+    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml"):
+        shutil.copy(SMALL / name, folder)
+    for name in ("optics.toml", "cases.toml"):
+        shutil.copy(CONFIGS / name, folder)
+    (folder / "tedm.toml").write_text('title = "small sample"\n')
+    project = Project(folder)
+    for command in STAGES:
+        project.stage(command).ok()
+    return project
+
+
+@pytest.fixture
+def small(chain: Project, tmp_path: Path) -> Project:
+    """A copy of the built chain that a test may change."""
+    return chain.copy(tmp_path / "small")
+
+
+@pytest.fixture(scope="session")
+def bricks(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """Two bricks, ingested. Not to be changed: copy it."""
+    return tiny_project(tmp_path_factory.mktemp("bricks") / "tiny")
+
+
+@pytest.fixture
+def tiny(bricks: Project, tmp_path: Path) -> Project:
+    """A copy of the two bricks that a test may change."""
+    return bricks.copy(tmp_path / "tiny")

@@ -1,0 +1,165 @@
+"""A good chain: the same bytes every time, files that other programs open, and hashes of what was read."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+from border_tools import STAGES, Project, replace, snapshot, tedm
+
+from tedm_cli.contracts import KINDS
+
+FILES = sorted(STAGES.values())
+INPUTS = {
+    "unit_loads.h5": {"model.toml", "unit_loads.bdf", "unit_loads.op2"},
+    "distortion.h5": {"optics.toml", "unit_loads.h5"},
+    "sensitivity.h5": {"model.toml", "unit_loads.h5", "distortion.h5"},
+    "optics.h5": {"optics.toml", "distortion.h5"},
+    "case03.h5": {"cases.toml", "sensitivity.h5", "optics.h5"},
+}
+
+
+def datasets(path: Path) -> dict[str, dict[str, object]]:
+    """Attributes of all datasets of a file but the provenance and the dimension scales."""
+    found: dict[str, dict[str, object]] = {}
+
+    def visit(name: str, item: object) -> None:
+        if isinstance(item, h5py.Dataset) and not name.startswith(("provenance/", "n_")):
+            found["/" + name] = dict(item.attrs)
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+    return found
+
+
+def test_same_inputs_give_same_bytes_in_any_place(
+    chain: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same commands, twice in one folder and once in another at another depth."""
+    found = []
+    for name in ("here", "here", "some/where/else"):
+        folder = tmp_path / name
+        ignored = shutil.ignore_patterns("build")
+        shutil.copytree(chain.folder, folder, ignore=ignored, dirs_exist_ok=True)
+        monkeypatch.chdir(folder)
+        for command in STAGES:
+            tedm(command, *(["3"] if command == "run-case" else []), "-c", "tedm.toml", "-d", "out").ok()
+        found.append(snapshot(folder / "out"))
+    tedm("check", "-d", "out").ok()
+    assert len(found[0]) == len(STAGES)
+    assert found[1] == found[0]
+    assert found[2] == found[0]
+
+
+def test_a_chain_moves_as_a_whole(chain: Project, tmp_path: Path) -> None:
+    moved = chain.copy(tmp_path / "moved")
+    tedm("check", "-d", moved.build).ok()
+
+
+def test_check_through_a_link(small: Project, tmp_path: Path) -> None:
+    (tmp_path / "deep" / "er").mkdir(parents=True)
+    link = tmp_path / "deep" / "er" / "build"
+    link.symlink_to(small.build)
+    tedm("check", "-d", link).ok()
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_units_meaning_and_frame(chain: Project, name: str) -> None:
+    kind = next(kind for kind in KINDS.values() if STAGES[kind.made_by.removeprefix("tedm ")] == name)
+    found = datasets(chain.build / name)
+    assert set(kind.datasets) - set(found) <= {p for p, d in kind.datasets.items() if "{" in p or d.optional}
+    for path, attributes in found.items():
+        assert attributes["units"], path
+        assert attributes["long_name"], path
+        scales = attributes.get("DIMENSION_LIST", [])
+        with h5py.File(chain.build / name) as file:
+            dims = [file[references[0]].name for references in scales]
+            assert len(dims) == file[path].ndim
+            if "/n_xyz" in dims and file[path].dtype.kind == "f" and not path.startswith("/test_mass/side"):
+                assert attributes["frame"], path
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_opens_in_xarray(chain: Project, name: str) -> None:
+    path = chain.build / name
+    groups = sorted({p.rsplit("/", 1)[0] or "/" for p in datasets(path)})
+    for group in groups:
+        with xarray.open_dataset(path, group=group, engine="h5netcdf") as opened, h5py.File(path) as file:
+            for variable, values in opened.data_vars.items():
+                if str(variable).startswith("n_"):
+                    continue
+                item = file[f"{group}/{variable}"]
+                assert values.attrs["units"] == item.attrs["units"]
+                assert all(str(dim).startswith("n_") for dim in values.dims), values.dims
+                assert values.shape == item.shape
+                if item.dtype.kind == "f":
+                    np.testing.assert_array_equal(values.values, item[()])
+
+
+def test_xarray_knows_the_dimensions(chain: Project) -> None:
+    with xarray.open_dataset(chain.build / "distortion.h5", group="/D", engine="h5netcdf") as opened:
+        assert opened["translation"].dims == ("n_area", "n_node", "n_xyz")
+    with xarray.open_dataset(chain.build / "sensitivity.h5", group="/stiffness", engine="h5netcdf") as opened:
+        assert opened["gamma_lin"].dims == ("n_test_mass", "n_source", "n_xyz", "n_xyz_column")
+
+
+def test_opens_in_xarray_without_requirements(small: Project) -> None:
+    """Dimensions of length zero are no trouble."""
+    cases = small.folder / "cases.toml"
+    tables = cases.read_text().split("[[")
+    cases.write_text("[[".join(table for table in tables if not table.startswith("requirement]]")))
+    small.stage("run-case").ok()
+    with xarray.open_dataset(small.build / "case03.h5", group="/verdict", engine="h5netcdf") as opened:
+        assert opened["ratio"].shape == (0,)
+    tedm("show", small.build / "case03.h5").ok()
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_provenance(chain: Project, name: str) -> None:
+    with h5py.File(chain.build / name) as file:
+        p = {key: list(value.asstr()[()]) for key, value in file["provenance"].items()}
+        assert str(file.attrs["command_line"]).startswith("tedm ")
+        assert not [key for key in file.attrs if "time" in key or "date" in key]
+    for kind in ("config", "input"):
+        for path, sha in zip(p[f"{kind}_path"], p[f"{kind}_sha256"], strict=True):
+            assert not Path(path).is_absolute()
+            assert hashlib.sha256((chain.build / path).read_bytes()).hexdigest() == sha
+    for path, text in zip(p["config_path"], p["config_text"], strict=True):
+        assert text == (chain.build / path).read_text()
+    assert {Path(path).name for path in [*p["config_path"], *p["input_path"]]} == INPUTS[name]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_show(chain: Project, name: str) -> None:
+    path = chain.build / name
+    text = tedm("show", path).ok().out
+    shown = json.loads(tedm("show", path, "--json").ok().out)
+    assert {d["path"] for d in shown["datasets"]} == set(datasets(path))
+    for dataset in shown["datasets"]:
+        line = next(line for line in text.splitlines() if line.split(" ")[0] == dataset["path"])
+        assert dataset["units"] in line
+        assert dataset["long_name"] in line
+    assert {Path(i["path"]).name for i in [*shown["inputs"], *shown["configurations"]]} == INPUTS[name]
+    assert shown["main"]
+    for key in shown["main"]:
+        assert f"{key}: " in text
+
+
+def test_check_of_a_fresh_chain(chain: Project) -> None:
+    assert tedm("check", "-d", chain.build).ok().out.count("up to date") == len(FILES)
+    assert all(c["up_to_date"] for c in json.loads(tedm("check", "-d", chain.build, "--json").ok().out))
+
+
+def test_a_requirement_that_fails_is_a_result(small: Project) -> None:
+    replace(small.folder / "cases.toml", "safety_factor = ", "safety_factor = 1000.0 # ")
+    shown = json.loads(small.run("run-case", "3", "--json").ok().out)
+    assert not shown[0]["passed"]
+    outcome = small.run("run-case", "3", "--fail-on-violation")
+    assert outcome.code == 5
+    assert "case 3" in outcome.err

@@ -1,0 +1,159 @@
+"""Configuration: every problem of a file at once, by dotted path, and nothing unknown is passed over."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from border_tools import Project, replace, tedm, untouched
+
+
+def refuse(project: Project, command: str, *pieces: str, code: int = 3, hint: str = "") -> None:
+    with untouched(project.folder):
+        project.stage(command).refused(code, *pieces, hint=hint)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "piece"),
+    [
+        ("side_m = 0.046", "side_m = 0.046\nside_mm = 46.0", "test_mass[0].side_mm: unknown key; did you mean side_m?"),
+        ("[[test_mass]]", "[[testmass]]", "testmass: unknown key; did you mean test_mass?"),
+        ("areas_csv", "area_csv", "model.area_csv: unknown key; did you mean areas_csv?"),
+        ('group = "bricks", shield', 'grup = "bricks", shield', "areas.rule[0].grup: unknown key; did you mean group?"),
+        ("mass_kg = 1.96", 'mass_kg = "1.96"', "test_mass[0].mass_kg: must be a valid number (found '1.96')"),
+        ("mass_kg = 1.96", "mass_kg = -1.96", "test_mass[0].mass_kg: must be greater than 0 (found -1.96)"),
+        ("mass_kg = 1.96", "mass_kg = nan", "test_mass[0].mass_kg: must be a finite number"),
+        ("mass_kg = 1.96", "mass_kg = true", "test_mass[0].mass_kg: must be a valid number (found True)"),
+        ("[0.1, 0.2, 0.0]", "[0.1, 0.2]", "test_mass[0].position_m: "),
+        ("[0.1, 0.2, 0.0]", '[0.1, "0.2", 0.0]', "test_mass[0].position_m[1]: must be a valid number (found '0.2')"),
+        (
+            "side_m = 0.046",
+            'side_m = "46"',
+            "test_mass[0].side_m: must be a valid number or must be a valid list (found",
+        ),
+        ("side_m = 0.046", "side_m = [1, 2, -3]", "test_mass[0].side_m[2]: must be greater than 0 (found -3)"),
+        (
+            'shield = "inside"',
+            'shield = "within"',
+            "areas.rule[0].shield: must be 'inside' or 'outside' (found 'within')",
+        ),
+        ("side_m = 0.046", "", "test_mass[0].side_m: missing"),
+        ("[areas]", "[areas", "not valid TOML"),
+        ('op2 = ["unit_loads.op2"]', 'op2 = "unit_loads.op2"', "model.op2: must be a valid list"),
+        ("side_m = 0.046", "side_m = 0.046\naxes = [[1,0,0],[0,1,0],[0,1,1]]", "test_mass[0].axes: "),
+    ],
+)
+def test_model_file(tiny: Project, old: str, new: str, piece: str) -> None:
+    replace(tiny.model, old, new)
+    refuse(tiny, "ingest", "model.toml: " + piece)
+
+
+def test_all_problems_at_once(tiny: Project) -> None:
+    replace(tiny.model, "side_m = 0.046", "side_mm = 46.0")
+    replace(tiny.model, "mass_kg = 1.96", "mass_kg = 0")
+    replace(tiny.model, 'op2 = ["unit_loads.op2"]', "op2 = []")
+    outcome = tiny.run("ingest")
+    outcome.refused(3, "test_mass[0].side_mm", "test_mass[0].side_m:", "test_mass[0].mass_kg", "model.op2")
+    assert len(outcome.err.splitlines()) == 4
+
+
+def test_two_test_masses_of_one_name(tiny: Project) -> None:
+    text = tiny.model.read_text()
+    tiny.model.write_text(text + text[text.index("[[test_mass]]") :])
+    refuse(tiny, "ingest", "TM1")
+
+
+@pytest.mark.parametrize("contents", [b"\xff\xfe\x00", b"\x00", b"title = 'a'\ntitle = 'b'\n", b"= 1\n"])
+def test_not_toml(tiny: Project, contents: bytes) -> None:
+    (tiny.folder / "tedm.toml").write_bytes(contents)
+    refuse(tiny, "ingest", "tedm.toml: not valid TOML")
+
+
+@pytest.mark.parametrize("name", ["tedm.toml", "model.toml"])
+def test_missing_file(tiny: Project, name: str) -> None:
+    (tiny.folder / name).unlink()
+    refuse(tiny, "ingest", name, code=4, hint="--config")
+
+
+def test_empty_project_file(tiny: Project) -> None:
+    (tiny.folder / "tedm.toml").write_text("")
+    refuse(tiny, "ingest", "tedm.toml: title: missing")
+
+
+def test_test_mass_inside_the_structure(small: Project) -> None:
+    replace(small.model, "position_m = [-0.188, 0.0, 0.0]", "position_m = [-0.2, 0.0, 0.0]")
+    refuse(small, "build-sensitivity", "TM1", "node ", code=5)
+
+
+@pytest.mark.parametrize(("case", "near"), [("11", "1"), ("4c", "4"), ("3.0", "3")])
+def test_a_case_that_is_not_there(small: Project, case: str, near: str) -> None:
+    with untouched(small.folder):
+        small.run("run-case", case).refused(2, "cases.toml", case, "1, 2, 3, 4, 4b, 5", hint=near)
+
+
+def test_one_output_for_several_cases(small: Project) -> None:
+    with untouched(small.folder):
+        small.run("run-case", "3", "4", "-o", small.build / "x.h5").refused(2, "--output", "2 cases")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "piece", "hint"),
+    [
+        (["ingset"], "ingset", "tedm --help"),
+        (["ingest", "--bogus"], "--bogus", "tedm ingest --help"),
+        (["ingest", "extra"], "extra", "tedm ingest --help"),
+        (["ingest", "-c"], "-c", "--help"),
+        (["run-case"], "case", "tedm run-case --help"),
+        (["show"], "file", "tedm show --help"),
+    ],
+)
+def test_usage(arguments: list[str], piece: str, hint: str) -> None:
+    tedm(*arguments).refused(2, piece, hint=hint)
+
+
+def test_write_deck_without_its_inputs(tiny: Project) -> None:
+    replace(tiny.model, 'areas_csv = "areas.csv"\n', "")
+    refuse(tiny, "write-deck", "model.areas_csv: needed to write a deck")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "piece"),
+    [
+        ("3,LEFT", "x3,LEFT", "areas.csv:4: wanted a grid id"),
+        ("3,LEFT", "3,LEFT,1", "areas.csv:4: wanted a grid id"),
+        ("3,LEFT", "3,2LEFT", "areas.csv:4: wanted a grid id"),
+        ("3,LEFT", "2,LEFT", "areas.csv:4: grid 2 is in line 3 already"),
+        ("3,LEFT", "3,Left", "areas.csv:4: area 'Left' is also spelled 'LEFT'"),
+        ("3,LEFT", "333,LEFT", "area 'LEFT' names 1 grids that do not exist: 333"),
+        ("3,LEFT\n", "", "structural grids are in no thermal area: 3"),
+        ("node_id,area", "id,area", "areas.csv:1: must begin with the header node_id,area"),
+        ("RIGHT", "UNIFORM", "area 'UNIFORM' has the name of the uniform load"),
+    ],
+)
+def test_areas_file(tiny: Project, old: str, new: str, piece: str) -> None:
+    replace(tiny.folder / "areas.csv", old, new, count=99)
+    refuse(tiny, "write-deck", piece, code=4)
+
+
+def test_areas_file_of_a_spreadsheet(tiny: Project) -> None:
+    """Byte order mark, CR LF and empty lines are no mistakes."""
+    before = tiny.deck.read_bytes()
+    text = (tiny.folder / "areas.csv").read_text()
+    (tiny.folder / "areas.csv").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode() + b"\r\n\r\n")
+    tiny.run("write-deck").ok()
+    assert tiny.deck.read_bytes() == before
+
+
+def test_nothing_is_left_in_the_working_directory(
+    tiny: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """pyNastran dumps a file there when an INCLUDE is missing."""
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    shutil.copy(tiny.deck, tiny.folder / "copy.bdf")
+    replace(tiny.deck, "SPC1,1", "INCLUDE 'gone.inc'\nSPC1,1")
+    replace(tiny.folder / "model.bdf", "SPC1,1", "INCLUDE 'gone.inc'\nSPC1,1")
+    for command in ("ingest", "write-deck", "solve"):
+        tiny.run(command).refused(4, "gone.inc")
+    assert not list(Path.cwd().iterdir())

@@ -1,0 +1,331 @@
+"""ingest takes what Nastran and its users really leave behind, and says what is wrong with the rest."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from border_tools import MODEL_TOML, Project, replace, tiny_ids, tiny_motions, untouched
+
+from tedm_cli.nastran.op2_writer import write_op2
+
+
+def refuse(tiny: Project, code: int, *pieces: str, hint: str = "") -> None:
+    """ingest fails with this message; the file of the last good run, and everything else, is as it was."""
+    with untouched(tiny.folder):
+        tiny.run("ingest").refused(code, *pieces, hint=hint)
+
+
+# --- decks -----------------------------------------------------------------------------------------------------------
+
+SUBCASE_2 = "SUBCASE 2\n  LABEL = RIGHT\n  TEMPERATURE(LOAD) = 2\n  DISPLACEMENT(PLOT) = ALL\n"
+DECKS = {
+    "area without subcase": (SUBCASE_2, "", ["4 of 12 structural grids are in no thermal area: 9, 10, 11, 12"]),
+    "grid without area": (
+        "TEMP           2      12      1.\n",
+        "",
+        ["1 of 12 structural grids are in no thermal area: 12"],
+    ),
+    "same labels": ("LABEL = RIGHT", "LABEL = left", ["subcases 1 and 2 have the same label 'left'"]),
+    "no label": ("  LABEL = RIGHT\n", "", ["subcase 2", "no LABEL"]),
+    "no temperature": ("  TEMPERATURE(LOAD) = 2\n", "", ["subcase 2 (area 'RIGHT')", "selects no temperatures"]),
+    "unknown set": ("TEMPERATURE(LOAD) = 2", "TEMPERATURE(LOAD) = 55", ["area 'RIGHT'", "temperature set 55"]),
+    "grid in two areas": ("ENDDATA", "TEMP,2,3,1.\nENDDATA", ["1 of 12 grids", ": 3 (the first in LEFT, RIGHT)"]),
+    "uneven step": ("ENDDATA", "TEMP,2,9,2.\nENDDATA", ["area 'RIGHT'", "by 1 to 2 K"]),
+    "unknown grid": ("ENDDATA", "TEMP,2,333,1.\nENDDATA", ["area 'RIGHT'", "333"]),
+    "TEMPD off TREF": ("TEMPD          1      0.", "TEMPD          1     20.", ["subcase 1", "20 K", "TREF is 0 K"]),
+    "TREF off TEMPD": ("2.3-5", "2.3-5,20.", ["subcase 1", "0 K", "TREF is 20 K"]),
+    "initial": ("SPC = 1", "SPC = 1\nTEMPERATURE(INITIAL) = 2", ["TEMPERATURE(INITIAL)"]),
+    "SUBCOM": ("SUBCASE 3", "SUBCOM 3", ["unit_loads.bdf:12: SUBCOM"]),
+    "TEMPP1": ("ENDDATA", "TEMPP1,2,1,1.,0.\nENDDATA", ["unit_loads.bdf:48: TEMPP1"]),
+    "TEMPP1 in large fields": ("ENDDATA", "TEMPP1*,2,1,1.,0.\n*\nENDDATA", ["unit_loads.bdf:48: TEMPP1"]),
+    "TEMPRB": ("ENDDATA", "TEMPRB,2,1,1.,0.\nENDDATA", ["unit_loads.bdf:48: TEMPRB"]),
+    "NSML1": ("ENDDATA", "NSML1,2,PSOLID,1.,1\nENDDATA", ["unit_loads.bdf:48: NSML1"]),
+    "CONM1": ("ENDDATA", "CONM1,77,3,0,1.\nENDDATA", ["unit_loads.bdf:48: CONM1"]),
+    "offset CONM2": ("ENDDATA", "CONM2,77,3,,1.,.01\nENDDATA", ["CONM2 77", "0.01 m"]),
+    "CONM2 nowhere": ("ENDDATA", "CONM2,77,333,,1.\nENDDATA", ["333", "CONM2 eid=77"]),
+    "CMASS2": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS2 77"]),
+    "superelement": ("ENDDATA", "SESET,1,1,2\nENDDATA", ["SESET"]),
+    "unknown element": ("ENDDATA", "CNOVEL,5,1,2,3\nENDDATA", ["CNOVEL"]),
+    "force": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  LOAD = 7\n", ["subcase 2", "LOAD = 7"]),
+    "two supports": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  SPC = 7\n", ["different SPC", "7 in subcase 2"]),
+    "unknown corner": (",11,12", ",11,13", ["nid=13", "CHEXA eid=2"]),
+    "unknown material": ("PSOLID,1,1", "PSOLID,1,5", ["mid=5", "PSOLID pid=1"]),
+    "grid twice": ("ENDDATA", "GRID,1,,5.,5.,5.\nENDDATA", ["GRID 1"]),
+    "letters for an id": ("GRID,2,,", "GRID,two,,", ["GRID two"]),
+    "missing include": ("SPC1,1", "INCLUDE 'parts/grids.inc'\nSPC1,1", ["unit_loads.bdf:35", "parts/grids.inc"]),
+    "open include": ("SPC1,1", "INCLUDE 'grids.inc\nSPC1,1", ["unit_loads.bdf:35", "closing quote"]),
+    "no density": ("2700.", "", ["no mass"]),
+}
+
+
+@pytest.mark.parametrize("name", DECKS)
+def test_deck_is_refused(tiny: Project, name: str) -> None:
+    old, new, pieces = DECKS[name]
+    replace(tiny.deck, old, new)
+    refuse(tiny, 4, "unit_loads.bdf", *pieces)
+
+
+def test_missing_deck(tiny: Project) -> None:
+    tiny.deck.unlink()
+    refuse(tiny, 4, "unit_loads.bdf", hint="write-deck")
+
+
+@pytest.mark.parametrize("text", ["", "SOL 101\nCEND\n", "SOL 101\nCEND\nBEGIN BULK\nENDDATA\n", "no deck at all\n"])
+def test_a_file_without_a_model(tiny: Project, text: str) -> None:
+    tiny.deck.write_text(text)
+    refuse(tiny, 4, "unit_loads.bdf")
+
+
+def test_the_model_itself_is_no_unit_load_deck(tiny: Project) -> None:
+    shutil.copy(tiny.folder / "model.bdf", tiny.deck)
+    refuse(tiny, 4, "no subcase that warms a thermal area", hint="write-deck")
+
+
+def test_binary_results_named_as_the_deck(tiny: Project) -> None:
+    shutil.copy(tiny.op2, tiny.deck)
+    refuse(tiny, 4, "unit_loads.bdf")
+
+
+def test_includes_are_read_scanned_and_recorded(tiny: Project, tmp_path: Path) -> None:
+    lines = tiny.deck.read_text().splitlines(keepends=True)
+    grids = [line for line in lines if line.startswith("GRID")]
+    (tiny.folder / "parts").mkdir()
+    (tiny.folder / "parts" / "grids.inc").write_text("".join(grids))
+    rest = "".join(line for line in lines if line not in grids)
+    tiny.deck.write_text(rest.replace("BEGIN BULK\n", "BEGIN BULK\ninclude 'parts/\n   grids.inc'\n"))
+    tiny.run("ingest").ok()
+    with h5py.File(tiny.build / "unit_loads.h5") as file:
+        assert "../parts/grids.inc" in file["/provenance/input_path"].asstr()[()]
+    (tiny.folder / "parts" / "grids.inc").write_text("".join([*grids, "TEMPP1,2,1,1.,0.\n"]))
+    refuse(tiny, 4, "grids.inc:13: TEMPP1")
+
+
+# --- units -----------------------------------------------------------------------------------------------------------
+
+
+def scale_lengths(deck: Path, factor: float) -> None:
+    """Multiply the coordinates of a deck whose grids are in free fields."""
+    lines = deck.read_text().splitlines()
+    for i, line in enumerate(lines):
+        if line.startswith("GRID,"):
+            head, x, y, z = line.rsplit(",", 3)
+            lines[i] = ",".join(
+                [head, *(f"{float(v) * factor:g}" + "." * (float(v) * factor % 1 == 0) for v in (x, y, z))]
+            )
+    deck.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("factor", "density", "concentrated", "piece"),
+    [
+        (1e3, "2700.", "", "200 m long"),
+        (1e3, "2.7-9", "", "200 m long"),
+        (1e2, "2700.", "", "5.4e+06 kg"),
+        (1.0, "2.7-9", "", "2.7e-09 kg/m3"),
+        (1.0, "2.7", "", "2.7 kg/m3"),
+        (3.28084, "5.239", "", "5.239 kg/m3"),
+        (1.0, "2.7+6", "", "2.7e+06 kg/m3"),
+        (4e2, "0.", "CONM2,77,3,,2.\n", "2 kg on a length of 80 m"),
+        (1e-3, "2700.", "", "0.0002 m long"),
+    ],
+    ids=["mm, kg/m3", "mm, t", "cm, kg/m3", "m, t/mm3", "m, g/cm3", "ft, slug", "m, g/m3", "lumped", "km"],
+)
+def test_units_other_than_si(tiny: Project, factor: float, density: str, concentrated: str, piece: str) -> None:
+    scale_lengths(tiny.deck, factor)
+    replace(tiny.deck, "2700.", density)
+    replace(tiny.deck, "ENDDATA", concentrated + "ENDDATA")
+    refuse(tiny, 4, "unit_loads.bdf", piece, hint="metres")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "piece"),
+    [
+        ("[0.1, 0.2, 0.0]", "[100.0, 200.0, 0.0]", "test_mass[0].position_m: TM1 is"),
+        ("side_m = 0.046", "side_m = 46.0", "test_mass[0]: side_m and mass_kg of TM1 make"),
+        ("mass_kg = 1.96", "mass_kg = 1960.0", "test_mass[0]: side_m and mass_kg of TM1 make"),
+    ],
+)
+def test_test_mass_in_other_units(tiny: Project, old: str, new: str, piece: str) -> None:
+    replace(tiny.model, old, new)
+    refuse(tiny, 3, piece, hint="metres")
+
+
+def test_weight_densities_need_wtmass(tiny: Project) -> None:
+    replace(tiny.deck, "2700.", "26487.")  # N/m3
+    replace(tiny.deck, "ENDDATA", "PARAM,WTMASS,.1019368\nENDDATA")
+    assert "mass 5.4" in tiny.run("ingest").ok().out
+
+
+# --- results ---------------------------------------------------------------------------------------------------------
+
+Motions = list[tuple[int, str, np.ndarray]]
+
+
+def rewrite(project: Project, change: Callable[[Motions], Motions], ids: np.ndarray | None = None) -> None:
+    write_op2(project.op2, tiny_ids() if ids is None else ids, change(tiny_motions()))
+
+
+@pytest.mark.parametrize(
+    ("number", "piece"), [(1, "'LEFT' (subcase 1)"), (2, "'RIGHT' (subcase 2)"), (3, "'UNIFORM' (subcase 3)")]
+)
+def test_missing_result(tiny: Project, number: int, piece: str) -> None:
+    rewrite(tiny, lambda motions: [m for m in motions if m[0] != number])
+    refuse(tiny, 4, "unit_loads.op2", "1 of 3 unit loads", piece, hint="OP2")
+
+
+def test_result_of_no_area(tiny: Project) -> None:
+    rewrite(tiny, lambda motions: [*motions, (9, "TOP", motions[0][2])])
+    refuse(tiny, 4, "unit_loads.op2: subcase 9 (label 'TOP')", hint="[model.subcases]")
+
+
+def test_results_of_another_model(tiny: Project) -> None:
+    rewrite(tiny, lambda motions: motions, ids=tiny_ids() + 1000)
+    refuse(tiny, 4, "subcase 1 (area 'LEFT'): 12 grids are not in the deck: 1001, 1002", hint="another model")
+
+
+def test_results_without_some_grids(tiny: Project) -> None:
+    rewrite(tiny, lambda motions: [(n, label, m[:10]) for n, label, m in motions], ids=tiny_ids()[:10])
+    refuse(tiny, 4, "2 grids have no displacement: 11, 12", hint="DISPLACEMENT")
+
+
+def test_massless_grids_off_the_structure_may_have_no_result(tiny: Project) -> None:
+    replace(tiny.deck, "ENDDATA", "GRID,99,,0.5,0.,0.\nENDDATA")
+    tiny.run("ingest").ok()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_not_finite(tiny: Project, value: float) -> None:
+    data = bytearray(tiny.op2.read_bytes())
+    place = data.index(tiny_motions()[1][2].astype(np.float32)[4].tobytes())
+    data[place : place + 4] = np.float32(value).tobytes()
+    tiny.op2.write_bytes(data)
+    refuse(tiny, 4, "unit_loads.op2: subcase 2 (area 'RIGHT')", "1 of 12 displacements", "grid 5")
+
+
+def test_cut_off_anywhere(tiny: Project) -> None:
+    """Only when no more than the end mark is missing is a file taken; its displacements are then those of the whole."""
+    whole = tiny.op2.read_bytes()
+    with h5py.File(tiny.build / "unit_loads.h5") as file:
+        expected = file["/translation"][()]
+    cuts = sorted(
+        {1, 3, 4, 8, *np.linspace(12, len(whole) - 12, 28).astype(int) // 4 * 4, len(whole) - 4, len(whole) - 1}
+    )
+    for cut in cuts:
+        tiny.op2.write_bytes(whole[:cut])
+        if cut < len(whole) - 8:
+            refuse(tiny, 4, "unit_loads.op2")
+        else:
+            tiny.run("ingest").ok()
+            with h5py.File(tiny.build / "unit_loads.h5") as file:
+                np.testing.assert_array_equal(file["/translation"][()], expected)
+
+
+@pytest.mark.parametrize(
+    "contents",
+    [
+        b"",
+        b"a text file\n" * 100,
+        b"\x89HDF\r\n\x1a\n" + bytes(500),
+        np.random.default_rng(0).bytes(4000),
+        b"\x04\0\0\0" + np.random.default_rng(0).bytes(4000),
+        b"\x04\0\0\0\x03\0\0\0\x04\0\0\0" + bytes(4000),
+    ],
+    ids=["empty", "text", "hdf5", "noise", "noise after a marker", "zeros after a marker"],
+)
+def test_not_an_op2(tiny: Project, contents: bytes) -> None:
+    tiny.op2.write_bytes(contents)
+    refuse(tiny, 4, "unit_loads.op2")
+
+
+def test_missing_op2(tiny: Project) -> None:
+    tiny.op2.unlink()
+    refuse(tiny, 4, "unit_loads.op2: no such OP2", hint="tedm solve")
+
+
+def test_a_folder_named_as_the_op2(tiny: Project) -> None:
+    tiny.op2.unlink()
+    tiny.op2.mkdir()
+    refuse(tiny, 4, "unit_loads.op2")
+
+
+def translations(project: Project) -> np.ndarray:
+    with h5py.File(project.build / "unit_loads.h5") as file:
+        return np.asarray(file["/translation"][()])
+
+
+def test_order_of_grids_and_subcases_is_of_no_account(tiny: Project) -> None:
+    expected = translations(tiny)
+    order = np.random.default_rng(2).permutation(12)
+    rewrite(tiny, lambda motions: [(n, label, m[order]) for n, label, m in motions][::-1], ids=tiny_ids()[order])
+    tiny.run("ingest").ok()
+    np.testing.assert_array_equal(translations(tiny), expected)
+
+
+def test_labels_match_without_regard_to_case_and_number(tiny: Project) -> None:
+    expected = translations(tiny)
+    rewrite(tiny, lambda motions: [(n + 10, label.lower(), m) for n, label, m in motions])
+    tiny.run("ingest").ok()
+    np.testing.assert_array_equal(translations(tiny), expected)
+
+
+def split(project: Project, *parts: Motions) -> None:
+    names = [f"part{i}.op2" for i in range(len(parts))]
+    for name, part in zip(names, parts, strict=True):
+        write_op2(project.folder / name, tiny_ids(), part)
+    replace(project.model, '["unit_loads.op2"]', str(names).replace("'", '"'))
+
+
+def test_several_op2_files_are_one_input(tiny: Project) -> None:
+    expected = translations(tiny)
+    motions = tiny_motions()
+    split(tiny, motions[1:], motions[:1])
+    tiny.run("ingest").ok()
+    np.testing.assert_array_equal(translations(tiny), expected)
+
+
+def test_several_op2_files_with_one_area_twice(tiny: Project) -> None:
+    motions = tiny_motions()
+    split(tiny, motions, motions[:1])
+    refuse(tiny, 4, "part1.op2: area 'LEFT' was already in", "part0.op2")
+
+
+def test_explicit_table_of_subcases(tiny: Project) -> None:
+    expected = translations(tiny)
+    rewrite(tiny, lambda motions: [(n, f"SUBCASE {n}", m) for n, _, m in motions])
+    refuse(tiny, 4, "subcase 1", hint="[model.subcases]")
+    replace(tiny.model, "[areas]", "[model.subcases]\nLEFT = 1\nRIGHT = 2\nUNIFORM = 3\n\n[areas]")
+    tiny.run("ingest").ok()
+    np.testing.assert_array_equal(translations(tiny), expected)
+
+
+def test_table_of_subcases_with_mistakes(tiny: Project) -> None:
+    replace(tiny.model, "[areas]", "[model.subcases]\nLEFT = 1\nRIHGT = 2\nUNIFORM = 1\n\n[areas]")
+    refuse(tiny, 3, "model.subcases.RIHGT", "did you mean RIGHT?", "model.subcases.UNIFORM: subcase 1 is that of")
+
+
+# --- attributes of the areas -----------------------------------------------------------------------------------------
+
+
+def test_area_without_rule_and_rules_without_area(tiny: Project) -> None:
+    extra = '    { match = "TOP*", group = "a", shield = "inside" },\n'
+    tiny.model.write_text(
+        MODEL_TOML.replace('match = "RIGHT"', 'match = "R?T"').replace("rule = [\n", "rule = [\n" + extra)
+    )
+    refuse(
+        tiny,
+        3,
+        "areas.rule: no rule matches the thermal area 'RIGHT'",
+        "areas.rule[0].match: 'TOP*' matches no thermal area",
+        "areas.rule[2].match: 'R?T' matches no thermal area",
+        hint="LEFT, RIGHT",
+    )
+
+
+def test_rule_that_an_earlier_one_hides(tiny: Project) -> None:
+    replace(tiny.model, 'match = "LEFT"', 'match = "*"')
+    refuse(tiny, 3, "areas.rule[1].match: 'RIGHT' matches no thermal area that an earlier rule has left over")

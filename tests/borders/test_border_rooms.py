@@ -1,0 +1,65 @@
+"""Who may import what: physics knows no files, and each heavy library has one door."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+from border_tools import ROOT
+
+PACKAGE = ROOT / "tedm_cli"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+PURE = [p for p in MODULES if p.relative_to(PACKAGE).parts[0] in ("gravity", "optics", "noise", "fem", "distortion.py")]
+OUTSIDE = {"h5py", "pyNastran", "typer", "matplotlib", "rich", "pydantic", "jinja2"}
+ROOMS = {"cli", "store", "stages", "nastran", "figures", "config", "report", "say"}
+
+
+def imports(path: Path) -> set[str]:
+    """Every module that a file imports anywhere in it, inside functions as well, by its full name."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            found.update({str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)})
+    return found
+
+
+def heads(path: Path) -> set[str]:
+    return {name.split(".")[0] for name in imports(path)}
+
+
+def rooms(path: Path) -> set[str]:
+    return {name.split(".")[1] for name in imports(path) if name.startswith("tedm_cli.")}
+
+
+def test_there_are_pure_rooms() -> None:
+    assert {p.relative_to(PACKAGE).parts[0] for p in PURE} == {"gravity", "optics", "noise", "fem", "distortion.py"}
+
+
+@pytest.mark.parametrize("path", PURE, ids=[p.relative_to(PACKAGE).as_posix() for p in PURE])
+def test_pure_rooms_know_no_files(path: Path) -> None:
+    assert not heads(path) & OUTSIDE
+    assert not rooms(path) & ROOMS
+
+
+@pytest.mark.parametrize(
+    ("library", "door"),
+    [
+        ("h5py", "store.py"),
+        ("pyNastran", "nastran"),
+        ("matplotlib", "figures"),
+        ("typer", "cli.py"),
+        ("pydantic", "config"),
+    ],
+)
+def test_one_door_for_each_library(library: str, door: str) -> None:
+    users = {p.relative_to(PACKAGE).parts[0] for p in MODULES if library in heads(p)}
+    assert users == {door}
+
+
+def test_only_the_command_line_imports_the_stages() -> None:
+    users = {p.relative_to(PACKAGE).parts[0] for p in MODULES if "stages" in rooms(p) or "cli" in rooms(p)}
+    assert users <= {"cli.py", "stages", "say.py"}

@@ -1,0 +1,94 @@
+"""Decks, OP2 files, figures and the report are written as carefully as the HDF5 files: killed or out of room, the old
+file stays."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+from pathlib import Path
+from unittest import mock
+
+import pytest
+from border_tools import SMALL, Project, in_child, replace, snapshot
+from test_border_kills import limit_file_size
+
+from tedm_cli import store
+
+# command: the first file it replaces
+WRITERS = {
+    "write-deck": "unit_loads.bdf",
+    "solve": "unit_loads.op2",
+    "plot": "build/figures/ratios.svg",
+    "report": "build/report.html",
+}
+
+
+@pytest.fixture(scope="session")
+def finished(chain: Project, tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """The small sample with figures and report of case 3 alone. Not to be changed: copy it."""
+    project = chain.copy(tmp_path_factory.mktemp("finished") / "small")
+    for name in ("ltp_small.bdf", "ltp_small_areas.csv"):
+        shutil.copy(SMALL / name, project.folder)
+    cases = project.folder / "cases.toml"
+    head, *tables = cases.read_text(encoding="utf-8").split("[[case]]")
+    cases.write_text("[[case]]".join([head, *(t for t in tables if 'id = "3"' in t)]), encoding="utf-8")
+    for command in ("run-case", "plot", "report"):
+        project.stage(command).ok()
+    return project
+
+
+def killed_at_rename(project: Project, command: str) -> None:
+    """Run a stage that is killed when its first new file is complete and about to take the old one's place."""
+    with mock.patch.object(store.os, "replace", side_effect=lambda *_: os.kill(os.getpid(), signal.SIGKILL)):
+        project.stage(command)
+    sys.exit(99)
+
+
+@pytest.mark.parametrize("command", WRITERS)
+def test_killed_writer(finished: Project, tmp_path: Path, command: str) -> None:
+    project = finished.copy(tmp_path / "small")
+    before = snapshot(project.folder)
+    status = in_child(lambda: killed_at_rename(project, command), tmp_path / "log")
+    assert os.WIFSIGNALED(status), (tmp_path / "log").read_text()
+    after = snapshot(project.folder)
+    orphans = {name for name in after if Path(name).name.startswith(".")}
+    assert len(orphans) == 1
+    assert {name: digest for name, digest in after.items() if name not in orphans} == before
+    project.stage(command).ok()
+    assert not [name for name in snapshot(project.folder) if Path(name).name.startswith(".")]
+
+
+@pytest.mark.parametrize("command", WRITERS)
+def test_no_room(finished: Project, tmp_path: Path, command: str) -> None:
+    project = finished.copy(tmp_path / "small")
+    before = snapshot(project.folder)
+
+    def run() -> None:
+        limit_file_size((project.folder / WRITERS[command]).stat().st_size // 2)
+        outcome = project.stage(command)
+        outcome.refused(4, Path(WRITERS[command]).name, "no room left")
+        sys.exit(outcome.code)
+
+    status = in_child(run, tmp_path / "log")
+    assert os.waitstatus_to_exitcode(status) == 4, (tmp_path / "log").read_text()
+    assert snapshot(project.folder) == before
+
+
+def test_target_that_is_a_folder(finished: Project, tmp_path: Path) -> None:
+    project = finished.copy(tmp_path / "small")
+    (tmp_path / "taken").mkdir()
+    for command in ("write-deck", "solve", "report"):
+        project.run(command, "-o", tmp_path / "taken").refused(4, "taken", "cannot be written")
+
+
+def test_solver_refuses_by_name(finished: Project, tmp_path: Path) -> None:
+    """All cards that the embedded solver lacks, at once, with the way out."""
+    project = finished.copy(tmp_path / "small")
+    replace(
+        project.deck,
+        "ENDDATA",
+        "CROD    999001       1       1       2\nCELAS1  999002       1       1       1\nENDDATA",
+    )
+    project.stage("solve").refused(4, "CROD", hint="Nastran")
