@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.stages.optics import OpticsSummary
+    from tedm_cli.stages.self_gravity import PointField
     from tedm_cli.stages.sensitivity import SensitivitySummary
     from tedm_cli.stages.solve import SolveReport
 
@@ -138,3 +139,30 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
     if s.unattached_grids:
         lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")
     return lines
+
+
+def point_field_lines(done: PointField) -> list[str]:
+    """Field and stiffness of point sources, and what each source contributes where that was asked for."""
+    from tedm_cli.stages.self_gravity import totals
+
+    sources = done.sources
+    lines = [
+        f"{sources.path}: {len(sources.line)} point sources, {sources.mass.sum():.9g} kg; results in the frames of the"
+        " test masses"
+    ]
+    rows: list[tuple[str, ...]] = []
+    for tm, field in zip(done.test_masses, done.total, strict=True):
+        for quantity, unit, value in totals(tm, field):
+            for row, label in zip(value.reshape(-1, 3), "xyz", strict=False):
+                name = quantity if value.ndim == 1 else f"{quantity} {label}"
+                rows.append((tm.name, name, unit, *(f"{v:.6e}" for v in row)))
+    lines += table(("test mass", "quantity", "unit", "x", "y", "z"), rows, right=(3, 4, 5))
+    if done.by_source is None:
+        return lines
+    rows = []
+    for n, line in enumerate(sources.line):
+        for tm, field in zip(done.test_masses, done.by_source, strict=True):
+            values = (*field.acceleration[n], *field.angular_acceleration[n])
+            rows.append((str(line), f"{sources.mass[n]:.6g}", tm.name, *(f"{v:.4e}" for v in values)))
+    head = ("line", "kg", "test mass", "a_x m/s^2", "a_y", "a_z", "omegadot_x rad/s^2", "omegadot_y", "omegadot_z")
+    return lines + table(head, rows, right=(0, 1, 3, 4, 5, 6, 7, 8))
