@@ -145,7 +145,7 @@ SENSITIVITY = FileKind(
         "/test_mass/axes": Dataset(
             ("test_mass", "xyz", "xyz_column"), "float", "1", "unit vectors of the test mass frame (rows)", BASIC
         ),
-        "/source/name": Dataset(("source",), "str", "1", "what pulls: structure, other test mass"),
+        "/source/name": Dataset(("source",), "str", "1", "what pulls: structure, other test mass, compensation masses"),
         "/source/quadrature_error": Dataset(
             ("test_mass", "source"), "float", "1", "estimated relative error of the quadrature over the source"
         ),

@@ -106,6 +106,13 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
             ):
                 rows.append((tm.name, source, quantity, unit, *(f"{v:.4e}" for v in vector)))
     lines += table(("at rest", "source", "quantity", "unit", "x", "y", "z"), rows, right=(4, 5, 6))
+    if done.blocks:
+        points = [how.points for how in done.block_quadrature]
+        lines.append(
+            f"{len(done.blocks)} compensation masses, {sum(b.mass_kg for b in done.blocks):.6g} kg, at rest in S_SG;"
+            f" quadrature of {min(points):,} to {max(points):,} points each, estimated relative error at most"
+            f" {max(how.error for how in done.block_quadrature):.1e}"
+        )
     rows = [
         (label, f"{value:.3e}", unit, area)
         for label, unit, (area, value) in zip(done.row_labels, done.row_units, done.largest, strict=True)

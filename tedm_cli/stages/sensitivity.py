@@ -14,11 +14,13 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
+from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import SelfGravity, self_gravity
 from tedm_cli.gravity.operator import contract, lumped_operator, sensitivity_row_labels, sensitivity_row_units
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step
+from tedm_cli.stages.compensation import compensation_file, compensation_masses
 from tedm_cli.stages.common import (
     BLOCK_NODES,
     DISTORTION,
@@ -33,7 +35,7 @@ from tedm_cli.stages.common import (
 )
 from tedm_cli.store import Reader, Writer, create, open_checked
 
-SOURCES = ("structure", "other test mass")
+STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
 STIFFNESS = ("gamma_lin", "omega_lin", "gamma_ang", "omega_ang")
 
 
@@ -48,25 +50,48 @@ class SensitivitySummary:
     row_labels: list[str]
     row_units: list[str]
     largest: list[tuple[str, float]]
+    blocks: list[CompensationMass]
+    block_quadrature: list[BlockQuadrature]
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What pulls on the test masses: fields [source][test mass], and the error of each quadrature, likewise."""
+
+    names: tuple[str, ...]
+    fields: list[list[SelfGravity]]
+    error: list[list[float]]
+    block_quadrature: list[BlockQuadrature]
+
+    def stack(self, name: str) -> FloatArray:
+        """One quantity of all fields, [test mass, source, ...]."""
+        return np.array([[getattr(f, name) for f in row] for row in self.fields], dtype=float).swapaxes(0, 1)
 
 
 def build_sensitivity(project: Project, output: Path | None, step: Step) -> SensitivitySummary:
-    """Field of the structure and of the other test mass on each test mass, and S = -G D, streamed over the grids."""
+    """Field of structure, other test mass and compensation masses on each test mass, and S = -G D, streamed."""
     config_file, config = load_model(project.model)
+    blocks, block_file = compensation_masses(project, config), compensation_file(project, config)
     masses_file, distortion_file = project.build_dir / UNIT_LOADS, project.build_dir / DISTORTION
     out = out_path(project, SENSITIVITY, output)
-    trace = provenance([config_file], [masses_file, distortion_file])
+    trace = provenance([config_file], [masses_file, distortion_file, *([] if block_file is None else [block_file])])
     with (
         open_checked(masses_file, UNIT_KIND) as unit,
         open_checked(distortion_file, DISTORTION_KIND) as distortion,
         create(out, KIND, trace) as writer,
     ):
         require_input(distortion, trace.inputs[0])
-        return _build(config, unit, distortion, writer, out, step)
+        return _build(config, blocks, unit, distortion, writer, out, step)
 
 
 def _build(
-    config: ModelConfig, unit: Reader, distortion: Reader, writer: Writer, out: Path, step: Step
+    config: ModelConfig,
+    blocks: list[CompensationMass],
+    unit: Reader,
+    distortion: Reader,
+    writer: Writer,
+    out: Path,
+    step: Step,
 ) -> SensitivitySummary:
     test_masses = config.test_masses()
     g = config.gravity.gravitational_constant_m3_kg_s2
@@ -80,16 +105,13 @@ def _build(
     writer.write("/test_mass/axes", [t.axes for t in test_masses])
     heavy = mass > 0
     structure = [self_gravity(position[heavy], mass[heavy], t, G=g, node_ids=ids[heavy]) for t in test_masses]
-    other, error = _other_test_masses(test_masses, g, config.gravity.other_test_mass_points)
-    fields = list(zip(structure, other, strict=True))  # [test mass][source]
-    writer.write("/source/name", SOURCES)
-    writer.write("/source/quadrature_error", np.stack([np.zeros(len(test_masses)), error], axis=1))
-    acceleration = _stack(fields, "acceleration")
-    angular = _stack(fields, "angular_acceleration")
-    writer.write("/dc/acceleration", acceleration)
-    writer.write("/dc/angular_acceleration", angular)
+    sources = _sources(structure, test_masses, blocks, config)
+    writer.write("/source/name", sources.names)
+    writer.write("/source/quadrature_error", np.array(sources.error).T)
+    for name in ("acceleration", "angular_acceleration"):
+        writer.write(f"/dc/{name}", sources.stack(name))
     for name in STIFFNESS:
-        writer.write(f"/stiffness/{name}", _stack(fields, name))
+        writer.write(f"/stiffness/{name}", sources.stack(name))
     writer.write("/area_contribution/acceleration", _by_area(unit, position, mass, ids, test_masses, g))
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write("/row/label", labels)
@@ -99,7 +121,37 @@ def _build(
     names = distortion.strings("/area/name")
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
     return SensitivitySummary(
-        out, test_masses, SOURCES, acceleration, angular, _stack(fields, "gamma_lin"), labels, units, largest
+        out,
+        test_masses,
+        sources.names,
+        sources.stack("acceleration"),
+        sources.stack("angular_acceleration"),
+        sources.stack("gamma_lin"),
+        labels,
+        units,
+        largest,
+        blocks,
+        sources.block_quadrature,
+    )
+
+
+def _sources(
+    structure: list[SelfGravity], test_masses: list[TestMass], blocks: list[CompensationMass], config: ModelConfig
+) -> Sources:
+    g = config.gravity.gravitational_constant_m3_kg_s2
+    other, other_error = _other_test_masses(test_masses, g, config.gravity.other_test_mass_points)
+    sources = Sources((STRUCTURE, OTHER_TEST_MASS), [structure, other], [[0.0] * len(test_masses), other_error], [])
+    if not blocks:
+        return sources
+    done = [
+        field_of_compensation_masses(tm, blocks, g, tolerance=config.gravity.compensation_tolerance)
+        for tm in test_masses
+    ]
+    return Sources(
+        (*sources.names, COMPENSATION),
+        [*sources.fields, [field for field, _, _ in done]],
+        [*sources.error, [error for _, error, _ in done]],
+        [how for _, _, quadrature in done for how in quadrature],
     )
 
 
@@ -112,10 +164,6 @@ def _other_test_masses(test_masses: list[TestMass], g: float, points: int) -> tu
         fields.append(functools.reduce(operator.add, (field for field, _ in parts), none))
         errors.append(max((error for _, error in parts), default=0.0))
     return fields, errors
-
-
-def _stack(fields: list[tuple[SelfGravity, SelfGravity]], name: str) -> FloatArray:
-    return np.array([[getattr(field, name) for field in row] for row in fields], dtype=float)
 
 
 def _by_area(
