@@ -130,7 +130,7 @@ DISTORTION = FileKind(
 
 SENSITIVITY = FileKind(
     "sensitivity",
-    1,
+    2,
     "tedm build-sensitivity",
     {
         "/grid/id": GRID["/grid/id"],
@@ -183,6 +183,17 @@ SENSITIVITY = FileKind(
             "torque by test mass rotation",
             TM_FRAME,
         ),
+        "/stiffness/linearised": Dataset(
+            ("tm_output", "tm_motion"),
+            "float",
+            None,
+            "linearised equations of motion of all test masses: (F/M, T/I) by small translations and rotations",
+            TM_FRAME,
+        ),
+        "/label/tm_output": Dataset(("tm_output",), "str", "1", "rows of /stiffness/linearised"),
+        "/label/tm_output_unit": Dataset(("tm_output",), "str", "1", "unit of the rows"),
+        "/label/tm_motion": Dataset(("tm_motion",), "str", "1", "columns of /stiffness/linearised"),
+        "/label/tm_motion_unit": Dataset(("tm_motion",), "str", "1", "unit of the columns"),
         "/operator/G": Dataset(
             ("row", "node", "xyz"),
             "float",

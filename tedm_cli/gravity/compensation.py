@@ -172,8 +172,8 @@ def graded_cells(tm: TestMass, block: CompensationMass) -> tuple[Array, Array]:
         count += int(small.sum())
         if count + 2 * len(centre) > _MAX_CELLS:
             raise PhysicsError(
-                f"compensation mass {block.name!r} is {_separation(tm, block):.3g} m from test mass {tm.name!r}, too close"
-                " for its size to be integrated",
+                f"compensation mass {block.name!r} is {_separation(tm, block):.3g} m from test mass {tm.name!r},"
+                " too close for its size to be integrated",
                 hint="widen the gap, or split off the part that faces the test mass",
             )
         rows, axis = np.arange(len(half)), half.argmax(axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import operator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,10 +18,10 @@ from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import SelfGravity, self_gravity
+from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import contract, lumped_operator, sensitivity_row_labels, sensitivity_row_units
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step
-from tedm_cli.stages.compensation import compensation_file, compensation_masses
 from tedm_cli.stages.common import (
     BLOCK_NODES,
     DISTORTION,
@@ -33,6 +34,7 @@ from tedm_cli.stages.common import (
     provenance,
     require_input,
 )
+from tedm_cli.stages.compensation import compensation_file, compensation_masses
 from tedm_cli.store import Reader, Writer, create, open_checked
 
 STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
@@ -105,13 +107,15 @@ def _build(
     writer.write("/test_mass/axes", [t.axes for t in test_masses])
     heavy = mass > 0
     structure = [self_gravity(position[heavy], mass[heavy], t, G=g, node_ids=ids[heavy]) for t in test_masses]
-    sources = _sources(structure, test_masses, blocks, config)
+    mutual = _mutual(test_masses, g, config.gravity.other_test_mass_points)
+    sources = _sources(structure, test_masses, blocks, mutual, config)
     writer.write("/source/name", sources.names)
     writer.write("/source/quadrature_error", np.array(sources.error).T)
     for name in ("acceleration", "angular_acceleration"):
         writer.write(f"/dc/{name}", sources.stack(name))
     for name in STIFFNESS:
         writer.write(f"/stiffness/{name}", sources.stack(name))
+    _write_motion(writer, test_masses, sources, mutual)
     writer.write("/area_contribution/acceleration", _by_area(unit, position, mass, ids, test_masses, g))
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write("/row/label", labels)
@@ -136,17 +140,21 @@ def _build(
 
 
 def _sources(
-    structure: list[SelfGravity], test_masses: list[TestMass], blocks: list[CompensationMass], config: ModelConfig
+    structure: list[SelfGravity],
+    test_masses: list[TestMass],
+    blocks: list[CompensationMass],
+    mutual: dict[tuple[int, int], tuple[SelfGravity, float]],
+    config: ModelConfig,
 ) -> Sources:
-    g = config.gravity.gravitational_constant_m3_kg_s2
-    other, other_error = _other_test_masses(test_masses, g, config.gravity.other_test_mass_points)
+    none = self_gravity(np.zeros((0, 3)), np.zeros(0), test_masses[0])
+    count = range(len(test_masses))
+    other = [functools.reduce(operator.add, (f for (i, _), (f, _) in mutual.items() if i == t), none) for t in count]
+    other_error = [max((e for (i, _), (_, e) in mutual.items() if i == t), default=0.0) for t in count]
     sources = Sources((STRUCTURE, OTHER_TEST_MASS), [structure, other], [[0.0] * len(test_masses), other_error], [])
     if not blocks:
         return sources
-    done = [
-        field_of_compensation_masses(tm, blocks, g, tolerance=config.gravity.compensation_tolerance)
-        for tm in test_masses
-    ]
+    g, tolerance = config.gravity.gravitational_constant_m3_kg_s2, config.gravity.compensation_tolerance
+    done = [field_of_compensation_masses(tm, blocks, g, tolerance=tolerance) for tm in test_masses]
     return Sources(
         (*sources.names, COMPENSATION),
         [*sources.fields, [field for field, _, _ in done]],
@@ -155,15 +163,32 @@ def _sources(
     )
 
 
-def _other_test_masses(test_masses: list[TestMass], g: float, points: int) -> tuple[list[SelfGravity], list[float]]:
-    """Summed field of all other test masses on each one, and the worst quadrature error among them."""
-    fields, errors = [], []
-    for tm in test_masses:
-        parts = [field_of_other_test_mass(tm, other, G=g, n=points) for other in test_masses if other is not tm]
-        none = self_gravity(np.zeros((0, 3)), np.zeros(0), tm)
-        fields.append(functools.reduce(operator.add, (field for field, _ in parts), none))
-        errors.append(max((error for _, error in parts), default=0.0))
-    return fields, errors
+def _mutual(test_masses: list[TestMass], g: float, points: int) -> dict[tuple[int, int], tuple[SelfGravity, float]]:
+    """Field on test mass i of test mass j and the error of its quadrature, by (i, j)."""
+    pairs = itertools.permutations(range(len(test_masses)), 2)
+    return {(i, j): field_of_other_test_mass(test_masses[i], test_masses[j], G=g, n=points) for i, j in pairs}
+
+
+def _write_motion(
+    writer: Writer,
+    test_masses: list[TestMass],
+    sources: Sources,
+    mutual: dict[tuple[int, int], tuple[SelfGravity, float]],
+) -> None:
+    """The equations of motion: what moves with the satellite is structure and compensation masses."""
+    rest = [
+        functools.reduce(
+            operator.add, (f[t] for n, f in zip(sources.names, sources.fields, strict=True) if n != OTHER_TEST_MASS)
+        )
+        for t in range(len(test_masses))
+    ]
+    stiffness = linearised_motion(test_masses, rest, {pair: field for pair, (field, _) in mutual.items()})
+    outputs, motions = motion_labels(test_masses)
+    writer.write("/stiffness/linearised", stiffness, units="1/s^2, m/s^2/rad, 1/(m s^2) or 1/(s^2 rad), by the labels")
+    writer.write("/label/tm_output", outputs)
+    writer.write("/label/tm_output_unit", ["m/s^2" if "_a_" in name else "rad/s^2" for name in outputs])
+    writer.write("/label/tm_motion", motions)
+    writer.write("/label/tm_motion_unit", ["m" if name[-2:] in ("_x", "_y", "_z") else "rad" for name in motions])
 
 
 def _by_area(

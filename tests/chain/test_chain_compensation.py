@@ -98,3 +98,23 @@ def test_wrong_tables_are_named(small: Project, tmp_path: Path) -> None:
     project = with_blocks(small, tmp_path, TABLES.replace("CM2", "CM1"))
     with pytest.raises(ConfigError, match="two blocks have the name 'CM1'"):
         compensation_masses(project, load_model(project.model)[1])
+
+
+def test_equations_of_motion_hold_all_sources(small: Project, tmp_path: Path) -> None:
+    """Each test mass moved alone feels the stiffness of everything; moved together, that of what stays behind."""
+    project = with_blocks(small, tmp_path, TABLES)
+    build_sensitivity(project, tmp_path / "sensitivity.h5", silent)
+    with open_checked(tmp_path / "sensitivity.h5", SENSITIVITY) as file:
+        k = file.array("/stiffness/linearised")
+        gamma = file.array("/stiffness/gamma_lin")
+        omega_ang = file.array("/stiffness/omega_ang")
+        labels = file.strings("/label/tm_output")
+        motions = file.strings("/label/tm_motion")
+    assert k.shape == (12, 12)
+    for t, name in enumerate(("TM1", "TM2")):
+        row, column = labels.index(f"{name}_a_x"), motions.index(f"{name}_x")
+        np.testing.assert_allclose(k[row : row + 3, column : column + 3], gamma[t].sum(axis=0), rtol=1e-14)
+        together = k[row, motions.index("TM1_x")] + k[row, motions.index("TM2_x")]
+        assert together == pytest.approx(gamma[t, [0, 2], 0, 0].sum(), rel=1e-9)
+        row, column = labels.index(f"{name}_omegadot_z"), motions.index(f"{name}_phi")
+        assert k[row, column] == pytest.approx(omega_ang[t, :, 2, 2].sum(), rel=1e-12)
