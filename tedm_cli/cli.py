@@ -352,6 +352,26 @@ def self_gravity(
 
 
 @app.command()
+def accuracy(
+    figure: Annotated[str, typer.Argument(help="Study by its published figure: 6.4, 7.2, 7.3, 7.8, 7.9 or 8.1.")],
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the data and the figure.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Numerical error of a method, against the exact kernel.
+
+    7.2 and 7.8: published quadratures over the test mass. 7.3 and 7.9: size of elements. 8.1: linearisation.
+    6.4: mesh of the compensation masses. Writes data (CSV) and the figure (SVG).
+    """
+    from tedm_cli.say import accuracy_lines
+    from tedm_cli.stages.accuracy import accuracy as stage
+
+    _say(quiet, *accuracy_lines(stage(_project(config, build_dir, verbose), figure, output)))
+
+
+@app.command()
 def show(
     file: Annotated[Path, typer.Argument(help="An HDF5 file of tedm.")],
     as_json: Json = False,

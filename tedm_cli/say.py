@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
+    from tedm_cli.stages.accuracy import AccuracyResult
     from tedm_cli.stages.optics import OpticsSummary
     from tedm_cli.stages.self_gravity import PointField
     from tedm_cli.stages.sensitivity import SensitivitySummary
@@ -173,3 +174,15 @@ def point_field_lines(done: PointField) -> list[str]:
             rows.append((str(line), f"{sources.mass[n]:.6g}", tm.name, *(f"{v:.4e}" for v in values)))
     head = ("line", "kg", "test mass", "a_x m/s^2", "a_y", "a_z", "omegadot_x rad/s^2", "omegadot_y", "omegadot_z")
     return lines + table(head, rows, right=(0, 1, 3, 4, 5, 6, 7, 8))
+
+
+def accuracy_lines(done: AccuracyResult) -> list[str]:
+    """What a study found at a few places."""
+    study = done.study
+    columns = range(len(study.spot_head))
+    return [
+        study.title,
+        *study.notes,
+        *table(study.spot_head, study.spots, right=columns),
+        f"{done.data}, {done.figure}",
+    ]
