@@ -208,6 +208,31 @@ SENSITIVITY = FileKind(
             "part of the DC acceleration that an area's mass makes",
             TM_FRAME,
         ),
+        "/area_contribution/angular_acceleration": Dataset(
+            ("test_mass", "area", "xyz"),
+            "float",
+            "rad/s^2",
+            "part of the DC angular acceleration that an area's mass makes",
+            TM_FRAME,
+        ),
+        "/area_contribution/gamma_lin": Dataset(
+            ("test_mass", "area", "xyz", "xyz_column"),
+            "float",
+            "1/s^2",
+            "part of the force by test mass translation that an area's mass makes",
+            TM_FRAME,
+        ),
+        "/dc_verdict/test_mass": Dataset(("dc_verdict",), "str", "1", "test mass"),
+        "/dc_verdict/quantity": Dataset(("dc_verdict",), "str", "1", "judged quantity at rest"),
+        "/dc_verdict/subsystem": Dataset(
+            ("dc_verdict",), "str", "1", "inertial sensor of the test mass (IS), rest of the model (LTP), or both"
+        ),
+        "/dc_verdict/unit": Dataset(("dc_verdict",), "str", "1", "unit of value, lower and upper"),
+        "/dc_verdict/value": Dataset(("dc_verdict",), "float", None, "value of the quantity", TM_FRAME),
+        "/dc_verdict/lower": Dataset(("dc_verdict",), "float", None, "lower end of the allocated range"),
+        "/dc_verdict/upper": Dataset(("dc_verdict",), "float", None, "upper end of the allocated range"),
+        "/dc_verdict/ratio": Dataset(("dc_verdict",), "float", "1", "value over the end of the range on its side"),
+        "/dc_verdict/passed": Dataset(("dc_verdict",), "int", "1", "1 where the value is within the range"),
     },
 )
 

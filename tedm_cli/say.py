@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tedm_cli.gravity.requirements import DcVerdict
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.stages.accuracy import AccuracyResult
     from tedm_cli.stages.optics import OpticsSummary
@@ -118,7 +119,31 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
         (label, f"{value:.3e}", unit, area)
         for label, unit, (area, value) in zip(done.row_labels, done.row_units, done.largest, strict=True)
     ]
-    return lines + table(("sensitivity", "largest", "unit", "area"), rows, right=(1,))
+    lines += table(("sensitivity", "largest", "unit", "area"), rows, right=(1,))
+    return lines + _dc_verdict_lines(done.verdicts)
+
+
+def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
+    from tedm_cli.gravity.requirements import UNITS
+
+    head = ("DC", "quantity", "subsystem", "unit", "value", "limit", "ratio", "verdict")
+    rows = [
+        (
+            v.test_mass,
+            v.quantity,
+            v.subsystem,
+            UNITS[v.quantity],
+            f"{v.value:.3e}",
+            f"{v.limit:.3g}",
+            f"{v.ratio:.3g}",
+            "pass" if v.passed else "FAIL",
+        )
+        for v in verdicts
+    ]
+    lines = table(head, rows, right=(4, 5, 6))
+    if not any(v.subsystem == "IS" for v in verdicts):
+        lines.append("no [gravity.subsystems]: IS and LTP are judged together only")
+    return [*lines, "the rest of the satellite (S/C) is not in the model; its allocation is left to it"]
 
 
 def optics_lines(done: OpticsSummary) -> list[str]:

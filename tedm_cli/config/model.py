@@ -111,13 +111,15 @@ def axes_of_rotation(rotation_rad: list[float]) -> NDArray[np.float64]:
 class GravityTable(Strict):
     """The gravitational constant, the Gauss points per edge over the other test mass, and the compensation masses.
 
-    `compensation_masses` is a CSV of blocks; `[[compensation_mass]]` tables add to it.
+    `compensation_masses` is a CSV of blocks; `[[compensation_mass]]` tables add to it. `subsystems` gives the groups of
+    thermal areas that make the inertial sensor of each test mass.
     """
 
     gravitational_constant_m3_kg_s2: Positive = G_CODATA_2018
     other_test_mass_points: Annotated[int, Field(ge=3, le=16)] = 8
     compensation_masses: str | None = None
     compensation_tolerance: Annotated[float, Field(ge=1e-11, le=1e-2)] = DEFAULT_TOLERANCE
+    subsystems: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
 
 class ModelConfig(Strict):
@@ -134,6 +136,20 @@ class ModelConfig(Strict):
         names = [t.name for t in self.test_mass]
         if len(set(names)) != len(names):
             raise ValueError(f"two test masses have the same name: {', '.join(names)}")
+        return self
+
+    @model_validator(mode="after")
+    def _subsystems_exist(self) -> ModelConfig:
+        known, groups = {t.name for t in self.test_mass}, {rule.group for rule in self.areas.rule}
+        owner: dict[str, str] = {}
+        for name, members in self.gravity.subsystems.items():
+            if name not in known:
+                raise ValueError(f"gravity.subsystems.{name}: no such test mass; there are: {', '.join(sorted(known))}")
+            for group in members:
+                if group not in groups:
+                    raise ValueError(f"gravity.subsystems.{name}: no rule of [areas] has the group {group!r}")
+                if owner.setdefault(group, name) != name:
+                    raise ValueError(f"gravity.subsystems: group {group!r} belongs to {owner[group]} and {name}")
         return self
 
     def test_masses(self) -> list[TestMass]:

@@ -20,6 +20,7 @@ from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import SelfGravity, self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import contract, lumped_operator, sensitivity_row_labels, sensitivity_row_units
+from tedm_cli.gravity.requirements import UNITS, DcVerdict, dc_quantities, judge
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import (
@@ -38,6 +39,7 @@ from tedm_cli.stages.compensation import compensation_file, compensation_masses
 from tedm_cli.store import Reader, Writer, create, open_checked
 
 STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
+BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")
 STIFFNESS = ("gamma_lin", "omega_lin", "gamma_ang", "omega_ang")
 
 
@@ -54,6 +56,7 @@ class SensitivitySummary:
     largest: list[tuple[str, float]]
     blocks: list[CompensationMass]
     block_quadrature: list[BlockQuadrature]
+    verdicts: list[DcVerdict]
 
 
 @dataclass(frozen=True)
@@ -116,7 +119,11 @@ def _build(
     for name in STIFFNESS:
         writer.write(f"/stiffness/{name}", sources.stack(name))
     _write_motion(writer, test_masses, sources, mutual)
-    writer.write("/area_contribution/acceleration", _by_area(unit, position, mass, ids, test_masses, g))
+    by_area = _by_area(unit, position, mass, ids, test_masses, g)
+    for name, value in by_area.items():
+        writer.write(f"/area_contribution/{name}", value)
+    verdicts = _verdicts(test_masses, sources, by_area, distortion.strings("/area/group"), config)
+    _write_verdicts(writer, verdicts)
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write("/row/label", labels)
     writer.write("/row/unit", units)
@@ -136,6 +143,7 @@ def _build(
         largest,
         blocks,
         sources.block_quadrature,
+        verdicts,
     )
 
 
@@ -193,16 +201,47 @@ def _write_motion(
 
 def _by_area(
     unit: Reader, position: FloatArray, mass: FloatArray, ids: IntArray, test_masses: list[TestMass], g: float
-) -> FloatArray:
+) -> dict[str, FloatArray]:
+    """Field of each area's grids at rest, quantity by quantity, [test mass, area, ...]."""
     offset, index = unit.array("/area/node_offset"), unit.array("/area/node_index")
-    out = np.zeros((len(test_masses), len(offset) - 1, 3))
-    for a in range(len(offset) - 1):
-        rows = index[offset[a] : offset[a + 1]]
-        rows = rows[mass[rows] > 0]
-        for t, tm in enumerate(test_masses):
-            if rows.size:
-                out[t, a] = self_gravity(position[rows], mass[rows], tm, G=g, node_ids=ids[rows]).acceleration
+    fields = []
+    for tm in test_masses:
+        for a in range(len(offset) - 1):
+            rows = index[offset[a] : offset[a + 1]]
+            fields.append(self_gravity(position[rows], mass[rows], tm, G=g, node_ids=ids[rows]))
+    shape = (len(test_masses), len(offset) - 1)
+    stacked = {name: np.array([getattr(field, name) for field in fields]) for name in BY_AREA}
+    return {name: value.reshape(*shape, *value.shape[1:]) for name, value in stacked.items()}
+
+
+def _verdicts(
+    test_masses: list[TestMass],
+    sources: Sources,
+    by_area: dict[str, FloatArray],
+    groups: list[str],
+    config: ModelConfig,
+) -> list[DcVerdict]:
+    """Judge the field at rest; the inertial sensor is the areas of its groups, all else is the rest of the LTP."""
+    out = []
+    for t, tm in enumerate(test_masses):
+        total = dc_quantities(*(sources.stack(name)[t].sum(axis=0) for name in BY_AREA))
+        members = config.gravity.subsystems.get(tm.name)
+        sensor = None
+        if members is not None:
+            own = np.isin(groups, members)
+            sensor = dc_quantities(*(by_area[name][t, own].sum(axis=0) for name in BY_AREA))
+        out += judge(tm.name, total, sensor)
     return out
+
+
+def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
+    for name in ("test_mass", "quantity", "subsystem"):
+        writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts])
+    writer.write("/dc_verdict/unit", [UNITS[v.quantity] for v in verdicts])
+    for name in ("value", "lower", "upper"):
+        writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts], units="see /dc_verdict/unit")
+    writer.write("/dc_verdict/ratio", [v.ratio for v in verdicts])
+    writer.write("/dc_verdict/passed", [int(v.passed) for v in verdicts])
 
 
 def _sensitivity(
