@@ -98,7 +98,7 @@ $(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
 $(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML)
 	$(TEDM) build-distortion $(OPTIONS)
 
-$(BUILD)/sensitivity.h5: $(BUILD)/distortion.h5 $(MODEL_TOML)
+$(BUILD)/sensitivity.h5: $(BUILD)/distortion.h5 $(MODEL_TOML) $(GRAVITY_SOURCES)
 	$(TEDM) build-sensitivity $(OPTIONS)
 
 $(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML)

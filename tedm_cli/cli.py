@@ -326,6 +326,51 @@ def report(
     _say(quiet, f"{path}: {path.stat().st_size / 1e6:.1f} MB")
 
 
+@app.command("self-gravity")
+def self_gravity(
+    points: Annotated[Path, typer.Option("--points", help="CSV with the header x_m,y_m,z_m,mass_kg (basic frame).")],
+    config: Config = DEFAULT_CONFIG,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write a .json or .csv file.")] = None,
+    per_source: Annotated[bool, typer.Option("--per-source", help="Also what each source contributes.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Field of point sources on the test masses.
+
+    Force, torque, accelerations and four stiffness matrices of a list of masses, with the exact kernel of a cuboid.
+    """
+    from tedm_cli.say import point_field_lines
+    from tedm_cli.stages.self_gravity import point_dict, point_self_gravity
+
+    project = _project(config, DEFAULT_BUILD, verbose)
+    done = point_self_gravity(project, points, per_source=per_source, output=output)
+    if as_json:
+        print(json.dumps(point_dict(done), indent=1))
+    else:
+        _say(quiet, *point_field_lines(done))
+
+
+@app.command()
+def accuracy(
+    figure: Annotated[str, typer.Argument(help="Study by its published figure: 6.4, 7.2, 7.3, 7.8, 7.9 or 8.1.")],
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the data and the figure.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Numerical error of a method, against the exact kernel.
+
+    7.2 and 7.8: published quadratures over the test mass. 7.3 and 7.9: size of elements. 8.1: linearisation.
+    6.4: mesh of the compensation masses. Writes data (CSV) and the figure (SVG).
+    """
+    from tedm_cli.say import accuracy_lines
+    from tedm_cli.stages.accuracy import accuracy as stage
+
+    _say(quiet, *accuracy_lines(stage(_project(config, build_dir, verbose), figure, output)))
+
+
 @app.command()
 def show(
     file: Annotated[Path, typer.Argument(help="An HDF5 file of tedm.")],

@@ -130,7 +130,7 @@ DISTORTION = FileKind(
 
 SENSITIVITY = FileKind(
     "sensitivity",
-    1,
+    2,
     "tedm build-sensitivity",
     {
         "/grid/id": GRID["/grid/id"],
@@ -145,7 +145,7 @@ SENSITIVITY = FileKind(
         "/test_mass/axes": Dataset(
             ("test_mass", "xyz", "xyz_column"), "float", "1", "unit vectors of the test mass frame (rows)", BASIC
         ),
-        "/source/name": Dataset(("source",), "str", "1", "what pulls: structure, other test mass"),
+        "/source/name": Dataset(("source",), "str", "1", "what pulls: structure, other test mass, compensation masses"),
         "/source/quadrature_error": Dataset(
             ("test_mass", "source"), "float", "1", "estimated relative error of the quadrature over the source"
         ),
@@ -183,6 +183,17 @@ SENSITIVITY = FileKind(
             "torque by test mass rotation",
             TM_FRAME,
         ),
+        "/stiffness/linearised": Dataset(
+            ("tm_output", "tm_motion"),
+            "float",
+            None,
+            "linearised equations of motion of all test masses: (F/M, T/I) by small translations and rotations",
+            TM_FRAME,
+        ),
+        "/label/tm_output": Dataset(("tm_output",), "str", "1", "rows of /stiffness/linearised"),
+        "/label/tm_output_unit": Dataset(("tm_output",), "str", "1", "unit of the rows"),
+        "/label/tm_motion": Dataset(("tm_motion",), "str", "1", "columns of /stiffness/linearised"),
+        "/label/tm_motion_unit": Dataset(("tm_motion",), "str", "1", "unit of the columns"),
         "/operator/G": Dataset(
             ("row", "node", "xyz"),
             "float",
@@ -197,6 +208,31 @@ SENSITIVITY = FileKind(
             "part of the DC acceleration that an area's mass makes",
             TM_FRAME,
         ),
+        "/area_contribution/angular_acceleration": Dataset(
+            ("test_mass", "area", "xyz"),
+            "float",
+            "rad/s^2",
+            "part of the DC angular acceleration that an area's mass makes",
+            TM_FRAME,
+        ),
+        "/area_contribution/gamma_lin": Dataset(
+            ("test_mass", "area", "xyz", "xyz_column"),
+            "float",
+            "1/s^2",
+            "part of the force by test mass translation that an area's mass makes",
+            TM_FRAME,
+        ),
+        "/dc_verdict/test_mass": Dataset(("dc_verdict",), "str", "1", "test mass"),
+        "/dc_verdict/quantity": Dataset(("dc_verdict",), "str", "1", "judged quantity at rest"),
+        "/dc_verdict/subsystem": Dataset(
+            ("dc_verdict",), "str", "1", "inertial sensor of the test mass (IS), rest of the model (LTP), or both"
+        ),
+        "/dc_verdict/unit": Dataset(("dc_verdict",), "str", "1", "unit of value, lower and upper"),
+        "/dc_verdict/value": Dataset(("dc_verdict",), "float", None, "value of the quantity", TM_FRAME),
+        "/dc_verdict/lower": Dataset(("dc_verdict",), "float", None, "lower end of the allocated range"),
+        "/dc_verdict/upper": Dataset(("dc_verdict",), "float", None, "upper end of the allocated range"),
+        "/dc_verdict/ratio": Dataset(("dc_verdict",), "float", "1", "value over the end of the range on its side"),
+        "/dc_verdict/passed": Dataset(("dc_verdict",), "int", "1", "1 where the value is within the range"),
     },
 )
 

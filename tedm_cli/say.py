@@ -7,8 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tedm_cli.gravity.requirements import DcVerdict
     from tedm_cli.noise.case_run import CaseResult
+    from tedm_cli.stages.accuracy import AccuracyResult
     from tedm_cli.stages.optics import OpticsSummary
+    from tedm_cli.stages.self_gravity import PointField
     from tedm_cli.stages.sensitivity import SensitivitySummary
     from tedm_cli.stages.solve import SolveReport
 
@@ -105,11 +108,42 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
             ):
                 rows.append((tm.name, source, quantity, unit, *(f"{v:.4e}" for v in vector)))
     lines += table(("at rest", "source", "quantity", "unit", "x", "y", "z"), rows, right=(4, 5, 6))
+    if done.blocks:
+        points = [how.points for how in done.block_quadrature]
+        lines.append(
+            f"{len(done.blocks)} compensation masses, {sum(b.mass_kg for b in done.blocks):.6g} kg, at rest in S_SG;"
+            f" quadrature of {min(points):,} to {max(points):,} points each, estimated relative error at most"
+            f" {max(how.error for how in done.block_quadrature):.1e}"
+        )
     rows = [
         (label, f"{value:.3e}", unit, area)
         for label, unit, (area, value) in zip(done.row_labels, done.row_units, done.largest, strict=True)
     ]
-    return lines + table(("sensitivity", "largest", "unit", "area"), rows, right=(1,))
+    lines += table(("sensitivity", "largest", "unit", "area"), rows, right=(1,))
+    return lines + _dc_verdict_lines(done.verdicts)
+
+
+def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
+    from tedm_cli.gravity.requirements import UNITS
+
+    head = ("DC", "quantity", "subsystem", "unit", "value", "limit", "ratio", "verdict")
+    rows = [
+        (
+            v.test_mass,
+            v.quantity,
+            v.subsystem,
+            UNITS[v.quantity],
+            f"{v.value:.3e}",
+            f"{v.limit:.3g}",
+            f"{v.ratio:.3g}",
+            "pass" if v.passed else "FAIL",
+        )
+        for v in verdicts
+    ]
+    lines = table(head, rows, right=(4, 5, 6))
+    if not any(v.subsystem == "IS" for v in verdicts):
+        lines.append("no [gravity.subsystems]: IS and LTP are judged together only")
+    return [*lines, "the rest of the satellite (S/C) is not in the model; its allocation is left to it"]
 
 
 def optics_lines(done: OpticsSummary) -> list[str]:
@@ -138,3 +172,42 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
     if s.unattached_grids:
         lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")
     return lines
+
+
+def point_field_lines(done: PointField) -> list[str]:
+    """Field and stiffness of point sources, and what each source contributes where that was asked for."""
+    from tedm_cli.stages.self_gravity import totals
+
+    sources = done.sources
+    lines = [
+        f"{sources.path}: {len(sources.line)} point sources, {sources.mass.sum():.9g} kg; results in the frames of the"
+        " test masses"
+    ]
+    rows: list[tuple[str, ...]] = []
+    for tm, field in zip(done.test_masses, done.total, strict=True):
+        for quantity, unit, value in totals(tm, field):
+            for row, label in zip(value.reshape(-1, 3), "xyz", strict=False):
+                name = quantity if value.ndim == 1 else f"{quantity} {label}"
+                rows.append((tm.name, name, unit, *(f"{v:.6e}" for v in row)))
+    lines += table(("test mass", "quantity", "unit", "x", "y", "z"), rows, right=(3, 4, 5))
+    if done.by_source is None:
+        return lines
+    rows = []
+    for n, line in enumerate(sources.line):
+        for tm, field in zip(done.test_masses, done.by_source, strict=True):
+            values = (*field.acceleration[n], *field.angular_acceleration[n])
+            rows.append((str(line), f"{sources.mass[n]:.6g}", tm.name, *(f"{v:.4e}" for v in values)))
+    head = ("line", "kg", "test mass", "a_x m/s^2", "a_y", "a_z", "omegadot_x rad/s^2", "omegadot_y", "omegadot_z")
+    return lines + table(head, rows, right=(0, 1, 3, 4, 5, 6, 7, 8))
+
+
+def accuracy_lines(done: AccuracyResult) -> list[str]:
+    """What a study found at a few places."""
+    study = done.study
+    columns = range(len(study.spot_head))
+    return [
+        study.title,
+        *study.notes,
+        *table(study.spot_head, study.spots, right=columns),
+        f"{done.data}, {done.figure}",
+    ]

@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+from scipy.spatial.transform import Rotation
 
 from tedm_cli.config.base import Strict, load
+from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.provenance import ConfigFile
@@ -48,6 +51,14 @@ class AreasTable(Strict):
     rule: Annotated[list[AreaRule], Field(min_length=1)]
 
 
+def _orthonormal_axes(value: list[list[float]] | None) -> list[list[float]] | None:
+    if value is not None:
+        a = np.array(value)
+        if np.abs(a @ a.T - np.eye(3)).max() > 1e-9 or np.linalg.det(a) < 0:
+            raise ValueError("must be three right-handed orthonormal unit vectors")
+    return value
+
+
 class TestMassTable(Strict):
     """A cuboid test mass; edges along the basic frame unless `axes` (rows: its unit vectors) says otherwise."""
 
@@ -59,21 +70,56 @@ class TestMassTable(Strict):
     mass_kg: Positive
     axes: Annotated[list[Vector], Field(min_length=3, max_length=3)] | None = None
 
-    @field_validator("axes")
-    @classmethod
-    def _orthonormal(cls, value: list[list[float]] | None) -> list[list[float]] | None:
-        if value is not None:
-            a = np.array(value)
-            if np.abs(a @ a.T - np.eye(3)).max() > 1e-9 or np.linalg.det(a) < 0:
-                raise ValueError("must be three right-handed orthonormal unit vectors")
-        return value
+    _orthonormal = field_validator("axes")(_orthonormal_axes)
+
+
+class CompensationMassTable(Strict):
+    """A cuboid block; edges along the basic frame unless turned by a rotation vector or `axes` (rows: its edges)."""
+
+    name: Annotated[str, Field(min_length=1)]
+    centre_m: Vector
+    size_m: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
+    mass_kg: Positive | None = None
+    density_kg_m3: Positive | None = None
+    rotation_rad: Vector | None = None
+    axes: Annotated[list[Vector], Field(min_length=3, max_length=3)] | None = None
+
+    _orthonormal = field_validator("axes")(_orthonormal_axes)
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> CompensationMassTable:
+        if (self.mass_kg is None) == (self.density_kg_m3 is None):
+            raise ValueError("needs either mass_kg or density_kg_m3")
+        if self.rotation_rad is not None and self.axes is not None:
+            raise ValueError("has both rotation_rad and axes")
+        return self
+
+    def block(self) -> CompensationMass:
+        """The block as the gravity room takes it."""
+        size = np.array(self.size_m if isinstance(self.size_m, list) else [self.size_m] * 3)
+        mass = self.mass_kg if self.mass_kg is not None else float(self.density_kg_m3 or 0.0) * float(size.prod())
+        axes = np.array(self.axes) if self.axes is not None else axes_of_rotation(self.rotation_rad or [0.0, 0.0, 0.0])
+        return CompensationMass(name=self.name, centre_m=np.array(self.centre_m), size_m=size, mass_kg=mass, axes=axes)
+
+
+def axes_of_rotation(rotation_rad: list[float]) -> NDArray[np.float64]:
+    """Edges (rows) of a body turned from the basic frame by a rotation vector."""
+    turned: NDArray[np.float64] = Rotation.from_rotvec(rotation_rad).as_matrix()
+    return turned.T
 
 
 class GravityTable(Strict):
-    """The gravitational constant, and the Gauss points per edge over the other test mass."""
+    """The gravitational constant, the Gauss points per edge over the other test mass, and the compensation masses.
+
+    `compensation_masses` is a CSV of blocks; `[[compensation_mass]]` tables add to it. `subsystems` gives the groups of
+    thermal areas that make the inertial sensor of each test mass.
+    """
 
     gravitational_constant_m3_kg_s2: Positive = G_CODATA_2018
     other_test_mass_points: Annotated[int, Field(ge=3, le=16)] = 8
+    compensation_masses: str | None = None
+    compensation_tolerance: Annotated[float, Field(ge=1e-11, le=1e-2)] = DEFAULT_TOLERANCE
+    subsystems: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
 
 class ModelConfig(Strict):
@@ -83,6 +129,7 @@ class ModelConfig(Strict):
     areas: AreasTable
     test_mass: Annotated[list[TestMassTable], Field(min_length=1)]
     gravity: GravityTable = GravityTable()
+    compensation_mass: list[CompensationMassTable] = Field(default_factory=list)
 
     @field_validator("test_mass")
     @classmethod
@@ -91,6 +138,20 @@ class ModelConfig(Strict):
         if len(set(names)) != len(names):
             raise ValueError(f"two test masses have the same name: {', '.join(names)}")
         return value
+
+    @model_validator(mode="after")
+    def _subsystems_exist(self) -> ModelConfig:
+        known, groups = {t.name for t in self.test_mass}, {rule.group for rule in self.areas.rule}
+        owner: dict[str, str] = {}
+        for name, members in self.gravity.subsystems.items():
+            if name not in known:
+                raise ValueError(f"gravity.subsystems.{name}: no such test mass; there are: {', '.join(sorted(known))}")
+            for group in members:
+                if group not in groups:
+                    raise ValueError(f"gravity.subsystems.{name}: no rule of [areas] has the group {group!r}")
+                if owner.setdefault(group, name) != name:
+                    raise ValueError(f"gravity.subsystems: group {group!r} belongs to {owner[group]} and {name}")
+        return self
 
     def test_masses(self) -> list[TestMass]:
         """The test masses as the gravity room takes them."""

@@ -64,16 +64,25 @@ def field_of_other_test_mass(
     if n < 3:
         raise ValueError(f"the error estimate needs at least 3 points per axis, got {n}")
     fine, coarse = (_sum(tm, other, order, G) for order in (n, n - 2))
-    error = 0.0
+    differences = quantity_differences(fine, coarse).values()
+    error = max((difference / scale for difference, scale in differences if difference > 0.0), default=0.0)
+    return fine, error
+
+
+def quantity_differences(fine: SelfGravity, coarse: SelfGravity) -> dict[str, tuple[float, float]]:
+    """Largest difference between two quadratures, and the magnitude to judge it against, of each quantity by name.
+
+    The magnitude is the largest element; that of the angular acceleration, which vanishes by symmetry for aligned
+    bodies, is the larger of its own and that of omega_ang (per radian).
+    """
+    found = {}
     for quantity in fields(SelfGravity):
         value = getattr(fine, quantity.name)
         scale = float(np.abs(value).max())
         if quantity.name == "angular_acceleration":
             scale = max(scale, float(np.abs(fine.omega_ang).max()))
-        difference = float(np.abs(value - getattr(coarse, quantity.name)).max())
-        if difference > 0.0:
-            error = max(error, difference / scale)
-    return fine, error
+        found[quantity.name] = (float(np.abs(value - getattr(coarse, quantity.name)).max()), scale)
+    return found
 
 
 def _sum(tm: TestMass, other: TestMass, n: int, G: float) -> SelfGravity:

@@ -17,6 +17,7 @@ from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 Array = NDArray[np.float64]
 
 _BLOCK_SOURCES = 1 << 14
+_SHAPES = {f.name: (3,) if f.name in ("force", "torque") else (3, 3) for f in fields(CuboidField)}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -69,13 +70,25 @@ def self_gravity(
     ------
     PhysicsError
         If a source with mass is not finite, or inside or on the test mass; names the node and the test mass.
+
+    Examples
+    --------
+    A kilogram at 0.2 m on each side pulls nowhere, but makes the test mass unstable along the line between them:
+
+    >>> import numpy as np
+    >>> from tedm_cli.gravity.field import self_gravity
+    >>> from tedm_cli.gravity.testmass import TestMass
+    >>> tm = TestMass(name="TM1", position_m=np.zeros(3), side_m=np.full(3, 0.046), mass_kg=1.96)
+    >>> pair = self_gravity([[0.2, 0.0, 0.0], [-0.2, 0.0, 0.0]], [1.0, 1.0], tm)
+    >>> bool(np.abs(pair.acceleration).max() < 1e-24)
+    True
+    >>> print("%.4e, %.4e 1/s^2" % (pair.gamma_lin[0, 0], pair.gamma_lin[1, 1]))
+    3.3351e-08, -1.6676e-08 1/s^2
     """
-    names = tuple(f.name for f in fields(CuboidField))
-    shapes = {name: (3,) if name in ("force", "torque") else (3, 3) for name in names}
-    partial: dict[str, list[Array]] = {name: [] for name in names}
+    partial: dict[str, list[Array]] = {name: [] for name in _SHAPES}
     for index, position, mass in massive_blocks(points, masses, test_mass, node_ids):
         block = cuboid_field(position, test_mass.side_m)
-        for name in names:
+        for name in _SHAPES:
             # summation over a contiguous axis is pairwise
             terms = np.ascontiguousarray((getattr(block, name).reshape(index.size, -1) * mass[:, None]).T)
             partial[name].append(terms.sum(axis=1))
@@ -83,16 +96,39 @@ def self_gravity(
         name: G * np.array([math.fsum(column) for column in np.reshape(blocks, (len(blocks), -1)).T]).reshape(shape)
         if (blocks := partial[name])
         else np.zeros(shape)
-        for name, shape in shapes.items()
+        for name, shape in _SHAPES.items()
     }
+    return _normalised(total, test_mass)
+
+
+def self_gravity_by_source(
+    points: ArrayLike, masses: ArrayLike, test_mass: TestMass, *, G: float = G_CODATA_2018
+) -> SelfGravity:
+    """What each point source contributes to `self_gravity`, with the same arguments and errors.
+
+    Returns
+    -------
+    SelfGravity whose arrays have a leading axis over the n sources; zeros where a source has no mass.
+    """
+    count = np.shape(masses)[0]
+    total = {name: np.zeros((count, *shape)) for name, shape in _SHAPES.items()}
+    for index, position, mass in massive_blocks(points, masses, test_mass, None):
+        block = cuboid_field(position, test_mass.side_m)
+        for name, shape in _SHAPES.items():
+            total[name][index] = (G * mass).reshape(-1, *(1 for _ in shape)) * getattr(block, name)
+    return _normalised(total, test_mass)
+
+
+def _normalised(field: dict[str, Array], test_mass: TestMass) -> SelfGravity:
+    """From the quantities of `CuboidField` summed with G m, [..., 3] and [..., 3, 3]."""
     gyration = test_mass.inertia_kg_m2 / test_mass.mass_kg
     return SelfGravity(
-        acceleration=total["force"],
-        angular_acceleration=total["torque"] / gyration,
-        gamma_lin=total["gamma_lin"],
-        omega_lin=total["omega_lin"] / gyration[:, None],
-        gamma_ang=total["gamma_ang"],
-        omega_ang=total["omega_ang"] / gyration[:, None],
+        acceleration=field["force"],
+        angular_acceleration=field["torque"] / gyration,
+        gamma_lin=field["gamma_lin"],
+        omega_lin=field["omega_lin"] / gyration[:, None],
+        gamma_ang=field["gamma_ang"],
+        omega_ang=field["omega_ang"] / gyration[:, None],
     )
 
 

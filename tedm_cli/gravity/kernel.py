@@ -72,6 +72,18 @@ def cuboid_field(points: ArrayLike, sides: ArrayLike) -> CuboidField:
     ------
     PhysicsError
         If a source is not finite, or lies inside or on the cuboid; names the index and the distance.
+
+    Examples
+    --------
+    A source 25 mm from the centre of a cube of 46 mm, 2 mm above the middle of its face, and one far away, where the
+    cube is a point:
+
+    >>> from tedm_cli.gravity.kernel import cuboid_field
+    >>> near_and_far = cuboid_field([[0.025, 0.0, 0.0], [10.0, 0.0, 0.0]], [0.046, 0.046, 0.046])
+    >>> print("%.3f %.6f" % tuple(near_and_far.force[:, 0]))
+    1119.194 0.010000
+    >>> bool(abs(near_and_far.gamma_lin.trace(axis1=1, axis2=2)).max() < 1e-9)
+    True
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     sides = np.asarray(sides, dtype=np.float64)

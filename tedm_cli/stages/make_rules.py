@@ -8,6 +8,7 @@ from tedm_cli.config.cases import load_cases
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.stages.common import case_file_name
+from tedm_cli.stages.compensation import compensation_file
 from tedm_cli.store import replacing
 
 
@@ -19,6 +20,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     results = [project.resolve(p) for p in model.model.op2]
     own = all("{build_dir}" in p for p in (model.model.deck, *model.model.op2))
     sources = [project.resolve(p) for p in (model.model.bdf, model.model.areas_csv) if p is not None]
+    blocks = compensation_file(project, model)
     lines = [
         f"MODEL_TOML := {project.model}",
         f"OPTICS_TOML := {project.optics}",
@@ -27,6 +29,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
         f"UNIT_DECK := {deck}",
         f"OP2 := {' '.join(str(r) for r in results)}",
         f"SOLVED_BY_TEDM := {'yes' if own else ''}",
+        f"GRAVITY_SOURCES := {'' if blocks is None else blocks}",
         f"CASE_IDS := {' '.join(cases.ids)}",
         f"CASE_FILES := {' '.join(str(project.build_dir / case_file_name(c)) for c in cases.ids)}",
     ]
