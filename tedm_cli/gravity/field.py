@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.constants import G_CODATA_2018
-from tedm_cli.gravity.kernel import CuboidField, cuboid_field, first_inside, inside_fact
+from tedm_cli.gravity.kernel import CuboidField, cuboid_field, cuboid_force_gradient, first_inside, inside_fact
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 
 Array = NDArray[np.float64]
@@ -94,6 +94,29 @@ def self_gravity(
         gamma_ang=total["gamma_ang"],
         omega_ang=total["omega_ang"] / gyration[:, None],
     )
+
+
+def acceleration_by_source(
+    points: ArrayLike,
+    masses: ArrayLike,
+    test_mass: TestMass,
+    *,
+    G: float = G_CODATA_2018,
+    node_ids: Sequence[int] | NDArray[np.int64] | None = None,
+) -> Array:
+    """Acceleration of a test mass by each of its sources.
+
+    Parameters and errors as of `self_gravity`.
+
+    Returns
+    -------
+    [n, 3], m/s², in the frame of the test mass; zero for massless sources.
+    """
+    acceleration = np.zeros((np.size(masses), 3))
+    for index, position, mass in massive_blocks(points, masses, test_mass, node_ids):
+        force, _ = cuboid_force_gradient(position, test_mass.side_m)
+        acceleration[index] = G * mass[:, None] * force
+    return acceleration
 
 
 def massive_blocks(

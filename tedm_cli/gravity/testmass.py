@@ -72,3 +72,17 @@ class TestMass:
 def to_test_mass_frame(tm: TestMass, points: ArrayLike) -> NDArray[np.float64]:
     """Coordinates of `points` ([..., 3], basic frame, m) in the frame of the test mass, [..., 3], m."""
     return np.asarray((np.asarray(points, dtype=np.float64) - tm.position_m) @ tm.axes.T)
+
+
+def touch(first: TestMass, second: TestMass) -> bool:
+    """Whether two test masses have a point in common, as far as rounding can tell.
+
+    Two convex polyhedra are apart if and only if they are so in projection on a face normal of one of them or on the
+    cross product of an edge of each (Gottschalk, Lin and Manocha 1996).
+    """
+    normals = np.concatenate([first.axes, second.axes])
+    edges = np.cross(first.axes[:, None, :], second.axes[None, :, :]).reshape(9, 3)
+    # parallel edges give no direction: their projections are all zero, which separates nothing
+    directions = np.concatenate([normals, edges])
+    reach = sum(np.abs(directions @ tm.axes.T) @ (tm.side_m / 2.0) for tm in (first, second))
+    return not (np.abs(directions @ (second.position_m - first.position_m)) > reach).any()

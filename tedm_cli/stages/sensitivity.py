@@ -15,7 +15,7 @@ from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
-from tedm_cli.gravity.field import SelfGravity, self_gravity
+from tedm_cli.gravity.field import SelfGravity, acceleration_by_source, self_gravity
 from tedm_cli.gravity.operator import contract, lumped_operator, sensitivity_row_labels, sensitivity_row_units
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step
@@ -123,12 +123,10 @@ def _by_area(
 ) -> FloatArray:
     offset, index = unit.array("/area/node_offset"), unit.array("/area/node_index")
     out = np.zeros((len(test_masses), len(offset) - 1, 3))
-    for a in range(len(offset) - 1):
-        rows = index[offset[a] : offset[a + 1]]
-        rows = rows[mass[rows] > 0]
-        for t, tm in enumerate(test_masses):
-            if rows.size:
-                out[t, a] = self_gravity(position[rows], mass[rows], tm, G=g, node_ids=ids[rows]).acceleration
+    for t, tm in enumerate(test_masses):
+        acceleration = acceleration_by_source(position, mass, tm, G=g, node_ids=ids)
+        for a in range(len(offset) - 1):
+            out[t, a] = acceleration[index[offset[a] : offset[a + 1]]].sum(axis=0)
     return out
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.constants import G_CODATA_2018
-from tedm_cli.gravity.field import self_gravity
+from tedm_cli.gravity.field import acceleration_by_source, self_gravity
 from tedm_cli.gravity.kernel import cuboid_field
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 
@@ -106,6 +106,15 @@ def test_contributions_add():
     assert_close(parts, self_gravity(points, masses, tm), 1e-13)
 
 
+def test_accelerations_by_source_add_up():
+    rng = np.random.default_rng(12)
+    points, masses = np.concatenate([shell(300, rng), [[0.0, 0.0, 0.0]]]), np.append(rng.uniform(0.1, 2.0, 300), 0.0)
+    parts = acceleration_by_source(points, masses, cuboid())
+    total = self_gravity(points, masses, cuboid()).acceleration
+    np.testing.assert_allclose(parts.sum(axis=0), total, rtol=0, atol=1e-13 * np.abs(parts).sum(axis=0).max())
+    assert (parts[-1] == 0).all()
+
+
 def test_summation_error_does_not_grow_with_the_number_of_sources():
     """Antipodal pairs cancel in the force of a cuboid: what is left is one small source and the rounding of the sum."""
     rng = np.random.default_rng(9)
@@ -162,6 +171,8 @@ def test_values_that_are_not_finite_name_the_node(points, masses, fact):
     [
         ({"side_m": [0.1, 0.0, 0.1]}, "edge lengths"),
         ({"mass_kg": 0.0}, "mass"),
+        ({"mass_kg": -1.0}, "mass"),
+        ({"mass_kg": math.inf}, "mass"),
         ({"mass_kg": math.nan}, "mass"),
         ({"position_m": [0.0, math.nan, 0.0]}, "position_m"),
         ({"axes": np.diag([1.0, 1.0, -1.0])}, "right-handed"),
