@@ -105,8 +105,7 @@ def _solid_angle(
     angle = math.atan2(
         outer_real * inner_imag + outer_imag * inner_real, outer_real * inner_real - outer_imag * inner_imag
     )
-    # More than π is seen only from a point whose projection is inside the rectangle; elsewhere it is rounding about 0.
-    if angle < 0.0 and u0 <= 0.0 <= u1 and v0 <= 0.0 <= v1:
+    if angle < 0.0:
         angle += 2.0 * math.pi
     if d == 0.0:
         return 0.0
