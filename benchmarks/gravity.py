@@ -34,13 +34,14 @@ def against_choclo(lower: float, upper: float, threads: int) -> Result:
     loop = _choclo_loop(threads > 1)
     points = points_between(lower, upper)
     west, east, south, north, bottom, top = (sign * side / 2 for side in SIDES for sign in (-1, 1))
-    nine = np.empty((len(points), 9))
 
-    def peer() -> object:
+    def peer() -> Array:
         numba.set_num_threads(threads)
-        return loop(points, west, east, south, north, bottom, top, nine)
+        nine = np.empty((len(points), 9))
+        loop(points, west, east, south, north, bottom, top, nine)
+        return nine
 
-    peer()
+    nine = peer()
     force, gamma = cuboid_force_gradient(points, SIDES)
     # choclo's components, per unit density, of the attraction in place of the force on the test mass: signs turn
     volume = float(SIDES.prod())

@@ -31,7 +31,7 @@ def field_weights(hx: float, hy: float, hz: float, order: int) -> Array:
     Returns
     -------
     [order + 3, order // 2 + 2, 5], by m and k, for the degrees ``m + 2 k`` (first) and ``m + 2 k + 1`` (second). Odd
-    degrees carry the force, even ones the gradient, each component by the real or by the imaginary part of ``I_l^m``:
+    degrees carry the force, even ones the gradient, each component by the real or imaginary part of ``I_l^m/(2l-1)!!``:
 
     ======  ================  ================  ==============  ==============  ==========
     m       0, first          1, first          2, first        3, second       4, second
@@ -54,6 +54,7 @@ def field_weights(hx: float, hy: float, hz: float, order: int) -> Array:
     xx, yy, xy, xz, yz = (_derivative(gradient[i], j)[:, size:] for i, j in ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2)))
     # c_{-m} I_l^{-m} is the complex conjugate of c_m I_l^m
     double = np.where(np.arange(size + 1) > 0, 2.0, 1.0)
+    factorial = np.cumprod(np.maximum(2.0 * np.arange(size) - 1.0, 1.0))
     weights = np.zeros((order + 3, order // 2 + 2, 5))
     for m in range(order + 3):
         first, second = range(m, size, 2), range(m + 1, size, 2)
@@ -65,7 +66,7 @@ def field_weights(hx: float, hy: float, hz: float, order: int) -> Array:
         for column, entry in enumerate(columns):
             if entry is not None:
                 degrees, series = entry
-                weights[m, : len(degrees), column] = double[m] * series[degrees, m]
+                weights[m, : len(degrees), column] = double[m] * factorial[degrees] * series[degrees, m]
     weights.flags.writeable = False
     return weights
 

@@ -12,7 +12,7 @@ from tedm_cli.gravity.compiled import compiled
 Array = NDArray[np.float64]
 
 # Points taken together: the innermost loops run over them, so that the compiler can use vector instructions.
-_LANES = 32
+_LANES = 64
 # For even and odd m, by row of the weights: real (0) or imaginary (1) part, and the component of the field.
 _PART = ((0, 0, 1, 0), (0, 1, 0, 1))
 _COLUMN = ((3, 4, 6, 2), (0, 1, 7, 8))
@@ -22,8 +22,8 @@ _COLUMN = ((3, 4, 6, 2), (0, 1, 7, 8))
 def excess_field(points: Array, scale: float, weights: Array, field: Array) -> None:
     """Field of the cuboid less that of a point mass at its centre.
 
-    For fixed m, ``I_l^m = r⁻¹ (2m-1)!! [(x + iy)/r²]^m a_l`` with real a_l, ``a_m = 1`` and
-    ``a_{l+1} = (2l+1) (z/r²) a_l - (l² - m²) r⁻² a_{l-1}`` (Hobson 1931), lengths in units of `scale`.
+    For fixed m, ``I_l^m = (2l-1)!! r⁻¹ [(x + iy)/r²]^m a_l`` with real a_l, ``a_m = 1`` and
+    ``a_{l+1} = (z/r²) a_l - (l² - m²)/(4l² - 1) r⁻² a_{l-1}`` (Hobson 1931), lengths in units of `scale`.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def excess_field(points: Array, scale: float, weights: Array, field: Array) -> N
         ``-∂force_i/∂R_j`` for xx, yy, zz, xy, xz, yz [1/m³].
     """
     count, degrees = points.shape[0], weights.shape[0]
-    # x/r², y/r², z/r², 1/r²; (2m-1)!!/r times real and imaginary part of [(x + iy)/r²]^m; a_l for two degrees
+    # x/r², y/r², z/r², 1/r²; 1/r times real and imaginary part of [(x + iy)/r²]^m; a_l for two degrees
     x, y, z, square = np.empty(_LANES), np.empty(_LANES), np.empty(_LANES), np.empty(_LANES)
     azimuth = np.empty((2, _LANES))
     first, second = np.empty(_LANES), np.empty(_LANES)
@@ -64,23 +64,23 @@ def excess_field(points: Array, scale: float, weights: Array, field: Array) -> N
                     weights[m, k, 3],
                     weights[m, k, 4],
                 )
-                up, down = 2.0 * degree + 1.0, float(degree**2 - m**2)
-                up_next, down_next = 2.0 * degree + 3.0, float((degree + 1) ** 2 - m**2)
+                down = (degree**2 - m**2) / (4.0 * degree**2 - 1.0)
+                down_next = ((degree + 1) ** 2 - m**2) / (4.0 * (degree + 1) ** 2 - 1.0)
                 for p in range(_LANES):
                     a = first[p]
-                    b = up * z[p] * a - down * square[p] * second[p]
+                    b = z[p] * a - down * square[p] * second[p]
                     sum_0[p] += w0 * a
                     sum_1[p] += w1 * a
                     sum_2[p] += w2 * a + w3 * b
                     sum_3[p] += w4 * b
                     second[p] = b
-                    first[p] = up_next * z[p] * b - down_next * square[p] * a
+                    first[p] = z[p] * b - down_next * square[p] * a
             for row in range(4):
                 part = _PART[m % 2][row]
                 for p in range(_LANES):
                     total[m % 2, row, p] += azimuth[part, p] * column[row, p]
             for p in range(_LANES):
-                real, imaginary = (2.0 * m + 1.0) * azimuth[0, p], (2.0 * m + 1.0) * azimuth[1, p]
+                real, imaginary = azimuth[0, p], azimuth[1, p]
                 azimuth[0, p] = x[p] * real - y[p] * imaginary
                 azimuth[1, p] = x[p] * imaginary + y[p] * real
         for p in range(min(_LANES, count - start)):
