@@ -16,7 +16,7 @@ from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.cuboid_source import quantity_differences
 from tedm_cli.gravity.field import SelfGravity, self_gravity
-from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
+from tedm_cli.gravity.testmass import TestMass, cuboid_gap, to_test_mass_frame
 
 Array = NDArray[np.float64]
 
@@ -154,7 +154,7 @@ def graded_cells(tm: TestMass, block: CompensationMass) -> tuple[Array, Array]:
     PhysicsError
         If the block touches or overlaps the test mass, or is so close that the cells are too many.
     """
-    if _separation(tm, block) <= 0.0:
+    if _gap(tm, block) <= 0.0:
         raise PhysicsError(
             f"compensation mass {block.name!r} touches or overlaps test mass {tm.name!r}",
             hint="check its centre_m, size_m and rotation, in metres and radians, in the basic frame",
@@ -172,7 +172,7 @@ def graded_cells(tm: TestMass, block: CompensationMass) -> tuple[Array, Array]:
         count += int(small.sum())
         if count + 2 * len(centre) > _MAX_CELLS:
             raise PhysicsError(
-                f"compensation mass {block.name!r} is {_separation(tm, block):.3g} m from test mass {tm.name!r},"
+                f"compensation mass {block.name!r} is {_gap(tm, block):.3g} m from test mass {tm.name!r},"
                 " too close for its size to be integrated",
                 hint="widen the gap, or split off the part that faces the test mass",
             )
@@ -204,11 +204,6 @@ def _integrate(
     )
 
 
-def _separation(tm: TestMass, block: CompensationMass) -> float:
-    """Widest gap between the two cuboids along an axis that could separate them [m]; not positive when they meet."""
-    a, b = tm.axes, block.axes
-    edges = np.cross(a[:, None, :], b[None, :, :]).reshape(-1, 3)
-    length = np.linalg.norm(edges, axis=1)
-    directions = np.concatenate([a, b, edges[length > 1e-9] / length[length > 1e-9, None]])
-    reach = np.abs(directions @ a.T) @ tm.side_m / 2.0 + np.abs(directions @ b.T) @ block.size_m / 2.0
-    return float((np.abs(directions @ (block.centre_m - tm.position_m)) - reach).max())
+def _gap(tm: TestMass, block: CompensationMass) -> float:
+    """Gap between a test mass and a block [m]; not positive when they meet."""
+    return cuboid_gap(tm.position_m, tm.side_m, tm.axes, block.centre_m, block.size_m, block.axes)

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.field import SelfGravity, self_gravity
-from tedm_cli.gravity.kernel import first_inside
-from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
+from tedm_cli.gravity.testmass import TestMass, touch
 
 Array = NDArray[np.float64]
 
@@ -59,11 +58,17 @@ def field_of_other_test_mass(
     Raises
     ------
     PhysicsError
-        If the test masses overlap.
+        If the test masses overlap or touch; names both.
     """
     if n < 3:
         raise ValueError(f"the error estimate needs at least 3 points per axis, got {n}")
-    fine, coarse = (_sum(tm, other, order, G) for order in (n, n - 2))
+    if touch(tm, other):
+        raise PhysicsError(
+            f"test masses {tm.name!r} and {other.name!r} overlap or touch: their centres are "
+            f"{np.linalg.norm(other.position_m - tm.position_m):.6g} m apart",
+            hint="correct position_m, side_m or axes of one of them",
+        )
+    fine, coarse = (self_gravity(*cuboid_sources(other, order), tm, G=G) for order in (n, n - 2))
     differences = quantity_differences(fine, coarse).values()
     error = max((difference / scale for difference, scale in differences if difference > 0.0), default=0.0)
     return fine, error
@@ -83,10 +88,3 @@ def quantity_differences(fine: SelfGravity, coarse: SelfGravity) -> dict[str, tu
             scale = max(scale, float(np.abs(fine.omega_ang).max()))
         found[quantity.name] = (float(np.abs(value - getattr(coarse, quantity.name)).max()), scale)
     return found
-
-
-def _sum(tm: TestMass, other: TestMass, n: int, G: float) -> SelfGravity:
-    points, masses = cuboid_sources(other, n)
-    if first_inside(to_test_mass_frame(tm, points), tm.side_m) is not None:
-        raise PhysicsError(f"test mass {other.name!r} reaches into test mass {tm.name!r}")
-    return self_gravity(points, masses, tm, G=G)

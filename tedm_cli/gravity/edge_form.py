@@ -7,87 +7,106 @@ of positive terms and each face its solid angle from a single two-argument arcta
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
+
+from tedm_cli.gravity.compiled import compiled
 
 Array = NDArray[np.float64]
 
 
-def edge_form(points: Array, half_sides: Array) -> tuple[Array, Array]:
-    """Mean over the cuboid of the attraction towards a point, and its gradient.
+@compiled
+def edge_form(points: Array, half_sides: Array, field: Array) -> None:
+    """Mean over the cuboid of the attraction towards each point, and its gradient.
 
     Parameters
     ----------
-    points : [3, n], points outside the cuboid in its own frame [m].
+    points : [n, 3], points outside the cuboid in its own frame [m].
     half_sides : [3], half edge lengths [m].
-
-    Returns
-    -------
-    force : [3, n], ``(1/V) ∫ (R - r)/|R - r|³ dV`` [1/m²].
-    gamma : [6, n], ``-∂force_i/∂R_j`` for xx, yy, zz, xy, xz, yz [1/m³].
+    field : [n, 9], receives ``(1/V) ∫ (R - r)/|R - r|³ dV`` along x, y, z [1/m²], then ``-∂force_i/∂R_j`` for xx, yy,
+        zz, xy, xz, yz [1/m³].
     """
-    # corner[axis][end]: coordinates of the two faces normal to `axis`, as seen from the point
-    corner = np.stack([-half_sides[:, None] - points, half_sides[:, None] - points], axis=1)
-    square = corner**2
-    radius = np.sqrt(square[0, :, None, None] + square[1, None, :, None] + square[2, None, None, :])
+    # coordinates of the two faces normal to each axis, as seen from the point
+    corner = np.empty((3, 2))
+    # of the corner at the ends i, j, k along x, y, z, at index i + 2 j + 4 k
+    radius = np.empty(8)
+    # of the edge along an axis, at the ends j, k along the next two axes in cyclic order
+    log = np.empty((3, 2, 2))
+    volume = 8.0 * half_sides[0] * half_sides[1] * half_sides[2]
+    for n in range(points.shape[0]):
+        for axis in range(3):
+            corner[axis, 0] = -half_sides[axis] - points[n, axis]
+            corner[axis, 1] = half_sides[axis] - points[n, axis]
+        for index in range(8):
+            x, y, z = corner[0, index & 1], corner[1, index >> 1 & 1], corner[2, index >> 2]
+            radius[index] = math.sqrt(x * x + y * y + z * z)
+        for axis in range(3):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            for j in range(2):
+                for k in range(2):
+                    low = (j << u) + (k << v)
+                    distance_squared = corner[u, j] ** 2 + corner[v, k] ** 2
+                    log[axis, j, k] = _edge_log(
+                        corner[axis, 0], corner[axis, 1], distance_squared, radius[low], radius[low + (1 << axis)]
+                    )
+        for axis in range(3):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            u0, u1, v0, v1 = corner[u, 0], corner[u, 1], corner[v, 0], corner[v, 1]
+            force = gamma = 0.0
+            for i in range(2):
+                distance, low = corner[axis, i], i << axis
+                angle = _solid_angle(
+                    *(distance, u0, u1, v0, v1),
+                    *(radius[low], radius[low + (1 << v)], radius[low + (1 << u)], radius[low + (1 << u) + (1 << v)]),
+                )
+                # ∫∫ dA/r over the face
+                potential = u1 * log[v, i, 1] - u0 * log[v, i, 0] + v1 * log[u, 1, i] - v0 * log[u, 0, i]
+                potential -= distance * angle
+                force += potential if i else -potential
+                gamma += -angle if i else angle
+            mixed = (log[axis, 1, 1] - log[axis, 1, 0]) - (log[axis, 0, 1] - log[axis, 0, 0])
+            field[n, axis] = force / volume
+            field[n, 3 + axis] = gamma / volume
+            field[n, 8 - axis] = mixed / volume
 
-    log_x = _edge_log(corner[0], square[1, :, None] + square[2, None, :], radius)
-    log_y = _edge_log(corner[1], square[0, :, None] + square[2, None, :], radius.swapaxes(0, 1))
-    log_z = _edge_log(corner[2], square[0, :, None] + square[1, None, :], radius.transpose(2, 0, 1, 3))
 
-    volume = 8.0 * half_sides.prod()
-    force = np.empty_like(points)
-    gamma = np.empty((6, points.shape[1]))
-    faces = (
-        (corner[1], corner[2], log_z, log_y, radius),
-        (corner[0], corner[2], log_z.swapaxes(0, 1), log_x, radius.swapaxes(0, 1)),
-        (corner[0], corner[1], log_y.swapaxes(0, 1), log_x.swapaxes(0, 1), radius.transpose(2, 0, 1, 3)),
-    )
-    for axis, (u, v, log_u, log_v, r) in enumerate(faces):
-        distance = corner[axis]
-        angle = _solid_angle(distance, u, v, r)
-        # ∫∫ dA/r over both faces; log_u[i, j]: edge of face i at u = u_j, log_v[i, k]: edge of face i at v = v_k
-        potential = u[1] * log_u[:, 1] - u[0] * log_u[:, 0] + v[1] * log_v[:, 1] - v[0] * log_v[:, 0] - distance * angle
-        force[axis] = potential[1] - potential[0]
-        gamma[axis] = angle[0] - angle[1]
-    for row, log in ((3, log_z), (4, log_y), (5, log_x)):
-        gamma[row] = (log[1, 1] - log[1, 0]) - (log[0, 1] - log[0, 0])
-    return force / volume, gamma / volume
+@compiled
+def _edge_log(low: float, high: float, distance_squared: float, radius_low: float, radius_high: float) -> float:
+    """``∫ dt/r`` along an edge from `low` to `high`, coordinates along it as seen from the point.
 
-
-def _edge_log(end: Array, distance_squared: Array, radius: Array) -> Array:
-    """``∫ dt/r`` along the four edges parallel to one axis.
-
-    Parameters
-    ----------
-    end : [2, n], coordinates of the lower and upper end along the edge, seen from the point.
-    distance_squared : [2, 2, n], squared distance of the point from each edge line.
-    radius : [2, 2, 2, n], distances of the corners, the first index running along the edge.
+    `distance_squared` is that of the point from the line of the edge, the radii those of the two corners.
     """
-    middle = end[0] + end[1]
-    mirrored = middle < 0
+    middle = low + high
     # Reflected so that the upper end is the farther one: every term below is then positive.
-    near_end = np.where(mirrored, -end[1], end[0])
-    near_radius = np.where(mirrored, radius[1], radius[0])
-    sum_ = near_radius + np.abs(near_end)
-    near_sum = np.where(near_end >= 0, sum_, distance_squared / sum_)
-    length = end[1] - end[0]
-    return np.asarray(np.log1p(length * (1.0 + np.abs(middle) / (radius[0] + radius[1])) / near_sum))
+    near, near_radius = (-high, radius_high) if middle < 0.0 else (low, radius_low)
+    near_sum = near_radius + abs(near)
+    if near < 0.0:
+        near_sum = distance_squared / near_sum
+    return math.log1p((high - low) * (1.0 + abs(middle) / (radius_low + radius_high)) / near_sum)
 
 
-def _solid_angle(distance: Array, u: Array, v: Array, radius: Array) -> Array:
-    """Signed solid angle ``∫∫ d/r³ dA`` of the two faces normal to one axis, [2, n].
+@compiled
+def _solid_angle(
+    d: float, u0: float, u1: float, v0: float, v1: float, r00: float, r01: float, r10: float, r11: float
+) -> float:
+    """Solid angle ``∫∫ d/r³ dA``, with the sign of d, of a rectangle at the signed distance d from the point.
 
-    Parameters
-    ----------
-    distance : [2, n], signed distance of the two face planes from the point.
-    u, v : [2, n], bounds of the faces along the other two axes, seen from the point.
-    radius : [2, 2, 2, n], distances of the corners, indices face, u, v.
+    u0 to u1 and v0 to v1 bound the rectangle as seen from the point, r with two indices are the distances of its
+    corners at the respective ends.
     """
-    depth = np.abs(distance)[:, None, None] * radius
-    area = u[:, None] * v[None, :]
+    depth = abs(d)
     # The four corner angles add up in the argument of a product: one branch decision per face instead of four.
-    outer = (depth[:, 0, 0] + 1j * area[0, 0]) * (depth[:, 1, 1] + 1j * area[1, 1])
-    inner = (depth[:, 0, 1] - 1j * area[0, 1]) * (depth[:, 1, 0] - 1j * area[1, 0])
-    angle = np.angle(outer * inner)
-    return np.asarray(np.sign(distance) * np.where(angle < 0, angle + 2.0 * np.pi, angle))
+    outer_real = depth * r00 * (depth * r11) - u0 * v0 * (u1 * v1)
+    outer_imag = depth * r00 * (u1 * v1) + depth * r11 * (u0 * v0)
+    inner_real = depth * r01 * (depth * r10) - u0 * v1 * (u1 * v0)
+    inner_imag = -depth * r01 * (u1 * v0) - depth * r10 * (u0 * v1)
+    angle = math.atan2(
+        outer_real * inner_imag + outer_imag * inner_real, outer_real * inner_real - outer_imag * inner_imag
+    )
+    if angle < 0.0:
+        angle += 2.0 * math.pi
+    if d == 0.0:
+        return 0.0
+    return angle if d > 0.0 else -angle

@@ -72,3 +72,31 @@ class TestMass:
 def to_test_mass_frame(tm: TestMass, points: ArrayLike) -> NDArray[np.float64]:
     """Coordinates of `points` ([..., 3], basic frame, m) in the frame of the test mass, [..., 3], m."""
     return np.asarray((np.asarray(points, dtype=np.float64) - tm.position_m) @ tm.axes.T)
+
+
+def touch(first: TestMass, second: TestMass) -> bool:
+    """Whether two test masses have a point in common, as far as rounding can tell."""
+    return cuboid_gap(first.position_m, first.side_m, first.axes, second.position_m, second.side_m, second.axes) <= 0.0
+
+
+def cuboid_gap(
+    centre: ArrayLike, sides: ArrayLike, axes: ArrayLike, centre_2: ArrayLike, sides_2: ArrayLike, axes_2: ArrayLike
+) -> float:
+    """Widest gap between two cuboids in projection on an axis that could separate them [m]; positive when apart.
+
+    Two convex polyhedra are apart if and only if they are so in projection on a face normal of one of them or on the
+    cross product of an edge of each (Gottschalk, Lin and Manocha 1996). The gap is at most their distance.
+
+    Parameters
+    ----------
+    centre, centre_2 : [3], m, one frame.
+    sides, sides_2 : [3], full edge lengths [m].
+    axes, axes_2 : [3, 3], rows are the unit vectors of the edges.
+    """
+    a, b = np.asarray(axes, dtype=np.float64), np.asarray(axes_2, dtype=np.float64)
+    edges = np.cross(a[:, None, :], b[None, :, :]).reshape(9, 3)
+    length = np.linalg.norm(edges, axis=1)
+    crossed = length > 1e-9  # parallel edges give no direction
+    directions = np.concatenate([a, b, edges[crossed] / length[crossed, None]])
+    reach = (np.abs(directions @ a.T) @ np.asarray(sides) + np.abs(directions @ b.T) @ np.asarray(sides_2)) / 2.0
+    return float((np.abs(directions @ (np.asarray(centre_2) - np.asarray(centre))) - reach).max())

@@ -1,4 +1,4 @@
-"""Independent references for the cuboid field: corner sums at 60 digits, and quadrature over the faces."""
+"""Independent references for the cuboid field: corner sums at 50 digits, and quadrature over the faces."""
 
 import mpmath as mp
 import numpy as np
@@ -12,7 +12,7 @@ def cross_matrix(v):
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def exact_field(point, sides, digits=60):
+def exact_field(point, sides, digits=50):
     """The six quantities of the kernel as float arrays, from the definitions and a corner sum at `digits` digits.
 
     The corner sum is the classical one of the right rectangular prism (Nagy, Papp and Benedek 2000), with principal
@@ -51,7 +51,7 @@ def exact_field(point, sides, digits=60):
         }
 
 
-def exact_fields(points, sides, digits=60):
+def exact_fields(points, sides, digits=50):
     """`exact_field` of several points, stacked."""
     rows = [exact_field(point, sides, digits) for point in points]
     return {name: np.array([row[name] for row in rows]) for name in QUANTITIES}

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 from gravity_reference import cross_matrix
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.cuboid_source import cuboid_sources, field_of_other_test_mass
-from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.gravity.testmass import TestMass, touch
 
 G_1998 = 6.673e-11
 
@@ -145,6 +148,57 @@ def test_motion_of_the_source_test_mass():
             assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max(), kind
 
 
+def brick(name, position, side, rotation=(0.0, 0.0, 0.0)):
+    axes = Rotation.from_rotvec(rotation).as_matrix()
+    return TestMass(name=name, position_m=np.array(position), side_m=np.array(side), mass_kg=1.0, axes=axes)
+
+
 def test_overlapping_test_masses_are_an_error():
-    with pytest.raises(PhysicsError, match="'TM2' reaches into test mass 'TM1'"):
+    with pytest.raises(PhysicsError, match=r"'TM1' and 'TM2' overlap or touch: their centres are 0.04 m apart"):
         field_of_other_test_mass(cube("TM1", 0.0), cube("TM2", 0.04))
+    # a needle through the body between the Gauss points of both
+    needle = brick("N", [0.0, 0.0, 0.0], [1.0, 1e-6, 1e-6])
+    with pytest.raises(PhysicsError, match="'TM1' and 'N'"):
+        field_of_other_test_mass(cube("TM1", 0.0), needle)
+    with pytest.raises(PhysicsError, match="'N' and 'TM1'"):
+        field_of_other_test_mass(needle, cube("TM1", 0.0))
+
+
+@pytest.mark.parametrize("gap", [-1e-6, 1e-6])
+@pytest.mark.parametrize(
+    ("direction", "rotation", "distance"),
+    [
+        # face on face; a cube turned by 45 degrees, edge on face; corner on face
+        ([1.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1.0),
+        ([1.0, 0.0, 0.0], [0.0, 0.0, np.pi / 4], 0.5 + np.sqrt(0.5)),
+        ([0.0, 0.0, 1.0], np.arctan(np.sqrt(2.0)) * np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0), 0.5 + np.sqrt(0.75)),
+    ],
+)
+def test_overlap_begins_at_contact(direction, rotation, distance, gap):
+    first, second = (
+        brick("A", [0, 0, 0], [1, 1, 1]),
+        brick("B", (distance + gap) * np.array(direction), [1, 1, 1], rotation),
+    )
+    assert touch(first, second) == touch(second, first) == (gap < 0)
+
+
+@pytest.mark.parametrize("gap", [-1e-6, 1e-6])
+def test_crossed_edges_are_separated_by_their_common_normal_alone(gap):
+    """Two cubes edge against edge: no face of either separates them."""
+    # a vertical edge of the first at x = √½, a horizontal one of the second facing it
+    first = brick("A", [0, 0, 0], [1, 1, 1], [0.0, 0.0, np.pi / 4])
+    second = brick("B", [np.sqrt(2.0) + gap, 0, 0], [1, 1, 1], [0.0, np.pi / 4, 0.0])
+    assert touch(first, second) == touch(second, first) == (gap < 0)
+
+
+@settings(deadline=None, max_examples=60, derandomize=True)
+@given(st.integers(0, 10_000))
+def test_overlap_against_linear_programming(seed):
+    """Two convex bodies share a point if and only if a convex combination of the corners of each meets the other's."""
+    rng = np.random.default_rng(seed)
+    pair = [brick(name, rng.normal(size=3) * 0.5, rng.uniform(0.1, 1.2, 3), rng.normal(size=3)) for name in ("A", "B")]
+    signs = np.array(list(np.ndindex(2, 2, 2))) - 0.5
+    corners = [tm.position_m + (signs * tm.side_m) @ tm.axes for tm in pair]
+    equal = np.vstack([np.hstack([corners[0].T, -corners[1].T]), np.repeat(np.eye(2), 8, axis=1)])
+    program = linprog(np.zeros(16), A_eq=equal, b_eq=[0.0, 0.0, 0.0, 1.0, 1.0])
+    assert touch(*pair) == (program.status == 0)

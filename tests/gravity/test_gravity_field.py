@@ -162,6 +162,8 @@ def test_values_that_are_not_finite_name_the_node(points, masses, fact):
     [
         ({"side_m": [0.1, 0.0, 0.1]}, "edge lengths"),
         ({"mass_kg": 0.0}, "mass"),
+        ({"mass_kg": -1.0}, "mass"),
+        ({"mass_kg": math.inf}, "mass"),
         ({"mass_kg": math.nan}, "mass"),
         ({"position_m": [0.0, math.nan, 0.0]}, "position_m"),
         ({"axes": np.diag([1.0, 1.0, -1.0])}, "right-handed"),

@@ -1,0 +1,127 @@
+"""The cuboid kernel against choclo (Fatiando a Terra), and the contraction of the operator."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.timing import Result, timed
+
+Array = NDArray[np.float64]
+
+SIDES = np.full(3, 0.046)
+SAMPLE = 60
+
+
+def points_between(lower: float, upper: float, n: int = 66_000) -> Array:
+    """Points in all directions, their distance [m] from the centre uniform between two limits."""
+    rng = np.random.default_rng(1)
+    direction = rng.normal(size=(n, 3))
+    return direction / np.linalg.norm(direction, axis=1, keepdims=True) * rng.uniform(lower, upper, (n, 1))
+
+
+def against_choclo(lower: float, upper: float, threads: int) -> Result:
+    """The three components of the force and the six of its gradient at 66,000 points, by both on as many threads."""
+    import numba
+
+    from tedm_cli.gravity.kernel import cuboid_force_gradient
+
+    loop = _choclo_loop(threads > 1)
+    points = points_between(lower, upper)
+    west, east, south, north, bottom, top = (sign * side / 2 for side in SIDES for sign in (-1, 1))
+
+    def peer() -> Array:
+        numba.set_num_threads(threads)
+        nine = np.empty((len(points), 9))
+        loop(points, west, east, south, north, bottom, top, nine)
+        return nine
+
+    nine = peer()
+    force, gamma = cuboid_force_gradient(points, SIDES)
+    # choclo's components, per unit density, of the attraction in place of the force on the test mass: signs turn
+    volume = float(SIDES.prod())
+    errors = _worst_errors(points, (force, gamma), (-nine[:, :3] / volume, _tensor(nine[:, 3:]) / volume))
+    return timed(lambda: cuboid_force_gradient(points, SIDES, threads=threads), peer, errors)
+
+
+def all_quantities() -> Result:
+    """All six quantities of a cuboid at 66,000 points, against force and gradient of a point mass in NumPy."""
+    from tedm_cli.gravity.kernel import cuboid_field
+
+    points = points_between(0.045, 0.5)
+
+    def point_mass() -> object:
+        r = np.linalg.norm(points, axis=1)
+        force = points / r[:, None] ** 3
+        gradient = 3 * points[:, :, None] * points[:, None, :] / r[:, None, None] ** 5
+        gradient -= np.eye(3) / r[:, None, None] ** 3
+        return force, gradient
+
+    return timed(lambda: cuboid_field(points, SIDES), point_mass)
+
+
+def contraction(n: int = 66_000, k: int = 78) -> Result:
+    """S = -G D over blocks of grids, against a plain copy of the same bytes of D."""
+    from tedm_cli.gravity.operator import contract
+
+    rng = np.random.default_rng(2)
+    g, d = rng.normal(size=(12, n, 3)), rng.normal(size=(k, n, 3))
+    block = 16384
+
+    def blocks() -> object:
+        return sum(contract(g[:, i : i + block], d[:, i : i + block]) for i in range(0, n, block))
+
+    return timed(blocks, d.copy)
+
+
+@cache
+def _choclo_loop(parallel: bool) -> Callable[..., None]:
+    import numba
+    from choclo import prism
+
+    e, n, u = prism.gravity_e, prism.gravity_n, prism.gravity_u
+    ee, nn, uu = prism.gravity_ee, prism.gravity_nn, prism.gravity_uu
+    en, eu, nu = prism.gravity_en, prism.gravity_eu, prism.gravity_nu
+
+    def loop(
+        points: Array, west: float, east: float, south: float, north: float, bottom: float, top: float, out: Array
+    ) -> None:
+        for i in numba.prange(points.shape[0]):
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            out[i, 0] = e(x, y, z, west, east, south, north, bottom, top, 1.0)
+            out[i, 1] = n(x, y, z, west, east, south, north, bottom, top, 1.0)
+            out[i, 2] = u(x, y, z, west, east, south, north, bottom, top, 1.0)
+            out[i, 3] = ee(x, y, z, west, east, south, north, bottom, top, 1.0)
+            out[i, 4] = nn(x, y, z, west, east, south, north, bottom, top, 1.0)
+            out[i, 5] = uu(x, y, z, west, east, south, north, bottom, top, 1.0)
+            out[i, 6] = en(x, y, z, west, east, south, north, bottom, top, 1.0)
+            out[i, 7] = eu(x, y, z, west, east, south, north, bottom, top, 1.0)
+            out[i, 8] = nu(x, y, z, west, east, south, north, bottom, top, 1.0)
+
+    return numba.njit(parallel=parallel)(loop)  # type: ignore[no-any-return]
+
+
+def _tensor(six: Array) -> Array:
+    return six[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+
+
+def _worst_errors(points: Array, ours: tuple[Array, Array], peer: tuple[Array, Array]) -> str:
+    """Largest relative error of force and gradient of both, over a sample of the points, against 50 digits."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "gravity"))
+    from gravity_reference import exact_fields
+    from scipy.constants import gravitational_constant
+
+    sample = np.linspace(0, len(points) - 1, SAMPLE).astype(int)
+    exact = exact_fields(points[sample], SIDES)
+    found = []
+    for result, factor in ((ours, 1.0), (peer, gravitational_constant)):
+        for value, name in zip(result, ("force", "gamma_lin"), strict=True):
+            axes = tuple(range(1, value.ndim))
+            error = np.abs(value[sample] / factor - exact[name]).max(axis=axes)
+            found.append(f"{(error / np.abs(exact[name]).max(axis=axes)).max():.0e}")
+    return f"worst error in F, gradient: {found[0]}, {found[1]}; peer {found[2]}, {found[3]}"
