@@ -70,30 +70,43 @@ def self_gravity(
     PhysicsError
         If a source with mass is not finite, or inside or on the test mass; names the node and the test mass.
     """
-    names = tuple(f.name for f in fields(CuboidField))
-    shapes = {name: (3,) if name in ("force", "torque") else (3, 3) for name in names}
-    partial: dict[str, list[Array]] = {name: [] for name in names}
-    for index, position, mass in massive_blocks(points, masses, test_mass, node_ids):
-        block = cuboid_field(position, test_mass.side_m)
-        for name in names:
+    total = FieldSum()
+    for _, position, mass in massive_blocks(points, masses, test_mass, node_ids):
+        total.add(cuboid_field(position, test_mass.side_m), mass)
+    return total.result(test_mass, G)
+
+
+class FieldSum:
+    """Sums of a field over sources, block by block: pairwise inside a block, exact between the blocks."""
+
+    def __init__(self) -> None:
+        self._shapes = {f.name: (3,) if f.name in ("force", "torque") else (3, 3) for f in fields(CuboidField)}
+        self._partial: dict[str, list[Array]] = {name: [] for name in self._shapes}
+
+    def add(self, field: CuboidField, mass: Array) -> None:
+        """Add n sources of `mass` [n], kg."""
+        for name, partial in self._partial.items():
             # summation over a contiguous axis is pairwise
-            terms = np.ascontiguousarray((getattr(block, name).reshape(index.size, -1) * mass[:, None]).T)
-            partial[name].append(terms.sum(axis=1))
-    total = {
-        name: G * np.array([math.fsum(column) for column in np.reshape(blocks, (len(blocks), -1)).T]).reshape(shape)
-        if (blocks := partial[name])
-        else np.zeros(shape)
-        for name, shape in shapes.items()
-    }
-    gyration = test_mass.inertia_kg_m2 / test_mass.mass_kg
-    return SelfGravity(
-        acceleration=total["force"],
-        angular_acceleration=total["torque"] / gyration,
-        gamma_lin=total["gamma_lin"],
-        omega_lin=total["omega_lin"] / gyration[:, None],
-        gamma_ang=total["gamma_ang"],
-        omega_ang=total["omega_ang"] / gyration[:, None],
-    )
+            terms = np.ascontiguousarray((getattr(field, name).reshape(mass.size, -1) * mass[:, None]).T)
+            partial.append(terms.sum(axis=1))
+
+    def result(self, test_mass: TestMass, G: float) -> SelfGravity:
+        """The sums times G, normalised by mass and moments of inertia."""
+        total = {
+            name: G * np.array([math.fsum(column) for column in np.reshape(blocks, (len(blocks), -1)).T]).reshape(shape)
+            if (blocks := self._partial[name])
+            else np.zeros(shape)
+            for name, shape in self._shapes.items()
+        }
+        gyration = test_mass.inertia_kg_m2 / test_mass.mass_kg
+        return SelfGravity(
+            acceleration=total["force"],
+            angular_acceleration=total["torque"] / gyration,
+            gamma_lin=total["gamma_lin"],
+            omega_lin=total["omega_lin"] / gyration[:, None],
+            gamma_ang=total["gamma_ang"],
+            omega_ang=total["omega_ang"] / gyration[:, None],
+        )
 
 
 def massive_blocks(
