@@ -94,7 +94,10 @@ def case_dict(path: Path, result: CaseResult) -> dict[str, Any]:
 
 def sensitivity_lines(done: SensitivitySummary) -> list[str]:
     """Field at rest, stiffness and largest sensitivities."""
-    lines = [f"{done.path}: S_SG with {len(done.row_labels)} rows, in the frames of the test masses"]
+    lines = [
+        f"{done.path}: S_SG with {len(done.row_labels)} rows, in the frames of the test masses;"
+        f" masses: {done.mass_model}, {max(done.points):,} points"
+    ]
     rows = []
     for t, tm in enumerate(done.test_masses):
         for s, source in enumerate(done.sources):
@@ -110,6 +113,14 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
         for label, unit, (area, value) in zip(done.row_labels, done.row_units, done.largest, strict=True)
     ]
     return lines + table(("sensitivity", "largest", "unit", "area"), rows, right=(1,))
+
+
+def partial_lines(elements: list[int]) -> list[str]:
+    """A note on elements that lack some of their midside nodes."""
+    if not elements:
+        return []
+    shown = ", ".join(map(str, elements[:8])) + (" ..." if len(elements) > 8 else "")
+    return [f"note: {len(elements)} elements lack midside nodes; their mass follows their corners alone: {shown}"]
 
 
 def optics_lines(done: OpticsSummary) -> list[str]:

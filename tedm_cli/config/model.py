@@ -70,9 +70,15 @@ class TestMassTable(Strict):
 
 
 class GravityTable(Strict):
-    """The gravitational constant, and the Gauss points per edge over the other test mass."""
+    """The gravitational constant, how the structure's mass is represented, and Gauss points over the other test mass.
+
+    `mass_model`: "quadrature" spreads every element's mass over it, to `quadrature_tolerance` (relative error of each
+    element's field); "lumped" shares it among the element's grids, the published method.
+    """
 
     gravitational_constant_m3_kg_s2: Positive = G_CODATA_2018
+    mass_model: Literal["quadrature", "lumped"] = "quadrature"
+    quadrature_tolerance: Annotated[float, Field(ge=1e-10, le=0.1)] = 1e-4
     other_test_mass_points: Annotated[int, Field(ge=3, le=16)] = 8
 
 

@@ -83,12 +83,13 @@ def mass_distribution(
     thickness: Array,
     points: PointMasses,
     lumped: bool = False,
+    grid_id: IntArray | None = None,
 ) -> MassDistribution:
     """Sort the elements of a model by their shape.
 
-    Elements without mass are left out. Elements without shape functions here are lumped to their nodes, and with
-    `lumped` all are: the element's mass shared equally among its nodes, without regard to its lever (the published
-    method, Montemurro 2004, chapter 7).
+    Elements and points without mass are left out, wherever they are. Elements without shape functions here are lumped to their nodes, and with
+    `lumped` all are: the element's mass shared equally among its nodes (the published method, Montemurro 2004,
+    chapter 7), at the end of their levers where it has any.
 
     Parameters
     ----------
@@ -98,20 +99,25 @@ def mass_distribution(
     lever : [M, 3], offset of each element's mass reference from each of its nodes, basic frame, m.
     thickness : [E], m for plates; not used for solids and line elements.
     points : concentrated masses.
+    grid_id : [N], names of the grids in messages (their rows by default).
     """
     counts = np.diff(node_offset)
     heavy = mass != 0.0
     kinds = np.array([f"{c}:{n}" for c, n in zip(card, counts, strict=True)])
     shared = np.zeros(len(position))
+    share = np.repeat(np.where(heavy, mass, 0.0) / counts, counts)
+    on_lever = np.any(lever != 0.0, axis=1) & (share != 0.0)
+    aside: list[IntArray] = []
     blocks = []
     for kind in np.unique(kinds[heavy]):
         members = np.flatnonzero((kinds == kind) & heavy)
         name, count = str(kind).split(":")
         shape = shape_of(name, int(count))
         rows = node_offset[members][:, None] + np.arange(int(count))
-        nodes = node_index[rows]
         if lumped or shape is None:
-            np.add.at(shared, nodes, (mass[members] / int(count))[:, None])
+            plain = rows[~on_lever[rows]]
+            np.add.at(shared, node_index[plain], share[plain])
+            aside.append(rows[on_lever[rows]])
             continue
         blocks.append(
             ElementBlock(
@@ -119,22 +125,23 @@ def mass_distribution(
                 shape=shape,
                 id=element_id[members],
                 mass=mass[members],
-                nodes=nodes,
+                nodes=node_index[rows],
                 offset=lever[rows],
                 half_thickness=thickness[members] / 2.0 if shape.dimension == 2 else np.zeros(len(members)),
             )
         )
     nodal = np.flatnonzero(shared)
+    kept = np.flatnonzero(points.mass != 0.0)
+    names = np.arange(len(position)) if grid_id is None else grid_id
+    offset_rows = np.concatenate([*aside, np.zeros(0, dtype=np.int64)])
+    lumps = np.concatenate([nodal, node_index[offset_rows]])
     all_points = PointMasses(
-        name=[*(f"lumped mass of grid row {n}" for n in nodal), *points.name],
-        mass=np.concatenate([shared[nodal], points.mass]),
-        node=np.concatenate([nodal, points.node]),
-        offset=np.concatenate([np.zeros((len(nodal), 3)), points.offset.reshape(-1, 3)]),
+        name=[*(f"lumped mass of grid {names[n]}" for n in lumps), *(points.name[n] for n in kept)],
+        mass=np.concatenate([shared[nodal], share[offset_rows], points.mass[kept]]),
+        node=np.concatenate([lumps, points.node[kept]]),
+        offset=np.concatenate([np.zeros((len(nodal), 3)), lever[offset_rows], points.offset[kept]]),
     )
     if not np.isfinite(all_points.mass).all() or not all(np.isfinite(b.mass).all() for b in blocks):
         raise PhysicsError("a mass of the model is not finite")
-    moved = [all_points.node[np.any(all_points.offset != 0.0, axis=1)]]
-    moved += [b.nodes[np.any(b.offset != 0.0, axis=2)] for b in blocks]
-    return MassDistribution(
-        position=position, elements=tuple(blocks), points=all_points, lever_node=np.unique(np.concatenate(moved))
-    )
+    moved = np.concatenate([points.node[np.any(points.offset != 0.0, axis=1)], node_index[on_lever]])
+    return MassDistribution(position=position, elements=tuple(blocks), points=all_points, lever_node=np.unique(moved))

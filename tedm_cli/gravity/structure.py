@@ -79,7 +79,7 @@ def structure_gravity(
     return StructureGravity(
         field=total.result(test_mass, G),
         operator=scale * nodal[:, :18].reshape(n_nodes, 2, 3, 3).transpose(1, 2, 0, 3),
-        rotation=scale * levers.reshape(-1, 2, 3, 3).transpose(1, 2, 0, 3),
+        rotation=scale * levers.reshape(len(levers), 2, 3, 3).transpose(1, 2, 0, 3),
         nodal_acceleration=G * nodal[:, 18:],
         sources=count,
     )
@@ -114,4 +114,4 @@ def _add_levers(target: Array, lever_node: IntArray, block: QuadraturePoints, mo
 def stack_rows(parts: Iterable[Array]) -> Array:
     """Operators [2, 3, n, 3] of t test masses as [6 t, n, 3] in the order of `sensitivity_row_labels`."""
     stacked = np.stack(list(parts), axis=1)
-    return stacked.reshape(-1, *stacked.shape[-2:])
+    return stacked.reshape(6 * stacked.shape[1], *stacked.shape[-2:])

@@ -14,9 +14,12 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
+from tedm_cli.errors import InputError
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import SelfGravity, self_gravity
-from tedm_cli.gravity.operator import contract, lumped_operator, sensitivity_row_labels, sensitivity_row_units
+from tedm_cli.gravity.masses import MassDistribution
+from tedm_cli.gravity.operator import contract, sensitivity_row_labels, sensitivity_row_units
+from tedm_cli.gravity.structure import StructureGravity, stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import (
@@ -25,8 +28,8 @@ from tedm_cli.stages.common import (
     SENSITIVITY,
     UNIT_LOADS,
     FloatArray,
-    IntArray,
     copy_areas,
+    mass_of,
     out_path,
     provenance,
     require_input,
@@ -48,6 +51,8 @@ class SensitivitySummary:
     row_labels: list[str]
     row_units: list[str]
     largest: list[tuple[str, float]]
+    mass_model: str
+    points: list[int]
 
 
 def build_sensitivity(project: Project, output: Path | None, step: Step) -> SensitivitySummary:
@@ -70,36 +75,54 @@ def _build(
 ) -> SensitivitySummary:
     test_masses = config.test_masses()
     g = config.gravity.gravitational_constant_m3_kg_s2
-    ids, position, mass = unit.array("/grid/id"), unit.array("/grid/position"), unit.array("/mass/lumped")
     copy_areas(distortion, writer)
-    writer.write("/grid/id", ids)
+    writer.write("/grid/id", unit.array("/grid/id"))
     writer.write("/test_mass/name", [t.name for t in test_masses])
     writer.write("/test_mass/position", [t.position_m for t in test_masses])
     writer.write("/test_mass/side", [t.side_m for t in test_masses])
     writer.write("/test_mass/mass", [t.mass_kg for t in test_masses])
     writer.write("/test_mass/axes", [t.axes for t in test_masses])
-    heavy = mass > 0
-    structure = [self_gravity(position[heavy], mass[heavy], t, G=g, node_ids=ids[heavy]) for t in test_masses]
+    model, tolerance = config.gravity.mass_model, config.gravity.quadrature_tolerance
+    masses = mass_of(unit, lumped=model == "lumped")
+    found = []
+    for done, tm in enumerate(test_masses, start=1):
+        found.append(structure_gravity(masses, tm, tolerance=tolerance, G=g))
+        step(done, len(test_masses), "summing the structure")
     other, error = _other_test_masses(test_masses, g, config.gravity.other_test_mass_points)
-    fields = list(zip(structure, other, strict=True))  # [test mass][source]
+    fields = list(zip((s.field for s in found), other, strict=True))  # [test mass][source]
+    points = [s.sources for s in found]
+    own = np.full(len(test_masses), np.nan if model == "lumped" else tolerance)
+    others = (len(test_masses) - 1) * config.gravity.other_test_mass_points**3
     writer.write("/source/name", SOURCES)
-    writer.write("/source/quadrature_error", np.stack([np.zeros(len(test_masses)), error], axis=1))
+    writer.write("/source/quadrature_error", np.stack([own, error], axis=1))
+    writer.write("/source/points", [[n, others] for n in points])
+    writer.write("/source/mass_model", model)
     acceleration = _stack(fields, "acceleration")
     angular = _stack(fields, "angular_acceleration")
     writer.write("/dc/acceleration", acceleration)
     writer.write("/dc/angular_acceleration", angular)
     for name in STIFFNESS:
         writer.write(f"/stiffness/{name}", _stack(fields, name))
-    writer.write("/area_contribution/acceleration", _by_area(unit, position, mass, ids, test_masses, g))
+    writer.write("/area_contribution/acceleration", _by_area(unit, [s.nodal_acceleration for s in found]))
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write("/row/label", labels)
     writer.write("/row/unit", units)
-    sensitivity = _sensitivity(unit, distortion, writer, test_masses, g, step)
+    sensitivity = _sensitivity(masses, found, distortion, writer, step)
     writer.write("/S", sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
     names = distortion.strings("/area/name")
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
     return SensitivitySummary(
-        out, test_masses, SOURCES, acceleration, angular, _stack(fields, "gamma_lin"), labels, units, largest
+        out,
+        test_masses,
+        SOURCES,
+        acceleration,
+        angular,
+        _stack(fields, "gamma_lin"),
+        labels,
+        units,
+        largest,
+        model,
+        points,
     )
 
 
@@ -118,34 +141,36 @@ def _stack(fields: list[tuple[SelfGravity, SelfGravity]], name: str) -> FloatArr
     return np.array([[getattr(field, name) for field in row] for row in fields], dtype=float)
 
 
-def _by_area(
-    unit: Reader, position: FloatArray, mass: FloatArray, ids: IntArray, test_masses: list[TestMass], g: float
-) -> FloatArray:
+def _by_area(unit: Reader, nodal: list[FloatArray]) -> FloatArray:
+    """Acceleration at rest by the mass that each area's grids carry, [test mass, area, 3]."""
     offset, index = unit.array("/area/node_offset"), unit.array("/area/node_index")
-    out = np.zeros((len(test_masses), len(offset) - 1, 3))
-    for a in range(len(offset) - 1):
-        rows = index[offset[a] : offset[a + 1]]
-        rows = rows[mass[rows] > 0]
-        for t, tm in enumerate(test_masses):
-            if rows.size:
-                out[t, a] = self_gravity(position[rows], mass[rows], tm, G=g, node_ids=ids[rows]).acceleration
-    return out
+    areas = np.arange(len(offset) - 1)
+    return np.array([[part[index[offset[a] : offset[a + 1]]].sum(axis=0) for a in areas] for part in nodal])
 
 
 def _sensitivity(
-    unit: Reader, distortion: Reader, writer: Writer, test_masses: list[TestMass], g: float, step: Step
+    masses: MassDistribution, found: list[StructureGravity], distortion: Reader, writer: Writer, step: Step
 ) -> FloatArray:
-    ids, position, mass = unit.array("/grid/id"), unit.array("/grid/position"), unit.array("/mass/lumped")
+    """S = -G D, with D read in blocks of grids; the operator itself is held, 24 numbers per grid and test mass."""
+    units = "1/s^2 (a) or 1/(m s^2) (omegadot), see /row/label"
+    offset_nodes = distortion.array("/D/offset_node")
+    if not np.array_equal(offset_nodes, masses.lever_node):
+        raise InputError(
+            "lacks the rotations of the grids that carry offset masses",
+            where=str(distortion.path),
+            hint=f"rebuild it with `{distortion.kind.made_by}`",
+        )
+    turning = stack_rows([s.rotation for s in found])
+    writer.write("/operator/offset_node", offset_nodes)
+    writer.write("/operator/G_rotation", turning, units="m/s^2 (a) or 1/s^2 (omegadot) per rad, see /row/label")
+    total = contract(turning, distortion.array("/D/rotation"))
     d = distortion.dataset("/D/translation")
-    n_rows, n_areas = 6 * len(test_masses), d.shape[0]
-    target = writer.allocate(
-        "/operator/G", (n_rows, len(ids), 3), units="1/s^2 (a) or 1/(m s^2) (omegadot), see /row/label"
-    )
-    total = np.zeros((n_rows, n_areas))
-    for start in range(0, len(ids), BLOCK_NODES):
-        block = slice(start, min(start + BLOCK_NODES, len(ids)))
-        g_block = lumped_operator(position[block], mass[block], test_masses, G=g, node_ids=ids[block])
+    n_nodes = len(masses.position)
+    target = writer.allocate("/operator/G", (len(total), n_nodes, 3), units=units)
+    for start in range(0, n_nodes, BLOCK_NODES):
+        block = slice(start, min(start + BLOCK_NODES, n_nodes))
+        g_block = stack_rows([s.operator[:, :, block] for s in found])
         target[:, block] = g_block
         total += contract(g_block, d[:, block])
-        step(block.stop, len(ids), "contracting S = -G D")
+        step(block.stop, n_nodes, "contracting S = -G D")
     return total

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.fem.shapes import Shape, shape_of
+from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.masses import MassDistribution, PointMasses, mass_distribution
+from tedm_cli.gravity.structure import stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 
 CUBE = TestMass(name="TM1", position_m=np.zeros(3), side_m=np.full(3, 0.046), mass_kg=1.96)
@@ -37,6 +41,26 @@ def model(
         points=points,
         lumped=lumped,
     )
+
+
+def lumped_operator(
+    points: np.ndarray,
+    masses: np.ndarray,
+    test_masses: Sequence[TestMass],
+    *,
+    G: float = G_CODATA_2018,
+    node_ids: np.ndarray | None = None,
+) -> np.ndarray:
+    """Operator [6 t, n, 3] of point masses on grids of their own."""
+    ids = np.arange(len(points)) if node_ids is None else node_ids
+    grids = PointMasses(
+        name=[f"node {i}" for i in ids],
+        mass=np.asarray(masses, dtype=float),
+        node=np.arange(len(points)),
+        offset=np.zeros((len(points), 3)),
+    )
+    distribution = model(points, [], points=grids)
+    return stack_rows(structure_gravity(distribution, tm, tolerance=1e-3, G=G).operator for tm in test_masses)
 
 
 def single(card: str, xyz: np.ndarray, *, lumped: bool = False) -> MassDistribution:
