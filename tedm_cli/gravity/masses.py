@@ -87,9 +87,9 @@ def mass_distribution(
 ) -> MassDistribution:
     """Sort the elements of a model by their shape.
 
-    Elements and points without mass are left out, wherever they are. Elements without shape functions here are lumped to their nodes, and with
-    `lumped` all are: the element's mass shared equally among its nodes (the published method, Montemurro 2004,
-    chapter 7), at the end of their levers where it has any.
+    Elements and points without mass are left out, wherever they are. Elements without shape functions here are lumped
+    to their nodes, and with `lumped` all are: the element's mass shared equally among its nodes (the published method,
+    Montemurro 2004, chapter 7), at the end of their levers where it has any.
 
     Parameters
     ----------
