@@ -172,6 +172,7 @@ def ingest(
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
     from tedm_cli.progress import progress
+    from tedm_cli.say import partial_lines
     from tedm_cli.stages.ingest import ingest as stage
 
     project = _project(config, build_dir, verbose)
@@ -184,6 +185,7 @@ def ingest(
         f"mass {done.total_kg:.9g} kg (elements: {done.reference_kg:.9g} kg), centre of gravity"
         f" ({x:.6g}, {y:.6g}, {z:.6g}) m in the basic frame",
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),
+        *partial_lines(done.partial),
     )
 
 

@@ -51,7 +51,7 @@ GRID = {
 
 UNIT_LOADS = FileKind(
     "unit_loads",
-    1,
+    2,
     "tedm ingest",
     {
         **GRID,
@@ -74,7 +74,15 @@ UNIT_LOADS = FileKind(
         "/element/type": Dataset(("element",), "str", "1", "Nastran card name"),
         "/element/property_id": Dataset(("element",), "int", "1", "Nastran property id"),
         "/element/node_offset": Dataset(("element_edge",), "int", "1", "start of each element in node_index"),
-        "/element/node_index": Dataset(("element_member",), "int", "1", "rows of /grid, in Nastran's corner order"),
+        "/element/node_index": Dataset(
+            ("element_member",),
+            "int",
+            "1",
+            "rows of /grid, in Nastran's order; corners alone where a midside node lacks",
+        ),
+        "/element/lever": Dataset(
+            ("element_member", "xyz"), "float", "m", "offset of the element's mass from each of its nodes", BASIC
+        ),
         "/element/mass": Dataset(("element",), "float", "kg", "element mass with its non-structural mass"),
         "/element/density": Dataset(("element",), "float", "kg/m^3", "material density"),
         "/element/expansion": Dataset(("element",), "float", "1/K", "coefficient of thermal expansion"),
@@ -83,21 +91,33 @@ UNIT_LOADS = FileKind(
         ),
         "/mass/lumped": Dataset(("node",), "float", "kg", "element mass shared equally to its corners, plus CONM2"),
         "/mass/concentrated": Dataset(("concentrated",), "float", "kg", "concentrated masses"),
+        "/mass/concentrated_id": Dataset(("concentrated",), "int", "1", "Nastran id of each concentrated mass"),
         "/mass/concentrated_node": Dataset(("concentrated",), "int", "1", "row of /grid of each concentrated mass"),
+        "/mass/concentrated_lever": Dataset(
+            ("concentrated", "xyz"), "float", "m", "offset of each concentrated mass from its grid", BASIC
+        ),
         "/mass/total": Dataset((), "float", "kg", "mass of the model"),
-        "/mass/centre_of_gravity": Dataset(("xyz",), "float", "m", "centre of gravity of the lumped masses", BASIC),
+        "/mass/centre_of_gravity": Dataset(
+            ("xyz",), "float", "m", "centre of gravity of the lumped masses, offsets included", BASIC
+        ),
     },
 )
 
 DISTORTION = FileKind(
     "distortion",
-    1,
+    2,
     "tedm build-distortion",
     {
         "/grid/id": GRID["/grid/id"],
         **AREAS,
         "/D/translation": Dataset(
             ("area", "node", "xyz"), "float", "m/K", "distortion matrix [D]: translation per kelvin of an area", BASIC
+        ),
+        "/D/offset_node": Dataset(
+            ("offset_node",), "int", "1", "rows of /grid from which something with mass is offset, ascending"
+        ),
+        "/D/rotation": Dataset(
+            ("area", "offset_node", "xyz"), "float", "rad/K", "rotation of these grids per kelvin of an area", BASIC
         ),
         "/optical/name": Dataset(("optical",), "str", "1", "optical element"),
         "/optical/grid": Dataset(("optical",), "int", "1", "Nastran grid that carries the element's motion"),
@@ -147,8 +167,13 @@ SENSITIVITY = FileKind(
         ),
         "/source/name": Dataset(("source",), "str", "1", "what pulls: structure, other test mass, compensation masses"),
         "/source/quadrature_error": Dataset(
-            ("test_mass", "source"), "float", "1", "estimated relative error of the quadrature over the source"
+            ("test_mass", "source"),
+            "float",
+            "1",
+            "relative error of the quadrature over the source (nan: lumped masses)",
         ),
+        "/source/points": Dataset(("test_mass", "source"), "int", "1", "points the source is made of"),
+        "/source/mass_model": Dataset((), "str", "1", "how the structure's mass is represented: quadrature or lumped"),
         "/dc/acceleration": Dataset(
             ("test_mass", "source", "xyz"), "float", "m/s^2", "acceleration of the test mass at rest", TM_FRAME
         ),
@@ -201,11 +226,19 @@ SENSITIVITY = FileKind(
             "operator of S = -G D: rows in /row, displacement in basic frame",
             BASIC,
         ),
+        "/operator/offset_node": Dataset(("offset_node",), "int", "1", "rows of /grid that G_rotation is about"),
+        "/operator/G_rotation": Dataset(
+            ("row", "offset_node", "xyz"),
+            "float",
+            None,
+            "part of the operator that the rotations of these grids contribute",
+            BASIC,
+        ),
         "/area_contribution/acceleration": Dataset(
             ("test_mass", "area", "xyz"),
             "float",
             "m/s^2",
-            "part of the DC acceleration that an area's mass makes",
+            "part of the DC acceleration made by the mass that its grids carry",
             TM_FRAME,
         ),
         "/area_contribution/angular_acceleration": Dataset(

@@ -97,7 +97,10 @@ def case_dict(path: Path, result: CaseResult) -> dict[str, Any]:
 
 def sensitivity_lines(done: SensitivitySummary) -> list[str]:
     """Field at rest, stiffness and largest sensitivities."""
-    lines = [f"{done.path}: S_SG with {len(done.row_labels)} rows, in the frames of the test masses"]
+    lines = [
+        f"{done.path}: S_SG with {len(done.row_labels)} rows, in the frames of the test masses;"
+        f" masses: {done.mass_model}, {max(done.points):,} points"
+    ]
     rows = []
     for t, tm in enumerate(done.test_masses):
         for s, source in enumerate(done.sources):
@@ -144,6 +147,14 @@ def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
     if not any(v.subsystem == "IS" for v in verdicts):
         lines.append("no [gravity.subsystems]: IS and LTP are judged together only")
     return [*lines, "the rest of the satellite (S/C) is not in the model; its allocation is left to it"]
+
+
+def partial_lines(elements: list[int]) -> list[str]:
+    """A note on elements that lack some of their midside nodes."""
+    if not elements:
+        return []
+    shown = ", ".join(map(str, elements[:8])) + (" ..." if len(elements) > 8 else "")
+    return [f"note: {len(elements)} elements lack midside nodes; their mass follows their corners alone: {shown}"]
 
 
 def optics_lines(done: OpticsSummary) -> list[str]:

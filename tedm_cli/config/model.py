@@ -109,13 +109,17 @@ def axes_of_rotation(rotation_rad: list[float]) -> NDArray[np.float64]:
 
 
 class GravityTable(Strict):
-    """The gravitational constant, the Gauss points per edge over the other test mass, and the compensation masses.
+    """The gravitational constant, how the structure's mass is represented, the other test mass, compensation masses.
 
-    `compensation_masses` is a CSV of blocks; `[[compensation_mass]]` tables add to it. `subsystems` gives the groups of
-    thermal areas that make the inertial sensor of each test mass.
+    `mass_model`: "quadrature" spreads every element's mass over it, to `quadrature_tolerance` (relative error of each
+    element's field); "lumped" shares it among the element's grids, the published method. `other_test_mass_points`:
+    Gauss points per edge. `compensation_masses` is a CSV of blocks; `[[compensation_mass]]` tables add to it.
+    `subsystems` gives the groups of thermal areas that make the inertial sensor of each test mass.
     """
 
     gravitational_constant_m3_kg_s2: Positive = G_CODATA_2018
+    mass_model: Literal["quadrature", "lumped"] = "quadrature"
+    quadrature_tolerance: Annotated[float, Field(ge=1e-10, le=0.1)] = 1e-4
     other_test_mass_points: Annotated[int, Field(ge=3, le=16)] = 8
     compensation_masses: str | None = None
     compensation_tolerance: Annotated[float, Field(ge=1e-11, le=1e-2)] = DEFAULT_TOLERANCE

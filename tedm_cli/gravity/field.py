@@ -85,20 +85,34 @@ def self_gravity(
     >>> print("%.4e, %.4e 1/s^2" % (pair.gamma_lin[0, 0], pair.gamma_lin[1, 1]))
     3.3351e-08, -1.6676e-08 1/s^2
     """
-    partial: dict[str, list[Array]] = {name: [] for name in _SHAPES}
-    for index, position, mass in massive_blocks(points, masses, test_mass, node_ids):
-        block = cuboid_field(position, test_mass.side_m)
-        for name in _SHAPES:
+    total = FieldSum()
+    for _, position, mass in massive_blocks(points, masses, test_mass, node_ids):
+        total.add(cuboid_field(position, test_mass.side_m), mass)
+    return total.result(test_mass, G)
+
+
+class FieldSum:
+    """Sums of a field over sources, block by block: pairwise inside a block, exact between the blocks."""
+
+    def __init__(self) -> None:
+        self._partial: dict[str, list[Array]] = {name: [] for name in _SHAPES}
+
+    def add(self, field: CuboidField, mass: Array) -> None:
+        """Add n sources of `mass` [n], kg."""
+        for name, partial in self._partial.items():
             # summation over a contiguous axis is pairwise
-            terms = np.ascontiguousarray((getattr(block, name).reshape(index.size, -1) * mass[:, None]).T)
-            partial[name].append(terms.sum(axis=1))
-    total = {
-        name: G * np.array([math.fsum(column) for column in np.reshape(blocks, (len(blocks), -1)).T]).reshape(shape)
-        if (blocks := partial[name])
-        else np.zeros(shape)
-        for name, shape in _SHAPES.items()
-    }
-    return _normalised(total, test_mass)
+            terms = np.ascontiguousarray((getattr(field, name).reshape(mass.size, -1) * mass[:, None]).T)
+            partial.append(terms.sum(axis=1))
+
+    def result(self, test_mass: TestMass, G: float) -> SelfGravity:
+        """The sums times G, normalised by mass and moments of inertia."""
+        total = {
+            name: G * np.array([math.fsum(column) for column in np.reshape(blocks, (len(blocks), -1)).T]).reshape(shape)
+            if (blocks := self._partial[name])
+            else np.zeros(shape)
+            for name, shape in _SHAPES.items()
+        }
+        return _normalised(total, test_mass)
 
 
 def self_gravity_by_source(

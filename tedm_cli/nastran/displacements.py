@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.frames import local_basis
 from tedm_cli.nastran.geometry import FloatArray, ModelGeometry, id_list
 from tedm_cli.nastran.reading import read_results
 from tedm_cli.nastran.unit_loads import UnitLoad
@@ -135,25 +136,3 @@ def _to_basic(geometry: ModelGeometry) -> FloatArray | None:
         local = (geometry.position_m[rows] - origin) @ axes.T
         out[rows] = np.einsum("ai,nab->nib", axes, local_basis(kind, local))
     return out
-
-
-def local_basis(kind: str, local: FloatArray) -> FloatArray:
-    """Unit vectors [n,3,3] (columns) of a frame at points `local` [n,3] given in its own Cartesian axes.
-
-    `kind`: R rectangular; C cylindrical (r, theta, z); S spherical (r, theta from z, phi about z). On the axis of a
-    curvilinear frame the angle is undefined and taken as zero, as Nastran does.
-    """
-    n = len(local)
-    basis = np.tile(np.eye(3), (n, 1, 1))
-    if kind == "R":
-        return basis
-    phi = np.arctan2(local[:, 1], local[:, 0])
-    c, s = np.cos(phi), np.sin(phi)
-    zero, one = np.zeros(n), np.ones(n)
-    if kind == "C":
-        columns = [[c, s, zero], [-s, c, zero], [zero, zero, one]]
-    else:
-        theta = np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2])
-        ct, st = np.cos(theta), np.sin(theta)
-        columns = [[st * c, st * s, ct], [ct * c, ct * s, -st], [-s, c, zero]]
-    return np.stack([np.stack(col, axis=-1) for col in columns], axis=-1)

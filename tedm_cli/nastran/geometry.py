@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.errors import InputError
+from tedm_cli.fem.shapes import corner_count, shape_of
+from tedm_cli.nastran.frames import local_basis
+from tedm_cli.nastran.levers import conm2_lever, element_levers
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -24,7 +27,11 @@ _SI = "lengths must be in metres, masses in kilograms"
 
 @dataclass(frozen=True)
 class Elements:
-    """Elements with mass or stiffness; ragged connectivity as offsets [E+1] and rows of the grid table."""
+    """Elements with mass or stiffness; ragged connectivity as offsets [E+1] and rows of the grid table.
+
+    lever : [M, 3], offset of the element's mass from each of its nodes, basic frame, m.
+    partial : ids of elements that lack some of their midside nodes; only their corners are kept.
+    """
 
     id: IntArray
     type: list[str]
@@ -35,6 +42,18 @@ class Elements:
     density: FloatArray
     expansion: FloatArray
     section: FloatArray
+    lever: FloatArray
+    partial: list[int]
+
+
+@dataclass(frozen=True)
+class Concentrated:
+    """CONM2: ids, rows of the grid table, masses (kg), and levers from the grids [C, 3] (basic frame, m)."""
+
+    id: IntArray
+    node: IntArray
+    kg: FloatArray
+    lever: FloatArray
 
 
 @dataclass(frozen=True)
@@ -58,8 +77,7 @@ class ModelGeometry(Grids):
     displacement_frame: IntArray
     frames: dict[int, tuple[str, FloatArray, FloatArray]]
     elements: Elements
-    concentrated_node: IntArray
-    concentrated_kg: FloatArray
+    concentrated: Concentrated
     lumped_kg: FloatArray
     reference_mass_kg: float
 
@@ -69,7 +87,10 @@ class ModelGeometry(Grids):
 
     @property
     def centre_of_gravity_m(self) -> FloatArray:
-        return np.asarray(self.lumped_kg @ self.position_m / self.lumped_kg.sum())
+        e, c = self.elements, self.concentrated
+        counts = np.diff(e.node_offset)
+        shift = np.repeat(e.mass_kg / counts, counts) @ e.lever + c.kg @ c.lever
+        return np.asarray((self.lumped_kg @ self.position_m + shift) / self.lumped_kg.sum())
 
 
 def rows_of(grid_id: IntArray, wanted: IntArray, *, where: str, what: str) -> IntArray:
@@ -107,7 +128,7 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
 
     Raises
     ------
-    InputError : no grids or no elements, units far from SI, offset concentrated masses, non-positive total mass.
+    InputError : no grids or no elements, units far from SI, unreadable offsets, non-positive total mass.
     """
     from pyNastran.bdf.mesh_utils.mass_properties import mass_properties
 
@@ -115,12 +136,13 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
     where, ids = str(files[0]), basic.grid_id
     position = np.array([model.nodes[i].get_position() for i in ids], dtype=float)
     factor = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
-    elements = _elements(model, ids, factor, where)
-    conc_node, conc_kg = _concentrated(model, ids, factor, where)
+    frames = _frames(model)
+    elements = _elements(model, ids, factor, frames, where)
+    concentrated = _concentrated(model, ids, factor, where)
     lumped = np.zeros(len(ids))
     counts = np.diff(elements.node_offset)
     np.add.at(lumped, elements.node_index, np.repeat(elements.mass_kg / counts, counts))
-    np.add.at(lumped, conc_node, conc_kg)
+    np.add.at(lumped, concentrated.node, concentrated.kg)
     _check_units(position, elements, float(lumped.sum()), where)
     total, *_ = mass_properties(model, sym_axis="no")
     return ModelGeometry(
@@ -128,10 +150,9 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
         grid_id=ids,
         position_m=position,
         displacement_frame=np.array([int(model.nodes[i].Cd()) for i in ids], dtype=np.int64),
-        frames=_frames(model),
+        frames=frames,
         elements=elements,
-        concentrated_node=conc_node,
-        concentrated_kg=conc_kg,
+        concentrated=concentrated,
         lumped_kg=lumped,
         reference_mass_kg=float(total),
         structural=basic.structural,
@@ -164,13 +185,27 @@ def _check_units(position: FloatArray, elements: Elements, total_kg: float, wher
         raise InputError(f"the model has {total_kg:.4g} kg on a length of {extent:.4g} m", where=where, hint=_SI)
 
 
-def _elements(model: Any, ids: IntArray, factor: float, where: str) -> Elements:
+def _elements(
+    model: Any, ids: IntArray, factor: float, frames: dict[int, tuple[str, FloatArray, FloatArray]], where: str
+) -> Elements:
     eids, types, pids, masses, rho, alpha, section = [], [], [], [], [], [], []
     nodes: list[int] = []
+    levers, partial = [], []
+
+    def to_basic(grid: int, vector: FloatArray) -> FloatArray:
+        node = model.nodes[grid]
+        kind, origin, axes = frames[int(node.Cd())]
+        local = (np.asarray(node.get_position(), dtype=float) - origin) @ axes.T
+        return np.asarray(axes.T @ local_basis(kind, local[None])[0] @ vector)
+
     offsets = [0]
     for eid in sorted(model.elements):
         element = model.elements[eid]
         corners = [int(n) for n in element.node_ids if n]
+        least = corner_count(str(element.type))
+        if least is not None and shape_of(str(element.type), len(corners)) is None:
+            partial.append(eid)
+            corners = corners[:least]
         eids.append(eid)
         types.append(str(element.type))
         pids.append(int(element.Pid()) if hasattr(element, "pid") else 0)
@@ -180,6 +215,7 @@ def _elements(model: Any, ids: IntArray, factor: float, where: str) -> Elements:
         alpha.append(expansion)
         section.append(size)
         nodes += corners
+        levers.append(element_levers(element, len(corners), to_basic, where))
         offsets.append(len(nodes))
     return Elements(
         id=np.array(eids, dtype=np.int64),
@@ -191,6 +227,8 @@ def _elements(model: Any, ids: IntArray, factor: float, where: str) -> Elements:
         density=np.array(rho),
         expansion=np.array(alpha),
         section=np.array(section),
+        lever=np.concatenate(levers),
+        partial=partial,
     )
 
 
@@ -209,22 +247,21 @@ def _material(element: Any) -> tuple[float, float, float]:
     return float(material.rho or 0.0), float(expansion) if isinstance(expansion, float) else float("nan"), section
 
 
-def _concentrated(model: Any, ids: IntArray, factor: float, where: str) -> tuple[IntArray, FloatArray]:
-    nodes, masses = [], []
+def _concentrated(model: Any, ids: IntArray, factor: float, where: str) -> Concentrated:
+    nodes, masses, levers = [], [], []
     for eid in sorted(model.masses):
         mass = model.masses[eid]
         if mass.type != "CONM2":
             raise InputError(f"{mass.type} {eid}: only CONM2 concentrated masses are read", where=where)
-        if np.any(np.abs(mass.X) > 0):
-            raise InputError(
-                f"CONM2 {eid} is offset from its grid by {np.linalg.norm(mass.X):.4g} m, which is not supported",
-                where=where,
-                hint="put the mass on a grid of its own, tied by an RBE2",
-            )
         nodes.append(int(mass.Nid()))
         masses.append(float(mass.Mass()) * factor)
-    index = rows_of(ids, np.array(nodes, dtype=np.int64), where=where, what="a CONM2")
-    return index, np.array(masses, dtype=float)
+        levers.append(conm2_lever(mass, where))
+    return Concentrated(
+        id=np.array(sorted(model.masses), dtype=np.int64),
+        node=rows_of(ids, np.array(nodes, dtype=np.int64), where=where, what="a CONM2"),
+        kg=np.array(masses, dtype=float),
+        lever=np.array(levers, dtype=float).reshape(-1, 3),
+    )
 
 
 def _frames(model: Any) -> dict[int, tuple[str, FloatArray, FloatArray]]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import KINDS
 from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.gravity.masses import MassDistribution, PointMasses, mass_distribution
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
@@ -92,6 +93,29 @@ def check_test_masses(test_masses: Sequence[TestMass], position: FloatArray, *, 
         raise ConfigError(
             problems, where=where, hint="lengths must be in metres, masses in kilograms, in the basic frame"
         )
+
+
+def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
+    """The mass of the model in unit_loads.h5, spread over its elements or lumped to its grids."""
+    ids = unit.array("/mass/concentrated_id")
+    return mass_distribution(
+        unit.array("/grid/position"),
+        element_id=unit.array("/element/id"),
+        card=unit.strings("/element/type"),
+        mass=unit.array("/element/mass"),
+        node_offset=unit.array("/element/node_offset"),
+        node_index=unit.array("/element/node_index"),
+        lever=unit.array("/element/lever"),
+        thickness=unit.array("/element/section"),
+        points=PointMasses(
+            name=[f"CONM2 {i}" for i in ids],
+            mass=unit.array("/mass/concentrated"),
+            node=unit.array("/mass/concentrated_node"),
+            offset=unit.array("/mass/concentrated_lever"),
+        ),
+        lumped=lumped,
+        grid_id=unit.array("/grid/id"),
+    )
 
 
 def read_areas(file: Reader) -> AreaTable:

@@ -21,6 +21,7 @@ from tedm_cli.stages.common import (
     FloatArray,
     IntArray,
     copy_areas,
+    mass_of,
     out_path,
     provenance,
 )
@@ -82,6 +83,9 @@ def _scale_areas(
     centre = unit.array("/mass/centre_of_gravity")
     n_nodes = len(position)
     target = writer.allocate("/D/translation", (len(areas), n_nodes, 3))
+    offset_nodes = mass_of(unit).lever_node
+    turning = np.zeros((len(areas), len(offset_nodes), 3))
+    moving = np.zeros(len(offset_nodes), dtype=bool)
     optical_t, optical_r = np.zeros((2, len(areas), len(rows), 3))
     largest = np.zeros(len(areas))
     rigid_t, rigid_r = np.zeros((2, len(areas), 3))
@@ -93,6 +97,8 @@ def _scale_areas(
             raise InputError(f"area '{name}': displacements are not finite", where=str(unit.path))
         target[i] = translation
         optical_t[i], optical_r[i] = translation[rows], rotation[rows]
+        turning[i] = rotation[offset_nodes]
+        moving |= np.any(translation[offset_nodes] != 0.0, axis=1)
         largest[i] = np.abs(translation).max()
         rigid_t[i], rigid_r[i] = rigid_motion(position, translation, mass, centre)
         total += translation
@@ -105,6 +111,9 @@ def _scale_areas(
             where=str(unit.path),
             hint="a grid of solids alone has no rotation; tie the element's grid with RBE2 or RBE3",
         )
+    _check_turning(unit, offset_nodes[moving & ~np.any(turning != 0.0, axis=(0, 2))])
+    writer.write("/D/offset_node", offset_nodes)
+    writer.write("/D/rotation", turning)
     writer.write("/D_opt/translation", optical_t)
     writer.write("/D_opt/rotation", optical_r)
     writer.write("/check/max_translation", largest)
@@ -122,6 +131,18 @@ def _scale_areas(
         areas[worst],
         float(np.abs(rigid_t).max()),
     )
+
+
+def _check_turning(unit: Reader, rows: IntArray) -> None:
+    """A lever needs the rotation of its grid; a grid that moves and never turns has none."""
+    if rows.size:
+        ids = unit.array("/grid/id")[rows]
+        shown = ", ".join(map(str, ids[:8])) + (" ..." if ids.size > 8 else "")
+        raise PhysicsError(
+            f"grids that carry offset masses or elements, but never rotate under any load: {shown}",
+            where=str(unit.path),
+            hint="a grid of solids alone has no rotation; put the mass on a grid of its own, tied by RBE2 or RBE3",
+        )
 
 
 def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> None:

@@ -39,6 +39,7 @@ class IngestSummary:
     reference_kg: float
     centre_of_gravity_m: tuple[float, float, float]
     has_uniform: bool
+    partial: list[int]
 
 
 def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
@@ -87,6 +88,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         geometry.reference_mass_kg,
         (x, y, z),
         loads.uniform is not None,
+        geometry.elements.partial,
     )
 
 
@@ -127,13 +129,16 @@ def _write_geometry(writer: Writer, geometry: ModelGeometry) -> None:
     writer.write("/element/property_id", e.property_id)
     writer.write("/element/node_offset", e.node_offset)
     writer.write("/element/node_index", e.node_index)
+    writer.write("/element/lever", e.lever)
     writer.write("/element/mass", e.mass_kg)
     writer.write("/element/density", e.density)
     writer.write("/element/expansion", e.expansion)
     writer.write("/element/section", e.section)
     writer.write("/mass/lumped", geometry.lumped_kg)
-    writer.write("/mass/concentrated", geometry.concentrated_kg)
-    writer.write("/mass/concentrated_node", geometry.concentrated_node)
+    writer.write("/mass/concentrated_id", geometry.concentrated.id)
+    writer.write("/mass/concentrated", geometry.concentrated.kg)
+    writer.write("/mass/concentrated_node", geometry.concentrated.node)
+    writer.write("/mass/concentrated_lever", geometry.concentrated.lever)
     writer.write("/mass/total", geometry.total_kg)
     writer.write("/mass/centre_of_gravity", geometry.centre_of_gravity_m)
 

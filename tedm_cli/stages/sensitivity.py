@@ -15,12 +15,15 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
+from tedm_cli.errors import InputError
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import SelfGravity, self_gravity
+from tedm_cli.gravity.masses import MassDistribution
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
-from tedm_cli.gravity.operator import contract, lumped_operator, sensitivity_row_labels, sensitivity_row_units
+from tedm_cli.gravity.operator import contract, sensitivity_row_labels, sensitivity_row_units
 from tedm_cli.gravity.requirements import UNITS, DcVerdict, dc_quantities, judge
+from tedm_cli.gravity.structure import StructureGravity, stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import (
@@ -29,9 +32,9 @@ from tedm_cli.stages.common import (
     SENSITIVITY,
     UNIT_LOADS,
     FloatArray,
-    IntArray,
     check_test_masses,
     copy_areas,
+    mass_of,
     out_path,
     provenance,
     require_input,
@@ -58,15 +61,18 @@ class SensitivitySummary:
     blocks: list[CompensationMass]
     block_quadrature: list[BlockQuadrature]
     verdicts: list[DcVerdict]
+    mass_model: str
+    points: list[int]
 
 
 @dataclass(frozen=True)
 class Sources:
-    """What pulls on the test masses: fields [source][test mass], and the error of each quadrature, likewise."""
+    """What pulls on the test masses: fields, and the error and points of each quadrature, all [source][test mass]."""
 
     names: tuple[str, ...]
     fields: list[list[SelfGravity]]
     error: list[list[float]]
+    points: list[list[int]]
     block_quadrature: list[BlockQuadrature]
 
     def stack(self, name: str) -> FloatArray:
@@ -102,27 +108,32 @@ def _build(
 ) -> SensitivitySummary:
     test_masses = config.test_masses()
     g = config.gravity.gravitational_constant_m3_kg_s2
-    ids, position, mass = unit.array("/grid/id"), unit.array("/grid/position"), unit.array("/mass/lumped")
     copy_areas(distortion, writer)
-    writer.write("/grid/id", ids)
+    writer.write("/grid/id", unit.array("/grid/id"))
     writer.write("/test_mass/name", [t.name for t in test_masses])
     writer.write("/test_mass/position", [t.position_m for t in test_masses])
     writer.write("/test_mass/side", [t.side_m for t in test_masses])
     writer.write("/test_mass/mass", [t.mass_kg for t in test_masses])
     writer.write("/test_mass/axes", [t.axes for t in test_masses])
-    heavy = mass > 0
-    check_test_masses(test_masses, position[heavy], where=str(where))
-    structure = [self_gravity(position[heavy], mass[heavy], t, G=g, node_ids=ids[heavy]) for t in test_masses]
+    model, tolerance = config.gravity.mass_model, config.gravity.quadrature_tolerance
+    check_test_masses(test_masses, unit.array("/grid/position"), where=str(where))
+    masses = mass_of(unit, lumped=model == "lumped")
+    found = []
+    for done, tm in enumerate(test_masses, start=1):
+        found.append(structure_gravity(masses, tm, tolerance=tolerance, G=g))
+        step(done, len(test_masses), "summing the structure")
     mutual = _mutual(test_masses, g, config.gravity.other_test_mass_points)
-    sources = _sources(structure, test_masses, blocks, mutual, config)
+    sources = _sources(found, test_masses, blocks, mutual, config)
     writer.write("/source/name", sources.names)
     writer.write("/source/quadrature_error", np.array(sources.error).T)
+    writer.write("/source/points", np.array(sources.points).T)
+    writer.write("/source/mass_model", model)
     for name in ("acceleration", "angular_acceleration"):
         writer.write(f"/dc/{name}", sources.stack(name))
     for name in STIFFNESS:
         writer.write(f"/stiffness/{name}", sources.stack(name))
     _write_motion(writer, test_masses, sources, mutual)
-    by_area = _by_area(unit, position, mass, ids, test_masses, g)
+    by_area = _by_area(unit, found)
     for name, value in by_area.items():
         writer.write(f"/area_contribution/{name}", value)
     verdicts = _verdicts(test_masses, sources, by_area, distortion.strings("/area/group"), config)
@@ -130,7 +141,7 @@ def _build(
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write("/row/label", labels)
     writer.write("/row/unit", units)
-    sensitivity = _sensitivity(unit, distortion, writer, test_masses, g, step)
+    sensitivity = _sensitivity(masses, found, distortion, writer, step)
     writer.write("/S", sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
     names = distortion.strings("/area/name")
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
@@ -147,11 +158,13 @@ def _build(
         blocks,
         sources.block_quadrature,
         verdicts,
+        model,
+        [s.sources for s in found],
     )
 
 
 def _sources(
-    structure: list[SelfGravity],
+    structure: list[StructureGravity],
     test_masses: list[TestMass],
     blocks: list[CompensationMass],
     mutual: dict[tuple[int, int], tuple[SelfGravity, float]],
@@ -161,7 +174,15 @@ def _sources(
     count = range(len(test_masses))
     other = [functools.reduce(operator.add, (f for (i, _), (f, _) in mutual.items() if i == t), none) for t in count]
     other_error = [max((e for (i, _), (_, e) in mutual.items() if i == t), default=0.0) for t in count]
-    sources = Sources((STRUCTURE, OTHER_TEST_MASS), [structure, other], [[0.0] * len(test_masses), other_error], [])
+    own_error = np.nan if config.gravity.mass_model == "lumped" else config.gravity.quadrature_tolerance
+    other_points = (len(test_masses) - 1) * config.gravity.other_test_mass_points**3
+    sources = Sources(
+        (STRUCTURE, OTHER_TEST_MASS),
+        [[s.field for s in structure], other],
+        [[own_error] * len(test_masses), other_error],
+        [[s.sources for s in structure], [other_points] * len(test_masses)],
+        [],
+    )
     if not blocks:
         return sources
     g, tolerance = config.gravity.gravitational_constant_m3_kg_s2, config.gravity.compensation_tolerance
@@ -170,6 +191,7 @@ def _sources(
         (*sources.names, COMPENSATION),
         [*sources.fields, [field for field, _, _ in done]],
         [*sources.error, [error for _, error, _ in done]],
+        [*sources.points, [sum(how.points for how in quadrature) for _, _, quadrature in done]],
         [how for _, _, quadrature in done for how in quadrature],
     )
 
@@ -202,19 +224,11 @@ def _write_motion(
     writer.write("/label/tm_motion_unit", ["m" if name[-2:] in ("_x", "_y", "_z") else "rad" for name in motions])
 
 
-def _by_area(
-    unit: Reader, position: FloatArray, mass: FloatArray, ids: IntArray, test_masses: list[TestMass], g: float
-) -> dict[str, FloatArray]:
-    """Field of each area's grids at rest, quantity by quantity, [test mass, area, ...]."""
+def _by_area(unit: Reader, found: list[StructureGravity]) -> dict[str, FloatArray]:
+    """Field at rest by the mass that each area's grids carry, quantity by quantity, [test mass, area, ...]."""
     offset, index = unit.array("/area/node_offset"), unit.array("/area/node_index")
-    fields = []
-    for tm in test_masses:
-        for a in range(len(offset) - 1):
-            rows = index[offset[a] : offset[a + 1]]
-            fields.append(self_gravity(position[rows], mass[rows], tm, G=g, node_ids=ids[rows]))
-    shape = (len(test_masses), len(offset) - 1)
-    stacked = {name: np.array([getattr(field, name) for field in fields]) for name in BY_AREA}
-    return {name: value.reshape(*shape, *value.shape[1:]) for name, value in stacked.items()}
+    grids = [index[start:stop] for start, stop in itertools.pairwise(offset)]
+    return {name: np.array([[s.nodal[name][rows].sum(axis=0) for rows in grids] for s in found]) for name in BY_AREA}
 
 
 def _verdicts(
@@ -248,19 +262,28 @@ def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
 
 
 def _sensitivity(
-    unit: Reader, distortion: Reader, writer: Writer, test_masses: list[TestMass], g: float, step: Step
+    masses: MassDistribution, found: list[StructureGravity], distortion: Reader, writer: Writer, step: Step
 ) -> FloatArray:
-    ids, position, mass = unit.array("/grid/id"), unit.array("/grid/position"), unit.array("/mass/lumped")
+    """S = -G D, with D read in blocks of grids; the operator itself is held, 24 numbers per grid and test mass."""
+    units = "1/s^2 (a) or 1/(m s^2) (omegadot), see /row/label"
+    offset_nodes = distortion.array("/D/offset_node")
+    if not np.array_equal(offset_nodes, masses.lever_node):
+        raise InputError(
+            "lacks the rotations of the grids that carry offset masses",
+            where=str(distortion.path),
+            hint=f"rebuild it with `{distortion.kind.made_by}`",
+        )
+    turning = stack_rows([s.rotation for s in found])
+    writer.write("/operator/offset_node", offset_nodes)
+    writer.write("/operator/G_rotation", turning, units="m/s^2 (a) or 1/s^2 (omegadot) per rad, see /row/label")
+    total = contract(turning, distortion.array("/D/rotation"))
     d = distortion.dataset("/D/translation")
-    n_rows, n_areas = 6 * len(test_masses), d.shape[0]
-    target = writer.allocate(
-        "/operator/G", (n_rows, len(ids), 3), units="1/s^2 (a) or 1/(m s^2) (omegadot), see /row/label"
-    )
-    total = np.zeros((n_rows, n_areas))
-    for start in range(0, len(ids), BLOCK_NODES):
-        block = slice(start, min(start + BLOCK_NODES, len(ids)))
-        g_block = lumped_operator(position[block], mass[block], test_masses, G=g, node_ids=ids[block])
+    n_nodes = len(masses.position)
+    target = writer.allocate("/operator/G", (len(total), n_nodes, 3), units=units)
+    for start in range(0, n_nodes, BLOCK_NODES):
+        block = slice(start, min(start + BLOCK_NODES, n_nodes))
+        g_block = stack_rows([s.operator[:, :, block] for s in found])
         target[:, block] = g_block
         total += contract(g_block, d[:, block])
-        step(block.stop, len(ids), "contracting S = -G D")
+        step(block.stop, n_nodes, "contracting S = -G D")
     return total

@@ -56,6 +56,9 @@ name = "TM2"
 position_m = [0.188, 0.0, 0.0]
 side_m = 0.046
 mass_kg = 1.96
+
+[gravity]
+mass_model = "lumped"  # as in the reference
 """
 
 # Any layout will do as long as its elements ride on grids of the model: two photodiodes and two injectors.

@@ -4,9 +4,10 @@ import json
 
 import numpy as np
 import pytest
+from mass_models import lumped_operator
 
 from tedm_cli.gravity.field import self_gravity
-from tedm_cli.gravity.operator import contract, lumped_operator
+from tedm_cli.gravity.operator import contract
 from tedm_cli.gravity.testmass import TestMass
 
 

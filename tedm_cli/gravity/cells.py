@@ -1,0 +1,209 @@
+"""Elements cut into cells that are small against their distance from a test mass, each with its own Gauss order.
+
+Along a segment of half length h whose points are at least g away from the test mass the field is analytic inside the
+Bernstein ellipse that reaches no nearer than g, whose sum of semi-axes is ρ h with ``ρ = g/h + √(1 + (g/h)²)``. Gauss
+quadrature with p points then converges as ρ^-2p (Trefethen, Approximation Theory and Approximation Practice, 2013,
+theorem 19.3), one power slower for each degree of the shape functions it is multiplied with, and, where the element is
+distorted, a factor 1 + κ ρ slower for each degree of its Jacobian, κ being the departure of the element from an affine
+one. Each direction of each cell gets the smallest p that meets the tolerance by this estimate; where that takes more
+than a few points the cell is halved instead, so that cells are small where the test mass is close and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.shapes import Shape
+from tedm_cli.gravity.testmass import TestMass
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+MOST_POINTS = 5
+CLOSEST = 1e-3
+"""An element closer to a test mass than this fraction of its shortest edge touches it."""
+# Factor of the estimate: measured, such that the error of force, torque, their gradients and the nodal operator stays
+# below the tolerance (see the tests).
+_SAFETY = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Cells of elements of one shape that share their Gauss order.
+
+    element : [c], index into the block; low, high : [c, d], their box in the unit cube; counts : points per direction;
+    whole : per direction whether the cells span the cube.
+    """
+
+    element: IntArray
+    low: Array
+    high: Array
+    counts: tuple[int, ...]
+    whole: tuple[bool, ...]
+
+
+def cut(
+    shape: Shape,
+    nodes: Array,
+    test_mass: TestMass,
+    tolerance: float,
+    *,
+    clearance: Array,
+    names: IntArray,
+    card: str,
+) -> Iterator[Cells]:
+    """Cut elements for a relative quadrature error of `tolerance` in their field on a test mass.
+
+    Parameters
+    ----------
+    shape : of the elements.
+    nodes : [E, n, 3], their nodes in the frame of the test mass, m.
+    tolerance : wanted error of each element's contribution, relative to that contribution.
+    clearance : [E], distance from the test mass below which an element counts as touching it, m.
+    names : [E], element ids; card : their Nastran card, for messages.
+
+    Raises
+    ------
+    PhysicsError
+        If an element reaches into the test mass, touches it, or passes through it between its nodes.
+    """
+    half = test_mass.side_m / 2.0
+    element = np.arange(len(nodes))
+    departure = _departure(shape, nodes)
+    low, high = np.zeros((len(nodes), shape.dimension)), np.ones((len(nodes), shape.dimension))
+    while element.size:
+        net, points = _control_net(shape, nodes[element], low, high)
+        _require_outside(points, half, clearance[element], names[element], card, test_mass)
+        lengths = _lengths(net, shape.dimension)
+        box_low, box_high = net.min(axis=1), net.max(axis=1)
+        gap = np.linalg.norm(np.maximum(0.0, np.maximum(box_low - half, -half - box_high)), axis=1)
+        kappa = departure[element] * (high - low).max(axis=1)
+        wanted = _points_wanted(shape, lengths, gap, kappa, tolerance)
+        longest = lengths.max(axis=1)
+        halve = (wanted > MOST_POINTS) & (lengths > 0.6 * longest[:, None])
+        halve[(wanted > MOST_POINTS).any(axis=1) & ~halve.any(axis=1)] = True
+        again = halve.any(axis=1)
+        stuck = again & (longest < clearance[element])
+        if stuck.any():
+            _touches(int(names[element[stuck][0]]), card, test_mass)
+        done = np.flatnonzero(~again)
+        yield from _grouped(shape, element[done], low[done], high[done], wanted[done])
+        element, low, high = _halved(element[again], low[again], high[again], halve[again])
+
+
+def _points_wanted(shape: Shape, lengths: Array, gap: Array, kappa: Array, tolerance: float) -> IntArray:
+    """Gauss points per direction, [c, d]; MOST_POINTS + 1 where it takes more.
+
+    lengths : [c, d], m; gap : [c], distance from the test mass, m; kappa : [c], departure from an affine cell.
+    """
+    with np.errstate(divide="ignore"):
+        log_rho = np.arcsinh(
+            np.where(lengths > 0.0, 2.0 * gap[:, None] / np.where(lengths > 0.0, lengths, 1.0), np.inf)
+        )
+    log_rho = np.minimum(log_rho, 50.0)
+    degree, jacobian_degree = (2, 4) if shape.edges else (1, 2)
+    slower = jacobian_degree * np.log1p(kappa[:, None] * np.exp(log_rho))
+    wanted = np.full(lengths.shape, MOST_POINTS + 1)
+    for p in range(MOST_POINTS, 0, -1):
+        enough = (2 * p - degree) * log_rho - slower >= np.log(_SAFETY / tolerance)
+        wanted[enough] = p
+    return wanted
+
+
+def _departure(shape: Shape, nodes: Array) -> Array:
+    """Largest departure of each element's nodes from its best affine image, relative to its extent, [E].
+
+    In the element's own directions it counts per direction, out of a surface or off a line against the smallest extent.
+    """
+    reference = shape.reference_nodes()
+    basis = reference - reference.mean(axis=0)
+    centred = nodes - nodes.mean(axis=1, keepdims=True)
+    affine = np.linalg.pinv(basis) @ centred
+    rest = centred - basis @ affine
+    inverse = np.linalg.pinv(affine)
+    inside = rest @ inverse
+    outside = np.linalg.norm(rest - inside @ affine, axis=2)
+    smallest = np.linalg.svd(affine, compute_uv=False)[:, -1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = np.nan_to_num(outside.max(axis=1) / smallest, nan=1.0, posinf=1.0)
+    return np.asarray(2.0 * np.maximum(np.abs(inside).max(axis=(1, 2)), relative))
+
+
+def _control_net(shape: Shape, nodes: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Bézier control points [c, k^d, 3] of each cell, whose hull holds it, and points [c, k^d, 3] of the cell."""
+    k = 3 if shape.edges else 2
+    lattice = np.stack(np.meshgrid(*([np.linspace(0.0, 1.0, k)] * shape.dimension), indexing="ij"), axis=-1)
+    lattice = lattice.reshape(-1, shape.dimension)
+    t = low[:, None, :] + (high - low)[:, None, :] * lattice
+    if (low == 0.0).all() and (high == 1.0).all():
+        t = t[:1]
+    values, _ = shape.functions(shape.to_element(t))
+    points = values @ nodes
+    if k == 2:
+        return points, points
+    net = points.reshape(-1, *(k,) * shape.dimension, 3).copy()
+    for axis in range(1, shape.dimension + 1):
+        first, middle, last = np.moveaxis(net, axis, 0)
+        middle[...] = 2.0 * middle - (first + last) / 2.0
+    return net.reshape(points.shape), points
+
+
+def _lengths(net: Array, dimension: int) -> Array:
+    """Longest control polygon of each cell along each of its directions, [c, d]."""
+    k = 3 if net.shape[1] == 3**dimension else 2
+    grid = net.reshape(-1, *(k,) * dimension, 3)
+    out = np.empty((len(net), dimension))
+    for axis in range(dimension):
+        polygon = np.linalg.norm(np.diff(grid, axis=axis + 1), axis=-1).sum(axis=axis + 1)
+        out[:, axis] = polygon.reshape(len(net), -1).max(axis=1)
+    return out
+
+
+def _require_outside(
+    points: Array, half: Array, clearance: Array, names: IntArray, card: str, test_mass: TestMass
+) -> None:
+    distance = np.linalg.norm(np.maximum(0.0, np.abs(points) - half), axis=2)
+    bad = ~(distance > clearance[:, None]).all(axis=1)
+    if bad.any():
+        first = int(np.argmax(bad))
+        if not np.isfinite(points[first]).all():
+            raise PhysicsError(f"{card} {names[first]} has a node without a finite position")
+        _touches(int(names[first]), card, test_mass)
+
+
+def _touches(name: int, card: str, test_mass: TestMass) -> None:
+    raise PhysicsError(
+        f"{card} {name} reaches into or touches the test mass (edge lengths {test_mass.side_m.tolist()} m)",
+        where=f"test mass {test_mass.name!r}",
+        hint="leave the test mass itself out of the source model, or correct its position and size",
+    )
+
+
+def _grouped(shape: Shape, element: IntArray, low: Array, high: Array, wanted: IntArray) -> Iterator[Cells]:
+    """Cells with the same points per direction and, where the cube collapses, the same kind of rule."""
+    spans = (low == 0.0) & (high == 1.0)
+    key = np.concatenate([wanted, spans], axis=1)
+    kinds, inverse = np.unique(key, axis=0, return_inverse=True)
+    for number, kind in enumerate(kinds):
+        rows = np.flatnonzero(inverse.reshape(-1) == number)
+        counts = tuple(int(n) for n in kind[: shape.dimension])
+        whole = tuple(bool(n) for n in kind[shape.dimension :])
+        yield Cells(element[rows], low[rows], high[rows], counts, whole)
+
+
+def _halved(element: IntArray, low: Array, high: Array, halve: NDArray[np.bool_]) -> tuple[IntArray, Array, Array]:
+    for axis in range(low.shape[1]):
+        split = halve[:, axis]
+        middle = (low[split, axis] + high[split, axis]) / 2.0
+        upper_low, lower_high = low[split].copy(), high.copy()
+        upper_low[:, axis] = middle
+        lower_high[split, axis] = middle
+        element = np.concatenate([element, element[split]])
+        low, high = np.concatenate([low, upper_low]), np.concatenate([lower_high, high[split]])
+        halve = np.concatenate([halve, halve[split]])
+    return element, low, high

@@ -1,0 +1,147 @@
+"""The mass of a finite-element model as the gravity sums see it: elements with shape functions, and point masses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.shapes import Shape, shape_of
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ElementBlock:
+    """Elements of one card and one number of nodes.
+
+    card : Nastran card name; shape : its shape functions.
+    id : [E]; mass : [E], kg, spread uniformly over the volume, area or length.
+    nodes : [E, n], rows of the grid table in Nastran's order.
+    offset : [E, n, 3], lever from each node to where the element's mass reference passes it (basic frame, m).
+    half_thickness : [E], m, of plates; 0 for others.
+    """
+
+    card: str
+    shape: Shape
+    id: IntArray
+    mass: Array
+    nodes: IntArray
+    offset: Array
+    half_thickness: Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PointMasses:
+    """Point masses that ride on grids: lumped nodal masses and concentrated masses.
+
+    name : [P], for messages; mass : [P], kg; node : [P], rows of the grid table; offset : [P, 3], lever from the grid
+    (basic frame, m).
+    """
+
+    name: Sequence[str]
+    mass: Array
+    node: IntArray
+    offset: Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MassDistribution:
+    """Where the mass of a model is and how it moves with the grids.
+
+    A point at shape functions N of an element lies at ``Σ N_n (x_n + w_n)`` and moves by ``Σ N_n (u_n + θ_n x w_n)``,
+    with w the offsets; a point mass at ``x + w`` moves by ``u + θ x w``.
+
+    position : [N, 3], grids in the basic frame, m.
+    lever_node : [L], ascending rows of the grids whose rotation matters, because something with mass is offset from
+    them.
+    """
+
+    position: Array
+    elements: tuple[ElementBlock, ...]
+    points: PointMasses
+    lever_node: IntArray
+
+    @property
+    def total_kg(self) -> float:
+        return float(self.points.mass.sum() + sum(float(block.mass.sum()) for block in self.elements))
+
+
+def mass_distribution(
+    position: Array,
+    *,
+    element_id: IntArray,
+    card: Sequence[str],
+    mass: Array,
+    node_offset: IntArray,
+    node_index: IntArray,
+    lever: Array,
+    thickness: Array,
+    points: PointMasses,
+    lumped: bool = False,
+    grid_id: IntArray | None = None,
+) -> MassDistribution:
+    """Sort the elements of a model by their shape.
+
+    Elements and points without mass are left out, wherever they are. Elements without shape functions here are lumped
+    to their nodes, and with `lumped` all are: the element's mass shared equally among its nodes (the published method,
+    Montemurro 2004, chapter 7), at the end of their levers where it has any.
+
+    Parameters
+    ----------
+    position : [N, 3], grids, basic frame, m.
+    element_id, card, mass : [E], ids, Nastran card names, kg.
+    node_offset, node_index : ragged connectivity, [E + 1] and [M] rows of the grid table.
+    lever : [M, 3], offset of each element's mass reference from each of its nodes, basic frame, m.
+    thickness : [E], m for plates; not used for solids and line elements.
+    points : concentrated masses.
+    grid_id : [N], names of the grids in messages (their rows by default).
+    """
+    counts = np.diff(node_offset)
+    heavy = mass != 0.0
+    kinds = np.array([f"{c}:{n}" for c, n in zip(card, counts, strict=True)])
+    shared = np.zeros(len(position))
+    share = np.repeat(np.where(heavy, mass, 0.0) / counts, counts)
+    on_lever = np.any(lever != 0.0, axis=1) & (share != 0.0)
+    aside: list[IntArray] = []
+    blocks = []
+    for kind in np.unique(kinds[heavy]):
+        members = np.flatnonzero((kinds == kind) & heavy)
+        name, count = str(kind).split(":")
+        shape = shape_of(name, int(count))
+        rows = node_offset[members][:, None] + np.arange(int(count))
+        if lumped or shape is None:
+            plain = rows[~on_lever[rows]]
+            np.add.at(shared, node_index[plain], share[plain])
+            aside.append(rows[on_lever[rows]])
+            continue
+        blocks.append(
+            ElementBlock(
+                card=name,
+                shape=shape,
+                id=element_id[members],
+                mass=mass[members],
+                nodes=node_index[rows],
+                offset=lever[rows],
+                half_thickness=thickness[members] / 2.0 if shape.dimension == 2 else np.zeros(len(members)),
+            )
+        )
+    nodal = np.flatnonzero(shared)
+    kept = np.flatnonzero(points.mass != 0.0)
+    names = np.arange(len(position)) if grid_id is None else grid_id
+    offset_rows = np.concatenate([*aside, np.zeros(0, dtype=np.int64)])
+    lumps = np.concatenate([nodal, node_index[offset_rows]])
+    all_points = PointMasses(
+        name=[*(f"lumped mass of grid {names[n]}" for n in lumps), *(points.name[n] for n in kept)],
+        mass=np.concatenate([shared[nodal], share[offset_rows], points.mass[kept]]),
+        node=np.concatenate([lumps, points.node[kept]]),
+        offset=np.concatenate([np.zeros((len(nodal), 3)), lever[offset_rows], points.offset[kept]]),
+    )
+    if not np.isfinite(all_points.mass).all() or not all(np.isfinite(b.mass).all() for b in blocks):
+        raise PhysicsError("a mass of the model is not finite")
+    moved = np.concatenate([points.node[np.any(points.offset != 0.0, axis=1)], node_index[on_lever]])
+    return MassDistribution(position=position, elements=tuple(blocks), points=all_points, lever_node=np.unique(moved))
