@@ -11,6 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.config.base import Strict, load
+from tedm_cli.errors import ConfigError
 from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.testmass import TestMass
@@ -143,20 +144,6 @@ class ModelConfig(Strict):
             raise ValueError(f"two test masses have the same name: {', '.join(names)}")
         return value
 
-    @model_validator(mode="after")
-    def _subsystems_exist(self) -> ModelConfig:
-        known, groups = {t.name for t in self.test_mass}, {rule.group for rule in self.areas.rule}
-        owner: dict[str, str] = {}
-        for name, members in self.gravity.subsystems.items():
-            if name not in known:
-                raise ValueError(f"gravity.subsystems.{name}: no such test mass; there are: {', '.join(sorted(known))}")
-            for group in members:
-                if group not in groups:
-                    raise ValueError(f"gravity.subsystems.{name}: no rule of [areas] has the group {group!r}")
-                if owner.setdefault(group, name) != name:
-                    raise ValueError(f"gravity.subsystems: group {group!r} belongs to {owner[group]} and {name}")
-        return self
-
     def test_masses(self) -> list[TestMass]:
         """The test masses as the gravity room takes them."""
         out = []
@@ -176,5 +163,26 @@ class ModelConfig(Strict):
 
 
 def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
-    """Read a model configuration; `ConfigError` lists every problem in it."""
-    return load(ModelConfig, path)
+    """Read a model configuration; `ConfigError` lists the problems of its tables, then those between tables."""
+    file, config = load(ModelConfig, path)
+    problems = _subsystem_problems(config)
+    if problems:
+        raise ConfigError(problems, where=str(path))
+    return file, config
+
+
+def _subsystem_problems(config: ModelConfig) -> list[tuple[str, str]]:
+    known, groups = [t.name for t in config.test_mass], {rule.group for rule in config.areas.rule}
+    problems: list[tuple[str, str]] = []
+    owner: dict[str, str] = {}
+    for name, members in config.gravity.subsystems.items():
+        place = f"gravity.subsystems.{name}"
+        if name not in known:
+            problems.append((place, f"no such test mass; there are: {', '.join(known)}"))
+            continue
+        for group in members:
+            if group not in groups:
+                problems.append((place, f"no rule of [areas] has the group {group!r}"))
+            elif owner.setdefault(group, name) != name:
+                problems.append((place, f"group {group!r} belongs to {owner[group]} already"))
+    return problems

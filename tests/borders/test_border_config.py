@@ -83,7 +83,7 @@ def test_empty_project_file(tiny: Project) -> None:
 
 def test_test_mass_inside_the_structure(small: Project) -> None:
     replace(small.model, "position_m = [-0.188, 0.0, 0.0]", "position_m = [-0.2, 0.0, 0.0]")
-    refuse(small, "build-sensitivity", "TM1", "node ", code=5)
+    refuse(small, "build-sensitivity", "TM1", "CHEXA ", code=5)
 
 
 @pytest.mark.parametrize(("case", "near"), [("11", "1"), ("4c", "4"), ("3.0", "3")])

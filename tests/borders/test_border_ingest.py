@@ -46,7 +46,6 @@ DECKS = {
     "TEMPRB": ("ENDDATA", "TEMPRB,2,1,1.,0.\nENDDATA", ["unit_loads.bdf:48: TEMPRB"]),
     "NSML1": ("ENDDATA", "NSML1,2,PSOLID,1.,1\nENDDATA", ["unit_loads.bdf:48: NSML1"]),
     "CONM1": ("ENDDATA", "CONM1,77,3,0,1.\nENDDATA", ["unit_loads.bdf:48: CONM1"]),
-    "offset CONM2": ("ENDDATA", "CONM2,77,3,,1.,.01\nENDDATA", ["CONM2 77", "0.01 m"]),
     "CONM2 nowhere": ("ENDDATA", "CONM2,77,333,,1.\nENDDATA", ["333", "CONM2 eid=77"]),
     "CMASS2": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS2 77"]),
     "superelement": ("ENDDATA", "SESET,1,1,2\nENDDATA", ["SESET"]),

@@ -82,8 +82,8 @@ def tables(data: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 DOCUMENTS = {
-    "model": (ModelConfig, tomllib.loads(MODEL_TOML), {"model.subcases"}),
-    "small": (ModelConfig, tomllib.loads((SMALL / "model.toml").read_text()), {"model.subcases"}),
+    "model": (ModelConfig, tomllib.loads(MODEL_TOML), {"model.subcases", "gravity.subsystems"}),
+    "small": (ModelConfig, tomllib.loads((SMALL / "model.toml").read_text()), {"model.subcases", "gravity.subsystems"}),
     "cases": (CasesConfig, tomllib.loads((CONFIGS / "cases.toml").read_text()), set()),
     "optics": (OpticsTables, tomllib.loads((CONFIGS / "optics.toml").read_text()), {"sets"}),
 }
