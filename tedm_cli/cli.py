@@ -238,6 +238,31 @@ def build_sensitivity(
     _say(quiet, *sensitivity_lines(done))
 
 
+@app.command("audit-mesh")
+def audit_mesh(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write every element to this CSV file.")] = None,
+    top: Annotated[int, typer.Option("--top", min=0, help="How many elements to name.")] = 10,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Elements too large for their gap.
+
+    The error every element leaves in the self-gravity and its sensitivities, lumped and by quadrature, against 1 % of
+    the requirement. Sensitivities follow the element's own motion once build-distortion has run.
+    """
+    from tedm_cli.say import audit_lines
+    from tedm_cli.stages.audit import audit as stage
+
+    done = stage(_project(config, build_dir, verbose), output)
+    if as_json:
+        print(json.dumps(done.as_dict(top), indent=1))
+    else:
+        _say(quiet, *audit_lines(done, top))
+
+
 @app.command("build-optics")
 def build_optics(
     config: Config = DEFAULT_CONFIG,

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from tedm_cli.gravity.requirements import DcVerdict
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.stages.accuracy import AccuracyResult
+    from tedm_cli.stages.audit import AuditSummary
     from tedm_cli.stages.optics import OpticsSummary
     from tedm_cli.stages.self_gravity import PointField
     from tedm_cli.stages.sensitivity import SensitivitySummary
@@ -147,6 +148,58 @@ def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
     if not any(v.subsystem == "IS" for v in verdicts):
         lines.append("no [gravity.subsystems]: IS and LTP are judged together only")
     return [*lines, "the rest of the satellite (S/C) is not in the model; its allocation is left to it"]
+
+
+def audit_lines(done: AuditSummary, most: int) -> list[str]:
+    """Errors of the sums against what is allowed, worst properties and worst elements."""
+    d = done.as_dict(most)
+    rows = [
+        (
+            q["quantity"],
+            q["unit"],
+            f"{q['value']:.3e}",
+            "" if q["requirement"] is None else f"{q['requirement']:.2e}",
+            *(f"{q['lumped'][k]:.1e}" for k in ("error_of_sum", "sum_of_errors", "root_sum_square")),
+            *(f"{q['quadrature'][k]:.1e}" for k in ("error_of_sum", "sum_of_errors")),
+            f"{abs(q['lumped']['error_of_sum']) / q['allowance']:.2g}" if q["allowance"] > 0 else "",
+            f"{abs(q['quadrature']['error_of_sum']) / q['allowance']:.2g}" if q["allowance"] > 0 else "",
+        )
+        for q in d["quantities"]
+    ]
+    head = ("quantity", "unit", "value", "limit", "lumped", "linear", "rss", "quadr.", "linear", "l/1%", "q/1%")
+    lines = [
+        *table(head, rows, right=tuple(range(2, 11))),
+        "lumped, quadr.: error of the sum; linear, rss: errors of the elements summed; l/1%, q/1%: error of the sum"
+        " against 1 % of the limit, or of the value where there is none",
+        "S: norm over the areas"
+        if done.per_kelvin
+        else "S: every grid moved by a metre the worst way (no distortion.h5)",
+        "",
+    ]
+    found = [
+        (str(p["property"]), f"{p['elements']:,}", *(f"{v:.2g}" for v in p["score"].values()))
+        for p in d["properties"][:most]
+    ]
+    lines += [*table(("property", "elements", "lumped", "quadrature"), found, right=(0, 1, 2, 3)), ""]
+    names = [tm.name for tm in done.test_masses]
+    worst = [
+        (
+            str(e["element"]),
+            e["card"],
+            str(e["property"]),
+            f"{1e3 * e['size_m']:.3g}",
+            *(f"{1e3 * e['gap_m'][n]:.3g}" for n in names),
+            *(f"{v:.2g}" for v in e["score"].values()),
+            e["quantity"],
+        )
+        for e in d["elements"]
+    ]
+    titles = ("element", "card", "property", "size mm", *(f"gap {n} mm" for n in names), "lumped", "quadrature", "in")
+    return [
+        *lines,
+        *table(titles, worst, right=(0, *range(2, 6 + len(names)))),
+        "lumped, quadrature: largest error of the element against the allowance of the sum",
+    ]
 
 
 def partial_lines(elements: list[int]) -> list[str]:

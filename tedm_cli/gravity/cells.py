@@ -80,8 +80,7 @@ def cut(
         net, points = _control_net(shape, nodes[element], low, high)
         _require_outside(points, half, clearance[element], names[element], card, test_mass)
         lengths = _lengths(net, shape.dimension)
-        box_low, box_high = net.min(axis=1), net.max(axis=1)
-        gap = np.linalg.norm(np.maximum(0.0, np.maximum(box_low - half, -half - box_high)), axis=1)
+        gap = _gap(net, half)
         kappa = departure[element] * (high - low).max(axis=1)
         wanted = _points_wanted(shape, lengths, gap, kappa, tolerance)
         longest = lengths.max(axis=1)
@@ -94,6 +93,23 @@ def cut(
         done = np.flatnonzero(~again)
         yield from _grouped(shape, element[done], low[done], high[done], wanted[done])
         element, low, high = _halved(element[again], low[again], high[again], halve[again])
+
+
+def size_and_gap(shape: Shape, nodes: Array, test_mass: TestMass) -> tuple[Array, Array]:
+    """Longest extent [E] of elements, and a lower bound [E] of their distance from a test mass, m.
+
+    nodes : [E, n, 3], in the frame of the test mass.
+    """
+    whole = np.zeros((len(nodes), shape.dimension))
+    net, _ = _control_net(shape, nodes, whole, whole + 1.0)
+    return _lengths(net, shape.dimension).max(axis=1), _gap(net, test_mass.side_m / 2.0)
+
+
+def _gap(net: Array, half: Array) -> Array:
+    """Distance of the boxes about control nets [c, k, 3] from the test mass, [c]."""
+    return np.asarray(
+        np.linalg.norm(np.maximum(0.0, np.maximum(net.min(axis=1) - half, -half - net.max(axis=1))), axis=1)
+    )
 
 
 def _points_wanted(shape: Shape, lengths: Array, gap: Array, kappa: Array, tolerance: float) -> IntArray:

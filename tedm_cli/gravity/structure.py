@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.field import FieldSum, SelfGravity
-from tedm_cli.gravity.kernel import cuboid_field
+from tedm_cli.gravity.kernel import CuboidField, cuboid_field
 from tedm_cli.gravity.masses import MassDistribution
 from tedm_cli.gravity.quadrature import QuadraturePoints, quadrature_points
 from tedm_cli.gravity.testmass import TestMass
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+COLUMNS = 24
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,13 +66,14 @@ def structure_gravity(
         As `quadrature_points`.
     """
     n_nodes = len(distribution.position)
-    nodal = np.zeros((n_nodes, 24))  # Γ_lin and Ω_lin by rows, then the force and the torque
+    nodal = np.zeros((n_nodes, COLUMNS))
     levers = np.zeros((len(distribution.lever_node), 18))
     total = FieldSum()
     count = 0
     for block in quadrature_points(distribution, test_mass, tolerance):
         count += block.mass.size
-        pulled = _pull_back(block, test_mass, total)
+        field, pulled = pull_back(block, test_mass)
+        total.add(field, block.mass.ravel())
         _add_rows(nodal, block.nodes, pulled)
         if np.any(block.lever != 0.0):
             moment = np.cross(block.lever[:, :, None, :], pulled[..., :18].reshape(*block.nodes.shape, 6, 3))
@@ -90,18 +93,21 @@ def structure_gravity(
     )
 
 
-def _pull_back(block: QuadraturePoints, test_mass: TestMass, total: FieldSum) -> Array:
-    """Coefficients of the nodes of each cell, [c, n, 24], per unit G; the field is added to `total`."""
+def pull_back(block: QuadraturePoints, test_mass: TestMass) -> tuple[CuboidField, Array]:
+    """Field of the sources of a block (c q of them), and their coefficients at the nodes of each cell.
+
+    The coefficients, [c, n, 24], are masses times, per unit G: Γ_lin (9) and Ω_lin (9) by rows, for displacements in
+    the basic frame; force (3) and torque (3).
+    """
     cells, q = block.mass.shape
     field = cuboid_field(block.position.reshape(-1, 3), test_mass.side_m)
-    total.add(field, block.mass.ravel())
-    rows = np.empty((cells * q, 24))
+    rows = np.empty((cells * q, COLUMNS))
     rows[:, :9] = (field.gamma_lin @ test_mass.axes).reshape(-1, 9)
     rows[:, 9:18] = (field.omega_lin @ test_mass.axes).reshape(-1, 9)
     rows[:, 18:21] = field.force
     rows[:, 21:] = field.torque
     rows *= block.mass.reshape(-1, 1)
-    return np.asarray(np.swapaxes(block.values, 1, 2) @ rows.reshape(cells, q, 24))
+    return field, np.asarray(np.swapaxes(block.values, 1, 2) @ rows.reshape(cells, q, COLUMNS))
 
 
 def _add_rows(target: Array, index: IntArray, values: Array) -> None:

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.gravity.masses import PointMasses, mass_distribution
+from tedm_cli.gravity.masses import MassDistribution, PointMasses, mass_distribution
+from tedm_cli.gravity.quadrature import quadrature_points
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
@@ -33,9 +34,9 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> list[ModelGeometry]:
     return out
 
 
-def gravity(geometry: ModelGeometry, *, lumped: bool) -> StructureGravity:
+def masses(geometry: ModelGeometry, *, lumped: bool) -> MassDistribution:
     e, c = geometry.elements, geometry.concentrated
-    masses = mass_distribution(
+    return mass_distribution(
         geometry.position_m,
         element_id=e.id,
         card=e.type,
@@ -47,7 +48,10 @@ def gravity(geometry: ModelGeometry, *, lumped: bool) -> StructureGravity:
         points=PointMasses(name=[f"CONM2 {i}" for i in c.id], mass=c.kg, node=c.node, offset=c.lever),
         lumped=lumped,
     )
-    return structure_gravity(masses, CUBE, tolerance=TOLERANCE)
+
+
+def gravity(geometry: ModelGeometry, *, lumped: bool) -> StructureGravity:
+    return structure_gravity(masses(geometry, lumped=lumped), CUBE, tolerance=TOLERANCE)
 
 
 def moved(one: StructureGravity, other: StructureGravity, name: str) -> float:
@@ -68,3 +72,29 @@ def test_field_of_lumped_masses_does_and_converges_to_that_of_quadrature(meshes:
     assert moved(coarse, spread, "acceleration") > 0.1
     assert moved(coarse, spread, "gamma_lin") > 1.0
     assert 0.01 < moved(fine, spread, "gamma_lin") < 0.05
+
+
+def test_mass_moments_against_pynastran(meshes: list[ModelGeometry]) -> None:
+    """pyNastran sums elements as points at their centroids: what lacks is each brick's and bar's own inertia.
+
+    By quadrature the rest is exactly that; lumped at the corners a brick has three times its own inertia, and so has
+    a bar at its ends.
+    """
+    from pyNastran.bdf.mesh_utils.mass_properties import mass_properties
+
+    geometry = meshes[0]
+    e = geometry.elements
+    total, centre, inertia = mass_properties(read_deck(geometry.files[0]), sym_axis="no")
+    own = np.zeros(3)
+    for first, last, mass in zip(e.node_offset[:-1], e.node_offset[1:], e.mass_kg, strict=True):
+        edge = np.ptp(geometry.position_m[e.node_index[first:last]], axis=0)
+        own += mass * ((edge**2).sum() - edge**2) / 12.0
+    for lumped, factor in ((False, 1.0), (True, 3.0)):
+        pieces = list(quadrature_points(masses(geometry, lumped=lumped), CUBE, 1e-3))
+        mass = np.concatenate([p.mass.ravel() for p in pieces])
+        x = np.concatenate([p.position.reshape(-1, 3) for p in pieces]) + CUBE.position_m
+        assert mass.sum() == pytest.approx(total, rel=1e-12)
+        np.testing.assert_allclose(mass @ x / total, centre, rtol=0, atol=1e-13)
+        arm = x - centre
+        moment = mass @ ((arm**2).sum(axis=1)[:, None] - arm**2)
+        np.testing.assert_allclose(moment, inertia[:3] + factor * own, rtol=1e-10)

@@ -1,0 +1,212 @@
+"""What a mesh costs: the error each element leaves in the field at rest, its gradient and the sensitivities.
+
+Every element is summed three times: lumped to its nodes, by the quadrature in use, and by a quadrature a hundred times
+finer, which stands for the truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.gravity.cells import size_and_gap
+from tedm_cli.gravity.constants import G_CODATA_2018
+from tedm_cli.gravity.masses import ElementBlock, MassDistribution
+from tedm_cli.gravity.quadrature import QuadraturePoints, element_sources, point_sources
+from tedm_cli.gravity.structure import COLUMNS, pull_back
+from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+MODELS = ("lumped", "quadrature")
+_FINER = 1e-2
+_BLOCK = 1024
+_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+# Montemurro 2004, tables 4.3, 4.4 and 4.2 (totals): DC acceleration x, y, z; angular acceleration theta, eta, phi about
+# x, y, z; stiffness, the narrower side of its range -5 to 8.
+REQUIREMENT_A = (1.1e-9, 1.7e-9, 3.2e-9)
+REQUIREMENT_OMEGADOT = (23e-9, 18e-9, 14e-9)
+REQUIREMENT_GAMMA = 5e-7
+
+Motion = Callable[[IntArray, Array], Array]
+"""Displacement per kelvin of nodes with levers: rows [E, n] and levers [E, n, 3] to [k, E, n, 3], m/K."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MeshAudit:
+    """Errors of E elements in Q quantities.
+
+    element_id, card : [E]; size : [E], longest extent, m; gap : [T, E], lower bound of the distance from each test
+    mass, m.
+    label, unit : [Q]. Sensitivities are judged by their norm over the areas (over all grids, moved in the worst way by
+    a metre, where no displacements are given).
+    value : [Q], by the finer quadrature. requirement : [Q], nan where there is none.
+    error : [2, Q, E], of `MODELS`, each less the finer quadrature; norms, without sign, for sensitivities.
+    total : [2, Q], error of the sum over all elements.
+    """
+
+    element_id: IntArray
+    card: list[str]
+    size: Array
+    gap: Array
+    label: list[str]
+    unit: list[str]
+    value: Array
+    requirement: Array
+    error: Array
+    total: Array
+
+    @property
+    def allowance(self) -> Array:
+        """1 % of the requirement, or of the value where there is none, [Q]."""
+        return np.asarray(0.01 * np.where(np.isnan(self.requirement), np.abs(self.value), self.requirement))
+
+    @property
+    def score(self) -> Array:
+        """Largest ratio of each element's error to the allowance, [2, E]."""
+        allowance = np.where(self.allowance > 0.0, self.allowance, np.inf)
+        return np.asarray((np.abs(self.error) / allowance[:, None]).max(axis=1, initial=0.0))
+
+
+def audit_mesh(
+    distribution: MassDistribution,
+    test_masses: Sequence[TestMass],
+    motion: Motion | None,
+    *,
+    tolerance: float,
+    G: float = G_CODATA_2018,
+) -> MeshAudit:
+    """Compare lumped masses and quadrature with a finer quadrature, element by element.
+
+    Parameters
+    ----------
+    distribution : the model's mass, spread over its elements (not lumped).
+    test_masses : t test masses.
+    motion : displacement of nodes per kelvin of each area, or None.
+    tolerance : of the quadrature in use.
+
+    Raises
+    ------
+    PhysicsError
+        As `quadrature_points`.
+    """
+    count = sum(len(b.id) for b in distribution.elements)
+    labels = [name for tm in test_masses for name in _labels(tm.name)]
+    units = _units(motion is not None) * len(test_masses)
+    q = len(labels) // max(len(test_masses), 1)
+    error = np.zeros((2, len(labels), count))
+    total, value = np.zeros((2, len(labels))), np.zeros(len(labels))
+    gap, size = np.zeros((len(test_masses), count)), np.zeros(count)
+    for t, tm in enumerate(test_masses):
+        rows = slice(q * t, q * (t + 1))
+        sums = [_Sum() for _ in range(3)]
+        for points in point_sources(distribution, tm):
+            coefficients = pull_back(points, tm)[1]
+            sums[2].add(_effects(coefficients, points.nodes, points.lever, tm, G, motion))
+        first = 0
+        for block in distribution.elements:
+            for start in range(0, len(block.id), _BLOCK):
+                part = slice(start, min(start + _BLOCK, len(block.id)))
+                here = slice(first + part.start, first + part.stop)
+                nodes, lever = block.nodes[part], block.offset[part]
+                local = to_test_mass_frame(tm, distribution.position[nodes] + lever)
+                size[here], gap[t, here] = size_and_gap(block.shape, local, tm)
+                fine = _coefficients(element_sources(distribution.position, block, part, tm, _FINER * tolerance),
+                                     block, part, tm)  # fmt: skip
+                used = _coefficients(element_sources(distribution.position, block, part, tm, tolerance),
+                                     block, part, tm)  # fmt: skip
+                lumped = pull_back(_lumps(block, part, local), tm)[1]
+                sums[2].add(_effects(fine, nodes, lever, tm, G, motion))
+                for m, coarse in enumerate((lumped, used)):
+                    effect = _effects(coarse - fine, nodes, lever, tm, G, motion)
+                    sums[m].add(effect)
+                    error[m, rows, here] = _by_element(effect)
+            first += len(block.id)
+        total[:, rows] = [_by_element(s.effects)[:, 0] for s in sums[:2]]
+        value[rows] = _by_element(sums[2].effects)[:, 0]
+    requirement = [*REQUIREMENT_A, *REQUIREMENT_OMEGADOT, *[REQUIREMENT_GAMMA] * 6, *[np.nan] * 6]
+    return MeshAudit(
+        element_id=np.concatenate([np.zeros(0, dtype=np.int64), *(b.id for b in distribution.elements)]),
+        card=[b.card for b in distribution.elements for _ in b.id],
+        size=size,
+        gap=gap,
+        label=labels,
+        unit=units,
+        value=value,
+        requirement=np.tile(requirement, len(test_masses)),
+        error=error,
+        total=total,
+    )
+
+
+def _labels(name: str) -> list[str]:
+    axes = "xyz"
+    return [
+        *(f"{name}_a_{c}" for c in axes),
+        *(f"{name}_omegadot_{c}" for c in axes),
+        *(f"{name}_gamma_{axes[i]}{axes[j]}" for i, j in _PAIRS),
+        *(f"{name}_S_a_{c}" for c in axes),
+        *(f"{name}_S_omegadot_{c}" for c in axes),
+    ]
+
+
+def _units(per_kelvin: bool) -> list[str]:
+    motion = ("m/s^2/K", "rad/s^2/K") if per_kelvin else ("m/s^2/m", "rad/s^2/m")
+    return [*["m/s^2"] * 3, *["rad/s^2"] * 3, *["1/s^2"] * 6, *[motion[0]] * 3, *[motion[1]] * 3]
+
+
+def _coefficients(sources: Iterable[QuadraturePoints], block: ElementBlock, part: slice, tm: TestMass) -> Array:
+    """Coefficients at the nodes of each element, [E, n, 24]."""
+    out = np.zeros((part.stop - part.start, block.shape.nodes, COLUMNS))
+    for points in sources:
+        np.add.at(out, points.owner - part.start, pull_back(points, tm)[1])
+    return out
+
+
+def _lumps(block: ElementBlock, part: slice, local: Array) -> QuadraturePoints:
+    """The elements' masses shared equally among their nodes."""
+    n = block.shape.nodes
+    mass = np.repeat(block.mass[part, None] / n, n, axis=1)
+    owner = np.arange(part.start, part.stop)
+    return QuadraturePoints(owner, local, mass, np.eye(n)[None], block.nodes[part], block.offset[part])
+
+
+def _effects(
+    coefficients: Array, nodes: IntArray, lever: Array, tm: TestMass, G: float, motion: Motion | None
+) -> tuple[Array, Array]:
+    """Field [E, 12] (a, angular acceleration, Γ) and sensitivities [E, 6, k] of coefficients [E, n, 24]."""
+    gyration = tm.inertia_kg_m2 / tm.mass_kg
+    scaled = G * coefficients
+    scaled[..., 9:18] /= np.repeat(gyration, 3)
+    scaled[..., 21:] /= gyration
+    whole = scaled.sum(axis=1)
+    gamma = whole[:, :9].reshape(-1, 3, 3) @ tm.axes.T
+    field = np.concatenate([whole[:, 18:], np.stack([gamma[:, i, j] for i, j in _PAIRS], axis=1)], axis=1)
+    operator = scaled[..., :18].reshape(*scaled.shape[:2], 6, 3)
+    if motion is None:
+        return field, np.linalg.norm(operator, axis=3).sum(axis=1)[:, :, None]
+    return field, -np.einsum("enrc,kenc->erk", operator, motion(nodes, lever), optimize=True)
+
+
+def _by_element(effects: tuple[Array, Array]) -> Array:
+    """Field, and norms of the sensitivities over the areas, [18, E]."""
+    field, sensitivity = effects
+    return np.asarray(np.concatenate([field, np.linalg.norm(sensitivity, axis=2)], axis=1).T)
+
+
+class _Sum:
+    """Effects summed over elements."""
+
+    def __init__(self) -> None:
+        self.effects: tuple[Array, Array] = (np.zeros((1, 12)), np.zeros((1, 6, 1)))
+
+    def add(self, effects: tuple[Array, Array]) -> None:
+        field, sensitivity = self.effects
+        self.effects = (
+            field + effects[0].sum(axis=0, keepdims=True),
+            sensitivity + effects[1].sum(axis=0, keepdims=True),
+        )

@@ -1,0 +1,100 @@
+"""The audit of a mesh: its errors are the differences of the fields, and its worst elements are the near ones."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tedm_cli.config.model import load_model
+from tedm_cli.config.project import Project, load_project
+from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
+from tedm_cli.gravity.audit import MODELS
+from tedm_cli.gravity.structure import structure_gravity
+from tedm_cli.progress import silent
+from tedm_cli.say import audit_lines
+from tedm_cli.stages.audit import AuditSummary, audit
+from tedm_cli.stages.common import mass_of
+from tedm_cli.stages.ingest import ingest
+from tedm_cli.store import open_checked
+
+
+@pytest.fixture(scope="module")
+def csv_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("audit") / "mesh.csv"
+
+
+@pytest.fixture(scope="module")
+def done(small: Project, csv_path: Path) -> AuditSummary:
+    return audit(small, csv_path)
+
+
+def row(done: AuditSummary, label: str) -> int:
+    return done.audit.label.index(label)
+
+
+def test_error_of_the_sum_is_the_difference_of_the_fields(small: Project, done: AuditSummary) -> None:
+    a = done.audit
+    with open_checked(small.build_dir / "unit_loads.h5", UNIT_LOADS) as unit:
+        tm = load_model(small.model)[1].test_masses()[1]
+        lumped = structure_gravity(mass_of(unit, lumped=True), tm, tolerance=done.tolerance).field
+        fine = structure_gravity(mass_of(unit), tm, tolerance=1e-2 * done.tolerance).field
+    for label, one, two in (
+        ("TM2_a_x", lumped.acceleration[0], fine.acceleration[0]),
+        ("TM2_omegadot_y", lumped.angular_acceleration[1], fine.angular_acceleration[1]),
+        ("TM2_gamma_xz", lumped.gamma_lin[0, 2], fine.gamma_lin[0, 2]),
+    ):
+        q = row(done, label)
+        assert a.value[q] == pytest.approx(two, rel=1e-9)
+        assert a.total[0, q] == pytest.approx(one - two, rel=1e-9)
+        assert a.error[0, q].sum() == pytest.approx(one - two, rel=1e-9)
+
+
+def test_quadrature_in_use_keeps_its_tolerance_and_the_requirement(small: Project, done: AuditSummary) -> None:
+    """Summed without regard to sign the elements' errors stay below 1 % of the allowance of 1 %."""
+    a = done.audit
+    linear = np.abs(a.error[1]).sum(axis=1)
+    assert (linear < 0.01 * np.maximum(a.allowance, 1e-30))[~np.isnan(a.requirement)].all()
+    with open_checked(small.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        norms = dict(zip(file.strings("/row/label"), np.linalg.norm(file.array("/S"), axis=1), strict=True))
+    for tm in ("TM1", "TM2"):
+        for kind in ("a", "omegadot"):
+            q = row(done, f"{tm}_S_{kind}_x")
+            assert a.value[q] == pytest.approx(norms[f"{tm}_{kind}_x"], rel=1e-4)
+
+
+def test_worst_elements_are_close_to_a_test_mass(done: AuditSummary) -> None:
+    """Elements of 66 mm at 4 mm come first, and the mirrored model has them in pairs."""
+    a = done.audit
+    worst = done.worst(8)
+    assert (a.gap[:, worst].min(axis=0) < 0.03).all()
+    assert (a.size[worst] > 0.02).all()
+    assert a.score[0, worst[0]] == pytest.approx(a.score[0, worst[1]], rel=1e-3)
+    assert a.score[1].max() < 1e-3 * a.score[0].max()
+
+
+def test_without_displacements_the_bound_holds(small: Project, tmp_path: Path) -> None:
+    """Every grid moved by a metre the worst way: more than any motion of that size makes."""
+    project = load_project(small.file.path, tmp_path)
+    ingest(project, None, silent)
+    bound = audit(project, None)
+    assert not bound.per_kelvin
+    q = row(bound, "TM1_S_a_x")
+    with open_checked(small.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        g = file.array("/operator/G")[file.strings("/row/label").index("TM1_a_x")]
+    assert np.linalg.norm(g, axis=1).sum() <= bound.audit.value[q] * (1 + 1e-6)
+
+
+def test_table_names_the_worst_and_the_csv_has_every_element(done: AuditSummary, csv_path: Path) -> None:
+    lines = audit_lines(done, 3)
+    first = str(done.audit.element_id[done.worst(1)[0]])
+    assert any(line.split()[:2] == [first, "CHEXA"] for line in lines)
+    assert json.loads(json.dumps(done.as_dict(3)))["elements"][0]["element"] == int(first)
+    rows = list(csv.DictReader(csv_path.open(encoding="utf-8")))
+    scores = [float(r[f"score_{MODELS[0]}"]) for r in rows]
+    assert scores == sorted(scores, reverse=True)
+    assert rows[0]["element"] == first
+    assert sorted(int(r["element"]) for r in rows) == sorted(done.audit.element_id)
