@@ -1,0 +1,79 @@
+"""A concentrated mass on a lever, from the deck to S_SG."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tedm_cli.config.model import load_model
+from tedm_cli.config.project import Project, load_project
+from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
+from tedm_cli.errors import PhysicsError
+from tedm_cli.gravity.field import self_gravity
+from tedm_cli.progress import silent
+from tedm_cli.stages.distortion import build_distortion
+from tedm_cli.stages.ingest import ingest
+from tedm_cli.stages.sensitivity import build_sensitivity
+from tedm_cli.store import open_checked
+
+SMALL = Path(__file__).parents[2] / "sample_models" / "small"
+LEVER = np.array([0.05, 0.02, 0.03])
+
+
+def with_mass(folder: Path, grid: int) -> Project:
+    """The small sample with 0.5 kg more, off `grid` by the lever; its results are massless and stay as they are."""
+    deck = (SMALL / "unit_loads.bdf").read_text(encoding="ascii")
+    card = f"CONM2,900077,{grid},,0.5,{LEVER[0]},{LEVER[1]},{LEVER[2]}\n"
+    (folder / "unit_loads.bdf").write_text(deck.replace("ENDDATA", card + "ENDDATA"), encoding="ascii")
+    model = (SMALL / "model.toml").read_text(encoding="utf-8")
+    model = model.replace('op2 = ["unit_loads.op2"]', f'op2 = ["{(SMALL / "unit_loads.op2").resolve()}"]')
+    (folder / "model.toml").write_text(model, encoding="utf-8")
+    project = (SMALL / "tedm.toml").read_text(encoding="utf-8")
+    configs = (SMALL / "../../configs").resolve()
+    (folder / "tedm.toml").write_text(project.replace("../../configs", str(configs)), encoding="utf-8")
+    return load_project(folder / "tedm.toml", folder / "build")
+
+
+def test_offset_mass_adds_its_own_field_and_moves_with_its_grid(small: Project, tmp_path: Path) -> None:
+    """What it adds to the sensitivity is the central difference of a point that moves by u + θ x w."""
+    project = with_mass(tmp_path, 850001)
+    ingest(project, None, silent)
+    build_distortion(project, None, silent)
+    build_sensitivity(project, None, silent)
+    tm = load_model(project.model)[1].test_masses()[0]
+    with (
+        open_checked(project.build_dir / "unit_loads.h5", UNIT_LOADS) as unit,
+        open_checked(project.build_dir / "sensitivity.h5", SENSITIVITY) as file,
+        open_checked(small.build_dir / "sensitivity.h5", SENSITIVITY) as before,
+    ):
+        ids = unit.array("/grid/id")
+        grid = int(np.searchsorted(ids, 850001))
+        place = unit.array("/grid/position")[grid] + LEVER
+        np.testing.assert_array_equal(file.array("/operator/offset_node"), [grid])
+        load = unit.array("/area/load_K")[:, None]
+        move = unit.array("/translation")[:, grid] / load
+        turn = unit.array("/rotation")[:, grid] / load
+        more = file.array("/S")[:3] - before.array("/S")[:3]
+        pull = file.array("/dc/acceleration")[0, 0] - before.array("/dc/acceleration")[0, 0]
+    np.testing.assert_allclose(pull, self_gravity(place[None], [0.5], tm).acceleration, rtol=1e-6)
+    shift = 1e2 * (move + np.cross(turn, LEVER))
+    wanted = [
+        (
+            self_gravity((place + s)[None], [0.5], tm).acceleration
+            - self_gravity((place - s)[None], [0.5], tm).acceleration
+        )
+        / 2e2
+        for s in shift
+    ]
+    np.testing.assert_allclose(more.T, wanted, rtol=0, atol=1e-5 * np.abs(wanted).max())
+    # without the rotation it would be another number
+    assert np.abs(np.cross(turn, LEVER)).max() > 0.1 * np.abs(move).max()
+
+
+def test_offset_mass_on_a_grid_that_cannot_turn_is_refused(tmp_path: Path) -> None:
+    project = with_mass(tmp_path, 100)
+    ingest(project, None, silent)
+    with pytest.raises(PhysicsError, match="never rotate under any load: 100"):
+        build_distortion(project, None, silent)
