@@ -243,6 +243,9 @@ def audit_mesh(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Write every element to this CSV file.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="Draw every element's size against its gap (SVG).")
+    ] = None,
     top: Annotated[int, typer.Option("--top", min=0, help="How many elements to name.")] = 10,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -253,10 +256,13 @@ def audit_mesh(
     The error every element leaves in the self-gravity and its sensitivities, lumped and by quadrature, against 1 % of
     the requirement. Sensitivities follow the element's own motion once build-distortion has run.
     """
+    from tedm_cli.progress import progress
     from tedm_cli.say import audit_lines
     from tedm_cli.stages.audit import audit as stage
 
-    done = stage(_project(config, build_dir, verbose), output)
+    project = _project(config, build_dir, verbose)
+    with progress(quiet) as step:
+        done = stage(project, output, figure, step)
     if as_json:
         print(json.dumps(done.as_dict(top), indent=1))
     else:

@@ -32,3 +32,15 @@ def progress(quiet: bool = False) -> Iterator[Step]:
             bar.update(tasks[what], completed=done, total=total)
 
         yield step
+
+
+def counter(step: Step, total: int, what: str) -> Callable[[int], None]:
+    """A function that is told how much was done since its last call, where `step` wants to know how much in all."""
+    done = 0
+
+    def advance(more: int) -> None:
+        nonlocal done
+        done += more
+        step(done, total, what)
+
+    return advance

@@ -79,6 +79,7 @@ def audit_mesh(
     *,
     tolerance: float,
     G: float = G_CODATA_2018,
+    advance: Callable[[int], None] = lambda _: None,
 ) -> MeshAudit:
     """Compare lumped masses and quadrature with a finer quadrature, element by element.
 
@@ -88,6 +89,7 @@ def audit_mesh(
     test_masses : t test masses.
     motion : displacement of nodes per kelvin of each area, or None.
     tolerance : of the quadrature in use.
+    advance : called with the number of elements done since the last call, every element once per test mass.
 
     Raises
     ------
@@ -125,6 +127,7 @@ def audit_mesh(
                     effect = _effects(coarse - fine, nodes, lever, tm, G, motion)
                     sums[m].add(effect)
                     error[m, rows, here] = _by_element(effect)
+                advance(part.stop - part.start)
             first += len(block.id)
         total[:, rows] = [_by_element(s.effects)[:, 0] for s in sums[:2]]
         value[rows] = _by_element(sums[2].effects)[:, 0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +44,10 @@ class QuadraturePoints:
 
 
 def quadrature_points(
-    distribution: MassDistribution, test_mass: TestMass, tolerance: float
+    distribution: MassDistribution,
+    test_mass: TestMass,
+    tolerance: float,
+    advance: Callable[[int], None] = lambda _: None,
 ) -> Iterator[QuadraturePoints]:
     """All sources of a model, in blocks of bounded size.
 
@@ -57,6 +60,7 @@ def quadrature_points(
     distribution : the model's mass.
     test_mass : the cuboid acted upon.
     tolerance : error of each element's field, relative to that field.
+    advance : called with the number of elements done since the last call.
 
     Raises
     ------
@@ -67,8 +71,9 @@ def quadrature_points(
     yield from point_sources(distribution, test_mass)
     for block in distribution.elements:
         for start in range(0, len(block.id), _BLOCK_ELEMENTS):
-            yield from element_sources(distribution.position, block, slice(start, start + _BLOCK_ELEMENTS), test_mass,
-                                       tolerance)  # fmt: skip
+            part = slice(start, start + _BLOCK_ELEMENTS)
+            yield from element_sources(distribution.position, block, part, test_mass, tolerance)
+            advance(len(block.id[part]))
 
 
 def point_sources(distribution: MassDistribution, test_mass: TestMass) -> Iterator[QuadraturePoints]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +42,12 @@ class StructureGravity:
 
 
 def structure_gravity(
-    distribution: MassDistribution, test_mass: TestMass, *, tolerance: float, G: float = G_CODATA_2018
+    distribution: MassDistribution,
+    test_mass: TestMass,
+    *,
+    tolerance: float,
+    G: float = G_CODATA_2018,
+    advance: Callable[[int], None] = lambda _: None,
 ) -> StructureGravity:
     """Sum the sources of a model on a test mass (Montemurro 2004, chapters 5, 6 and 8, corrected).
 
@@ -59,6 +64,7 @@ def structure_gravity(
     test_mass : the cuboid acted upon.
     tolerance : relative error allowed in the quadrature over each element.
     G : gravitational constant [m³ kg⁻¹ s⁻²].
+    advance : called with the number of elements done since the last call.
 
     Raises
     ------
@@ -70,7 +76,7 @@ def structure_gravity(
     levers = np.zeros((len(distribution.lever_node), 18))
     total = FieldSum()
     count = 0
-    for block in quadrature_points(distribution, test_mass, tolerance):
+    for block in quadrature_points(distribution, test_mass, tolerance, advance):
         count += block.mass.size
         field, pulled = pull_back(block, test_mass)
         total.add(field, block.mass.ravel())

@@ -16,7 +16,8 @@ from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
 from tedm_cli.gravity.audit import MODELS, MeshAudit, Motion, audit_mesh
 from tedm_cli.gravity.masses import MassDistribution
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.provenance import input_files
+from tedm_cli.progress import Step, counter
+from tedm_cli.provenance import input_files, sha256_of
 from tedm_cli.stages.common import DISTORTION, UNIT_LOADS, FloatArray, IntArray, mass_of, require_input
 from tedm_cli.store import Reader, open_checked, replacing
 
@@ -93,28 +94,45 @@ class AuditSummary:
         }
 
 
-def audit(project: Project, output: Path | None) -> AuditSummary:
-    """Audit the mesh in unit_loads.h5, with the displacements of distortion.h5 where that file is there."""
+def audit(project: Project, output: Path | None, figure: Path | None, step: Step) -> AuditSummary:
+    """Audit the mesh in unit_loads.h5, with the displacements of distortion.h5 where that file is there.
+
+    `output` gets one row per element (CSV), `figure` the elements' sizes against their gaps (SVG).
+    """
     _, config = load_model(project.model)
     source, moves = project.build_dir / UNIT_LOADS, project.build_dir / DISTORTION
     test_masses, tolerance = config.test_masses(), config.gravity.quadrature_tolerance
     g = config.gravity.gravitational_constant_m3_kg_s2
     with open_checked(source, UNIT_KIND) as unit:
         masses = mass_of(unit)
+        elements = sum(len(block.id) for block in masses.elements)
+        advance = counter(step, len(test_masses) * elements, "auditing elements")
         ids, properties = unit.array("/element/id"), unit.array("/element/property_id")
     if moves.exists():
         with open_checked(moves, DISTORTION_KIND) as distortion:
             require_input(distortion, input_files([source])[0])
             motion = _motion(distortion, masses)
-            found = audit_mesh(masses, test_masses, motion, tolerance=tolerance, G=g)
+            found = audit_mesh(masses, test_masses, motion, tolerance=tolerance, G=g, advance=advance)
     else:
-        found = audit_mesh(masses, test_masses, None, tolerance=tolerance, G=g)
+        found = audit_mesh(masses, test_masses, None, tolerance=tolerance, G=g, advance=advance)
     done = AuditSummary(
         found, properties[np.searchsorted(ids, found.element_id)], test_masses, tolerance, moves.exists()
     )
     if output is not None:
         _write_csv(done, output)
+    if figure is not None:
+        _draw(done, figure, source)
     return done
+
+
+def _draw(done: AuditSummary, path: Path, source: Path) -> None:
+    from tedm_cli.figures.audit import audit_figure
+
+    a = done.audit
+    scores = dict(zip(MODELS, a.score, strict=True))
+    data = audit_figure(a.size, a.gap.min(axis=0), scores, "Mesh audit", [f"{source.name} {sha256_of(source)}"])
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
 
 
 def _motion(distortion: Reader, masses: MassDistribution) -> Motion:

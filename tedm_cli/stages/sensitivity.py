@@ -25,7 +25,7 @@ from tedm_cli.gravity.operator import contract, sensitivity_row_labels, sensitiv
 from tedm_cli.gravity.requirements import UNITS, DcVerdict, dc_quantities, judge
 from tedm_cli.gravity.structure import StructureGravity, stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.progress import Step
+from tedm_cli.progress import Step, counter
 from tedm_cli.stages.common import (
     BLOCK_NODES,
     DISTORTION,
@@ -118,10 +118,9 @@ def _build(
     model, tolerance = config.gravity.mass_model, config.gravity.quadrature_tolerance
     check_test_masses(test_masses, unit.array("/grid/position"), where=str(where))
     masses = mass_of(unit, lumped=model == "lumped")
-    found = []
-    for done, tm in enumerate(test_masses, start=1):
-        found.append(structure_gravity(masses, tm, tolerance=tolerance, G=g))
-        step(done, len(test_masses), "summing the structure")
+    elements = sum(len(block.id) for block in masses.elements)
+    advance = counter(step, len(test_masses) * elements, "summing the structure")
+    found = [structure_gravity(masses, tm, tolerance=tolerance, G=g, advance=advance) for tm in test_masses]
     mutual = _mutual(test_masses, g, config.gravity.other_test_mass_points)
     sources = _sources(found, test_masses, blocks, mutual, config)
     writer.write("/source/name", sources.names)

@@ -29,7 +29,10 @@ def csv_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def done(small: Project, csv_path: Path) -> AuditSummary:
-    return audit(small, csv_path)
+    counts = []
+    summary = audit(small, csv_path, csv_path.with_suffix(".svg"), lambda done, total, _: counts.append((done, total)))
+    assert counts[-1][0] == counts[-1][1]  # progress ends where it said it would
+    return summary
 
 
 def row(done: AuditSummary, label: str) -> int:
@@ -80,7 +83,7 @@ def test_without_displacements_the_bound_holds(small: Project, tmp_path: Path) -
     """Every grid moved by a metre the worst way: more than any motion of that size makes."""
     project = load_project(small.file.path, tmp_path)
     ingest(project, None, silent)
-    bound = audit(project, None)
+    bound = audit(project, None, None, silent)
     assert not bound.per_kelvin
     q = row(bound, "TM1_S_a_x")
     with open_checked(small.build_dir / "sensitivity.h5", SENSITIVITY) as file:
@@ -98,3 +101,10 @@ def test_table_names_the_worst_and_the_csv_has_every_element(done: AuditSummary,
     assert scores == sorted(scores, reverse=True)
     assert rows[0]["element"] == first
     assert sorted(int(r["element"]) for r in rows) == sorted(done.audit.element_id)
+
+
+def test_figure_has_units_and_says_how_many_exceed(done: AuditSummary, csv_path: Path) -> None:
+    text = csv_path.with_suffix(".svg").read_text(encoding="utf-8")
+    for label in ("gap to the nearest test mass (mm)", "size of the element (mm)", "error over 1 % of the requirement"):
+        assert label in text
+    assert f"{int((done.audit.score[0] > 1.0).sum()):,} of {len(done.audit.element_id):,} elements exceed" in text
