@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.gravity import against_choclo, all_quantities, contraction
+from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
 from benchmarks.timing import Result, timed
 
 
@@ -61,6 +61,8 @@ def command_line() -> Result:
 
 BENCHMARKS: dict[str, Callable[[], Result]] = {
     "gravity kernel, all six quantities, 66,000 points / point mass in NumPy": all_quantities,
+    "G and field by quadrature, 68,000 grids, one test mass / lumped": partial(operator, (64, 38, 26)),
+    "G and field by quadrature, 683,000 grids, one test mass / lumped": partial(operator, (140, 84, 56)),
     "S = -G D, 66,000 grids x 78 areas / copy of D": contraction,
     "one case, 24 outputs, 4,096 frequencies / k x k per frequency": cases,
     "small sample, default solver / SuperLU": solver,

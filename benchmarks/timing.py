@@ -19,11 +19,12 @@ class Result:
     note: str = ""
 
 
-def timed(work: Callable[[], object], peer: Callable[[], object], note: str = "") -> Result:
-    """Run both in turn, so that a change of the machine's speed meets both."""
-    work(), peer()
+def timed(work: Callable[[], object], peer: Callable[[], object], note: str = "", runs: int = RUNS) -> Result:
+    """Run both in turn, so that a change of the machine's speed meets both; a single run has no warm-up."""
+    if runs > 1:
+        work(), peer()
     ours, theirs = [], []
-    for _ in range(RUNS):
+    for _ in range(runs):
         for call, times in ((work, ours), (peer, theirs)):
             start = time.perf_counter()
             call()

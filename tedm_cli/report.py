@@ -19,7 +19,6 @@ from tedm_cli.errors import InputError
 from tedm_cli.figures.data import (
     SUPERSCRIPT,
     Areas,
-    Array,
     CaseNoise,
     JudgedOutput,
     first_largest,
@@ -29,10 +28,10 @@ from tedm_cli.figures.data import (
 )
 from tedm_cli.figures.inline import inline_svg
 from tedm_cli.provenance import relative_name
+from tedm_cli.report_field import field_at_rest
 from tedm_cli.store import Reader
 
 _TOP = 5  # areas listed for each judged output
-_ROUNDING = 1e-9  # entries this far below the largest of their kind are shown grey
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ def render(inputs: ReportInputs) -> str:
         verdicts=_verdicts(inputs.cases),
         limits=[q for q in inputs.cases[0].limits if any(j.requirement == q.name for j in inputs.cases[0].judged)],
         contributors=_contributors(inputs.cases, areas),
-        gravity=_gravity(inputs.sensitivity),
+        field=field_at_rest(inputs.sensitivity),
         optics=_optics(inputs.optics),
         distortion=_distortion(inputs.distortion),
         model=_model(inputs.unit_loads),
@@ -188,46 +187,6 @@ def _contributors(cases: Sequence[CaseNoise], areas: Areas) -> list[dict[str, An
             }
         )
     return found
-
-
-def _marked(values: Array, reference: Array) -> list[tuple[float, bool]]:
-    """Values, and whether each is no more than rounding beside the largest of its kind."""
-    largest = float(np.abs(reference).max())
-    return [(float(v), bool(abs(v) < _ROUNDING * largest)) for v in values]
-
-
-def _gravity(file: Reader) -> dict[str, Any]:
-    names, sources = file.strings("/test_mass/name"), file.strings("/source/name")
-    a, w = file.array("/dc/acceleration"), file.array("/dc/angular_acceleration")
-    error = file.array("/source/quadrature_error")
-    rows = []
-    for t, name in enumerate(names):
-        for s, source in enumerate(sources):
-            rows.append((name, source, _marked(a[t, s], a), _marked(w[t, s], w), error[t, s]))
-        rows.append((name, "sum", _marked(a[t].sum(axis=0), a), _marked(w[t].sum(axis=0), w), None))
-    return {
-        "rows": rows,
-        "position": list(zip(names, file.array("/test_mass/position"), file.array("/test_mass/mass"), strict=True)),
-        "stiffness": [_stiffness(file, t, name, sources) for t, name in enumerate(names)],
-    }
-
-
-def _stiffness(file: Reader, t: int, name: str, sources: list[str]) -> dict[str, Any]:
-    """The four stiffness matrices of one test mass: sums first, then by source."""
-    matrices = []
-    for key, symbol in (("gamma_lin", "Γ_lin"), ("omega_lin", "Ω_lin"), ("gamma_ang", "Γ_ang"), ("omega_ang", "Ω_ang")):
-        path = f"/stiffness/{key}"
-        value = file.array(path)[t]
-        parts = [("sum", value.sum(axis=0)), *zip(sources, value, strict=True)]
-        matrices.append(
-            {
-                "symbol": symbol,
-                "unit": file.units(path),
-                "meaning": file.kind.datasets[path].long_name,
-                "parts": [(source, [_marked(row, value) for row in matrix]) for source, matrix in parts],
-            }
-        )
-    return {"name": name, "sources": sources, "matrices": matrices}
 
 
 def _optics(file: Reader) -> dict[str, Any]:

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from tedm_cli.stages.sensitivity import SensitivitySummary
     from tedm_cli.stages.solve import SolveReport
 
+_ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
+_LISTED = 0.1  # verdicts on the field at rest are printed where their ratio is above this
+
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> list[str]:
     """Columns padded to their widest entry; columns in `right` are aligned to the right."""
@@ -102,15 +105,18 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
         f"{done.path}: S_SG with {len(done.row_labels)} rows, in the frames of the test masses;"
         f" masses: {done.mass_model}, {max(done.points):,} points"
     ]
+    quantities = (
+        ("acceleration", "m/s^2", done.acceleration),
+        ("angular acceleration", "rad/s^2", done.angular_acceleration),
+        ("Gamma_lin diagonal", "1/s^2", done.gamma_lin.diagonal(axis1=2, axis2=3)),
+    )
     rows = []
     for t, tm in enumerate(done.test_masses):
         for s, source in enumerate(done.sources):
-            for quantity, unit, vector in (
-                ("acceleration", "m/s^2", done.acceleration[t, s]),
-                ("angular acceleration", "rad/s^2", done.angular_acceleration[t, s]),
-                ("Gamma_lin diagonal", "1/s^2", done.gamma_lin[t, s].diagonal()),
-            ):
-                rows.append((tm.name, source, quantity, unit, *(f"{v:.4e}" for v in vector)))
+            for quantity, unit, value in quantities:
+                least = _ROUNDING * abs(value).max()
+                shown = ("0" if abs(v) <= least else f"{v:.4e}" for v in value[t, s])
+                rows.append((tm.name, source, quantity, unit, *shown))
     lines += table(("at rest", "source", "quantity", "unit", "x", "y", "z"), rows, right=(4, 5, 6))
     if done.blocks:
         points = [how.points for how in done.block_quadrature]
@@ -143,8 +149,12 @@ def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
             "pass" if v.passed else "FAIL",
         )
         for v in verdicts
+        if v.ratio > _LISTED
     ]
-    lines = table(head, rows, right=(4, 5, 6))
+    passed = sum(v.passed for v in verdicts)
+    lines = table(head, rows, right=(4, 5, 6)) if rows else []
+    rest = f"; the rest is below {_LISTED:g} and in the file" if len(rows) < len(verdicts) else ""
+    lines.append(f"field at rest: {passed} of {len(verdicts)} within their allocation{rest}")
     if not any(v.subsystem == "IS" for v in verdicts):
         lines.append("no [gravity.subsystems]: IS and LTP are judged together only")
     return [*lines, "the rest of the satellite (S/C) is not in the model; its allocation is left to it"]

@@ -11,6 +11,7 @@ import numpy as np
 from tedm_cli.config.base import read_toml
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, FileKind
+from tedm_cli.gravity.requirements import UNITS, dc_quantities, judge
 from tedm_cli.progress import silent
 from tedm_cli.provenance import Provenance, input_files
 from tedm_cli.stages.case import run_cases, select_cases
@@ -58,12 +59,13 @@ AREAS = {
 }
 MASSES = ["TM1", "TM2"]
 ROWS = [f"{tm}_{q}_{c}" for q in ("a", "omegadot") for tm in MASSES for c in "xyz"]
+MOTION_ROWS = [f"{tm}_{q}_{c}" for tm in MASSES for q in ("a", "omegadot") for c in "xyz"]
 READ_OUT = [f"{tm}_{c}" for tm in MASSES for c in ("x", "eta", "phi")]
 SIZES = {
-    "node": 7, "area": 5, "optical": 3, "row": 12, "test_mass": 2, "source": 2, "element": 4, "area_edge": 6,
+    "node": 7, "area": 5, "optical": 3, "row": 12, "test_mass": 2, "source": 3, "element": 4, "area_edge": 6,
     "area_member": 7, "element_edge": 5, "element_member": 12, "concentrated": 1, "ray_output": 8, "element_dof": 18,
     "laser_output": 8, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
-    "xyz": 3, "xyz_column": 3,
+    "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
 }  # fmt: skip
 
 
@@ -78,15 +80,41 @@ def write_random(
             for name in templates.get(pattern, [pattern]):
                 shape = tuple(SIZES[d] for d in spec.dims)
                 value: Any = rng.normal(size=shape) * 1e-9
-                if spec.dtype == "str":
+                if spec.dtype == "str" and shape:
                     value = [f"{name.rsplit('/', 1)[-1]}_{i}" for i in range(shape[0])]
                 elif spec.dtype == "int":
                     value = np.arange(int(np.prod(shape)), dtype=np.int64).reshape(shape)
                 writer.write(name, given.get(name, value), units=units.get(name, "1"))
 
 
-def write_matrices(project: Project, seed: int = 1) -> None:
-    """Unit loads, distortion, sensitivities and optics, chained by their hashes as the stages chain them."""
+def field_at_rest(rng: np.random.Generator) -> dict[str, Any]:
+    """A field along x and z whose y is rounding, and the verdicts on it: some met, some not."""
+    acceleration, angular = rng.normal(size=(2, 2, 3, 3)) * 1e-9
+    acceleration[..., 1] *= 1e-15
+    acceleration[0, 0, 0] = 5e-9  # whatever the seed, one test mass misses its allocation along x
+    gamma = rng.normal(size=(2, 3, 3, 3)) * 1e-8
+    verdicts = []
+    for t, name in enumerate(MASSES):
+        field = [q[t] for q in (acceleration, angular, gamma)]
+        total, sensor = dc_quantities(*(q.sum(axis=0) for q in field)), dc_quantities(*(q[0] for q in field))
+        verdicts += judge(name, total, sensor)
+    return {
+        "/dc/acceleration": acceleration,
+        "/dc/angular_acceleration": angular,
+        "/stiffness/gamma_lin": gamma,
+        "/dc_verdict/unit": [UNITS[v.quantity] for v in verdicts],
+        **{f"/dc_verdict/{c}": [getattr(v, c) for v in verdicts] for c in ("test_mass", "quantity", "subsystem")},
+        **{f"/dc_verdict/{c}": np.array([getattr(v, c) for v in verdicts]) for c in ("value", "lower", "upper")},
+        "/dc_verdict/ratio": np.array([v.ratio for v in verdicts]),
+        "/dc_verdict/passed": np.array([int(v.passed) for v in verdicts]),
+    }
+
+
+def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] | None = None) -> None:
+    """Unit loads, distortion, sensitivities and optics, chained by their hashes as the stages chain them.
+
+    `changed` replaces datasets of the sensitivities.
+    """
     build = project.build_dir
     model, optics = read_toml(project.model)[0], read_toml(project.optics)[0]
     rng = np.random.default_rng(seed)
@@ -105,7 +133,14 @@ def write_matrices(project: Project, seed: int = 1) -> None:
         "/row/unit": ["m/s^2/K"] * 6 + ["rad/s^2/K"] * 6,
         "/S": rng.normal(size=(12, 5)) * 1e-13,
         "/test_mass/name": MASSES,
-        "/source/name": ["structure", "other test mass"],
+        "/source/name": ["structure", "other test mass", "compensation masses"],
+        "/source/mass_model": "quadrature",
+        **field_at_rest(rng),
+        "/label/tm_output": MOTION_ROWS,
+        "/label/tm_output_unit": [unit for _ in MASSES for unit in ("m/s^2", "rad/s^2") for _ in "xyz"],
+        "/label/tm_motion": [f"{tm}_{c}" for tm in MASSES for c in ("x", "y", "z", "theta", "eta", "phi")],
+        "/label/tm_motion_unit": [unit for _ in MASSES for unit in ("m", "rad") for _ in "xyz"],
+        **(changed or {}),
     }
     write_random(build / "sensitivity.h5", SENSITIVITY, trace(model, unit_loads, distortion), labels, seed, {})
     read_out = {
@@ -120,13 +155,13 @@ def write_matrices(project: Project, seed: int = 1) -> None:
     write_random(build / "optics.h5", OPTICS, trace(optics, distortion), read_out, seed, {})
 
 
-def make_project(folder: Path, cases: str = CASES) -> Project:
+def make_project(folder: Path, cases: str = CASES, changed: Mapping[str, Any] | None = None) -> Project:
     """A project with all results up to its cases."""
     (folder / "tedm.toml").write_text('title = "Made up & <small>"\n', encoding="utf-8")
     (folder / "model.toml").write_text("# model of <nothing> & all\n", encoding="utf-8")
     (folder / "optics.toml").write_text("# optics\n", encoding="utf-8")
     (folder / "cases.toml").write_text(cases, encoding="utf-8")
     project = load_project(folder / "tedm.toml", folder / "build")
-    write_matrices(project)
+    write_matrices(project, changed=changed)
     run_cases(project, select_cases(project, ["all"]), None, silent)
     return project

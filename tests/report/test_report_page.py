@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_project import AREAS, CASES
+from report_project import AREAS, CASES, make_project
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, SENSITIVITY
@@ -159,13 +159,86 @@ def test_filter_range_is_that_of_the_file(finished: Project, page: Page) -> None
         assert (ends[0], ends[-1]) == (ratio_text(values.min()), ratio_text(values.max()))
 
 
+def number(text: str) -> float:
+    """A number of the page."""
+    return float(text.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")).replace(" × 10", "e"))
+
+
 def test_field_at_rest_is_summed_over_sources(finished: Project, page: Page) -> None:
     with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
-        total = file.array("/dc/acceleration").sum(axis=1)
-    sums = [row for row in page.rows if len(row) == 9 and row[1] == "sum"]
-    digits = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
-    shown = [[float(c.translate(digits).replace(" × 10", "e")) for c in row[2:5]] for row in sums]
-    np.testing.assert_allclose(shown, total, rtol=1e-3)
+        by_source = np.concatenate([file.array("/dc/acceleration"), file.array("/dc/angular_acceleration")], axis=2)
+        points, error = file.array("/source/points"), file.array("/source/quadrature_error")
+    whole = by_source.sum(axis=1)
+    for t, name in enumerate(("TM1", "TM2")):
+        start = next(i for i, row in enumerate(page.rows) if row[:2] == [name, "structure"])
+        rows = page.rows[start : start + 4]
+        assert [row[1] for row in rows] == ["structure", "other test mass", "compensation masses", "sum"]
+        for row, values in zip(rows, [*by_source[t], whole[t]], strict=True):
+            assert row[3] == "0", "y is rounding"
+            np.testing.assert_allclose(
+                [number(c) for c in row[2:8]], np.where([0, 1, 0, 0, 0, 0], 0, values), rtol=1e-3
+            )
+        assert [int(row[8].replace(",", "")) for row in rows[:3]] == list(points[t])
+        np.testing.assert_allclose([number(row[9]) for row in rows[:3]], error[t], rtol=0.06)
+
+
+def test_every_verdict_at_rest_is_a_row(finished: Project, source: str, page: Page) -> None:
+    with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem")]
+        value, ratio, passed = (file.array(f"/dc_verdict/{c}") for c in ("value", "ratio", "passed"))
+    rows = [row for row in page.rows if len(row) == 6 and row[1] in ("IS", "LTP", "IS+LTP")]
+    assert len(rows) == len(value) == 42
+    assert 0 < passed.sum() < 42, "the made-up field must show both outcomes"
+    assert source.count('<tr class="failed">') == 42 - passed.sum()
+    for row, quantity, subsystem, v, r, p in zip(rows, *names[1:], value, ratio, passed, strict=True):
+        assert row[0].startswith(quantity.replace("gamma", "Γ").replace("omegadot", "ω̇") + " (")
+        assert (row[1], row[2]) == (subsystem, "pass" if p else "FAIL")
+        if quantity == "a_y":
+            assert (row[4], row[3]) == ("0", "< 10⁻⁹")
+        else:
+            assert number(row[4]) == pytest.approx(v, rel=1e-3)
+            assert row[3] == ratio_text(r)
+    assert [row[5] for row in rows[:4]] == ["(−1 to 2) × 10⁻⁷", "(−2 to 3) × 10⁻⁷", "(−3 to 5) × 10⁻⁷", "±3.5 × 10⁻¹⁰"]
+    worst = int(np.argmax(ratio))
+    sentence = re.sub(r"\s+", " ", page.text)
+    sentence = sentence[sentence.index("field at rest is within") :][:400]
+    whole = [bool(p) for s, p in zip(names[2], passed, strict=True) if s == "IS+LTP"]
+    assert f"within its allocation in {passed.sum()} of 42 quantities ({sum(whole)} of 14 for" in sentence
+    assert f"the worst is {names[1][worst]} of {names[0][worst]} by {names[2][worst]}," in sentence
+    assert f"which is {ratio_text(ratio[worst])} times its limit" in sentence
+
+
+def test_equations_of_motion_are_a_table(finished: Project, page: Page) -> None:
+    with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        k, outputs = file.array("/stiffness/linearised"), file.strings("/label/tm_output")
+    rows = [row for row in page.rows if len(row) == 13]
+    assert [row[0] for row in rows] == ["", *(f"{n} ({'m' if '_a_' in n else 'rad'}/s²)" for n in outputs)]
+    assert rows[0][1] == "TM1_x(m)"
+    np.testing.assert_allclose([[number(c) for c in row[1:]] for row in rows[1:]], k, rtol=6e-3)
+
+
+def test_weak_coupling_of_test_masses_is_not_rounding(tmp_path: Path) -> None:
+    """Torques by the other test mass are far below those by the structure: each block is compared with itself."""
+    k = np.ones((12, 12))
+    k[3:6, 9:12] = 1e-12 * np.array([[1.0, 1e-10, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 0.0]])
+    project = make_project(tmp_path, ONE_CASE, {"/stiffness/linearised": k})
+    plot(project, None, silent)
+    page = Page(report(project, None).read_text(encoding="utf-8"))
+    assert [row[10:13] for row in page.rows if len(row) == 13][4:7] == [
+        ["1.00 × 10⁻¹²", "0", "1.00 × 10⁻¹²"],
+        ["1.00 × 10⁻¹²"] * 3,
+        ["1.00 × 10⁻¹²", "1.00 × 10⁻¹²", "0"],
+    ]
+
+
+def test_lumped_masses_have_no_error_estimate(tmp_path: Path) -> None:
+    error = np.array([[np.nan, 1e-14, 1e-10]] * 2)
+    project = make_project(tmp_path, ONE_CASE, {"/source/mass_model": "lumped", "/source/quadrature_error": error})
+    plot(project, None, silent)
+    page = Page(report(project, None).read_text(encoding="utf-8"))
+    assert "Mass model of the structure: lumped" in page.text
+    rows = [row for row in page.rows if row[1:2] == ["structure"]]
+    assert [row[9] for row in rows] == ["no estimate"] * 2
 
 
 def test_names_of_the_user_come_out_as_text(source: str, page: Page) -> None:
@@ -188,7 +261,7 @@ def test_project_without_requirements(with_cases: Callable[[str], Project]) -> N
     project = with_cases(kept)
     plot(project, None, silent)
     text = report(project, None).read_text(encoding="utf-8")
-    assert "nothing is judged" in text
+    assert "no requirement on noise: none is judged" in text
 
 
 def test_white_temperature_has_no_filter_to_vary(with_cases: Callable[[str], Project]) -> None:
