@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tedm_cli.figures.style import BLUE, VERMILION, grid, style, svg
 
-# Text stays text and names of elements do not change: the same data give the same bytes.
-_SVG: Any = {"svg.fonttype": "none", "svg.hashsalt": "tedm", "font.size": 9.0}
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,11 +42,10 @@ class Convergence:
 
 def draw(data: Isolines | Convergence) -> bytes:
     """The figure as SVG."""
-    with rc_context(_SVG):
+    with style():
         figure = _isolines(data) if isinstance(data, Isolines) else _convergence(data)
-        stream = io.BytesIO()
-        figure.savefig(stream, format="svg", metadata={"Date": None})
-    return stream.getvalue()
+        figure.suptitle(data.title, x=0.01, ha="left", fontweight="bold")
+        return svg(figure, data.title, [])
 
 
 def _isolines(data: Isolines) -> Figure:
@@ -59,19 +54,28 @@ def _isolines(data: Isolines) -> Figure:
     for axes, (name, error) in zip(figure.subplots(1, count, squeeze=False)[0], data.panels.items(), strict=True):
         # a positive floor for the logarithm: errors below it are rounding
         shown = np.maximum(error, 1e-14)
-        lines = axes.contour(data.x, data.y, shown, levels=_levels(shown), colors="#1f4e79", linewidths=0.9)
+        lines = axes.contour(data.x, data.y, shown, levels=_levels(shown), colors=BLUE, linewidths=0.9)
         axes.clabel(lines, fmt=FuncFormatter(lambda v, _: f"{v:.0e} %" if v < 1e-3 else f"{v:g} %"), fontsize=7)
         if data.guideline is not None:
             axes.plot(
-                data.x, data.guideline * data.x, color="#b03a2e", linewidth=1.8, label=f"y = {data.guideline:g} x"
+                data.x, data.guideline * data.x, color=VERMILION, linewidth=1.8, label=f"y = {data.guideline:g} x"
             )
             axes.legend(loc="upper left")
         if data.edge is not None:
             axes.axvline(data.edge, color="#555555", linewidth=1.8)
-            axes.annotate("face", (data.edge, data.y[-1]), xytext=(3, -10), textcoords="offset points")
+            axes.annotate(
+                "face of the test mass",
+                (data.edge, data.y[-1]),
+                xytext=(4, -4),
+                textcoords="offset points",
+                rotation=90,
+                va="top",
+                fontsize=8,
+                color="#555555",
+            )
         axes.set(xlabel=data.x_label, ylabel=data.y_label, title=name, ylim=(data.y[0], data.y[-1]))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
         axes.set_xlim(min(data.x[0], data.edge or data.x[0]), data.x[-1])
-    figure.suptitle(data.title)
     return figure
 
 
@@ -85,12 +89,14 @@ def _levels(error: Array) -> list[float]:
 def _convergence(data: Convergence) -> Figure:
     figure = Figure(figsize=(9.0, 4.0), layout="constrained")
     left, right = figure.subplots(1, 2)
-    left.plot(data.nodes, data.value, ".-", color="#1f4e79", label="nodal masses")
-    left.axhline(data.exact, color="#b03a2e", linewidth=1.0, label="graded quadrature")
+    left.plot(data.nodes, data.value, ".-", color=BLUE, label="nodal masses")
+    left.axhline(data.exact, color=VERMILION, linewidth=1.0, label="graded quadrature")
     left.legend()
     left.set(xlabel="number of nodes", ylabel=data.value_label, xscale="log")
-    right.plot(data.nodes, data.error_percent, ".-", color="#1f4e79")
+    right.plot(data.nodes, data.error_percent, ".-", color=BLUE)
     right.set(xlabel="number of nodes", ylabel="error [%]", xscale="log", yscale="log")
-    right.grid(True, which="both", linewidth=0.3)
-    figure.suptitle(data.title)
+    for axis in (left.xaxis, right.xaxis, right.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    grid(right)
     return figure
