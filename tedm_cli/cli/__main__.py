@@ -1,0 +1,3 @@
+from tedm_cli.cli import main
+
+main()

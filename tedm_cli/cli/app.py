@@ -1,0 +1,77 @@
+"""The Typer application, the options that commands share, and what they do with them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tedm_cli import __version__
+
+if TYPE_CHECKING:
+    from tedm_cli.config.project import Project
+
+app = typer.Typer(
+    name="tedm",
+    help="Thermo-elastic distortion modelling for drag-free satellites: from a Nastran model and its unit-load results"
+    " to self-gravity and read-out noise, judged against requirements.",
+    epilog="Stages in order: write-deck, solve, ingest, build-distortion, build-sensitivity, build-optics, run-case,"
+    " plot, report. `make all` runs them all.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Config = Annotated[Path, typer.Option("-c", "--config", help="Project file; it names the other configuration files.")]
+BuildDir = Annotated[Path, typer.Option("-d", "--build-dir", help="Folder of the files between stages.")]
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="Write here instead of into the build folder.")]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")]
+Verbose = Annotated[int, typer.Option("-v", "--verbose", count=True, help="Say more on stderr; -vv adds tracebacks.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
+
+DEFAULT_CONFIG = Path("configs/tedm.toml")
+DEFAULT_BUILD = Path("build")
+
+
+_verbosity = 0
+
+
+def verbosity() -> int:
+    """How often -v was given to the command that runs."""
+    return _verbosity
+
+
+def open_project(config: Path, build_dir: Path, verbose: int) -> Project:
+    """Read the project file, and remember how much to say."""
+    from tedm_cli.config.project import load_project
+
+    global _verbosity
+    _verbosity = verbose
+    project = load_project(config, build_dir)
+    if verbose:
+        print(f"{project.title}: {config}, results in {build_dir}", file=sys.stderr)
+    return project
+
+
+def say(quiet: bool, *lines: str) -> None:
+    """Print results, unless they are not wanted."""
+    if not quiet:
+        print("\n".join(lines))
+
+
+def _version(value: bool) -> None:
+    if value:
+        print(f"tedm {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """Options before the subcommand."""

@@ -1,0 +1,60 @@
+"""Commands on temperature noise and its verdicts. Stages are imported inside, so that --help is quick."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+
+from tedm_cli.cli.app import (
+    DEFAULT_BUILD,
+    DEFAULT_CONFIG,
+    BuildDir,
+    Config,
+    Json,
+    Output,
+    Quiet,
+    Verbose,
+    app,
+    open_project,
+    say,
+)
+
+
+@app.command("run-case")
+def run_case(
+    case: Annotated[list[str], typer.Argument(help="Case ids of the configuration (3, 4b), or `all`.")],
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    fail_on_violation: Annotated[
+        bool, typer.Option("--fail-on-violation", help="Exit with 5 when a requirement is violated.")
+    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Noise spectra and verdicts of cases.
+
+    Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements.
+    """
+    from tedm_cli.errors import PhysicsError, UsageError
+    from tedm_cli.progress import progress
+    from tedm_cli.say import case_dict, case_lines
+    from tedm_cli.stages.case import run_cases, select_cases
+
+    project = open_project(config, build_dir, verbose)
+    ids = select_cases(project, case)
+    if output is not None and len(ids) != 1:
+        raise UsageError(f"--output names one file, but {len(ids)} cases are run")
+    with progress(quiet) as step:
+        done = run_cases(project, ids, output, step)
+    if as_json:
+        print(json.dumps([case_dict(path, result) for path, result in done], indent=1))
+    else:
+        for path, result in done:
+            say(quiet, *case_lines(path, result))
+    failed = [r.case.id for _, r in done if not all(v.passed for v in r.verdicts)]
+    if fail_on_violation and failed:
+        raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")

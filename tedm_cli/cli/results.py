@@ -1,0 +1,108 @@
+"""Commands on what has been computed: figures, report, files. Stages are imported inside, so that --help is quick."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tedm_cli.cli.app import (
+    DEFAULT_BUILD,
+    DEFAULT_CONFIG,
+    BuildDir,
+    Config,
+    Json,
+    Output,
+    Quiet,
+    Verbose,
+    app,
+    open_project,
+    say,
+)
+
+
+@app.command()
+def plot(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the figures.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Draw the figures of all cases run."""
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.plot import plot as stage
+
+    project = open_project(config, build_dir, verbose)
+    with progress(quiet) as step:
+        paths = stage(project, output, step)
+    say(quiet, f"{paths[0].parent}: {len(paths)} figures")
+
+
+@app.command()
+def report(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Write the self-contained report.html."""
+    from tedm_cli.stages.report import report as stage
+
+    path = stage(open_project(config, build_dir, verbose), output)
+    say(quiet, f"{path}: {path.stat().st_size / 1e6:.1f} MB")
+
+
+@app.command()
+def show(
+    file: Annotated[Path, typer.Argument(help="An HDF5 file of tedm.")],
+    as_json: Json = False,
+) -> None:
+    """Show what a file holds.
+
+    Datasets with their units, what it was made from, and its main numbers.
+    """
+    from tedm_cli.stages.show import show_dict, show_lines
+
+    if as_json:
+        print(json.dumps(show_dict(file), indent=1))
+    else:
+        print("\n".join(show_lines(file)))
+
+
+@app.command()
+def check(
+    build_dir: BuildDir = DEFAULT_BUILD,
+    as_json: Json = False,
+) -> None:
+    """Check that all files are up to date.
+
+    Every HDF5 file of the build folder: its contract, its version, and whether its inputs are still the same.
+    """
+    from tedm_cli.errors import InputError
+    from tedm_cli.stages.check import check_folder
+
+    results = check_folder(build_dir)
+    if as_json:
+        print(json.dumps([r.as_dict() for r in results], indent=1))
+    else:
+        for r in results:
+            print("\n".join(r.lines()))
+    bad = [r.path.name for r in results if r.problems]
+    if bad:
+        raise InputError(
+            f"{len(bad)} of {len(results)} files are not up to date: {', '.join(bad)}",
+            where=str(build_dir),
+            hint="run make all",
+        )
+
+
+@app.command("make-rules", hidden=True)
+def make_rules(config: Config = DEFAULT_CONFIG, build_dir: BuildDir = DEFAULT_BUILD, output: Output = None) -> None:
+    """Write the Make variables of a project: its inputs and its cases."""
+    from tedm_cli.stages.make_rules import make_rules as stage
+
+    stage(open_project(config, build_dir, 0), output)
