@@ -16,7 +16,7 @@ CODE := $(shell find tedm_cli -name '*.py' -o -name '*.j2')
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help all test check format bench sample-small clean distclean
+.PHONY: FORCE help all test check format bench sample-small clean distclean
 
 help: ## Show this help
 	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html"
@@ -80,20 +80,27 @@ all: $(BUILD)/report.html
 	@echo "open $(BUILD)/report.html"
 
 # The shipped sample; a project that names another model never asks for it.
-$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(OPTICS_TOML) | $(RUN_STAMP)
+$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(OPTICS_TOML) $(BUILD)/element_size | $(RUN_STAMP)
 	$(BIN)/python sample_models/ltp_like.py --element-size-mm $(ELEMENT_SIZE_MM) --layout $(OPTICS_TOML) -o $@
 
 $(BUILD)/ltp_areas.csv: $(BUILD)/ltp.bdf ;
 
+# Written anew only when the variable has another value than last time.
+$(BUILD)/element_size: FORCE
+	@mkdir -p $(@D)
+	@echo '$(ELEMENT_SIZE_MM)' | cmp -s - $@ || echo '$(ELEMENT_SIZE_MM)' > $@
+
+FORCE:
+
 ifneq ($(SOLVED_BY_TEDM),)
-$(UNIT_DECK): $(MODEL_SOURCES) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
+$(UNIT_DECK): $(MODEL_SOURCES) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
 	$(TEDM) write-deck $(OPTIONS)
 
 $(OP2): $(UNIT_DECK)
 	$(TEDM) solve $(OPTIONS)
 endif
 
-$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
+$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
 	$(TEDM) ingest $(OPTIONS)
 
 $(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML)

@@ -170,7 +170,7 @@ SENSITIVITY = FileKind(
             ("test_mass", "source"),
             "float",
             "1",
-            "relative error of the quadrature over the source (nan: lumped masses)",
+            "quadrature error: tolerance per element for the structure (nan: lumped), estimate for the others",
         ),
         "/source/points": Dataset(("test_mass", "source"), "int", "1", "points the source is made of"),
         "/source/mass_model": Dataset((), "str", "1", "how the structure's mass is represented: quadrature or lumped"),

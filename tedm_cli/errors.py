@@ -46,6 +46,6 @@ class InputError(TedmError):
 
 
 class PhysicsError(TedmError):
-    """A physical check failed: a residual, a rank, a singular structure, a source inside a test mass."""
+    """A physical check failed: a residual, a rank, a singular structure, a model that reaches into a test mass."""
 
     exit_code = 5

@@ -176,11 +176,11 @@ def audit_lines(done: AuditSummary, most: int) -> list[str]:
         )
         for q in d["quantities"]
     ]
-    head = ("quantity", "unit", "value", "limit", "lumped", "linear", "rss", "quadr.", "linear", "l/1%", "q/1%")
+    head = ("quantity", "unit", "value", "limit", "lumped", "linear", "rss", "quadr.", "q linear", "l/1%", "q/1%")
     lines = [
         *table(head, rows, right=tuple(range(2, 11))),
-        "lumped, quadr.: error of the sum; linear, rss: errors of the elements summed; l/1%, q/1%: error of the sum"
-        " against 1 % of the limit, or of the value where there is none",
+        "lumped, quadr.: error of the sum; linear, rss: sum of the elements' errors in magnitude, and root of their",
+        "squares (q: by quadrature); l/1%, q/1%: error of the sum against 1 % of the limit, or of the value without one",
         "S: norm over the areas"
         if done.per_kelvin
         else "S: every grid moved by a metre the worst way (no distortion.h5)",

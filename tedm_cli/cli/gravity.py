@@ -58,7 +58,7 @@ def audit_mesh(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Elements too large for their gap.
+    """Error that each element leaves.
 
     The error every element leaves in the self-gravity and its sensitivities, lumped and by quadrature, against 1 % of
     the requirement. Sensitivities follow the element's own motion once build-distortion has run.

@@ -26,7 +26,8 @@ def linearised_motion(
         F_i = Γ_lin (dr_i - dr_j) + Γ_ang (dα_i - dα_j) - ([F]x + Γ_lin [r_ij]x) dα_j
         T_i = Ω_lin (dr_i - dr_j) + Ω_ang (dα_i - dα_j) - ([T]x + Ω_lin [r_ij]x) dα_j
 
-    with the field of j on i. For two equal, aligned cubes the first bracket is -2 Γ_ang and T vanishes: eq. 6.18 (with
+    with the field of j on i. For two equal, aligned cubes the first bracket is -2 Γ_ang and T vanishes: eq. 6.18,
+    ``F_i = Γ_lin (dr_i - dr_j) + Γ_ang (dα_i + dα_j)``, and eq. 6.21, signs corrected.
 
     Parameters
     ----------

@@ -18,7 +18,15 @@ from tedm_cli.gravity.masses import MassDistribution
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.provenance import input_files, sha256_of
-from tedm_cli.stages.common import DISTORTION, UNIT_LOADS, FloatArray, IntArray, mass_of, require_input
+from tedm_cli.stages.common import (
+    DISTORTION,
+    UNIT_LOADS,
+    FloatArray,
+    IntArray,
+    check_test_masses,
+    mass_of,
+    require_input,
+)
 from tedm_cli.store import Reader, open_checked, replacing
 
 
@@ -104,6 +112,7 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
     test_masses, tolerance = config.test_masses(), config.gravity.quadrature_tolerance
     g = config.gravity.gravitational_constant_m3_kg_s2
     with open_checked(source, UNIT_KIND) as unit:
+        check_test_masses(test_masses, unit.array("/grid/position"), where=str(project.model))
         masses = mass_of(unit)
         elements = sum(len(block.id) for block in masses.elements)
         advance = counter(step, len(test_masses) * elements, "auditing elements")
