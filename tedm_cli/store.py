@@ -179,10 +179,6 @@ class Reader:
         """A numeric dataset, for stages that read it in blocks."""
         return Blocks(self._file[path], self.path)
 
-    def names(self, group: str) -> list[str]:
-        """Names of the datasets in a group, in alphabetical order."""
-        return sorted(self._file[group])
-
     def units(self, path: str) -> str:
         return str(self._file[path].attrs["units"])
 
