@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from tedm_cli.fem.bars import bar_matrices
+from tedm_cli.fem.elements import ElementMatrices
 from tedm_cli.fem.solids import hex_matrices
 from tedm_cli.fem.structure import Floats, Ints, Structure
 
@@ -33,7 +35,7 @@ class Operators:
 
 
 def assemble(structure: Structure) -> Operators:
-    """Stiffness and thermal coupling of all solids and bars.
+    """Stiffness and thermal coupling of all elements.
 
     Raises
     ------
@@ -44,30 +46,20 @@ def assemble(structure: Structure) -> Operators:
     reference, expansion = np.zeros(size), np.zeros(size)
     stiffness = sp.csr_matrix((size, size))
     coupling = sp.csr_matrix((size, n_grids))
-
-    hexes = structure.hexes
-    if n_hex := len(hexes.element_id):
-        dof = (6 * hexes.connectivity[:, :, None] + np.arange(3)).reshape(-1, 24)
-        k, g = np.empty((n_hex, 24, 24)), np.empty((n_hex, 24, 8))
-        for part in hex_matrices(structure.position, hexes):
-            k[part.elements], g[part.elements] = part.stiffness, part.coupling
-            np.add.at(expansion, dof[part.elements], part.expansion_load)
-        np.add.at(reference, dof, g.sum(axis=2) * hexes.reference_temperature[:, None])
-        stiffness = _scatter(k, dof, dof, (size, size))
-        coupling = _scatter(g, dof, hexes.connectivity, (size, n_grids))
-
-    bars = structure.bars
-    if len(bars.element_id):
-        matrices = bar_matrices(structure.position, bars)
-        dof = (6 * bars.connectivity[:, :, None] + np.arange(6)).reshape(-1, 12)
-        np.add.at(expansion, dof, matrices.expansion_load)
-        np.add.at(reference, dof, matrices.coupling.sum(axis=2) * bars.reference_temperature[:, None])
-        stiffness = stiffness + _scatter(matrices.stiffness, dof, dof, (size, size))
-        coupling = coupling + _scatter(matrices.coupling, dof, bars.connectivity, (size, n_grids))
-
+    for part in _element_matrices(structure):
+        np.add.at(expansion, part.dof, part.expansion_load)
+        np.add.at(reference, part.dof, part.coupling.sum(axis=2) * part.reference_temperature[:, None])
+        stiffness = stiffness + _scatter(part.stiffness, part.dof, part.dof, (size, size))
+        coupling = coupling + _scatter(part.coupling, part.dof, part.grids, (size, n_grids))
     if structure.initial_temperature is not None:
         reference = coupling @ structure.initial_temperature
     return Operators(stiffness, coupling, reference, expansion)
+
+
+def _element_matrices(structure: Structure) -> Iterator[ElementMatrices]:
+    yield from hex_matrices(structure.position, structure.hexes)
+    if len(structure.bars.element_id):
+        yield bar_matrices(structure.position, structure.bars)
 
 
 def _scatter(element: Floats, rows: Ints, columns: Ints, shape: tuple[int, int]) -> sp.csr_matrix:

@@ -7,11 +7,10 @@ of inertia added to the bending energy).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.elements import ElementMatrices, dof_of
 from tedm_cli.fem.structure import BarBlock, Bools, Floats, Ints
 
 # Local degrees of freedom (end A: u v w rx ry rz, then end B) of bending in plane 1 and in plane 2, in the order
@@ -21,21 +20,7 @@ _PLANE_2 = np.array([2, 4, 8, 10])
 _SIGN_2 = np.array([1.0, -1.0, 1.0, -1.0])
 
 
-@dataclass(frozen=True, eq=False)
-class BarMatrices:
-    """Element matrices in the basic frame.
-
-    stiffness : [B, 12, 12], N/m, N and N·m; end A's six degrees of freedom, then end B's.
-    coupling : [B, 12, 2], N/K, nodal forces per kelvin on an end.
-    expansion_load : [B, 12], N, nodal forces of a uniform thermal strain of one.
-    """
-
-    stiffness: Floats
-    coupling: Floats
-    expansion_load: Floats
-
-
-def bar_matrices(position: Floats, block: BarBlock) -> BarMatrices:
+def bar_matrices(position: Floats, block: BarBlock) -> ElementMatrices:
     """Element matrices of all bars.
 
     Raises
@@ -74,7 +59,14 @@ def bar_matrices(position: Floats, block: BarBlock) -> BarMatrices:
     expansion_load[:, :3], expansion_load[:, 6:9] = -thrust, thrust
     # The thermal strain is that of the mean of the two end temperatures.
     half = 0.5 * block.expansion[:, None] * expansion_load
-    return BarMatrices(rotation.transpose(0, 2, 1) @ local @ rotation, np.stack([half, half], axis=2), expansion_load)
+    return ElementMatrices(
+        dof=dof_of(block.connectivity, 6),
+        grids=block.connectivity,
+        stiffness=rotation.transpose(0, 2, 1) @ local @ rotation,
+        coupling=np.stack([half, half], axis=2),
+        expansion_load=expansion_load,
+        reference_temperature=block.reference_temperature,
+    )
 
 
 def _local_axes(position: Floats, block: BarBlock) -> tuple[Floats, Floats]:

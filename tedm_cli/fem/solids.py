@@ -8,11 +8,11 @@ the isoparametric map and the quadrature; the elements are handled many at a tim
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.elements import ElementMatrices, dof_of
 from tedm_cli.fem.structure import Floats, HexBlock, Ints
 
 # Reference coordinates of the eight corners in Nastran's order.
@@ -20,21 +20,6 @@ _CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 
 # The six faces as corner numbers; face 2 m and face 2 m + 1 are opposite.
 FACES = np.array([[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [3, 2, 6, 7], [0, 3, 7, 4], [1, 2, 6, 5]])
 _BLOCK = 4096
-
-
-@dataclass(frozen=True, eq=False)
-class HexMatrices:
-    """Element matrices of a run of elements (`elements` slices the block).
-
-    stiffness : [e, 24, 24], N/m, degree of freedom 3 corner + axis.
-    coupling : [e, 24, 8], N/K, nodal forces per kelvin on a corner.
-    expansion_load : [e, 24], N, nodal forces of a uniform thermal strain of one.
-    """
-
-    elements: slice
-    stiffness: Floats
-    coupling: Floats
-    expansion_load: Floats
 
 
 def skfem_order() -> Ints:
@@ -49,7 +34,7 @@ def skfem_order() -> Ints:
     return np.array(where, dtype=np.int64)
 
 
-def hex_matrices(position: Floats, block: HexBlock) -> Iterator[HexMatrices]:
+def hex_matrices(position: Floats, block: HexBlock) -> Iterator[ElementMatrices]:
     """Element matrices of `block`, a few thousand elements at a time.
 
     Parameters
@@ -89,7 +74,7 @@ def _require_positive(determinant: Floats, element_id: Ints) -> None:
         )
 
 
-def _integrate(elements: slice, block: HexBlock, gradient: Floats, shape: Floats, dx: Floats) -> HexMatrices:
+def _integrate(elements: slice, block: HexBlock, gradient: Floats, shape: Floats, dx: Floats) -> ElementMatrices:
     """Sum over the Gauss points: gradient [e, 8, 3, q], shape [e, 8, q], dx [e, q]."""
     e, n_q = dx.shape
     young, nu = block.youngs_modulus[elements], block.poisson_ratio[elements]
@@ -106,7 +91,14 @@ def _integrate(elements: slice, block: HexBlock, gradient: Floats, shape: Floats
     bulk = (3.0 * lame + 2.0 * shear)[:, None]
     weighted = flat * (bulk * dx)[:, None, :]
     coupling = block.expansion[elements][:, None, None] * np.matmul(weighted, shape.transpose(0, 2, 1))
-    return HexMatrices(elements, stiffness.reshape(e, 24, 24), coupling, weighted.sum(axis=2))
+    return ElementMatrices(
+        dof=dof_of(block.connectivity[elements], 3),
+        grids=block.connectivity[elements],
+        stiffness=stiffness.reshape(e, 24, 24),
+        coupling=coupling,
+        expansion_load=weighted.sum(axis=2),
+        reference_temperature=block.reference_temperature[elements],
+    )
 
 
 def single_layer_elements(block: HexBlock) -> Ints:

@@ -10,7 +10,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.nastran.op2_writer import write_op2
-from tedm_cli.nastran.solver_deck import read_solver_deck
+from tedm_cli.nastran.solver.deck import read_solver_deck
 from tedm_cli.progress import Step
 
 

@@ -15,7 +15,7 @@ from pyNastran.op2.writer import op2_writer
 from tedm_cli.errors import InputError
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.nastran.op2_writer import write_op2
-from tedm_cli.nastran.solver_deck import read_solver_deck
+from tedm_cli.nastran.solver.deck import read_solver_deck
 from tedm_cli.stages.solve import solve_deck
 
 SIZE = (0.3, 0.2, 0.1)

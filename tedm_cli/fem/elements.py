@@ -1,0 +1,34 @@
+"""What the assembly needs of elements, whatever their kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.fem.structure import Floats, Ints
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ElementMatrices:
+    """Matrices of a run of e elements of one kind with d degrees of freedom and n grids each, basic frame.
+
+    dof : [e, d], degrees of freedom 6 row + component of the structure's grids.
+    grids : [e, n], rows of the structure's grids, whose temperatures load the elements.
+    stiffness : [e, d, d], N/m (rotations: N·m).
+    coupling : [e, d, n], N/K, nodal forces per kelvin on a grid.
+    expansion_load : [e, d], N, nodal forces of an isotropic thermal strain of one.
+    reference_temperature : [e], K, at which the element is free of thermal strain.
+    """
+
+    dof: Ints
+    grids: Ints
+    stiffness: Floats
+    coupling: Floats
+    expansion_load: Floats
+    reference_temperature: Floats
+
+
+def dof_of(grids: Ints, per_grid: int) -> Ints:
+    """The first `per_grid` degrees of freedom of each of the grids [e, n], grid by grid, [e, n per_grid]."""
+    return np.asarray((6 * grids[:, :, None] + np.arange(per_grid)).reshape(len(grids), -1))

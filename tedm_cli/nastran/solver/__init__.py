@@ -1,0 +1,1 @@
+"""The part of Nastran that the embedded solver understands, read from a unit-load deck."""
