@@ -48,7 +48,7 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
     chatter = StringIO()  # pyNastran explains itself on stdout, which belongs to our results
     try:
         with redirect_stdout(chatter):
-            model.read_bdf(str(path), xref=False, punch=False)
+            model.read_bdf(str(path), xref=False, punch=False, encoding="latin-1")
             if cross_reference:
                 model.cross_reference(
                     xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False

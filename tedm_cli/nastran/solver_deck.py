@@ -110,7 +110,7 @@ def _read(path: Path) -> Any:
     is_ours = not dump.exists()
     try:
         with redirect_stdout(StringIO()):  # pyNastran prints the cards that it cannot parse
-            model.read_bdf(str(path), xref=False, validate=False)
+            model.read_bdf(str(path), xref=False, validate=False, encoding="latin-1")
     except Exception as error:  # of many kinds; all mean that the deck is not readable
         if is_ours:  # pyNastran leaves a copy of the deck in the working directory when an include is missing
             dump.unlink(missing_ok=True)
