@@ -88,6 +88,13 @@ class _Statement:
         return "TEMPERATURE(MATERIAL)" if self.word == "TEMPERATURE" and self.qualifier[:4] == "MATE" else self.word
 
     @property
+    def text(self) -> str:
+        """The statement on one line, in the form every Nastran and pyNastran read."""
+        if self.word == "PARAM":
+            return f"PARAM,{self.value}"
+        return f"{self.word}{f'({self.qualifier})' if self.qualifier else ''} = {self.value}"
+
+    @property
     def shown(self) -> str:
         return re.sub(r"\s+", "", self.value).upper()
 
@@ -117,11 +124,8 @@ def unit_control(sections: Sections, subcase: int | None) -> Control:
         _refuse_differences(effective, where)
     elif len(subcases) > 1:
         notes.append(f"constraints are those of subcase {subcase}")
-    lines = []
-    for s in above:
-        if s.word in _KEPT or (_is_held(s) and chosen.get(s.key) is s):
-            lines += [line.text.rstrip("\r\n").rstrip() for line in s.lines]
-    lines += [line.code.strip() for s in chosen.values() if s not in above for line in s.lines]
+    lines = [line.text.rstrip() for s in above if s.word in _KEPT for line in s.lines]
+    lines += [s.text for s in chosen.values()]
     notes += _dropped([*above, *(s for own in subcases.values() for s in own)], len(subcases), plots)
     return Control(
         executive=tuple(executive),

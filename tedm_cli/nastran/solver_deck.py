@@ -16,6 +16,7 @@ import numpy as np
 
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import BarBlock, Floats, HexBlock, Ints, LoadCase, Rbe2, Rbe3, Structure
+from tedm_cli.nastran.reading import any_encoding
 from tedm_cli.nastran.solver_cases import read_load_cases, selected_sets
 
 _HINT = "run Nastran on the written deck instead of the embedded solver"
@@ -110,7 +111,7 @@ def _read(path: Path) -> Any:
     is_ours = not dump.exists()
     try:
         with redirect_stdout(StringIO()):  # pyNastran prints the cards that it cannot parse
-            model.read_bdf(str(path), xref=False, validate=False, encoding="latin-1")
+            model.read_bdf(str(path), xref=False, validate=False, encoding=any_encoding(model))
     except Exception as error:  # of many kinds; all mean that the deck is not readable
         if is_ours:  # pyNastran leaves a copy of the deck in the working directory when an include is missing
             dump.unlink(missing_ok=True)
