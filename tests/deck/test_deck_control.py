@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from deck_tools import LEFT, RIGHT, Card, bricks, plain, project, temperatures, written
+from deck_tools import LEFT, RIGHT, Card, bricks, plain, temperatures, written
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,7 +17,6 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, temperature_cards
 from tedm_cli.nastran.temperature_sets import plain as real
-from tedm_cli.stages.deck import write_deck
 from tedm_cli.stages.solve import solve_deck
 
 LONG = """\
@@ -273,7 +272,7 @@ def test_mini_ltp_again(mini_ltp_dir: Path, tmp_path: Path) -> None:
 
 
 def test_decks_of_other_programs(mini_ltp_dir: Path, tmp_path: Path) -> None:
-    """A structural model in one piece becomes unit loads, with what its file has besides; others are refused by name."""
+    """A structural model in one piece becomes unit loads, the others are refused by name."""
     folder = mini_ltp_dir.parent / "nastran"
     refused = {
         "cqra00366.bdf": "different K2GG: MATK in subcase 1, none in subcase 3",
