@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import IO
 
 from tedm_cli.errors import InputError, UsageError
+from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.reading import read_deck, read_results
 from tedm_cli.store import replacing
 
@@ -66,6 +67,44 @@ def run_nastran(text: str, deck: Path, op2: Path, say: Callable[[str], None]) ->
     """
     wanted = _subcases(deck)
     command = command_of(text, deck)
+    with _kept_aside(op2):
+        newest = _new_results(command, deck, op2, say)
+        missing = sorted(wanted - {int(n) for n in read_results(newest).displacements})
+        if missing:
+            raise InputError(
+                f"lacks {len(missing)} of {len(wanted)} subcases: {id_list(missing)}",
+                where=str(newest),
+                hint="did the solver stop early? is its disk full?",
+            )
+    if newest.resolve() != op2.resolve():
+        with replacing(op2) as temporary:
+            shutil.copyfile(newest, temporary)
+        newest.unlink()
+    return len(wanted)
+
+
+@contextlib.contextmanager
+def _kept_aside(op2: Path) -> Iterator[None]:
+    """Keep the results of the last run while another one may write over them, and put them back when it fails."""
+    old, failed = op2.with_name(op2.name + ".before"), op2.with_name(op2.name + ".failed")
+    if op2.is_file():
+        op2.replace(old)
+    try:
+        yield
+    except BaseException:
+        if op2.is_file():
+            op2.replace(failed)
+        if old.is_file():
+            old.replace(op2)
+        raise
+    if op2.is_file():
+        old.unlink(missing_ok=True)
+    elif old.is_file():
+        old.replace(op2)
+
+
+def _new_results(command: list[str], deck: Path, op2: Path, say: Callable[[str], None]) -> Path:
+    """Run the command; the newest OP2 that it has made."""
     before = {**_outputs(deck, ".op2"), **_outputs(deck, ".f06"), **_state([op2])}
     code, last = _run(command, deck.parent, say)
     fatal = _fatal_lines(_changed(_outputs(deck, ".f06"), before))
@@ -85,13 +124,7 @@ def run_nastran(text: str, deck: Path, op2: Path, say: Callable[[str], None]) ->
             where=str(deck),
             hint="the command has to wait for the solver (MSC Nastran: batch=no) and leave the OP2 beside the deck",
         )
-    newest = max(results, key=lambda path: path.stat().st_mtime_ns)
-    _check(newest, wanted)
-    if newest.resolve() != op2.resolve():
-        with replacing(op2) as temporary:
-            shutil.copyfile(newest, temporary)
-        newest.unlink()
-    return len(wanted)
+    return max(results, key=lambda path: path.stat().st_mtime_ns)
 
 
 def _subcases(deck: Path) -> set[int]:
@@ -112,18 +145,6 @@ def _state(paths: list[Path]) -> _State:
 
 def _changed(now: _State, before: _State) -> list[Path]:
     return [path for path, state in now.items() if before.get(path) != state]
-
-
-def _check(op2: Path, wanted: set[int]) -> None:
-    found = {int(n) for n in read_results(op2).displacements}
-    missing = sorted(wanted - found)
-    if missing:
-        some = ", ".join(str(n) for n in missing[:8]) + (" ..." if len(missing) > 8 else "")
-        raise InputError(
-            f"lacks {len(missing)} of {len(wanted)} subcases: {some}",
-            where=str(op2),
-            hint="did the solver stop early? is its disk full?",
-        )
 
 
 def _fatal_lines(f06: list[Path]) -> list[str]:

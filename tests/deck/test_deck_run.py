@@ -125,6 +125,20 @@ def test_results_that_are_not_taken(folder: Path, kind: str, pieces: list[str]) 
     assert results.read_bytes() == before
 
 
+@pytest.mark.parametrize("kind", ["fatal", "part", "silent", "copies"])
+def test_a_solver_that_writes_where_the_results_belong(folder: Path, kind: str) -> None:
+    """As when deck and op2 share folder and name. A failed run must not stand in for the last good one."""
+    toml = (folder / "model.toml").read_text()
+    (folder / "model.toml").write_text(toml.replace("results/unit_loads.op2", "run/unit_loads.op2"))
+    results = folder / "run" / "unit_loads.op2"
+    good = (folder / "whole.op2").read_bytes()
+    results.write_bytes(good)
+    assert solve(folder, solver(folder, kind)).code == (0 if kind == "copies" else 4)
+    assert results.read_bytes() == good
+    assert not (folder / "run" / "unit_loads.op2.before").exists()
+    assert (folder / "run" / "unit_loads.op2.failed").exists() == (kind in ("fatal", "part"))
+
+
 def test_results_from_before_the_run(folder: Path) -> None:
     """An old OP2 and an old F06 with a FATAL message beside the deck are not those of this run."""
     solve(folder, solver(folder, "copies"))
