@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,40 +47,38 @@ class UnitDeck:
     notes: tuple[str, ...]
 
 
-def read_source(path: Path, constraints_of_subcase: int | None = None) -> SourceModel:
+def read_source(path: Path, scratch: Path, constraints_of_subcase: int | None = None) -> SourceModel:
     """Read a model of any solution, with its INCLUDEs, as the base of unit loads.
+
+    Its bulk data are written to the file `scratch` for pyNastran, which cannot follow every INCLUDE.
 
     Raises
     ------
     InputError : what `read_sections`, `unit_control`, `kept_bulk` and `read_deck` refuse; superelements; constraints
         that are missing or move a grid.
     """
-    if not path.is_file():
-        raise InputError("no such model", where=str(path), hint="correct model.bdf")
     sections = read_sections(path)
     control = unit_control(sections, constraints_of_subcase)
     bulk, notes = kept_bulk(sections.bulk)
     if sections.ignored:
         notes.append(f"{sections.ignored} lines after ENDDATA are no part of the model")
-    model = _read_bulk(sections.bulk, path)
+    model = _read_bulk(sections.bulk, path, scratch)
     _check_model(model, control, str(path))
     found = grids(model, list(sections.files))
     return SourceModel(sections, control, tuple(bulk), model, found, (*control.notes, *notes))
 
 
-def _read_bulk(lines: tuple[Line, ...], path: Path) -> Any:
+def _read_bulk(lines: tuple[Line, ...], path: Path, scratch: Path) -> Any:
     """The bulk data through `read_deck`; places in its messages become those of the user's files."""
-    with tempfile.TemporaryDirectory() as folder:
-        flat = Path(folder) / path.name
-        flat.write_bytes((_HEAD + "".join(line.text for line in lines)).encode("latin-1"))
-        try:
-            return read_deck(flat, cross_reference=False)
-        except InputError as exc:
-            file, _, number = exc.where.partition(f"{flat}:")
-            where = exc.where.replace(str(flat), str(path))
-            if not file and number.isdigit() and int(number) > _HEAD.count("\n"):
-                where = lines[int(number) - _HEAD.count("\n") - 1].place
-            raise InputError(exc.fact, where=where, hint=exc.hint) from exc
+    scratch.write_bytes((_HEAD + "".join(line.text for line in lines)).encode("latin-1"))
+    try:
+        return read_deck(scratch, cross_reference=False)
+    except InputError as exc:
+        where = exc.where.replace(str(scratch), str(path))
+        number = exc.where.removeprefix(f"{scratch}:")
+        if number.isdigit() and int(number) > _HEAD.count("\n"):
+            where = lines[int(number) - _HEAD.count("\n") - 1].place
+        raise InputError(exc.fact, where=where, hint=exc.hint) from exc
 
 
 def _check_model(model: Any, control: Control, where: str) -> None:

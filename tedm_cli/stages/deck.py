@@ -31,12 +31,15 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
     if missing:
         raise ConfigError(missing, where=str(file.path))
     out = output if output is not None else project.resolve(table.deck)
-    source = read_source(project.resolve(str(table.bdf)), table.constraints_of_subcase)
-    if out.resolve() in [f.resolve() for f in source.sections.files]:
-        raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
+    bdf = project.resolve(str(table.bdf))
+    if not bdf.is_file():
+        raise InputError("no such model", where=str(bdf), hint="correct model.bdf")
     areas = read_area_csv(project.resolve(str(table.areas_csv)))
-    deck = unit_deck(source, areas, table.uniform_label, table.reference_temperature_K)
     with replacing(out) as temporary:
+        source = read_source(bdf, temporary, table.constraints_of_subcase)
+        if out.resolve() in [f.resolve() for f in source.sections.files]:
+            raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
+        deck = unit_deck(source, areas, table.uniform_label, table.reference_temperature_K)
         temporary.write_bytes(deck.text.encode("latin-1"))
         verify_unit_deck(temporary, out, source, deck)
     return DeckSummary(out, len(source.grids.grid_id), len(areas), deck.reference_K, deck.notes)
