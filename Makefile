@@ -27,7 +27,8 @@ help: ## Show this help
 	@echo "make clean    remove $(BUILD); make distclean removes $(VENV) as well"
 	@echo
 	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM=$(ELEMENT_SIZE_MM) (sample"
-	@echo "only: 15 gives about 9,000 nodes, 5.5 about 114,000), PYTHON=$(PYTHON), VENV=$(VENV)"
+	@echo "only: 15 gives about 9,000 nodes, 5.5 about 114,000), PYTHON=$(PYTHON), VENV=$(VENV),"
+	@echo "NASTRAN='nastran {deck} scr=yes batch=no' (your own solver instead of the embedded one)"
 
 $(RUN_STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit("tedm needs Python 3.11 or 3.12, found %d.%d" % sys.version_info[:2] if not (3, 11) <= sys.version_info[:2] <= (3, 12) else 0)'
@@ -97,7 +98,7 @@ $(UNIT_DECK): $(MODEL_SOURCES) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
 	$(TEDM) write-deck $(OPTIONS)
 
 $(OP2): $(UNIT_DECK)
-	$(TEDM) solve $(OPTIONS)
+	$(TEDM) solve $(OPTIONS) $(if $(NASTRAN),--run '$(NASTRAN)')
 endif
 
 $(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)

@@ -34,6 +34,21 @@ def progress(quiet: bool = False) -> Iterator[Step]:
         yield step
 
 
+@contextlib.contextmanager
+def waiting(quiet: bool, what: str) -> Iterator[None]:
+    """Show `what` and the time since the beginning, for work that does not say how far it is."""
+    if quiet or not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        bar.add_task(what, total=None)
+        yield
+
+
 def counter(step: Step, total: int, what: str) -> Callable[[int], None]:
     """A function that is told how much was done since its last call, where `step` wants to know how much in all."""
     done = 0

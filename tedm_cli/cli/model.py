@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+from typing import Annotated
+
+import typer
+
 from tedm_cli.cli.app import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -15,6 +20,11 @@ from tedm_cli.cli.app import (
     say,
 )
 
+Run = Annotated[
+    str | None,
+    typer.Option("--run", help='Use your own Nastran: a command with {deck}, for example "nastran {deck} scr=yes".'),
+]
+
 
 @app.command("write-deck")
 def write_deck(
@@ -26,12 +36,18 @@ def write_deck(
 ) -> None:
     """Write the unit-load deck for any Nastran.
 
-    One subcase of +1 K per thermal area, and one that warms all areas together.
+    One subcase of +1 K per thermal area, and one that warms all areas together, on the model's own bulk data and
+    constraints. What is dropped from its case control is listed. See docs/write-deck.md.
     """
     from tedm_cli.stages.deck import write_deck as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
-    say(quiet, f"{done.path}: {done.areas} unit loads and the uniform load on {done.grids:,} grids")
+    say(
+        quiet,
+        f"{done.path}: {done.areas} unit loads and the uniform load on {done.grids:,} grids,"
+        f" from {done.reference_K:.12g} K",
+        *(f"note: {note}" for note in done.notes),
+    )
 
 
 @app.command()
@@ -39,22 +55,38 @@ def solve(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
+    run: Run = None,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
     """Solve the unit-load deck, write an OP2.
 
     The embedded solver takes CHEXA, CBAR, RBE2, RBE3, CONM2 and SPC; anything else is refused by name: run Nastran
-    on the deck then.
+    on the deck then, yourself or with --run. The command runs in the folder of the deck, without a shell, has to wait
+    for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says; -v shows what it prints.
     """
-    from tedm_cli.progress import progress
+    from tedm_cli.progress import progress, waiting
     from tedm_cli.say import solve_lines
     from tedm_cli.stages.solve import solve as stage
+    from tedm_cli.stages.solve import solve_elsewhere
 
     project = open_project(config, build_dir, verbose)
+    if run is not None:
+        with waiting(quiet, run):
+            path, subcases = solve_elsewhere(project, output, run, _log if verbose else _silence)
+        say(quiet, f"{path}: {subcases} subcases by {run}")
+        return
     with progress(quiet) as step:
         path, done = stage(project, output, step)
     say(quiet, *solve_lines(path, done))
+
+
+def _log(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _silence(line: str) -> None:
+    """What a solver prints is shown on request only."""
 
 
 @app.command()

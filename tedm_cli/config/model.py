@@ -26,6 +26,8 @@ class ModelTable(Strict):
 
     `bdf` and `areas_csv` (node_id,area) are what `write-deck` reads. `deck` and `op2` are the unit-load deck and its
     results, the user's own where Nastran solved them; left out, they are made in the build folder.
+    `reference_temperature_K`: where unit loads start instead of TREF. `constraints_of_subcase`: the subcase of `bdf`
+    whose constraints all unit loads have, where its subcases differ.
     """
 
     bdf: str | None = None
@@ -33,6 +35,8 @@ class ModelTable(Strict):
     deck: str = "{build_dir}/unit_loads.bdf"
     op2: list[str] = Field(min_length=1, default_factory=lambda: ["{build_dir}/unit_loads.op2"])
     uniform_label: str = "UNIFORM"
+    reference_temperature_K: float | None = None
+    constraints_of_subcase: Annotated[int, Field(ge=1)] | None = None
     subcases: dict[str, int] = Field(default_factory=dict)
 
 

@@ -48,7 +48,7 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
     chatter = StringIO()  # pyNastran explains itself on stdout, which belongs to our results
     try:
         with redirect_stdout(chatter):
-            model.read_bdf(str(path), xref=False, punch=False)
+            model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
             if cross_reference:
                 model.cross_reference(
                     xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
@@ -59,6 +59,16 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
     if lost:
         raise InputError(f"elements that pyNastran does not know: {', '.join(lost)}", where=str(path))
     return model
+
+
+def any_encoding(model: Any) -> str:
+    """The encoding to read decks in, of which only comments and titles can be other than ASCII.
+
+    pyNastran looks at the beginning of a deck in the encoding of the locale, and obeys comments there that make it
+    skip cards: `model` is made to look at neither.
+    """
+    model._parse_primary_file_header = lambda _: None
+    return "latin-1"
 
 
 def deck_files(model: Any, path: Path) -> list[Path]:

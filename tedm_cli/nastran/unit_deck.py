@@ -2,67 +2,153 @@
 
 from __future__ import annotations
 
-import os
-import re
+import hashlib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.geometry import Grids, IntArray, id_list, rows_of
+from tedm_cli.nastran.bulk_lines import kept_bulk
+from tedm_cli.nastran.case_control import Control, unit_control
+from tedm_cli.nastran.deck_lines import Line, Sections, read_sections
+from tedm_cli.nastran.geometry import Grids, IntArray, grids, id_list, rows_of
+from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
 
-# Case control that the unit-load subcases set themselves; everything else in the model's case control stays.
-_REPLACED = ("DISP", "VECTOR", "TEMP", "LABEL", "LOAD", "SUBTITLE", "ANALYSIS")
-STEP_K = 1.0
+_HEAD = "SOL 101\nCEND\nBEGIN BULK\n"
 
 
-def unit_deck_text(
-    source: Path, out: Path, model: Any, grids: Grids, areas: Mapping[str, IntArray], uniform_label: str
-) -> str:
-    """The text of the unit-load deck for the model in `source`, to be written to `out` (its INCLUDEs are rebased).
+@dataclass(frozen=True)
+class SourceModel:
+    """The user's model: its lines, what of its case control stays, and its bulk data as pyNastran reads them."""
+
+    sections: Sections
+    control: Control
+    bulk: tuple[str, ...]
+    model: Any
+    grids: Grids
+    notes: tuple[str, ...]
+
+    @property
+    def where(self) -> str:
+        return str(self.sections.files[0])
+
+
+@dataclass(frozen=True)
+class UnitDeck:
+    """Text of the deck; its subcases as label, set id and grid ids; remarks for the user."""
+
+    text: str
+    cases: tuple[tuple[str, int, IntArray], ...]
+    reference_K: float
+    notes: tuple[str, ...]
+
+
+def read_source(path: Path, scratch: Path, constraints_of_subcase: int | None = None) -> SourceModel:
+    """Read a model of any solution, with its INCLUDEs, as the base of unit loads.
+
+    Its bulk data are written to the file `scratch` for pyNastran, which cannot follow every INCLUDE.
 
     Raises
     ------
-    InputError : the model has subcases of its own or no SPC, its materials rest at different temperatures, the areas
-        are not a partition of its structural grids, an area has the name of the uniform load.
+    InputError : what `read_sections`, `unit_control`, `kept_bulk` and `read_deck` refuse; superelements; constraints
+        that are missing or move a grid.
     """
-    where = str(source)
-    _check(model, grids, areas, uniform_label, where)
-    control, bulk = _split(source, out)
-    trefs = {float(m.tref or 0.0) for m in model.materials.values() if hasattr(m, "tref")}
-    if len(trefs) > 1:
-        raise InputError(
-            f"materials have different reference temperatures: {sorted(trefs)}",
-            where=where,
-            hint="give every material the same TREF: a unit load starts from one uniform temperature",
-        )
-    tref = trefs.pop() if trefs else 0.0
-    first = max([0, *model.loads, *model.load_combinations, *model.tempds]) + 1
-    cases = [*areas.items(), (uniform_label, np.concatenate(list(areas.values())))]
-    lines = ["SOL 101", "CEND", *control]
-    for i, (name, _) in enumerate(cases):
-        lines += [
-            f"SUBCASE {i + 1}",
-            f"  LABEL = {name}",
-            f"  TEMPERATURE(LOAD) = {first + i}",
+    sections = read_sections(path)
+    control = unit_control(sections, constraints_of_subcase)
+    bulk, notes = kept_bulk(sections.bulk)
+    if sections.ignored:
+        notes.append(f"{sections.ignored} lines after ENDDATA are no part of the model")
+    model = _read_bulk(sections.bulk, path, scratch)
+    _check_model(model, control, str(path))
+    found = grids(model, list(sections.files))
+    return SourceModel(sections, control, tuple(bulk), model, found, (*control.notes, *notes))
+
+
+def _read_bulk(lines: tuple[Line, ...], path: Path, scratch: Path) -> Any:
+    """The bulk data through `read_deck`; places in its messages become those of the user's files."""
+    scratch.write_bytes((_HEAD + "".join(line.text for line in lines)).encode("latin-1"))
+    try:
+        return read_deck(scratch, cross_reference=False)
+    except InputError as exc:
+        where = exc.where.replace(str(scratch), str(path))
+        number = exc.where.removeprefix(f"{scratch}:")
+        if number.isdigit() and int(number) > _HEAD.count("\n"):
+            where = lines[int(number) - _HEAD.count("\n") - 1].place
+        raise InputError(exc.fact, where=where, hint=exc.hint) from exc
+
+
+def _check_model(model: Any, control: Control, where: str) -> None:
+    inside = [i for i, grid in model.nodes.items() if grid.seid]
+    if inside or (model.grdset is not None and model.grdset.seid):
+        some = id_list(sorted(inside)) or "GRDSET"
+        raise InputError(f"grids in superelements (SEID): {some}", where=where, hint="solve the model in one piece")
+    tables = {"SPC": (model.spcs, model.spcadds), "MPC": (model.mpcs, model.mpcadds)}
+    for name, (cards, sums) in tables.items():
+        wanted = control.sets.get(name)
+        if wanted is not None and wanted not in cards and wanted not in sums:
+            raise InputError(f"case control selects {name} {wanted}, which is not in the bulk data", where=where)
+    wanted = control.sets.get("SPC")
+    if wanted is None:
+        return
+    sids = {wanted, *(int(i) for card in model.spcadds.get(wanted, []) for i in card.sets)}
+    for sid in sorted(sids):
+        for card in model.spcs.get(sid, []):
+            if card.type == "SPC" and any(card.enforced):
+                raise InputError(
+                    f"SPC {sid} moves grids {id_list(card.nodes)}, which loads them besides their temperature",
+                    where=where,
+                    hint="set its displacement to zero",
+                )
+
+
+def unit_deck(
+    source: SourceModel, areas: Mapping[str, IntArray], uniform_label: str, reference_K: float | None = None
+) -> UnitDeck:
+    """Compose the unit-load deck of a model: its own lines, one subcase per area, and one that warms all.
+
+    Raises
+    ------
+    InputError : the areas are not a partition of the structural grids, an area has the name of the uniform load; what
+        `reference_temperature` refuses.
+    """
+    where, sections = source.where, source.sections
+    _check_areas(source.grids, areas, uniform_label, where)
+    reference = reference_temperature(
+        source.model, reference_K, material_temperature=source.control.material_temperature, where=where
+    )
+    labels = [*areas, uniform_label]
+    warmed = [*(np.sort(ids) for ids in areas.values()), np.sort(np.concatenate(list(areas.values())))]
+    sids = free_set_ids(source.model, len(labels) + reference.is_initial, where)
+    control = [*source.control.executive, "SOL 101", "CEND", *source.control.lines]
+    if reference.is_initial:
+        control.append(f"TEMPERATURE(INITIAL) = {sids[-1]}")
+    for number, (label, sid) in enumerate(zip(labels, sids, strict=False), start=1):
+        control += [
+            f"SUBCASE {number}",
+            f"  LABEL = {label}",
+            f"  TEMPERATURE(LOAD) = {sid}",
             "  DISPLACEMENT(PLOT) = ALL",
         ]
-    lines += ["BEGIN BULK", *bulk]
-    for i, (_, ids) in enumerate(cases):
-        lines += _temperatures(first + i, np.sort(ids), tref)
-    return "\n".join(lines) + "\nENDDATA\n"
+    control.append("BEGIN BULK")
+    added = ["$ Unit loads added by tedm to the bulk data of"]
+    for file in sections.files:
+        added += [f"$   {file.name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
+    for sid, ids in zip(sids, warmed, strict=False):
+        added += temperature_cards(sid, reference.value, ids)
+    if reference.is_initial:
+        added += temperature_cards(sids[-1], reference.value, np.array([], dtype=np.int64))
+    added.append("ENDDATA")
+    newline = sections.newline
+    parts = (newline.join(control), newline, "".join(source.bulk), newline.join(added), newline)
+    cases = tuple(zip(labels, sids, warmed, strict=False))
+    return UnitDeck("".join(parts), cases, float(reference.value), (*source.notes, *reference.notes))
 
 
-def _check(model: Any, grids: Grids, areas: Mapping[str, IntArray], uniform_label: str, where: str) -> None:
-    control = model.case_control_deck
-    if control is not None and any(n != 0 for n in control.subcases):
-        raise InputError(
-            "the model has subcases of its own",
-            where=where,
-            hint="keep one level of case control (SPC and the like); the unit loads become the subcases",
-        )
+def _check_areas(grids: Grids, areas: Mapping[str, IntArray], uniform_label: str, where: str) -> None:
     for name in areas:
         if name.upper() == uniform_label.upper():
             raise InputError(f"area '{name}' has the name of the uniform load", where=where, hint="set uniform_label")
@@ -78,42 +164,3 @@ def _check(model: Any, grids: Grids, areas: Mapping[str, IntArray], uniform_labe
     idle = [name for name, ids in areas.items() if not grids.structural[np.searchsorted(grids.grid_id, ids)].any()]
     if idle:
         raise InputError(f"areas without any structural grid: {', '.join(idle)}", where=where)
-
-
-def _split(source: Path, out: Path) -> tuple[list[str], list[str]]:
-    """Case control that stays and bulk lines that stay, from the main file of the deck."""
-    lines = source.read_text(encoding="latin-1").splitlines()
-    begin = next((i for i, line in enumerate(lines) if re.match(r"\s*BEGIN(\s+BULK)?\s*$", line, re.I)), None)
-    if begin is None:
-        raise InputError("has no BEGIN BULK line", where=str(source))
-    cend = next((i for i, line in enumerate(lines[:begin]) if line.strip().upper() == "CEND"), -1)
-    control = [
-        line.rstrip()
-        for line in lines[cend + 1 : begin]
-        if line.strip() and not line.strip().upper().startswith((*_REPLACED, "$"))
-    ]
-    bulk = [line.rstrip() for line in lines[begin + 1 :]]
-    end = next((i for i, line in enumerate(bulk) if line.strip().upper().startswith("ENDDATA")), len(bulk))
-    return control, [_rebase(line, source, out) for line in bulk[:end]]
-
-
-def _rebase(line: str, source: Path, out: Path) -> str:
-    match = re.match(r"\s*INCLUDE\s+(['\"]?)(.+?)\1\s*$", line, re.I)
-    if match is None:
-        return line
-    target = Path(os.path.relpath((source.parent / match.group(2)).resolve(), out.parent.resolve()))
-    return f"INCLUDE '{target.as_posix()}'"
-
-
-def _temperatures(sid: int, ids: IntArray, tref: float) -> list[str]:
-    warm, rest = _real(tref + STEP_K), _real(tref)
-    lines = [f"TEMPD   {sid:>8}{rest:>8}"]
-    for start in range(0, len(ids), 3):
-        pairs = "".join(f"{int(i):>8}{warm:>8}" for i in ids[start : start + 3])
-        lines.append(f"TEMP    {sid:>8}{pairs}")
-    return lines
-
-
-def _real(value: float) -> str:
-    text = f"{value:.6g}"
-    return text if "." in text else text + "."

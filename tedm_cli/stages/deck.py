@@ -8,10 +8,9 @@ from pathlib import Path
 from tedm_cli.areas import read_area_csv
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
-from tedm_cli.errors import ConfigError
-from tedm_cli.nastran.geometry import grids
-from tedm_cli.nastran.reading import deck_files, read_deck
-from tedm_cli.nastran.unit_deck import unit_deck_text
+from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.nastran.unit_deck import read_source, unit_deck
+from tedm_cli.nastran.unit_deck_check import verify_unit_deck
 from tedm_cli.store import replacing
 
 
@@ -20,22 +19,27 @@ class DeckSummary:
     path: Path
     grids: int
     areas: int
+    reference_K: float
+    notes: tuple[str, ...]
 
 
 def write_deck(project: Project, output: Path | None) -> DeckSummary:
-    """Write the unit-load deck of the configured model and areas."""
+    """Write the unit-load deck of the configured model and areas, and read it back before it is put in place."""
     file, config = load_model(project.model)
-    missing = [
-        (f"model.{k}", "needed to write a deck") for k in ("bdf", "areas_csv") if getattr(config.model, k) is None
-    ]
+    table = config.model
+    missing = [(f"model.{k}", "needed to write a deck") for k in ("bdf", "areas_csv") if getattr(table, k) is None]
     if missing:
         raise ConfigError(missing, where=str(file.path))
-    source = project.resolve(str(config.model.bdf))
-    out = output if output is not None else project.resolve(config.model.deck)
-    model = read_deck(source, cross_reference=False)
-    found = grids(model, deck_files(model, source))
-    areas = read_area_csv(project.resolve(str(config.model.areas_csv)))
-    text = unit_deck_text(source, out, model, found, areas, config.model.uniform_label)
+    out = output if output is not None else project.resolve(table.deck)
+    bdf = project.resolve(str(table.bdf))
+    if not bdf.is_file():
+        raise InputError("no such model", where=str(bdf), hint="correct model.bdf")
+    areas = read_area_csv(project.resolve(str(table.areas_csv)))
     with replacing(out) as temporary:
-        temporary.write_text(text, encoding="latin-1", newline="\n")
-    return DeckSummary(out, len(found.grid_id), len(areas))
+        source = read_source(bdf, temporary, table.constraints_of_subcase)
+        if out.resolve() in [f.resolve() for f in source.sections.files]:
+            raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
+        deck = unit_deck(source, areas, table.uniform_label, table.reference_temperature_K)
+        temporary.write_bytes(deck.text.encode("latin-1"))
+        verify_unit_deck(temporary, out, source, deck)
+    return DeckSummary(out, len(source.grids.grid_id), len(areas), deck.reference_K, deck.notes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.nastran.op2_writer import write_op2
+from tedm_cli.nastran.run import run_nastran
 from tedm_cli.nastran.solver.deck import read_solver_deck
 from tedm_cli.progress import Step
 
@@ -60,10 +62,28 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
     Raises
     ------
     ConfigError
-        If the configuration names several result files: the embedded solver writes one.
+        If the configuration names several result files: a run makes one.
     """
+    deck, out = _deck_and_op2(project, output)
+    return out, solve_deck(deck, out, step)
+
+
+def solve_elsewhere(
+    project: Project, output: Path | None, command: str, say: Callable[[str], None]
+) -> tuple[Path, int]:
+    """Solve the configured unit-load deck with the user's own Nastran; the results go where they are expected.
+
+    Returns
+    -------
+    The OP2 and the number of its subcases. Raises what `solve` and `run_nastran` do.
+    """
+    deck, out = _deck_and_op2(project, output)
+    return out, run_nastran(command, deck, out, say)
+
+
+def _deck_and_op2(project: Project, output: Path | None) -> tuple[Path, Path]:
     file, config = load_model(project.model)
     if output is None and len(config.model.op2) != 1:
-        raise ConfigError([("model.op2", "names several files, the embedded solver writes one")], where=str(file.path))
+        raise ConfigError([("model.op2", "names several files, a run makes one")], where=str(file.path))
     out = output if output is not None else project.resolve(config.model.op2[0])
-    return out, solve_deck(project.resolve(config.model.deck), out, step)
+    return project.resolve(config.model.deck), out

@@ -15,6 +15,7 @@ import numpy as np
 
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import Floats, Ints, LoadCase, Structure
+from tedm_cli.nastran.reading import any_encoding
 from tedm_cli.nastran.solver.bars import read_bars
 from tedm_cli.nastran.solver.cases import read_load_cases, selected_sets
 from tedm_cli.nastran.solver.constraints import read_constraints
@@ -86,7 +87,7 @@ def _read(path: Path) -> Any:
     is_ours = not dump.exists()
     try:
         with redirect_stdout(StringIO()):  # pyNastran prints the cards that it cannot parse
-            model.read_bdf(str(path), xref=False, validate=False)
+            model.read_bdf(str(path), xref=False, validate=False, encoding=any_encoding(model))
     except Exception as error:  # of many kinds; all mean that the deck is not readable
         if is_ours:  # pyNastran leaves a copy of the deck in the working directory when an include is missing
             dump.unlink(missing_ok=True)

@@ -1,0 +1,165 @@
+"""The lines of a deck with its INCLUDEs in place, each with the file it came from, and the sections they make."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from tedm_cli.errors import InputError
+
+_BOM = "\u00ef\u00bb\u00bf"  # of UTF-8, as Latin-1 reads it
+_INCLUDE = re.compile(r"\s*INCLUDE(?=[\s'\"=])\s*=?\s*", re.I)
+
+
+class Line(NamedTuple):
+    """One line as it stands in its file, with its line end; Latin-1 keeps every byte."""
+
+    text: str
+    file: Path
+    number: int
+
+    @property
+    def place(self) -> str:
+        return f"{self.file}:{self.number}"
+
+    @property
+    def code(self) -> str:
+        """The line without its comment."""
+        return self.text.split("$")[0].rstrip()
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Executive control, case control and bulk data of a deck, without CEND, BEGIN BULK and ENDDATA.
+
+    files : the main file, then every included one in the order read. ignored : cards after ENDDATA.
+    """
+
+    files: tuple[Path, ...]
+    executive: tuple[Line, ...]
+    control: tuple[Line, ...]
+    bulk: tuple[Line, ...]
+    ignored: int
+    newline: str
+
+
+def read_sections(path: Path) -> Sections:
+    """Read a deck with its INCLUDEs and split it into sections.
+
+    Raises
+    ------
+    InputError : a file that is missing, that includes itself, or of which there are two (see `_resolve`); no CEND, no
+        BEGIN BULK; a second BEGIN (superelements, modules, auxiliary models).
+    """
+    files: list[Path] = []
+    lines = _expand(path, path, (), files)
+    words = [line.code.strip().upper() for line in lines]
+    cend = next((i for i, word in enumerate(words) if re.fullmatch(r"CEND\b.*", word)), None)
+    begin = next((i for i, word in enumerate(words) if re.match(r"BEGIN\b", word)), None)
+    if begin is None:
+        raise InputError("has no BEGIN BULK line", where=str(path))
+    if cend is None or cend > begin:
+        raise InputError(
+            "has no CEND line before BEGIN BULK",
+            where=str(path),
+            hint="a bare bulk file needs the lines SOL 101, CEND, SPC = <set>, BEGIN BULK around its INCLUDE",
+        )
+    end = next((i for i in range(begin + 1, len(lines)) if re.match(r"ENDDATA\b", words[i])), len(lines))
+    for i in range(begin, end):
+        if re.match(r"BEGIN\b", words[i]) and (i > begin or not re.fullmatch(r"BEGIN[\s,]*(BULK)?", words[i])):
+            raise InputError(
+                f"{words[i]}: superelements, modules and auxiliary models are not read",
+                where=lines[i].place,
+                hint="write the model in one piece",
+            )
+    return Sections(
+        files=tuple(files),
+        executive=tuple(lines[:cend]),
+        control=tuple(lines[cend + 1 : begin]),
+        bulk=tuple(lines[begin + 1 : end]),
+        ignored=sum(bool(word) for word in words[end + 1 :]),
+        newline="\r\n" if lines[0].text.endswith("\r\n") else "\n",
+    )
+
+
+def _expand(file: Path, main: Path, above: tuple[Path, ...], files: list[Path]) -> list[Line]:
+    if file.resolve() in above:
+        raise InputError("includes itself", where=str(file))
+    try:
+        raw = file.read_bytes()
+    except OSError as exc:
+        raise InputError(f"cannot be read ({exc.strerror})", where=str(file)) from exc
+    files.append(file)
+    texts = [text.decode("latin-1") for text in raw.splitlines(keepends=True)]  # str.splitlines breaks at more
+    if texts:
+        texts[0] = texts[0].removeprefix(_BOM)
+    out: list[Line] = []
+    number = 0
+    while number < len(texts):
+        line = Line(texts[number], file, number + 1)
+        number += 1
+        statement = _INCLUDE.match(line.text)
+        if statement is None:
+            out.append(line)
+            continue
+        name, used = _include_name([line.text[statement.end() :], *texts[number : number + 20]], line.place)
+        number += used - 1
+        included = _resolve(name, main, file, line.place)
+        out += _expand(included, main, (*above, file.resolve()), files)
+        if out and not out[-1].text.endswith(("\n", "\r")):
+            out[-1] = out[-1]._replace(text=out[-1].text + "\n")
+    return out
+
+
+def _include_name(texts: Sequence[str], place: str) -> tuple[str, int]:
+    """The name an INCLUDE gives, and the number of lines it takes; a quoted name goes on until its closing quote."""
+    first = texts[0].strip()
+    quote = first[:1]
+    if quote not in ("'", '"'):
+        name, used = first.split("$")[0].strip(), 1
+    else:
+        name, used = first[1:], 1
+        while quote not in name:
+            if used == len(texts):
+                raise InputError("INCLUDE lacks its closing quote", where=place)
+            name, used = name + texts[used].strip(), used + 1
+        name = name[: name.index(quote)]
+    if not name.strip():
+        raise InputError("INCLUDE names no file", where=place)
+    return name.strip(), used
+
+
+def _resolve(name: str, main: Path, parent: Path, place: str) -> Path:
+    """The file a name stands for, relative to the main file or to the one that includes it.
+
+    Solvers differ in which of the two they take for a nested INCLUDE, so where both exist nobody can know.
+    """
+    symbol = re.match(r"\$?(\w\w+):(?![\\/]{2})(.*)|\$\{?(\w+)\}?[\\/](.*)", name)
+    if symbol:
+        variable, rest = symbol[1] or symbol[3], symbol[2] if symbol[1] else symbol[4]
+        if variable not in os.environ:
+            raise InputError(
+                f"INCLUDE '{name}': the environment has no variable {variable}",
+                where=place,
+                hint=f"set {variable}, or write the path itself",
+            )
+        name = f"{os.environ[variable]}/{rest}"
+    found: dict[Path, Path] = {}
+    for folder in (main.parent, parent.parent):
+        for spelled in (name, name.replace("\\", "/")):
+            if (folder / spelled).is_file():
+                found.setdefault((folder / spelled).resolve(), folder / spelled)
+                break
+    if not found:
+        raise InputError(f"INCLUDE of a file that does not exist: {main.parent / name}", where=place)
+    if len(found) > 1:
+        raise InputError(
+            f"INCLUDE '{name}' can be {' or '.join(str(f) for f in found.values())}",
+            where=place,
+            hint="Nastran versions differ in which they take: rename one, or write an absolute path",
+        )
+    return next(iter(found.values()))

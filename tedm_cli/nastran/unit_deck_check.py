@@ -1,0 +1,87 @@
+"""Read a written unit-load deck back and compare it with the model and the areas it was made from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.errors import InputError
+from tedm_cli.nastran.geometry import id_list
+from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.temperature_sets import STEP_K
+from tedm_cli.nastran.unit_deck import SourceModel, UnitDeck
+
+_OWN = ("TEMP", "TEMPD", "PARAM", "ENDDATA")
+_TABLES = ("nodes", "elements", "rigid_elements", "masses", "properties", "materials", "coords", "spcs", "mpcs")
+
+
+def verify_unit_deck(written: Path, out: Path, source: SourceModel, deck: UnitDeck) -> None:
+    """Refuse a deck that does not read back as the model with these unit loads; `out` is its name in messages.
+
+    Raises
+    ------
+    InputError : another set of cards, grids, elements, properties or constraints than the model's; other subcases,
+        labels, constraints, temperatures or reference than the unit loads'.
+    """
+    try:
+        model = read_deck(written, cross_reference=False)
+    except InputError as exc:
+        raise InputError(exc.fact, where=exc.where.replace(str(written), str(out)), hint=exc.hint) from exc
+    problem = _structure_problem(source.model, model) or _load_problem(model, source, deck)
+    if problem:
+        raise InputError(
+            f"does not read back as it was meant, so it is not written: {problem}",
+            where=str(out),
+            hint="report this with the model, or simplify the cards named",
+        )
+
+
+def _structure_problem(wanted: Any, found: Any) -> str:
+    for table in _TABLES:
+        differ = set(getattr(wanted, table)) ^ set(getattr(found, table))
+        if differ:
+            return f"{table} {id_list(sorted(differ))}"
+    for name in ("spcs", "mpcs"):
+        for sid, cards in getattr(wanted, name).items():
+            if len(cards) != len(getattr(found, name)[sid]):
+                return f"{name[:-1].upper()} {sid}"
+    counts = [Counter({k: n for k, n in m.card_count.items() if k not in _OWN}) for m in (wanted, found)]
+    differ = {name for name in counts[0] | counts[1] if counts[0][name] != counts[1][name]}
+    if differ:
+        return ", ".join(f"{counts[0][n]} {n} in the model, {counts[1][n]} in the deck" for n in sorted(differ))
+    moved = [i for i, grid in wanted.nodes.items() if not np.array_equal(grid.xyz, found.nodes[i].xyz)]
+    if moved:
+        return f"coordinates of grids {id_list(moved)}"
+    post = found.params.get("POST")
+    return "" if post is not None and post.values[0] == -1 else "PARAM,POST is not -1"
+
+
+def _load_problem(model: Any, source: SourceModel, deck: UnitDeck) -> str:
+    if model.sol != 101:
+        return f"SOL {model.sol}"
+    subcases = {int(n): s for n, s in model.case_control_deck.subcases.items() if n != 0}
+    if sorted(subcases) != list(range(1, len(deck.cases) + 1)):
+        return f"subcases {id_list(sorted(subcases))}"
+    for number, (label, sid, ids) in enumerate(deck.cases, start=1):
+        subcase = subcases[number]
+        if str(subcase.get_parameter("LABEL")[0]) != label:
+            return f"label of subcase {number}"
+        if subcase.get_parameter("TEMPERATURE(LOAD)")[0] != sid:
+            return f"TEMPERATURE(LOAD) of subcase {number}"
+        for key in ("SPC", "MPC", "SUPORT1"):
+            chosen = subcase.get_parameter(key)[0] if key in subcase.params else None
+            if chosen != source.control.sets.get(key):
+                return f"{key} of subcase {number}"
+        foreign = {"LOAD", "DEFORM", "TEMPERATURE", "TEMPERATURE(BOTH)"} & set(subcase.params)
+        if foreign:
+            return f"{', '.join(sorted(foreign))} in subcase {number}"
+        rest = float(model.tempds[sid].temperature)
+        temperature = {int(n): t for card in model.loads.get(sid, []) for n, t in card.temperatures.items()}
+        if rest != deck.reference_K or not np.array_equal(np.sort(list(temperature)), ids):
+            return f"temperatures of subcase {number} ({label})"
+        if not np.allclose(list(temperature.values()), rest + STEP_K, rtol=1e-14, atol=0.0):
+            return f"step of subcase {number} ({label})"
+    return ""

@@ -1,0 +1,200 @@
+"""solve --run: the user's own solver, as a script that behaves well or badly."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+from deck_tools import Outcome, bricks, plain, project, tedm
+
+from tedm_cli.nastran.reading import read_results
+from tedm_cli.stages.deck import write_deck
+from tedm_cli.stages.solve import solve_deck
+
+TAKEN = 'shutil.copy("../whole.op2", deck.with_suffix(".op2"))'
+FATAL = """
+ *** USER FATAL MESSAGE 9050 (SEKRRS)
+     RUN TERMINATED DUE TO EXCESSIVE PIVOT RATIOS
+
+ end
+"""
+SCRIPTS = {
+    "copies": f'print("solving", deck.name, "in", Path.cwd().name)\n{TAKEN}\nf06.write_text("NO FATAL WORD HERE")',
+    "capitals": 'shutil.copy("../whole.op2", deck.stem.upper() + ".OP2")',
+    "silent": "",
+    "returns 3": 'print("licence denied"); sys.exit(3)',
+    "fatal": f"f06.write_text({FATAL!r})\n{TAKEN}",
+    "part": 'shutil.copy("../part.op2", deck.with_suffix(".op2"))',
+    "broken": 'deck.with_suffix(".op2").write_bytes(b"\\4\\0\\0\\0" + bytes(200))',
+    "hangs": """
+        child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+        Path("pids").write_text(f"{os.getpid()} {child.pid}")
+        child.wait()
+        """,
+}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with its unit-load deck in `run`, its results in `whole.op2`, and two of the three in `part.op2`."""
+    folder = tmp_path_factory.mktemp("made") / "project"
+    deck = write_deck(project(folder, plain(bricks())), None).path
+    solve_deck(deck, folder / "whole.op2")
+    text = deck.read_text()
+    (folder / "part.bdf").write_text(text[: text.index("SUBCASE 3")] + text[text.index("BEGIN BULK") :])
+    solve_deck(folder / "part.bdf", folder / "part.op2")
+    return folder
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path) -> Path:
+    """A copy of it that a test may change."""
+    return Path(shutil.copytree(made, tmp_path / "project"))
+
+
+def solver(folder: Path, kind: str) -> str:
+    """The command that runs this solver."""
+    script = folder / "my solver.py"
+    script.write_text(
+        "import os, shutil, subprocess, sys\nfrom pathlib import Path\n"
+        f"deck = Path(sys.argv[1])\nf06 = deck.with_suffix('.f06')\n{textwrap.dedent(SCRIPTS[kind])}\n"
+    )
+    return f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{deck}} scr=yes"
+
+
+def solve(folder: Path, command: str, *more: str) -> Outcome:
+    return tedm("solve", "-c", folder / "tedm.toml", "--run", command, *more)
+
+
+def refused(outcome: Outcome, code: int, *pieces: str) -> None:
+    lines = outcome.err.splitlines()
+    assert outcome.code == code, outcome.err
+    assert [line.split(":")[0] for line in lines] == ["error", "hint"]
+    for piece in pieces:
+        assert piece in outcome.err
+
+
+@pytest.mark.parametrize("kind", ["copies", "capitals"])
+def test_results_come_to_their_place(folder: Path, kind: str) -> None:
+    """And the solver's own copy is gone."""
+    done = solve(folder, solver(folder, kind))
+    assert (done.code, done.err) == (0, "")
+    assert "3 subcases" in done.out
+    assert (folder / "results" / "unit_loads.op2").read_bytes() == (folder / "whole.op2").read_bytes()
+    assert not [p for p in (folder / "run").iterdir() if p.suffix.lower() == ".op2"]
+
+
+def test_the_embedded_solver_as_another_one(folder: Path) -> None:
+    """A solver that really reads the deck it is given, run from the deck's folder."""
+    command = "import sys; from pathlib import Path; from tedm_cli.stages.solve import solve_deck;"
+    command += "deck = Path(sys.argv[1]); solve_deck(deck, deck.with_suffix('.op2'))"
+    assert solve(folder, f"{shlex.quote(sys.executable)} -c {shlex.quote(command)} {{deck}}").code == 0
+    assert (folder / "results" / "unit_loads.op2").read_bytes() == (folder / "whole.op2").read_bytes()
+
+
+def test_what_the_solver_says_is_shown_on_request(folder: Path) -> None:
+    done = solve(folder, solver(folder, "copies"), "-v")
+    assert "solving unit_loads.bdf in run" in done.err
+    assert "solving" not in done.out
+
+
+@pytest.mark.parametrize(
+    ("kind", "pieces"),
+    [
+        ("returns 3", ["run/unit_loads.bdf", "exit code 3: licence denied"]),
+        ("fatal", ["a FATAL message: USER FATAL MESSAGE 9050 (SEKRRS); RUN TERMINATED DUE TO EXCESSIVE PIVOT RATIOS"]),
+        ("silent", ["without a new OP2", "batch=no"]),
+        ("part", ["lacks 1 of 3 subcases: 3"]),
+        ("broken", ["unit_loads.op2"]),
+    ],
+)
+def test_results_that_are_not_taken(folder: Path, kind: str, pieces: list[str]) -> None:
+    """One error; the results of the last good run stay."""
+    assert solve(folder, solver(folder, "copies")).code == 0
+    results = folder / "results" / "unit_loads.op2"
+    before = results.read_bytes()
+    refused(solve(folder, solver(folder, kind)), 4, *pieces)
+    assert results.read_bytes() == before
+
+
+@pytest.mark.parametrize("kind", ["fatal", "part", "silent", "copies"])
+def test_a_solver_that_writes_where_the_results_belong(folder: Path, kind: str) -> None:
+    """As when deck and op2 share folder and name. A failed run must not stand in for the last good one."""
+    toml = (folder / "model.toml").read_text()
+    (folder / "model.toml").write_text(toml.replace("results/unit_loads.op2", "run/unit_loads.op2"))
+    results = folder / "run" / "unit_loads.op2"
+    good = (folder / "whole.op2").read_bytes()
+    results.write_bytes(good)
+    assert solve(folder, solver(folder, kind)).code == (0 if kind == "copies" else 4)
+    assert results.read_bytes() == good
+    assert not (folder / "run" / "unit_loads.op2.before").exists()
+    assert (folder / "run" / "unit_loads.op2.failed").exists() == (kind in ("fatal", "part"))
+
+
+def test_results_from_before_the_run(folder: Path) -> None:
+    """An old OP2 and an old F06 with a FATAL message beside the deck are not those of this run."""
+    solve(folder, solver(folder, "copies"))
+    old = folder / "run" / "unit_loads.op2"
+    (folder / "results" / "unit_loads.op2").rename(old)
+    (folder / "run" / "unit_loads.f06").write_text(" *** USER FATAL MESSAGE 1 (OLD)\n")
+    refused(solve(folder, solver(folder, "silent")), 4, "without a new OP2", f"{old} is from before the run")
+    assert not (folder / "results" / "unit_loads.op2").exists()
+    assert solve(folder, solver(folder, "capitals")).code == 0
+    assert len(read_results(folder / "results" / "unit_loads.op2").displacements) == 3
+
+
+@pytest.mark.parametrize(
+    ("command", "piece"),
+    [
+        ("nastran scr=yes", "does not name the deck"),
+        ("no_such_nastran {deck}", "no program 'no_such_nastran'"),
+        ("nastran '{deck}", "No closing quotation"),
+        ("", "does not name the deck"),
+    ],
+)
+def test_commands_that_cannot_be_run(folder: Path, command: str, piece: str) -> None:
+    outcome = solve(folder, command)
+    assert outcome.code == 2
+    assert piece in outcome.err
+
+
+def test_no_shell_sees_the_command(folder: Path) -> None:
+    solve(folder, solver(folder, "silent") + " ; touch broken")
+    assert not (folder / "run" / "broken").exists()
+
+
+def gone(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks at processes through /proc")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_ends_the_solver_and_what_it_started(folder: Path, number: int, code: int) -> None:
+    arguments = ["solve", "-c", str(folder / "tedm.toml"), "--run", solver(folder, "hangs")]
+    ours = subprocess.Popen([sys.executable, "-m", "tedm_cli.cli", *arguments], stderr=subprocess.PIPE, text=True)
+    pids = folder / "run" / "pids"
+    deadline = time.monotonic() + 60
+    while not (pids.exists() and len(pids.read_text().split()) == 2):
+        assert time.monotonic() < deadline
+        assert ours.poll() is None
+        time.sleep(0.05)
+    started = [int(word) for word in pids.read_text().split()]
+    os.kill(ours.pid, number)
+    _, err = ours.communicate(timeout=60)
+    assert ours.returncode == code
+    assert "Traceback" not in err
+    while not all(gone(pid) for pid in started):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert not (folder / "results").exists()
