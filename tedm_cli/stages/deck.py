@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.areas import read_area_csv
+from tedm_cli.areas.csv_file import read_area_csv
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError

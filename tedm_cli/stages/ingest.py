@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.areas import area_attributes
+from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS as KIND
