@@ -31,7 +31,7 @@ def write_deck(
     from tedm_cli.stages.deck import write_deck as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
-    say(quiet, f"{done.path}: {done.areas} unit loads and the uniform load on {done.grids:,} grids")
+    say(quiet, f"{done.path}: {done.areas} unit loads and the uniform load on {done.grids:,} grids", *done.notes)
 
 
 @app.command()

@@ -34,6 +34,7 @@ def _ranges_increase(value: Ids | None) -> Ids | None:
 
 Open = Annotated[float, Field(allow_inf_nan=True)]
 Interval = Annotated[list[Open], Field(min_length=2, max_length=2)]
+Angles = Annotated[list[float], Field(min_length=2, max_length=2)]
 Id = PositiveInt | Annotated[str, Field(pattern=r"^[1-9][0-9]{0,8}:[1-9][0-9]{0,8}$")]
 Ids = Id | Annotated[list[Id], Field(min_length=1)]
 
@@ -49,7 +50,7 @@ class BoxTable(Strict):
     """Closed ranges of coordinates in a coordinate system of the deck (0: the basic frame); one left out is open.
 
     x_m, y_m, z_m in rectangular systems; r_m, theta_deg, z_m in cylindrical ones; r_m, theta_deg (from the z axis),
-    phi_deg in spherical ones. `inf` and `-inf` are open ends. Angles are in degrees as in Nastran, modulo 360.
+    phi_deg in spherical ones. `inf` and `-inf` are open ends of lengths. Angles are in degrees and modulo 360.
     """
 
     frame: Annotated[int, Field(ge=0)] = 0
@@ -57,8 +58,8 @@ class BoxTable(Strict):
     y_m: Interval | None = None
     z_m: Interval | None = None
     r_m: Interval | None = None
-    theta_deg: Interval | None = None
-    phi_deg: Interval | None = None
+    theta_deg: Angles | None = None
+    phi_deg: Angles | None = None
 
     _order = field_validator("x_m", "y_m", "z_m", "r_m", "theta_deg", "phi_deg")(_increasing)
 
