@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-from pydantic import Field, PositiveInt, field_validator, model_validator
+from pydantic import AfterValidator, Field, PositiveInt, field_validator, model_validator
 
 from tedm_cli.config.base import Strict
 
-AREA_NAME = r"^[A-Za-z][A-Za-z0-9_.-]{0,55}$"
+AREA_NAME = r"[A-Za-z][A-Za-z0-9_.-]{0,55}"
+
+
+def _area_name(value: str) -> str:
+    if not re.fullmatch(AREA_NAME, value):
+        raise ValueError(f"must begin with a letter and hold letters, digits, _ . - (at most 56), found {value[:60]!r}")
+    return value
 
 
 def _increasing(value: list[float]) -> list[float]:
@@ -111,7 +118,7 @@ class SelectionTable(Strict):
 class DefinitionTable(SelectionTable):
     """One thermal area: grids that meet the criteria, and those of each selection in `also`; or all that is left."""
 
-    name: Annotated[str, Field(pattern=AREA_NAME)]
+    name: Annotated[str, AfterValidator(_area_name)]
     also: list[SelectionTable] = Field(default_factory=list)
     remainder: bool = False
 

@@ -94,7 +94,7 @@ def _joined(parts: list[tuple[Ints, Ints]], width: int) -> tuple[Ints, Ints]:
 def _rim(face: Ints) -> Ints:
     edges = np.sort(np.stack([face, np.roll(face, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     edges, count = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)
-    return edges[count == 1]
+    return np.asarray(edges[count == 1], dtype=np.int64)
 
 
 def _keys(face: Ints) -> Ints:

@@ -62,12 +62,7 @@ def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
     pids = [max(int(getattr(e, "pid", None) or 0), 0) for e in elements]  # pyNastran gives CONROD a negative one
     mids = [int(e.Mid()) if p == 0 and hasattr(e, "mid") else 0 for e, p in zip(elements, pids, strict=True)]
     flat = np.array([n for row in nodes for n in row], dtype=np.int64)
-    pairs = [
-        (int(pid), int(mid))
-        for pid, prop in sorted(model.properties.items())
-        for mid in (getattr(prop, "material_ids", None) or [])
-        if mid
-    ]
+    pairs = [(int(pid), int(mid)) for pid, prop in sorted(model.properties.items()) for mid in _materials(prop)]
     sets: dict[int, list[tuple[str, str, IntArray]]] = {}
     for sid, entry in _sets(model):
         sets.setdefault(sid, []).append(entry)
@@ -86,6 +81,12 @@ def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
         ).reshape(-1, 3),
         frames=_frames(model) if positions else {},
     )
+
+
+def _materials(prop: Any) -> list[int]:
+    """Materials of a property: of every layer of a laminate, of membrane, bending and shear of a plate, else the one."""
+    found = getattr(prop, "material_ids", None) or [getattr(prop, "mid", None), *(getattr(prop, "mids", None) or [])]
+    return [int(mid) for mid in found if mid]
 
 
 def _frames(model: Any) -> dict[int, tuple[str, FloatArray, FloatArray]]:
