@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Okabe and Ito (2008) and a grey, those most unlike first; a ninth group begins again.
-_HUES = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#8C8C8C", "#D55E00", "#56B4E9", "#F0E442")
+# Okabe and Ito (2008), with a grey and a brown in place of their black and light blue; a ninth group begins again.
+_HUES = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#4D4D4D", "#D55E00", "#F0E442", "#7A4A12")
 # Towards white (positive) or black; those most unlike first.
 _LEVELS = (0.1, 0.6, -0.28, 0.36, 0.78)
 LEFT_OUT = (1.0, 0.0, 1.0)  # magenta: of no group, and hard to overlook

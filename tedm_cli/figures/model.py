@@ -232,13 +232,15 @@ def _annotate(axes: Axes, model: AreaModel, raster: Raster, edge: Sequence[float
     taken = np.zeros(raster.label.shape, dtype=bool)
     point = _DPI * _FINE / 72
     places = []
-    for area, found in enumerate(ndimage.find_objects(raster.label + 1, max_label=len(model.name))):
+    coarse = raster.label[::_FINE, ::_FINE]
+    for area, found in enumerate(ndimage.find_objects(coarse + 1, max_label=len(model.name))):
         if found is not None:
-            inner = ndimage.distance_transform_edt(np.pad(raster.label[found] == area, 1))[1:-1, 1:-1]
+            inner = ndimage.distance_transform_edt(np.pad(coarse[found] == area, 1))[1:-1, 1:-1]
             # Where there is about as much room as anywhere, next to the middle.
             roomy, whole = np.argwhere(inner >= 0.75 * inner.max()), np.argwhere(inner > 0).mean(axis=0)
             y, x = roomy[((roomy - whole) ** 2).sum(axis=1).argmin()]
-            places.append((-float(inner.max()), area, int(y) + found[0].start, int(x) + found[1].start))
+            row, column = (int(y) + found[0].start) * _FINE, (int(x) + found[1].start) * _FINE
+            places.append((-float(inner.max()), area, row, column))
     for _, area, row, column in sorted(places):  # those with most room first
         name, number = model.name[area], str(area + 1)
         for text, size, need, ground in ((name, _NAME_PT, 0.98, area), (number, _NUMBER_PT, 0.6, BACKGROUND)):

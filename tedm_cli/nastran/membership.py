@@ -84,7 +84,7 @@ def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
 
 
 def _materials(prop: Any) -> list[int]:
-    """Materials of a property: of every layer of a laminate, of membrane, bending and shear of a plate, else the one."""
+    """Materials of a property: of all layers of a laminate; of membrane, bending and shear of a plate; else the one."""
     found = getattr(prop, "material_ids", None) or [getattr(prop, "mid", None), *(getattr(prop, "mids", None) or [])]
     return [int(mid) for mid in found if mid]
 
