@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -266,6 +267,13 @@ def test_refused(row: Membership, tables: list[dict[str, Any]], place: str, fact
         define(row, *({"name": f"A{i}", **t} for i, t in enumerate(tables)))
     assert place in [p for p, _ in caught.value.problems], caught.value.problems
     assert any(fact in f for p, f in caught.value.problems if p == place), caught.value.problems
+
+
+def test_the_documented_example_is_one() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "areas.md").read_text(encoding="utf-8")
+    example = "\n".join(line[4:] for line in text.splitlines() if line.startswith("    "))
+    found = validate(Document, {"areas": {**RULES, **tomllib.loads(example)["areas"]}}, where="areas.md").areas
+    assert [d.name for d in found.define] == ["PANEL", "BENCH_PLUS_Y", "STRUT_1", "TUBE", "REST"]
 
 
 def test_all_problems_at_once(row: Membership) -> None:
