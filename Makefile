@@ -101,7 +101,7 @@ $(OP2): $(UNIT_DECK)
 	$(TEDM) solve $(OPTIONS) $(if $(NASTRAN),--run '$(NASTRAN)')
 endif
 
-$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
+$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
 	$(TEDM) ingest $(OPTIONS)
 
 $(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML)

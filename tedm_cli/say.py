@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from tedm_cli.gravity.requirements import DcVerdict
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.stages.accuracy import AccuracyResult
+    from tedm_cli.stages.areas import AreaSummary
     from tedm_cli.stages.audit import AuditSummary
     from tedm_cli.stages.optics import OpticsSummary
     from tedm_cli.stages.self_gravity import PointField
@@ -29,6 +30,33 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[in
         return "  ".join(padded).rstrip()
 
     return [line(head), "  ".join("-" * w for w in widths), *(line(r) for r in rows)]
+
+
+def area_lines(done: AreaSummary) -> list[str]:
+    """Table of the thermal areas, and whether they are a partition of the structural grids."""
+    t = done.table
+    rows = [
+        (
+            str(t.name[i]),
+            f"{done.grids[i]:,}",
+            f"{done.mass_kg[i]:.6g}",
+            *(f"{v:.4f}" for v in done.centroid_m[i]),
+            *(str(column[i]) for column in (t.group, t.shield, t.side)),
+        )
+        for i in range(len(t))
+    ]
+    total = ("total", f"{done.grids.sum():,}", f"{done.mass_kg.sum():.6g}", *[""] * 6)
+    head = ("area", "grids", "kg", "x m", "y m", "z m", "group", "shield", "side")
+    left = len(done.found.left)
+    return [
+        f"{done.source}: areas of {done.origin}",
+        *table(head, [*rows, total], right=(1, 2, 3, 4, 5)),
+        f"centroid: mean of the grids; mass: shared among grids, {done.total_kg - done.mass_kg.sum():.6g} of"
+        f" {done.total_kg:.6g} kg on grids of no area",
+        *(f"note: {line}" for line in done.found.lines()),
+        f"{done.structural - left:,} of {done.structural:,} structural grids are in exactly one area"
+        + ("" if done.is_partition else f", {left:,} in none"),
+    ]
 
 
 def case_lines(path: Path, result: CaseResult) -> list[str]:

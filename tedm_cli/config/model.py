@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.config.areas import AreasTable
 from tedm_cli.config.base import Strict, load
 from tedm_cli.errors import ConfigError
 from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
@@ -24,8 +25,9 @@ Positive = Annotated[float, Field(gt=0)]
 class ModelTable(Strict):
     """Where the finite-element model and its unit-load results are; `{build_dir}` stands for the build folder.
 
-    `bdf` and `areas_csv` (node_id,area) are what `write-deck` reads. `deck` and `op2` are the unit-load deck and its
-    results, the user's own where Nastran solved them; left out, they are made in the build folder.
+    `bdf` is what `write-deck` reads; `areas_csv` (node_id,area) defines areas, before those of `[[areas.define]]`.
+    `deck` and `op2` are the unit-load deck and its results, the user's own where Nastran solved them; left out, they
+    are made in the build folder.
     `reference_temperature_K`: where unit loads start instead of TREF. `constraints_of_subcase`: the subcase of `bdf`
     whose constraints all unit loads have, where its subcases differ.
     """
@@ -38,22 +40,6 @@ class ModelTable(Strict):
     reference_temperature_K: float | None = None
     constraints_of_subcase: Annotated[int, Field(ge=1)] | None = None
     subcases: dict[str, int] = Field(default_factory=dict)
-
-
-class AreaRule(Strict):
-    """Attributes of the thermal areas whose name matches; the first rule that matches an area holds."""
-
-    match: str
-    group: str
-    shield: Literal["inside", "outside"]
-    side: Literal["+y", "-y", "mid"] | None = None
-
-
-class AreasTable(Strict):
-    """`mid_half_width_m`: an area whose centroid is closer than this to y = 0 is on neither side."""
-
-    mid_half_width_m: Annotated[float, Field(ge=0)] = 1e-3
-    rule: Annotated[list[AreaRule], Field(min_length=1)]
 
 
 def _orthonormal_axes(value: list[list[float]] | None) -> list[list[float]] | None:

@@ -51,15 +51,22 @@ def style() -> Any:
 
 def svg(figure: Figure, title: str, sources: Sequence[str]) -> bytes:
     """The figure as SVG. `sources` says what it was drawn from, and can be read back with `sources_of`."""
-    metadata = {
-        "Date": None,
-        "Title": title,
-        "Creator": f"tedm {__version__}, matplotlib {mpl.__version__}",
-        "Source": "; ".join(sources),
-    }
+    return _saved(figure, "svg", {"Date": None, **_metadata("Creator", title, sources)})
+
+
+def png(figure: Figure, title: str, sources: Sequence[str]) -> bytes:
+    """The figure as PNG in its own resolution, with the same metadata."""
+    return _saved(figure, "png", _metadata("Software", title, sources))
+
+
+def _metadata(maker: str, title: str, sources: Sequence[str]) -> dict[str, str]:
+    return {"Title": title, maker: f"tedm {__version__}, matplotlib {mpl.__version__}", "Source": "; ".join(sources)}
+
+
+def _saved(figure: Figure, form: str, metadata: dict[str, Any]) -> bytes:
     stream = io.BytesIO()
     with style():
-        figure.savefig(stream, format="svg", metadata=metadata)
+        figure.savefig(stream, format=form, metadata=metadata)
     return stream.getvalue()
 
 

@@ -28,3 +28,19 @@ def local_basis(kind: str, local: FloatArray) -> FloatArray:
         ct, st = np.cos(theta), np.sin(theta)
         columns = [[st * c, st * s, ct], [ct * c, ct * s, -st], [-s, c, zero]]
     return np.stack([np.stack(col, axis=-1) for col in columns], axis=-1)
+
+
+def local_coordinates(kind: str, local: FloatArray) -> dict[str, FloatArray]:
+    """Coordinates [n] of points `local` [n,3], given in a frame's own Cartesian axes, by their name in configurations.
+
+    R: x_m, y_m, z_m; C: r_m, theta_deg, z_m; S: r_m, theta_deg (from z), phi_deg. Angles are in degrees, as on
+    Nastran's GRID cards.
+    """
+    x, y, z = local.T
+    if kind == "R":
+        return {"x_m": x, "y_m": y, "z_m": z}
+    around = np.degrees(np.arctan2(y, x))
+    if kind == "C":
+        return {"r_m": np.hypot(x, y), "theta_deg": around, "z_m": z}
+    polar = np.degrees(np.arctan2(np.hypot(x, y), z))
+    return {"r_m": np.linalg.norm(local, axis=1), "theta_deg": polar, "phi_deg": around}

@@ -18,8 +18,6 @@ from tedm_cli.nastran.geometry import Grids, IntArray, grids, id_list, rows_of
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
 
-_HEAD = "SOL 101\nCEND\nBEGIN BULK\n"
-
 
 @dataclass(frozen=True)
 class SourceModel:
@@ -47,7 +45,9 @@ class UnitDeck:
     notes: tuple[str, ...]
 
 
-def read_source(path: Path, scratch: Path, constraints_of_subcase: int | None = None) -> SourceModel:
+def read_source(
+    path: Path, scratch: Path, constraints_of_subcase: int | None = None, *, cross_reference: bool = False
+) -> SourceModel:
     """Read a model of any solution, with its INCLUDEs, as the base of unit loads.
 
     Its bulk data are written to the file `scratch` for pyNastran, which cannot follow every INCLUDE.
@@ -62,22 +62,26 @@ def read_source(path: Path, scratch: Path, constraints_of_subcase: int | None = 
     bulk, notes = kept_bulk(sections.bulk)
     if sections.ignored:
         notes.append(f"{sections.ignored} lines after ENDDATA are no part of the model")
-    model = _read_bulk(sections.bulk, path, scratch)
+    model = _read_model(control, sections.bulk, path, scratch, cross_reference)
     _check_model(model, control, str(path))
     found = grids(model, list(sections.files))
     return SourceModel(sections, control, tuple(bulk), model, found, (*control.notes, *notes))
 
 
-def _read_bulk(lines: tuple[Line, ...], path: Path, scratch: Path) -> Any:
-    """The bulk data through `read_deck`; places in its messages become those of the user's files."""
-    scratch.write_bytes((_HEAD + "".join(line.text for line in lines)).encode("latin-1"))
+def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: Path, cross_reference: bool) -> Any:
+    """The case control that stays (its SETs may define areas) and the bulk data through `read_deck`.
+
+    Places in messages become those of the user's files.
+    """
+    head = "\n".join(["SOL 101", "CEND", *control.lines, "BEGIN BULK", ""])
+    scratch.write_bytes((head + "".join(line.text for line in lines)).encode("latin-1"))
     try:
-        return read_deck(scratch, cross_reference=False)
+        return read_deck(scratch, cross_reference=cross_reference)
     except InputError as exc:
         where = exc.where.replace(str(scratch), str(path))
         number = exc.where.removeprefix(f"{scratch}:")
-        if number.isdigit() and int(number) > _HEAD.count("\n"):
-            where = lines[int(number) - _HEAD.count("\n") - 1].place
+        if number.isdigit() and int(number) > head.count("\n"):
+            where = lines[int(number) - head.count("\n") - 1].place
         raise InputError(exc.fact, where=where, hint=exc.hint) from exc
 
 

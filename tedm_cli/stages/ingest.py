@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.areas import area_attributes
+from tedm_cli.areas.attributes import area_attributes
+from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS as KIND
@@ -56,12 +57,16 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     check_test_masses(config.test_masses(), geometry.position_m[geometry.lumped_kg > 0], where=str(project.model))
     loads = deck_unit_loads(model, geometry, config.model.uniform_label)
     areas = loads.areas
+    if defines_areas(config):
+        warmed = {a.label: geometry.grid_id[a.rows] for a in areas}
+        require_agreement(configured_areas(project, config, model, geometry), warmed, geometry, where=str(deck))
+    listed = area_csv(project, config)
     wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
     centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
     table = area_attributes([a.label for a in areas], centroids, config.areas, where=str(project.model))
     out = out_path(project, UNIT_LOADS, output)
-    with create(out, KIND, provenance([config_file], [*files, *results])) as writer:
+    with create(out, KIND, provenance([config_file], [*files, *([listed] if listed else []), *results])) as writer:
         _write_geometry(writer, geometry)
         _write_areas(writer, geometry, areas, centroids)
         for column in ("name", "group", "shield", "side"):

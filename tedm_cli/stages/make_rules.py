@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tedm_cli.areas.configured import area_csv
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
@@ -19,13 +20,15 @@ def make_rules(project: Project, output: Path | None) -> Path:
     deck = project.resolve(model.model.deck)
     results = [project.resolve(p) for p in model.model.op2]
     own = all("{build_dir}" in p for p in (model.model.deck, *model.model.op2))
-    sources = [project.resolve(p) for p in (model.model.bdf, model.model.areas_csv) if p is not None]
+    listed = area_csv(project, model)
+    sources = [*([] if model.model.bdf is None else [project.resolve(model.model.bdf)]), *([listed] if listed else [])]
     blocks = compensation_file(project, model)
     lines = [
         f"MODEL_TOML := {project.model}",
         f"OPTICS_TOML := {project.optics}",
         f"CASES_TOML := {project.cases}",
         f"MODEL_SOURCES := {' '.join(str(s) for s in sources) if own else ''}",
+        f"AREAS_CSV := {listed or ''}",
         f"UNIT_DECK := {deck}",
         f"OP2 := {' '.join(str(r) for r in results)}",
         f"SOLVED_BY_TEDM := {'yes' if own else ''}",

@@ -11,7 +11,7 @@ def chain(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
     folder = tmp_path_factory.mktemp("chain") / "small"
     folder.mkdir()
-    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml"):
+    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
         shutil.copy(SMALL / name, folder)
     for name in ("optics.toml", "cases.toml"):
         shutil.copy(CONFIGS / name, folder)

@@ -17,7 +17,7 @@ from tedm_cli.contracts import KINDS
 
 FILES = sorted(STAGES.values())
 INPUTS = {
-    "unit_loads.h5": {"model.toml", "unit_loads.bdf", "unit_loads.op2"},
+    "unit_loads.h5": {"model.toml", "unit_loads.bdf", "unit_loads.op2", "ltp_small_areas.csv"},
     "distortion.h5": {"optics.toml", "unit_loads.h5"},
     "sensitivity.h5": {"model.toml", "unit_loads.h5", "distortion.h5"},
     "optics.h5": {"optics.toml", "distortion.h5"},

@@ -13,7 +13,7 @@ from border_tools import CONFIGS, MODEL_TOML, SMALL
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from tedm_cli.areas import read_area_csv
+from tedm_cli.areas.csv_file import read_area_csv
 from tedm_cli.config.base import validate
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.model import ModelConfig

@@ -29,6 +29,7 @@ def with_mass(folder: Path, grid: int) -> Project:
     (folder / "unit_loads.bdf").write_text(deck.replace("ENDDATA", card + "ENDDATA"), encoding="ascii")
     model = (SMALL / "model.toml").read_text(encoding="utf-8")
     model = model.replace('op2 = ["unit_loads.op2"]', f'op2 = ["{(SMALL / "unit_loads.op2").resolve()}"]')
+    model = model.replace('"ltp_small_areas.csv"', f'"{(SMALL / "ltp_small_areas.csv").resolve()}"')
     (folder / "model.toml").write_text(model, encoding="utf-8")
     project = (SMALL / "tedm.toml").read_text(encoding="utf-8")
     configs = (SMALL / "../../configs").resolve()

@@ -1,22 +1,20 @@
-"""Thermal areas: their definition in a CSV, and their attributes by name pattern."""
+"""The CSV of thermal areas: one line node_id,area per grid."""
 
 from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
-from fnmatch import fnmatchcase
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.config.model import AreasTable
-from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.noise.areas import AreaTable
+from tedm_cli.config.areas import AREA_NAME
+from tedm_cli.errors import InputError
 
 _GRID_ID = re.compile(r"[1-9][0-9]{0,8}")  # Nastran's ids have at most nine digits
-_AREA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,55}")
+_AREA_NAME = re.compile(AREA_NAME)
 
 
 def read_area_csv(path: Path) -> dict[str, NDArray[np.int64]]:
@@ -61,37 +59,7 @@ def read_area_csv(path: Path) -> dict[str, NDArray[np.int64]]:
     return {name: np.array(sorted(ids), dtype=np.int64) for name, ids in out.items()}
 
 
-def area_attributes(
-    names: Sequence[str], centroids_m: NDArray[np.float64], table: AreasTable, *, where: str
-) -> AreaTable:
-    """Group, shield and side of each area from the first rule whose pattern matches its name.
-
-    The side comes from the centroid [k,3] (basic frame) where the rule does not give it.
-
-    Raises
-    ------
-    ConfigError : areas that no rule matches, and rules that match no area.
-    """
-    problems = []
-    used = set()
-    group, shield, side = [], [], []
-    for name, centroid in zip(names, centroids_m, strict=True):
-        number = next((i for i, r in enumerate(table.rule) if fnmatchcase(name, r.match)), None)
-        if number is None:
-            problems.append(("areas.rule", f"no rule matches the thermal area '{name}'"))
-            continue
-        rule = table.rule[number]
-        used.add(number)
-        group.append(rule.group)
-        shield.append(rule.shield)
-        y = float(centroid[1])
-        side.append(rule.side or ("mid" if abs(y) < table.mid_half_width_m else "+y" if y > 0 else "-y"))
-    for number, rule in enumerate(table.rule):
-        if number not in used:
-            taken = any(fnmatchcase(name, rule.match) for name in names)
-            fact = "matches no thermal area" + (" that an earlier rule has left over" if taken else "")
-            problems.append((f"areas.rule[{number}].match", f"'{rule.match}' {fact}"))
-    if problems:
-        shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
-        raise ConfigError(problems, where=where, hint=f"the model's areas: {shown}")
-    return AreaTable(name=np.array(names), group=np.array(group), shield=np.array(shield), side=np.array(side))
+def area_csv_text(areas: Mapping[str, NDArray[np.int64]]) -> str:
+    """Grid ids of each area as `read_area_csv` reads them, areas in their order."""
+    rows = [f"{grid},{name}" for name, ids in areas.items() for grid in ids]
+    return "\n".join(["node_id,area", *rows]) + "\n"

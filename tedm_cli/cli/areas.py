@@ -1,0 +1,50 @@
+"""The command on thermal areas. Stages are imported inside, so that --help is quick."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tedm_cli.cli.app import (
+    DEFAULT_BUILD,
+    DEFAULT_CONFIG,
+    BuildDir,
+    Config,
+    Json,
+    Quiet,
+    Verbose,
+    app,
+    open_project,
+    say,
+)
+
+
+@app.command()
+def areas(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write node_id,area to this CSV file.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="Draw the model coloured by area (.svg or .png).")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Thermal areas of the model.
+
+    Grids, mass, centroid and attributes of each area, from the definitions on the model to be solved, or else from the
+    TEMP cards of the unit-load deck. Needs no results. Grids in no area are an error, told after the table.
+    """
+    from tedm_cli.say import area_lines
+    from tedm_cli.stages.areas import areas as stage
+
+    done = stage(open_project(config, build_dir, verbose), output, figure)
+    if as_json:
+        print(json.dumps(done.as_dict(), indent=1))
+    else:
+        say(quiet, *area_lines(done))
+    done.require_partition()

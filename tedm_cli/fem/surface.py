@@ -1,0 +1,104 @@
+"""The outer surface of a finite-element model: free faces of its solids, its plates, and its line elements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.fem.shapes import CARDS, corner_count
+
+Ints = NDArray[np.int64]
+
+# Corners of the faces by card, seen from outside counter-clockwise; a triangle repeats its last corner.
+_HEXA = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+_PENTA = [(0, 2, 1, 1), (3, 4, 5, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
+_TETRA = [(0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)]
+_PYRAM = [(0, 3, 2, 1), (0, 1, 4, 4), (1, 2, 4, 4), (2, 3, 4, 4), (3, 0, 4, 4)]
+_SOLID = {"CHEXA": _HEXA, "CPENTA": _PENTA, "CTETRA": _TETRA, "CPYRAM": _PYRAM}
+_PLATE = {3: [(0, 1, 2, 2)], 4: [(0, 1, 2, 3)]}
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Faces and lines by rows of the grid table.
+
+    face : [F, 4], corners in order; a triangle repeats its last. Faces of solids are counter-clockwise from outside.
+    solid : [F], whether a face is of a solid (else of a plate); face_element : [F], row of the element.
+    line : [L, 2]; line_element : [L].
+    rim : [R, 2], edges that only one plate has.
+    """
+
+    face: Ints
+    solid: NDArray[np.bool_]
+    face_element: Ints
+    line: Ints
+    line_element: Ints
+    rim: Ints
+
+
+def outer_surface(card: Sequence[str], node_offset: Ints, node_index: Ints) -> Surface:
+    """Outer surface of a mesh by its corners; faces that two solids share, whatever their cards, are inside.
+
+    Parameters
+    ----------
+    card : [E], Nastran card names; other cards with two nodes count as lines, others still are left out.
+    node_offset, node_index : ragged connectivity, [E + 1] and [M] rows of the grid table, corners first.
+    """
+    names, kind = np.unique(np.array(card, dtype=object).astype(str), return_inverse=True)
+    counts = np.diff(node_offset)
+    solid, plate, line = [], [], []
+    for number, name in enumerate(names):
+        members = np.flatnonzero(kind.reshape(-1) == number)
+        corners = corner_count(str(name))
+        shape = CARDS[str(name)][0].dimension if corners is not None else 0
+        if name in _SOLID:
+            solid.append(_faces(_SOLID[str(name)], members, node_offset, node_index))
+        elif shape == 2 and corners is not None:
+            plate.append(_faces(_PLATE[corners], members, node_offset, node_index))
+        else:
+            line.append(_faces([(0, 1)], members[counts[members] == 2], node_offset, node_index))
+    face, element = _joined(solid, 4)
+    key = _keys(face)
+    _, index, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    free = (count[index.reshape(-1)] == 1) & (key[:, 2] != _NONE)  # a face collapsed to an edge has no area
+    shells, shell_element = _joined(plate, 4)
+    lines, line_element = _joined(line, 2)
+    return Surface(
+        np.concatenate([face[free], shells]),
+        np.arange(free.sum() + len(shells)) < free.sum(),
+        np.concatenate([element[free], shell_element]),
+        lines,
+        line_element,
+        _rim(shells),
+    )
+
+
+_NONE = np.iinfo(np.int64).max
+
+
+def _faces(pattern: Sequence[tuple[int, ...]], members: Ints, offset: Ints, index: Ints) -> tuple[Ints, Ints]:
+    table = np.array(pattern, dtype=np.int64)
+    rows = offset[members][:, None, None] + table
+    return index[rows].reshape(-1, table.shape[1]), np.repeat(members, len(table))
+
+
+def _joined(parts: list[tuple[Ints, Ints]], width: int) -> tuple[Ints, Ints]:
+    empty = (np.zeros((0, width), dtype=np.int64), np.zeros(0, dtype=np.int64))
+    faces, elements = zip(empty, *parts, strict=True)
+    return np.concatenate(faces), np.concatenate(elements)
+
+
+def _rim(face: Ints) -> Ints:
+    edges = np.sort(np.stack([face, np.roll(face, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edges, count = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)
+    return np.asarray(edges[count == 1], dtype=np.int64)
+
+
+def _keys(face: Ints) -> Ints:
+    """Distinct corners in ascending order, so that a triangle and a quadrilateral collapsed to it are the same."""
+    key = np.sort(face, axis=1)
+    key[:, 1:][key[:, 1:] == key[:, :-1]] = _NONE
+    return np.sort(key, axis=1)

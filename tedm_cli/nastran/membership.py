@@ -1,0 +1,114 @@
+"""What the grids of a deck belong to: sets, elements with their properties and materials, coordinate systems."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.nastran.frames import FloatArray, local_coordinates
+from tedm_cli.nastran.geometry import Grids, IntArray, rows_of
+
+_KINDS = {"GRID": "grid", "ELEM": "element", "ELEMENT": "element", "PROP": "property", "PROPERTY": "property"}
+
+
+@dataclass(frozen=True, eq=False)
+class Membership:
+    """Grids of a deck by what they belong to.
+
+    grid_id [N] ascending; structural [N]: corners of elements. element_id [E] ascending, property_id [E] (0: none);
+    node_offset [E+1] and node_index: rows of the grid table. property_materials: (property, material) pairs [P,2];
+    element_material [E]: of elements without property (0: none). sets: by id, (where it stands, what its ids are, ids).
+    position_m [N,3] (basic frame) and frames (type, origin [3], axes [3,3] as rows): empty unless asked for.
+    """
+
+    grid_id: IntArray
+    structural: NDArray[np.bool_]
+    element_id: IntArray
+    property_id: IntArray
+    node_offset: IntArray
+    node_index: IntArray
+    property_materials: IntArray
+    element_material: IntArray
+    sets: dict[int, list[tuple[str, str, IntArray]]]
+    position_m: FloatArray
+    frames: dict[int, tuple[str, FloatArray, FloatArray]]
+
+    def of_material(self, material: IntArray) -> NDArray[np.bool_]:
+        """Elements [E] that have one of these materials in any layer."""
+        pairs = self.property_materials
+        with_it = pairs[np.isin(pairs[:, 1], material), 0]
+        return np.isin(self.property_id, with_it) | np.isin(self.element_material, material)
+
+    def grids_of(self, elements: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Grids [N] of the elements chosen [E]."""
+        mask = np.zeros(len(self.grid_id), dtype=bool)
+        mask[self.node_index[np.repeat(elements, np.diff(self.node_offset))]] = True
+        return mask
+
+    def coordinates(self, frame: int) -> dict[str, FloatArray]:
+        """Coordinates [N] of all grids in a coordinate system, by name."""
+        kind, origin, axes = self.frames[frame]
+        return local_coordinates(kind, (self.position_m - origin) @ axes.T)
+
+
+def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
+    """Membership of a model's grids; with `positions` the model must be cross-referenced."""
+    elements = [model.elements[i] for i in sorted(model.elements)]
+    nodes = [[int(n) for n in e.node_ids if n] for e in elements]
+    pids = [max(int(getattr(e, "pid", None) or 0), 0) for e in elements]  # pyNastran gives CONROD a negative one
+    mids = [int(e.Mid()) if p == 0 and hasattr(e, "mid") else 0 for e, p in zip(elements, pids, strict=True)]
+    flat = np.array([n for row in nodes for n in row], dtype=np.int64)
+    pairs = [(int(pid), int(mid)) for pid, prop in sorted(model.properties.items()) for mid in _materials(prop)]
+    sets: dict[int, list[tuple[str, str, IntArray]]] = {}
+    for sid, entry in _sets(model):
+        sets.setdefault(sid, []).append(entry)
+    return Membership(
+        grid_id=grids.grid_id,
+        structural=grids.structural,
+        element_id=np.array([int(e.eid) for e in elements], dtype=np.int64),
+        property_id=np.array(pids, dtype=np.int64),
+        node_offset=np.cumsum([0, *map(len, nodes)]),
+        node_index=rows_of(grids.grid_id, flat, where=str(grids.files[0]), what="an element"),
+        property_materials=np.array(pairs, dtype=np.int64).reshape(-1, 2),
+        element_material=np.array(mids, dtype=np.int64),
+        sets=sets,
+        position_m=np.array(
+            [model.nodes[int(i)].get_position() for i in grids.grid_id] if positions else [], dtype=float
+        ).reshape(-1, 3),
+        frames=_frames(model) if positions else {},
+    )
+
+
+def _materials(prop: Any) -> list[int]:
+    """Materials of a property: of all layers of a laminate; of membrane, bending and shear of a plate; else the one."""
+    found = getattr(prop, "material_ids", None) or [getattr(prop, "mid", None), *(getattr(prop, "mids", None) or [])]
+    return [int(mid) for mid in found if mid]
+
+
+def _frames(model: Any) -> dict[int, tuple[str, FloatArray, FloatArray]]:
+    return {
+        int(cid): (str(c.Type), np.array(c.origin, dtype=float), np.array(c.beta(), dtype=float))
+        for cid, c in model.coords.items()
+    }
+
+
+def _sets(model: Any) -> Iterator[tuple[int, tuple[str, str, IntArray]]]:
+    """SET1 and SET3 of the bulk data, and the sets of the case control; sets of neither grids nor elements are left."""
+    for sid, card in model.sets.items():
+        kind = _KINDS.get(str(card.desc).upper()) if card.type == "SET3" else "grid" if card.type == "SET1" else None
+        if kind is not None:
+            yield int(sid), (card.type, kind, np.unique(np.array(card.get_ids(), dtype=np.int64)))
+    control = model.case_control_deck
+    for number, subcase in sorted(control.subcases.items()) if control is not None else ():
+        place = f"SET of subcase {number}" if number else "SET of the case control"
+        for key in subcase.params:
+            if key.startswith("SET "):
+                ids, sid = subcase.get_parameter(key)
+                if all(isinstance(i, int) for i in ids):
+                    yield int(sid), (place, "grid", np.unique(np.array(ids, dtype=np.int64)))
+                elif ids == ["ALL"]:
+                    yield int(sid), (place, "grid", np.array(sorted(model.nodes), dtype=np.int64))

@@ -1,0 +1,163 @@
+"""Thermal areas on the command line: defined, shown, drawn, and held against the deck that was solved."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from border_tools import LEFT, RIGHT, SMALL, Project, replace, tedm, untouched
+
+from tedm_cli.areas.csv_file import read_area_csv
+
+DEFINE = """
+[[areas.define]]
+name = "LEFT"
+element = 1
+
+[[areas.define]]
+name = "RIGHT"
+remainder = true
+
+[[test_mass]]"""
+
+
+def defined(project: Project, text: str = DEFINE) -> Project:
+    """The two bricks with definitions in place of the CSV."""
+    replace(project.model, 'areas_csv = "areas.csv"\n', "")
+    replace(project.model, "\n[[test_mass]]", text)
+    return project
+
+
+def test_definitions_write_the_deck_of_the_csv(tiny: Project) -> None:
+    before = tiny.deck.read_bytes()
+    outcome = defined(tiny, DEFINE.replace("remainder = true", "element = 2")).run("write-deck").ok()
+    assert tiny.deck.read_bytes() == before
+    assert outcome.out.splitlines()[1:] == ["note: area RIGHT: 4 shared grids stay with earlier definitions (LEFT 4)"]
+    tiny.run("ingest").ok()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "pieces"),
+    [
+        (
+            "element = 1",
+            "box = { x_m = [0.0, 0.05] }",
+            ["area 'LEFT'", "4 grids are warmed but not defined: 5, 6, 7, 8"],
+        ),
+        (
+            'name = "RIGHT"',
+            'name = "REST"',
+            ["other thermal areas: REST defined, but not in the deck; RIGHT in the deck"],
+        ),
+    ],
+)
+def test_ingest_refuses_a_deck_of_other_areas(tiny: Project, old: str, new: str, pieces: list[str]) -> None:
+    defined(tiny)
+    replace(tiny.model, old, new)
+    if 'name = "REST"' in new:
+        replace(tiny.model, 'match = "RIGHT"', 'match = "R*"')
+    with untouched(tiny.folder):
+        tiny.run("ingest").refused(4, *pieces)
+
+
+def test_ingest_compares_the_csv_too(tiny: Project) -> None:
+    replace(tiny.folder / "areas.csv", "9,RIGHT", "9,LEFT")
+    with untouched(tiny.folder):
+        tiny.run("ingest").refused(4, "unit_loads.bdf", "area 'LEFT': 1 grids are defined but not warmed: 9 (1 more")
+    (tiny.folder / "areas.csv").unlink()
+    tiny.run("ingest").refused(4, "areas.csv: cannot be read")
+
+
+def test_names_are_compared_as_nastran_does(tiny: Project) -> None:
+    replace(tiny.deck, "LABEL = LEFT", "LABEL = Left")
+    replace(tiny.model, 'match = "LEFT"', 'match = "[Ll]*"')
+    tiny.run("ingest").ok()
+
+
+def test_table_needs_no_results_and_adds_up(tiny: Project) -> None:
+    """From the model and its definitions, from the CSV, and from the deck's TEMP cards: the same areas."""
+    tiny.op2.unlink()
+    found = [json.loads(tiny.run("areas", "--json").ok().out)]
+    replace(tiny.model, 'areas_csv = "areas.csv"\n', "")
+    found.append(json.loads(tiny.run("areas", "--json").ok().out))
+    replace(tiny.model, "\n[[test_mass]]", DEFINE)
+    tiny.deck.unlink()
+    found.append(json.loads(tiny.run("areas", "--json").ok().out))
+    assert found[0]["areas"] == found[1]["areas"] == found[2]["areas"]
+    assert [Path(f["deck"]).name for f in found] == ["model.bdf", "unit_loads.bdf", "model.bdf"]
+    left, right = found[0]["areas"]
+    assert (left["grids"], right["grids"]) == (len(LEFT), len(RIGHT))
+    np.testing.assert_allclose(left["centroid_m"], [0.05, 0.05, 0.05], rtol=0, atol=1e-15)
+    # Two bricks of 2.7 kg; the plane between them is the left area's.
+    assert left["mass_kg"] == pytest.approx(2.7 * 1.5, rel=1e-12)
+    assert left["mass_kg"] + right["mass_kg"] == pytest.approx(found[0]["model_kg"], rel=1e-12)
+    assert found[0]["is_partition"]
+    assert found[0]["structural_grids"] == 12
+
+
+def test_csv_goes_round(tiny: Project) -> None:
+    tiny.run("areas", "-o", tiny.folder / "out.csv", "-q").ok()
+    before, after = read_area_csv(tiny.folder / "areas.csv"), read_area_csv(tiny.folder / "out.csv")
+    assert before.keys() == after.keys()
+    assert all(np.array_equal(before[k], after[k]) for k in before)
+
+
+def test_leftovers_are_shown_before_they_are_refused(tiny: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The table and the picture are what one needs to define the rest; the CSV would be of no use."""
+    defined(tiny, DEFINE.replace("remainder = true", "box = { x_m = [0.15, 0.3], y_m = [-inf, 0.05] }"))
+    monkeypatch.setattr("tedm_cli.figures.model._DPI", 40)
+    csv, figure = tiny.folder / "out.csv", tiny.folder / "out.svg"
+    outcome = tiny.run("areas", "-o", csv, "--figure", figure)
+    assert "10 of 12 structural grids are in exactly one area, 2 in none" in outcome.out
+    outcome.refused(4, "model.bdf: 2 structural grids are in no thermal area: 10, 11", hint="remainder = true")
+    assert not csv.exists()
+    assert "magenta: grids in no area" in figure.read_text()
+    tiny.run("write-deck").refused(4, "2 structural grids are in no thermal area: 10, 11")
+
+
+def test_figure_formats(tiny: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tedm_cli.figures.model._DPI", 40)
+    for name, start in (("a.svg", b"<?xml"), ("a.png", b"\x89PNG")):
+        tiny.run("areas", "-q", "--figure", tiny.folder / name).ok()
+        first = (tiny.folder / name).read_bytes()
+        assert first.startswith(start)
+        tiny.run("areas", "-q", "--figure", tiny.folder / name).ok()
+        assert (tiny.folder / name).read_bytes() == first
+    assert all(label in (tiny.folder / "a.svg").read_text() for label in ("LEFT", "RIGHT", "x (m)", "from +z"))
+    with untouched(tiny.folder):
+        tiny.run("areas", "--figure", tiny.folder / "a.pdf").refused(2, ".svg or .png")
+
+
+def test_what_is_shown_is_what_is_ingested(chain: Project) -> None:
+    shown = json.loads(tedm("areas", "-c", SMALL / "tedm.toml", "--json").ok().out)
+    with h5py.File(chain.build / "unit_loads.h5") as file:
+        area = file["area"]
+        assert [a["name"] for a in shown["areas"]] == list(area["name"].asstr())
+        for key in ("group", "shield", "side"):
+            assert [a[key] for a in shown["areas"]] == list(area[key].asstr())
+        np.testing.assert_allclose([a["mass_kg"] for a in shown["areas"]], area["mass"], rtol=1e-14)
+        np.testing.assert_allclose([a["centroid_m"] for a in shown["areas"]], area["centroid"], rtol=0, atol=1e-15)
+
+
+def test_definitions_on_a_deck_solved_by_another_program(mini_ltp_dir: Path, tmp_path: Path, tiny: Project) -> None:
+    """Its areas by their properties: the panel, the boxes' tops, the struts; the bench by boxes."""
+    text = tiny.model.read_text()
+    head = f'[model]\nbdf = "{(mini_ltp_dir / "mini_ltp.bdf").resolve()}"\n[areas]\n'
+    head += 'rule = [{ match = "*", group = "all", shield = "inside" }]\n'
+    tables = [
+        'name = "TOP_PANEL"\nproperty = 5',
+        'name = "STRUTS"\nproperty = 7',
+        'name = "IS1"\nproperty = 3\nbox = { x_m = [-inf, 0.0] }',
+        'name = "REST"\nremainder = true',
+    ]
+    defines = "".join(f"[[areas.define]]\n{t}\n" for t in tables)
+    tiny.model.write_text(head + defines + text[text.index("[[test_mass]]") :])
+    shown = json.loads(tiny.run("areas", "--json").ok().out)
+    reference = json.loads((mini_ltp_dir / "areas.json").read_text())
+    sizes = {a["name"]: a["grids"] for a in shown["areas"]}
+    assert sizes["TOP_PANEL"] == len(reference["TOP_PANEL"])
+    assert sizes["STRUTS"] == sum(len(ids) for name, ids in reference.items() if name.startswith("STRUT"))
+    assert sum(sizes.values()) == shown["structural_grids"]
