@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.frames import displacement_axes
+from tedm_cli.nastran.frames import displacement_axes, rounded_off_axis
 from tedm_cli.nastran.geometry import FloatArray, ModelGeometry, id_list
 from tedm_cli.nastran.results import GridMotion, SubcaseTable, clean_label, open_results
 from tedm_cli.nastran.unit_loads import UnitLoad
@@ -55,6 +56,7 @@ def unit_load_displacements(
                 place = f"{path}: subcase {table.subcase} (area '{load.label}')"
                 motion = _on_grids(read(table), load, geometry, place).reshape(-1, 2, 3)
                 if axes is not None and not table.is_basic:
+                    _check_axes(geometry, place)
                     motion = np.einsum("nij,naj->nai", axes, motion)
                 yield load, motion[:, 0], motion[:, 1]
 
@@ -108,6 +110,23 @@ def _check_complete(loads: Sequence[UnitLoad], seen: Mapping[str, Path], op2_fil
         )
 
 
+def _check_axes(geometry: ModelGeometry, place: str) -> None:
+    near = rounded_off_axis(geometry.position_m, geometry.displacement_frame, geometry.frames)
+    bad = np.nonzero(near & _needed(geometry))[0]
+    if bad.size:
+        frame = geometry.displacement_frame[bad[0]]
+        raise InputError(
+            f"{bad.size} grids are on the axis of their displacement frame but for rounding:"
+            f" {id_list(geometry.grid_id[bad])} (CD {frame}); the solver took its directions there from the rounding",
+            where=place,
+            hint="give grids on an axis a rectangular displacement frame (CD), and solve again",
+        )
+
+
+def _needed(geometry: ModelGeometry) -> NDArray[np.bool_]:
+    return np.asarray(geometry.structural | geometry.tied | (geometry.lumped_kg > 0))
+
+
 def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: str) -> FloatArray:
     """Motion [N,6] on the grids of the model, whatever the order and the number of grids in the table."""
     ids = got.grid_id
@@ -130,7 +149,7 @@ def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: s
         )
     if np.unique(ids).size != ids.size:
         raise InputError("a grid occurs twice", where=place)
-    absent = geometry.structural | geometry.tied | (geometry.lumped_kg > 0)
+    absent = _needed(geometry)
     absent[rows] = False
     if absent.any():
         limit = "" if load.output in ("", "ALL") else f"; the deck limits the output by DISPLACEMENT = {load.output}"

@@ -11,8 +11,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Frame = tuple[str, FloatArray, FloatArray]
 
-# A grid this near to the axis of a curvilinear frame lies on it: the rest is the rounding of the frame's definition.
-ON_AXIS_M = 1e-10
+# A grid this near to the axis of a curvilinear frame is on it but for rounding.
+_ROUNDING_M = 1e-10
 
 
 def local_basis(kind: str, local: FloatArray) -> FloatArray:
@@ -20,13 +20,13 @@ def local_basis(kind: str, local: FloatArray) -> FloatArray:
 
     `kind`: R rectangular; C cylindrical (r, theta, z); S spherical (r, theta from z, phi about z). On the axis of a
     curvilinear frame, where the angle is undefined, the unit vectors are the frame's own Cartesian axes (Nastran
-    Quick Reference Guide, remarks on CORD2C and CORD2S: "the defining rectangular system").
+    Quick Reference Guide, remarks on CORD2C and CORD2S: "the defining rectangular system"); on it means exactly on it.
     """
     n = len(local)
     basis = np.tile(np.eye(3), (n, 1, 1))
     if kind == "R":
         return basis
-    off = np.hypot(local[:, 0], local[:, 1]) > ON_AXIS_M
+    off = np.hypot(local[:, 0], local[:, 1]) > 0.0
     x, y, z = local[off].T
     phi = np.arctan2(y, x)
     c, s = np.cos(phi), np.sin(phi)
@@ -61,4 +61,22 @@ def displacement_axes(
         rows = np.nonzero(displacement_frame == cid)[0]
         local = (position_m[rows] - origin) @ axes.T
         out[rows] = np.einsum("ai,nab->nib", axes, local_basis(kind, local))
+    return out
+
+
+def rounded_off_axis(
+    position_m: FloatArray, displacement_frame: IntArray, frames: Mapping[int, Frame]
+) -> NDArray[np.bool_]:
+    """Grids [N] that lie off the axis of their curvilinear displacement frame by no more than rounding.
+
+    A solver that finds them off the axis by some 1e-17 takes its angle from that (MSC Nastran does): the directions of
+    their displacements are those of its rounding, which nobody else can know.
+    """
+    out = np.zeros(len(position_m), dtype=bool)
+    for cid in np.unique(displacement_frame):
+        kind, origin, axes = frames[int(cid)]
+        if kind != "R":
+            rows = np.nonzero(displacement_frame == cid)[0]
+            distance = np.hypot(*((position_m[rows] - origin) @ axes[:2].T).T)
+            out[rows] = (distance > 0.0) & (distance < _ROUNDING_M)
     return out

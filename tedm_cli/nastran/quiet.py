@@ -27,5 +27,18 @@ def fact_of(exc: Exception, chatter: str) -> str:
         if telling
         else "no reason given"
     )
-    card = re.search(r"problem adding \['(\w+)', '(\w+)'", chatter)
-    return f"{fact} ({type(exc).__name__}{f' at {card[1]} {card[2]}' if card else ''})"
+    printed = re.search(r"problem adding \['(\w+)', '(\w+)'", chatter)
+    card = " ".join(printed.groups()) if printed else _card_of(exc)
+    return f"{fact} ({type(exc).__name__}{f' at {card}' if card else ''})"
+
+
+def _card_of(exc: BaseException) -> str:
+    """Name and number of the bulk data card that pyNastran was adding, which it does not always say."""
+    trace = exc.__traceback__
+    while trace is not None:
+        here = trace.tb_frame.f_locals
+        if "card_name" in here and here.get("card_lines"):
+            fields = re.findall(r"[^\s,*]+", str(here["card_lines"][0]))
+            return f"{here['card_name']} {fields[1] if len(fields) > 1 else ''}".strip()
+        trace = trace.tb_next
+    return ""

@@ -17,7 +17,10 @@ _REFUSED_BULK = {
     **dict.fromkeys(("TEMPADD", "TEMPEX", "TEMPT", "TEMPBC"), "is not read: give each subcase a set of TEMP and TEMPD"),
     **dict.fromkeys(("NSM", "NSM1", "NSML", "NSML1", "NSMADD"), _ON_PROPERTY),
     "CONM1": "full mass matrices are not read: use CONM2",
-    **dict.fromkeys(("SESET", "SEELT", "SETREE", "SELOC", "RELEASE"), "superelements are not read: solve in one piece"),
+    **dict.fromkeys(
+        ("SESET", "SEELT", "SETREE", "SELOC", "SEMPLN", "SEBULK", "SECONCT", "SEBNDRY", "CSUPER", "RELEASE"),
+        "superelements are not read: solve the model in one piece",
+    ),
 }
 
 
@@ -78,6 +81,8 @@ def _scan(path: Path) -> None:
             place = f"{file}:{number}"
             if name in _REFUSED_BULK:
                 raise InputError(f"{name} card: {_REFUSED_BULK[name]}", where=place)
+            if re.match(r"\s*(BEGIN\s+)?SUPER\s*=\s*\d", line, re.I):
+                raise InputError(f"{' '.join(line.split())}: {_REFUSED_BULK['SESET']}", where=place)
             if name.startswith("SUBCOM"):
                 raise InputError("SUBCOM: a unit load must not combine subcases", where=place, hint="remove it")
             if name.startswith("INCLUDE"):

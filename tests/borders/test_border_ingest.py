@@ -35,7 +35,7 @@ DECKS = {
     "no temperature": ("  TEMPERATURE(LOAD) = 2\n", "", ["subcase 2 (area 'RIGHT')", "selects no temperatures"]),
     "unknown set": ("TEMPERATURE(LOAD) = 2", "TEMPERATURE(LOAD) = 55", ["area 'RIGHT'", "temperature set 55"]),
     "grid in two areas": ("ENDDATA", "TEMP,2,3,1.\nENDDATA", ["1 of 12 grids", ": 3 (the first in LEFT, RIGHT)"]),
-    "uneven step": ("      12      1.\nTEMPD          3", "      12      2.\nTEMPD          3", ["RIGHT", "by 1 to 2 K"]),
+    "uneven step": ("12      1.\nTEMPD", "12      2.\nTEMPD", ["area 'RIGHT'", "by 1 to 2 K"]),
     "two temperatures": ("ENDDATA", "TEMP,2,9,2.\nENDDATA", ["area 'RIGHT'", "grid 9 1 K and 2 K"]),
     "unknown grid": ("ENDDATA", "TEMP,2,333,1.\nENDDATA", ["area 'RIGHT'", "333"]),
     "TEMPD off TREF": ("TEMPD          1      0.", "TEMPD          1     20.", ["subcase 1", "20 K", "TREF is 0 K"]),
