@@ -227,13 +227,20 @@ def clean_label(label: str) -> str:
 
 
 def _titles(header: bytes, model: Any) -> tuple[str, str, str]:
-    """Title, subtitle and label of a header record; 64-bit files keep four characters to the word."""
+    """Title, subtitle and label of a header record."""
     size = model.op2_reader.size
-    text = header[50 * size :]
-    if size == 8:
-        text = np.frombuffer(text, np.uint8).reshape(-1, 8)[:, :4].tobytes()
-    plain = text.decode("latin-1")
-    return plain[:128], plain[128:256], plain[256:384]
+    fields = (header[50 * size + i * 32 * size :][: 32 * size] for i in range(3))
+    title, subtitle, label = (_text(f, size).decode("latin-1") for f in fields)
+    return title, subtitle, label
+
+
+def _text(field: bytes, size: int) -> bytes:
+    """Text of a field of words; 64-bit files have four characters to the word (NX), or eight (MSC)."""
+    if size == 4:
+        return field
+    words = np.frombuffer(field, np.uint8).reshape(-1, 8)
+    interlaced = np.isin(words[:, 4:], (0, ord(" "))).all()
+    return words[:, :4].tobytes() if interlaced else field[: len(field) // 2]
 
 
 def _integers(model: Any) -> str:

@@ -68,8 +68,14 @@ def rename(table: str) -> Callable[[list[bytes]], list[bytes]]:
     ]
 
 
-def converted(data: bytes, *, order: str = "<", word: int = 4, version: bytes | None = None) -> bytes:
-    """The same results in another byte order and word length (4 or 8); text of 64-bit files has 4 characters a word."""
+def converted(
+    data: bytes, *, order: str = "<", word: int = 4, version: bytes | None = None, dense: bool = False
+) -> bytes:
+    """The same results in another byte order and word length (4 or 8).
+
+    Text of 64-bit files has 4 characters to the word, or (`dense`, but for the words that begin the file) 8 and blanks
+    behind. `version`: 8 characters in place of those of MSC.
+    """
 
     def integers(payload: bytes) -> bytes:
         return np.frombuffer(payload, "<i4").astype(f"{order}i{word}").tobytes()
@@ -77,12 +83,16 @@ def converted(data: bytes, *, order: str = "<", word: int = 4, version: bytes | 
     def text(payload: bytes) -> bytes:
         return payload if word == 4 else b"".join(payload[i : i + 4].ljust(8) for i in range(0, len(payload), 4))
 
+    def name(payload: bytes) -> bytes:
+        return payload.ljust(len(payload) * 2) if dense else text(payload)
+
     out, rows = [], False
     for payload in records(data):
         size = len(payload)
         printable = payload[:8].isascii() and payload[:5].strip().isalnum()
         if size == HEADER:
-            out.append(integers(payload[:TEXT_FROM]) + text(payload[TEXT_FROM:]))
+            fields = (payload[i : i + 128] for i in range(TEXT_FROM, HEADER, 128))
+            out.append(integers(payload[:TEXT_FROM]) + b"".join(name(f) for f in fields))
             rows = True
             continue
         if rows and size % 32 == 0:
@@ -94,9 +104,9 @@ def converted(data: bytes, *, order: str = "<", word: int = 4, version: bytes | 
         elif payload.startswith(b"NASTRAN FORT"):
             out.append(text(payload))
         elif size == 8 and printable:
-            out.append(text(version.ljust(8) if version and payload.startswith(b"XXXX") else payload))
+            out.append(text((version or payload).ljust(8)) if payload.startswith(b"XXXX") else name(payload))
         elif size == 28 and printable:
-            out.append(text(payload[:8]) + integers(payload[8:]))
+            out.append(name(payload[:8]) + integers(payload[8:]))
         else:
             out.append(integers(payload))
         if size > 4:
