@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,7 @@ def cartesian(kind: str, q: Array) -> Array:
     return np.array([rim.real, rim.imag, q[0] * np.cos(np.radians(q[1]))])
 
 
+@cache
 def frame(cid: int) -> tuple[str, Array, Array]:
     """Type, origin and axes (columns) in the basic frame."""
     if cid == 0:

@@ -257,10 +257,10 @@ def with_seven(cases: list[tuple[int, str, np.ndarray]]) -> list[tuple[int, str,
 def test_memory_does_not_grow_with_the_number_of_subcases(tmp_path: Path) -> None:
     """Listing holds headers, reading one subcase at a time."""
     peaks = {}
-    ids = np.arange(1, 4001)
-    for count in (3, 24):
+    ids = np.arange(1, 2001)
+    for count in (2, 12):
         path = tmp_path / f"{count}.op2"
-        write_op2(path, ids, [(i + 1, f"A{i}", np.full((4000, 6), 1e-6)) for i in range(count)])
+        write_op2(path, ids, [(i + 1, f"A{i}", np.full((2000, 6), 1e-6)) for i in range(count)])
         with open_results(path) as (tables, read_table):
             read_table(tables[0])
             tracemalloc.start()
@@ -268,5 +268,5 @@ def test_memory_does_not_grow_with_the_number_of_subcases(tmp_path: Path) -> Non
                 read_table(table)
             peaks[count] = tracemalloc.get_traced_memory()[1]
             tracemalloc.stop()
-    assert peaks[24] < 1.2 * peaks[3]
-    assert peaks[24] < 4 * ids.size * 6 * 8
+    assert peaks[12] < 1.2 * peaks[2]
+    assert peaks[12] < 4 * ids.size * 6 * 8
