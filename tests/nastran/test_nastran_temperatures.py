@@ -145,5 +145,8 @@ def test_nothing_is_printed(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], recwarn: pytest.WarningsRecorder
 ) -> None:
     loads(tmp_path, PLAIN + "\nCONM2,60,3,0,1.5")
+    for twice in ("GRID,1,,5.,5.,5.", "CROD,90001,99,3,3"):
+        with pytest.raises(InputError, match="cannot read the deck"):
+            loads(tmp_path, f"{PLAIN}\n{twice}")
     assert capfd.readouterr() == ("", "")
     assert not recwarn.list
