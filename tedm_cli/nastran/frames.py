@@ -19,8 +19,8 @@ def local_basis(kind: str, local: FloatArray) -> FloatArray:
     """Unit vectors [n,3,3] (columns) of a frame at points `local` [n,3] given in its own Cartesian axes.
 
     `kind`: R rectangular; C cylindrical (r, theta, z); S spherical (r, theta from z, phi about z). On the axis of a
-    curvilinear frame, where the angle is undefined, the unit vectors are the frame's own Cartesian axes (Nastran
-    Quick Reference Guide, remarks on CORD2C and CORD2S: "the defining rectangular system"); on it means exactly on it.
+    curvilinear frame, where the angle is undefined, the unit vectors are the frame's own Cartesian axes
+    (OptiStruct Reference Guide, remarks on CORD1S: the defining rectangular system); on it means exactly on it.
     """
     n = len(local)
     basis = np.tile(np.eye(3), (n, 1, 1))
@@ -69,7 +69,7 @@ def rounded_off_axis(
 ) -> NDArray[np.bool_]:
     """Grids [N] that lie off the axis of their curvilinear displacement frame by no more than rounding.
 
-    A solver that finds them off the axis by some 1e-17 takes its angle from that (MSC Nastran does): the directions of
+    A solver that finds them off the axis by some 1e-17 takes its angle from that (seen in real results): the directions of
     their displacements are those of its rounding, which nobody else can know.
     """
     out = np.zeros(len(position_m), dtype=bool)

@@ -130,7 +130,7 @@ def _damage(path: Path) -> Iterator[None]:
                 raise InputError(
                     f"an OP2 of a Nastran that pyNastran does not recognise: {fact}",
                     where=str(path),
-                    hint="MSC, NX (Simcenter), OptiStruct, Autodesk and MYSTRAN files are read (PARAM,POST,-1)",
+                    hint="files of MSC, NX (Simcenter), OptiStruct and MYSTRAN are read (PARAM,POST,-1)",
                 ) from exc
             raise InputError(
                 f"truncated or damaged; pyNastran says: {fact}",
