@@ -69,8 +69,8 @@ def rounded_off_axis(
 ) -> NDArray[np.bool_]:
     """Grids [N] that lie off the axis of their curvilinear displacement frame by no more than rounding.
 
-    A solver that finds them off the axis by some 1e-17 takes its angle from that (seen in real results): the directions of
-    their displacements are those of its rounding, which nobody else can know.
+    A solver that finds them off the axis by some 1e-17 takes its angle from that (seen in real results): the directions
+    of their displacements are those of its rounding, which nobody else can know.
     """
     out = np.zeros(len(position_m), dtype=bool)
     for cid in np.unique(displacement_frame):
