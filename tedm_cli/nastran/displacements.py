@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.frames import local_basis
+from tedm_cli.nastran.frames import displacement_axes, rounded_off_axis
 from tedm_cli.nastran.geometry import FloatArray, ModelGeometry, id_list
-from tedm_cli.nastran.reading import read_results
+from tedm_cli.nastran.results import GridMotion, SubcaseTable, clean_label, open_results
 from tedm_cli.nastran.unit_loads import UnitLoad
 
-_STRUCTURAL_GRID = 1  # grid type in the OP2; 2 marks scalar points
+_LABEL_KEPT = 64  # Nastran writes no more than this of a LABEL
 
 
 def unit_load_displacements(
@@ -25,35 +25,80 @@ def unit_load_displacements(
 ) -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
     """Yield (unit load, translation [N,3] m, rotation [N,3] rad) for every load, in the order of the OP2 files.
 
-    Subcases are matched by `subcase_table` (area name to subcase id), else by LABEL without regard to case, never by
-    order; every area of `subcase_table` is among `loads`. Displacements of grids the OP2 leaves out stay zero when
-    those grids carry neither stiffness nor mass.
+    Which subcase is which load is settled from the headers of all files before the first displacement is read, and one
+    subcase is held at a time. Subcases are matched by `subcase_table` (area name to subcase id), else by LABEL without
+    regard to case, never by order; every area of `subcase_table` is among `loads`. Displacements of grids the OP2
+    leaves out stay zero when those grids have no element, no rigid element and no mass.
 
     Raises
     ------
-    InputError : a load without result, a result without load, a result given twice, missing grids, NaN or infinity.
+    InputError : what `open_results` refuses, a load without result, a result without load, a result given twice,
+        missing grids, NaN or infinity.
     """
-    by_label = {load.label.upper(): load for load in loads}
-    by_subcase = {number: by_label[area.upper()] for area, number in (subcase_table or {}).items()}
+    matched: list[tuple[Path, dict[int, UnitLoad]]] = []
     seen: dict[str, Path] = {}
-    rotation = _to_basic(geometry)
+    find = _Matching(loads, subcase_table or {})
     for path in op2_files:
-        results = read_results(path)
-        for key in sorted(results.displacements):
-            table = results.displacements[key]
-            load = by_subcase.get(int(key)) if subcase_table else by_label.get(_label(table).upper())
-            if load is None:
-                name = f"label '{_label(table)}'" if _label(table) else "no label"
-                raise InputError(
-                    f"subcase {int(key)} ({name}) belongs to no thermal area of the deck",
-                    where=str(path),
-                    hint="label the subcases with the area names, or give [model.subcases] area = id",
-                )
-            if load.label in seen:
-                raise InputError(f"area '{load.label}' was already in {seen[load.label]}", where=str(path))
-            seen[load.label] = path
-            yield load, *_motion(table, int(key), load, geometry, rotation, path)
-        results.displacements.clear()
+        with open_results(path) as (tables, _):
+            mine = {}
+            for table in tables:
+                load = mine[table.subcase] = find.load(table, path)
+                if load.label in seen:
+                    raise InputError(f"area '{load.label}' was already in {seen[load.label]}", where=str(path))
+                seen[load.label] = path
+            matched.append((path, mine))
+    _check_complete(loads, seen, op2_files)
+    axes = displacement_axes(geometry.position_m, geometry.displacement_frame, geometry.frames)
+    for path, mine in matched:
+        with open_results(path) as (tables, read):
+            for table in tables:
+                load = mine[table.subcase]
+                place = f"{path}: subcase {table.subcase} (area '{load.label}')"
+                motion = _on_grids(read(table), load, geometry, place).reshape(-1, 2, 3)
+                if axes is not None and not table.is_basic:
+                    _check_axes(geometry, place)
+                    motion = np.einsum("nij,naj->nai", axes, motion)
+                yield load, motion[:, 0], motion[:, 1]
+
+
+class _Matching:
+    """Finds the unit load of a subcase."""
+
+    def __init__(self, loads: Sequence[UnitLoad], table: Mapping[str, int]) -> None:
+        by_name = {load.label.upper(): load for load in loads}
+        self.by_subcase = {number: by_name[area.upper()] for area, number in table.items()}
+        self.by_label: dict[str, list[UnitLoad]] = {}
+        for load in loads:
+            self.by_label.setdefault(_key(load.label), []).append(load)
+
+    def load(self, table: SubcaseTable, path: Path) -> UnitLoad:
+        if self.by_subcase:
+            found = [self.by_subcase[table.subcase]] if table.subcase in self.by_subcase else []
+        else:
+            found = self.by_label.get(_key(table.label), [])
+            exact = [load for load in found if clean_label(load.label).upper() == table.label.upper()]
+            found = exact or found
+        if len(found) == 1:
+            return found[0]
+        name = f"label '{table.label}'" if table.label else "no label"
+        fact = f"subcase {table.subcase} ({name}) belongs to no thermal area of the deck"
+        if found:
+            fact = (
+                f"subcase {table.subcase} ({name}) may be any of {', '.join(load.label for load in found)}:"
+                f" Nastran keeps {_LABEL_KEPT} characters of a LABEL"
+            )
+        raise InputError(
+            fact,
+            where=str(path),
+            hint="label the subcases with the area names, or give [model.subcases] area = id",
+        )
+
+
+def _key(label: str) -> str:
+    return clean_label(label).upper()[:_LABEL_KEPT].strip()
+
+
+def _check_complete(loads: Sequence[UnitLoad], seen: Mapping[str, Path], op2_files: Sequence[Path]) -> None:
     missing = [load for load in loads if load.label not in seen]
     if missing:
         names = ", ".join(f"'{m.label}' (subcase {m.subcase})" for m in missing[:5])
@@ -65,28 +110,29 @@ def unit_load_displacements(
         )
 
 
-def _label(table: Any) -> str:
-    """The subcase's LABEL; pyNastran appends `SUBCASE n` and padding to some dialects' labels."""
-    label = str(getattr(table, "label", "") or "").strip()
-    head, _, tail = label.rpartition("SUBCASE")
-    return head.strip() if head.strip() and tail.strip().isdigit() else label
+def _check_axes(geometry: ModelGeometry, place: str) -> None:
+    near = rounded_off_axis(geometry.position_m, geometry.displacement_frame, geometry.frames)
+    bad = np.nonzero(near & _needed(geometry))[0]
+    if bad.size:
+        frame = geometry.displacement_frame[bad[0]]
+        raise InputError(
+            f"{bad.size} grids are on the axis of their displacement frame but for rounding:"
+            f" {id_list(geometry.grid_id[bad])} (CD {frame}); the solver took its directions there from the rounding",
+            where=place,
+            hint="give grids on an axis a rectangular displacement frame (CD), and solve again",
+        )
 
 
-def _motion(
-    table: Any,
-    subcase: int,
-    load: UnitLoad,
-    geometry: ModelGeometry,
-    to_basic: FloatArray | None,
-    path: Path,
-) -> tuple[FloatArray, FloatArray]:
-    place = f"{path}: subcase {subcase} (area '{load.label}')"
-    grid = np.asarray(table.node_gridtype)
-    keep = grid[:, 1] == _STRUCTURAL_GRID
-    ids = grid[keep, 0].astype(np.int64)
-    data = np.asarray(table.data[0][keep], dtype=float)
-    if not np.isfinite(data).all():
-        bad = ids[~np.isfinite(data).all(axis=1)]
+def _needed(geometry: ModelGeometry) -> NDArray[np.bool_]:
+    return np.asarray(geometry.structural | geometry.tied | (geometry.lumped_kg > 0))
+
+
+def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: str) -> FloatArray:
+    """Motion [N,6] on the grids of the model, whatever the order and the number of grids in the table."""
+    ids = got.grid_id
+    finite = np.isfinite(got.motion).all(axis=1)
+    if not finite.all():
+        bad = ids[~finite]
         raise InputError(
             f"{bad.size} of {len(ids):,} displacements are NaN or infinite: grid {id_list(bad)}",
             where=place,
@@ -103,36 +149,15 @@ def _motion(
         )
     if np.unique(ids).size != ids.size:
         raise InputError("a grid occurs twice", where=place)
-    got = np.zeros(len(geometry.grid_id), dtype=bool)
-    got[rows] = True
-    needed = geometry.structural | (geometry.lumped_kg > 0)
-    absent = geometry.grid_id[needed & ~got]
-    if absent.size:
+    absent = _needed(geometry)
+    absent[rows] = False
+    if absent.any():
+        limit = "" if load.output in ("", "ALL") else f"; the deck limits the output by DISPLACEMENT = {load.output}"
         raise InputError(
-            f"{absent.size} grids have no displacement: {id_list(absent)}",
+            f"{absent.sum()} grids have no displacement: {id_list(geometry.grid_id[absent])}{limit}",
             where=place,
             hint="request DISPLACEMENT(PLOT) = ALL",
         )
     motion = np.zeros((len(geometry.grid_id), 6))
-    motion[rows] = data
-    # A table named BOUGV1 is written in the basic frame already; all others in each grid's displacement frame.
-    name = table.table_name.decode() if isinstance(table.table_name, bytes) else str(table.table_name)
-    if to_basic is not None and "BOUG" not in name.upper():
-        motion = np.einsum("nij,naj->nai", to_basic, motion.reshape(-1, 2, 3)).reshape(-1, 6)
-    return motion[:, :3], motion[:, 3:]
-
-
-def _to_basic(geometry: ModelGeometry) -> FloatArray | None:
-    """Per grid the rotation [N,3,3] from its displacement frame (CD) to the basic frame; None when all are basic."""
-    used = np.unique(geometry.displacement_frame)
-    if list(used) == [0]:
-        return None
-    out = np.tile(np.eye(3), (len(geometry.grid_id), 1, 1))
-    for cid in used:
-        if cid == 0:
-            continue
-        kind, origin, axes = geometry.frames[int(cid)]
-        rows = np.nonzero(geometry.displacement_frame == cid)[0]
-        local = (geometry.position_m[rows] - origin) @ axes.T
-        out[rows] = np.einsum("ai,nab->nib", axes, local_basis(kind, local))
-    return out
+    motion[rows] = got.motion
+    return motion

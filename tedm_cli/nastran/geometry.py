@@ -13,6 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import corner_count, shape_of
 from tedm_cli.nastran.frames import local_basis
 from tedm_cli.nastran.levers import conm2_lever, element_levers
+from tedm_cli.nastran.rigid import tied_grids
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -58,11 +59,15 @@ class Concentrated:
 
 @dataclass(frozen=True)
 class Grids:
-    """Grid ids [N] ascending, and which of them are corners of elements; `files`: the deck and its includes."""
+    """Grid ids [N] ascending, which of them are corners of elements, and which are in rigid elements or MPCs.
+
+    `files`: the deck and its includes.
+    """
 
     files: list[Path]
     grid_id: IntArray
     structural: NDArray[np.bool_]
+    tied: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -120,7 +125,7 @@ def grids(model: Any, files: list[Path]) -> Grids:
     rows = rows_of(ids, np.array(sorted(corners), dtype=np.int64), where=where, what="an element")
     structural = np.zeros(len(ids), dtype=bool)
     structural[rows] = True
-    return Grids(files, ids, structural)
+    return Grids(files, ids, structural, np.isin(ids, tied_grids(model)))
 
 
 def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
@@ -156,6 +161,7 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
         lumped_kg=lumped,
         reference_mass_kg=float(total),
         structural=basic.structural,
+        tied=basic.tied,
     )
 
 

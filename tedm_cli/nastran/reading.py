@@ -1,31 +1,27 @@
-"""The guarded border to pyNastran: decks and results in, one clear error out."""
+"""Decks in through pyNastran: what it would pass over is refused first, and its failures become one clear error."""
 
 from __future__ import annotations
 
 import re
-import struct
-from contextlib import redirect_stdout
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.quiet import fact_of, quiet
 
-# Cards whose temperatures pyNastran does not read, or that make subcases leak into one another.
+_ON_GRIDS = "temperatures other than of grids are not read: load the grids with TEMP and TEMPD"
+_ON_PROPERTY = "non-structural mass tables are not read: put NSM on the property"
+# Cards that pyNastran does not read (or that nothing here reads), so that what they say would be passed over.
 _REFUSED_BULK = {
-    "TEMPP1": "plate temperatures are not read: load the grids with TEMP",
-    "TEMPP3": "plate temperatures are not read: load the grids with TEMP",
-    "TEMPRB": "bar temperatures are not read: load the grids with TEMP",
-    "NSM": "non-structural mass tables are not read: put NSM on the property",
-    "NSM1": "non-structural mass tables are not read: put NSM on the property",
-    "NSML": "non-structural mass tables are not read: put NSM on the property",
-    "NSML1": "non-structural mass tables are not read: put NSM on the property",
-    "NSMADD": "non-structural mass tables are not read: put NSM on the property",
+    **dict.fromkeys(("TEMPP1", "TEMPP2", "TEMPP3", "TEMPRB", "TEMPB3", "TEMPN1", "TEMPF", "TEMPAX"), _ON_GRIDS),
+    **dict.fromkeys(("TEMPADD", "TEMPEX", "TEMPT", "TEMPBC"), "is not read: give each subcase a set of TEMP and TEMPD"),
+    **dict.fromkeys(("NSM", "NSM1", "NSML", "NSML1", "NSMADD"), _ON_PROPERTY),
     "CONM1": "full mass matrices are not read: use CONM2",
-    "SESET": "superelements are not read: solve the model in one piece",
+    **dict.fromkeys(
+        ("SESET", "SEELT", "SETREE", "SELOC", "SEMPLN", "SEBULK", "SECONCT", "SEBNDRY", "CSUPER", "RELEASE"),
+        "superelements are not read: solve the model in one piece",
+    ),
 }
-# The first record of an OP2 has 4 or 8 bytes (32 or 64 bit), in either byte order.
-_RECORD_MARKERS = tuple(struct.pack(f"{order}i", size) for order in "<>" for size in (4, 8))
 
 
 def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
@@ -45,16 +41,16 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
         raise InputError("no such deck", where=str(path), hint="make one with `tedm write-deck`, or name your own")
     _scan(path)
     model = BDF(debug=None)
-    chatter = StringIO()  # pyNastran explains itself on stdout, which belongs to our results
-    try:
-        with redirect_stdout(chatter):
+    with quiet() as chatter:
+        try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
             if cross_reference:
                 model.cross_reference(
                     xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
                 )
-    except Exception as exc:  # malformed decks make pyNastran raise almost anything, and classes of its own
-        raise InputError(f"pyNastran cannot read the deck: {_fact(exc, chatter.getvalue())}", where=str(path)) from exc
+        except Exception as exc:  # malformed decks make pyNastran raise almost anything, and classes of its own
+            fact = fact_of(exc, chatter.getvalue())
+            raise InputError(f"pyNastran cannot read the deck: {fact}", where=str(path)) from exc
     lost = sorted(name for name in model.reject_count if name.startswith("C"))
     if lost:
         raise InputError(f"elements that pyNastran does not know: {', '.join(lost)}", where=str(path))
@@ -95,13 +91,16 @@ def _scan(path: Path) -> None:
             place = f"{file}:{number}"
             if name in _REFUSED_BULK:
                 raise InputError(f"{name} card: {_REFUSED_BULK[name]}", where=place)
+            if re.match(r"\s*(BEGIN\s+)?SUPER\s*=\s*\d", line, re.I):
+                raise InputError(f"{' '.join(line.split())}: {_REFUSED_BULK['SESET']}", where=place)
             if name.startswith("SUBCOM"):
                 raise InputError("SUBCOM: a unit load must not combine subcases", where=place, hint="remove it")
             if name.startswith("INCLUDE"):
                 included = _included(lines[number - 1 :], path.parent, place)
-                if included.resolve() not in seen:
-                    seen.add(included.resolve())
-                    files.append(included)
+                if included.resolve() in seen:
+                    raise InputError(f"INCLUDE of a file that was read already: {included}", where=place)
+                seen.add(included.resolve())
+                files.append(included)
 
 
 def _included(lines: list[str], folder: Path, place: str) -> Path:
@@ -122,70 +121,3 @@ def _included(lines: list[str], folder: Path, place: str) -> Path:
     if not included.is_file():
         raise InputError(f"INCLUDE of a file that does not exist: {included}", where=place)
     return included
-
-
-def require_results(path: Path) -> None:
-    """Refuse what is not an OP2 at first sight, before anything is spent on reading the deck."""
-    if not path.is_file():
-        raise InputError("no such OP2", where=str(path), hint="run `tedm solve`, or Nastran on the unit-load deck")
-    with open(path, "rb") as stream:
-        marker = stream.read(4)
-    if not marker:
-        raise InputError("empty file, not an OP2", where=str(path))
-    if marker not in _RECORD_MARKERS:
-        raise InputError(
-            "not an OP2 (it does not begin with a Fortran record)",
-            where=str(path),
-            hint="the deck needs PARAM,POST,-1 to write one",
-        )
-
-
-def read_results(path: Path) -> Any:
-    """Read the displacement tables of an OP2.
-
-    Returns
-    -------
-    pyNastran `OP2` with `displacements` keyed by subcase.
-
-    Raises
-    ------
-    InputError : missing, truncated or not an OP2, no displacements, superelements, a subcase given twice.
-    """
-    from pyNastran.op2.op2 import OP2
-
-    require_results(path)
-    model = OP2(debug=None)
-    chatter = StringIO()
-    try:
-        with redirect_stdout(chatter):
-            model.set_results("displacements")
-            model.read_op2(str(path), build_dataframe=False, skip_undefined_matrices=True)
-    except Exception as exc:  # truncated files make pyNastran raise almost anything
-        raise InputError(
-            f"truncated or damaged; pyNastran says: {_fact(exc, chatter.getvalue())}",
-            where=str(path),
-            hint="is the file complete? did the solver end without a FATAL message?",
-        ) from exc
-    if not model.displacements:
-        raise InputError(
-            "holds no displacements", where=str(path), hint="the deck needs DISPLACEMENT(PLOT) = ALL and PARAM,POST,-1"
-        )
-    for key, table in model.displacements.items():
-        if isinstance(key, tuple):
-            raise InputError(f"superelement results ({key}) are not read", where=str(path))
-        if table.data.shape[0] != 1:
-            raise InputError(f"subcase {int(key)} occurs {table.data.shape[0]} times", where=str(path))
-    return model
-
-
-def _fact(exc: Exception, chatter: str) -> str:
-    """What is worth showing of pyNastran's report: its first telling line, and the card it was at."""
-    lines = [line.strip() for line in str(exc).splitlines() if line.strip(" =-*")]
-    telling = [line for line in lines if not line.startswith("There are cross-reference errors")]
-    fact = (
-        re.sub(r"(\\n|\s)+", " ", telling[0]).removeprefix("KeyError: ").strip(" '")[:160]
-        if telling
-        else "no reason given"
-    )
-    card = re.search(r"problem adding \['(\w+)', '(\w+)'", chatter)
-    return f"{fact} ({type(exc).__name__}{f' at {card[1]} {card[2]}' if card else ''})"

@@ -18,7 +18,8 @@ from typing import IO
 
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.nastran.geometry import id_list
-from tedm_cli.nastran.reading import read_deck, read_results
+from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.results import open_results
 from tedm_cli.store import replacing
 
 _PATIENCE_S = 5.0  # between the request to end and the order to
@@ -69,7 +70,8 @@ def run_nastran(text: str, deck: Path, op2: Path, say: Callable[[str], None]) ->
     command = command_of(text, deck)
     with _kept_aside(op2):
         newest = _new_results(command, deck, op2, say)
-        missing = sorted(wanted - {int(n) for n in read_results(newest).displacements})
+        with open_results(newest) as (tables, _):
+            missing = sorted(wanted - {table.subcase for table in tables})
         if missing:
             raise InputError(
                 f"lacks {len(missing)} of {len(wanted)} subcases: {id_list(missing)}",

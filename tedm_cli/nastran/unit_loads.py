@@ -9,20 +9,32 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.geometry import IntArray, ModelGeometry, id_list, rows_of
+from tedm_cli.nastran.geometry import FloatArray, IntArray, ModelGeometry, id_list
+from tedm_cli.nastran.temperatures import (
+    Field,
+    reference_temperatures,
+    selection,
+    step,
+    temperature_dependent,
+    temperature_field,
+)
 
-_OTHER_LOADS = ("LOAD", "DEFORM")
+_OTHER_LOADS = ("LOAD", "DEFORM", "P2G", "CLOAD")
 _HOLDING = ("SPC", "MPC", "SUPORT1")
 
 
 @dataclass(frozen=True)
 class UnitLoad:
-    """One subcase: its label, the rows of the grids it warms, and the temperature step (K)."""
+    """One subcase: its label, the rows of the grids it warms, and the temperature step (K).
+
+    `output`: what DISPLACEMENT asks for, ALL, NONE or the number of a set; empty where the deck does not say.
+    """
 
     subcase: int
     label: str
     rows: IntArray
     load_K: float
+    output: str = ""
 
 
 @dataclass(frozen=True)
@@ -34,12 +46,13 @@ class UnitLoads:
 
 
 def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> UnitLoads:
-    """Read the areas from the subcases' TEMP cards.
+    """Read the areas from the subcases' temperatures (TEMP, TEMPD), against TEMPERATURE(INITIAL) or TREF.
 
     Raises
     ------
-    InputError : a subcase without label or temperatures, uneven steps, two subcases with one label, a reference
-        temperature that differs from the materials', grids in two areas or in none.
+    InputError : heat transfer, a subcase without label or temperatures, uneven steps, a step on the rest of the model,
+        materials with different TREF and no TEMPERATURE(INITIAL), properties that change with temperature, loads other
+        than temperatures, two subcases with one label, grids in two areas or in none.
     """
     where = str(geometry.files[0])
     control = model.case_control_deck
@@ -47,12 +60,11 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
         raise InputError(
             "has no case control, so no unit loads", where=where, hint="make a deck with `tedm write-deck`"
         )
-    if any("TEMPERATURE(INITIAL)" in sub.params for sub in control.subcases.values()):
-        raise InputError("TEMPERATURE(INITIAL) is not read", where=where, hint="set TREF on the materials instead")
-    tref = {float(m.tref or 0.0) for m in model.materials.values() if hasattr(m, "tref")}
     subcases = {n: s for n, s in sorted(control.subcases.items()) if n != 0}
+    _check_heat(model, subcases, where)
     _check_control(subcases, where)
-    loads = [_unit_load(model, geometry, n, s, tref, where) for n, s in subcases.items()]
+    _check_enforced(model, where)
+    loads = [_unit_load(model, geometry, n, s, where) for n, s in subcases.items()]
     labels: dict[str, int] = {}
     for load in loads:
         if load.label.upper() in labels:
@@ -69,6 +81,28 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
         )
     _check_partition(areas, geometry, where)
     return UnitLoads(areas, uniform)
+
+
+def _check_heat(model: Any, subcases: Mapping[int, Any], where: str) -> None:
+    heat = [n for n, s in subcases.items() if "HEAT" in str(s.params.get("ANALYSIS", [""])[0]).upper()]
+    if heat or "HEATSTAT" in model.params:
+        what = f"subcase {heat[0]} (ANALYSIS = HEAT)" if heat else "PARAM,HEATSTAT"
+        raise InputError(
+            f"{what} asks for heat transfer: its results are temperatures, not displacements",
+            where=where,
+            hint="a unit-load deck is SOL 101 with a temperature step per subcase; see `tedm write-deck`",
+        )
+
+
+def _check_enforced(model: Any, where: str) -> None:
+    for spcs in model.spcs.values():
+        for spc in spcs:
+            if spc.type == "SPC" and any(spc.enforced):
+                raise InputError(
+                    f"SPC {spc.conid} enforces a displacement, which every unit load would contain",
+                    where=where,
+                    hint="hold the structure at zero",
+                )
 
 
 def _check_control(subcases: Mapping[int, Any], where: str) -> None:
@@ -88,39 +122,74 @@ def _check_control(subcases: Mapping[int, Any], where: str) -> None:
             raise InputError(f"the subcases have different {key}: {listed}", where=where)
 
 
-def _unit_load(
-    model: Any, geometry: ModelGeometry, number: int, subcase: Any, tref: set[float], where: str
-) -> UnitLoad:
+def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, where: str) -> UnitLoad:
     label = str(subcase.get_parameter("LABEL")[0]).strip() if "LABEL" in subcase.params else ""
     if not label:
         raise InputError("has no LABEL, so its thermal area has no name", where=f"{where}: subcase {number}")
     place = f"{where}: subcase {number} (area '{label}')"
-    key = next((k for k in ("TEMPERATURE(LOAD)", "TEMPERATURE(BOTH)", "TEMPERATURE") if k in subcase.params), None)
-    if key is None:
+    sets = selection(subcase, place)
+    if sets.load is None:
         raise InputError("selects no temperatures", where=place, hint="add TEMPERATURE(LOAD) = <set id>")
-    sid = int(subcase.get_parameter(key)[0])
-    temperatures: dict[int, float] = {}
-    for card in model.loads.get(sid, []):
-        if card.type == "TEMP":
-            temperatures.update({int(n): float(t) for n, t in card.temperatures.items()})
-    base = float(model.tempds[sid].temperature) if sid in model.tempds else 0.0
-    if tref and tref != {base}:
+    changing = temperature_dependent(model) if sets.material is not None else []
+    if changing:
         raise InputError(
-            f"rests at {base:g} K (TEMPD), but the materials' TREF is {', '.join(f'{t:g} K' for t in sorted(tref))}",
+            f"evaluates properties at temperature set {sets.material}, and {changing[0]} depends on temperature"
+            + (f" (and {len(changing) - 1} more)" if len(changing) > 1 else ""),
             where=place,
-            hint="set TEMPD and every TREF to one reference temperature, or the rest of the model expands too",
+            hint="write TEMPERATURE(LOAD) alone: unit loads add up only when properties stay as they are",
         )
-    steps = {n: t - base for n, t in temperatures.items() if t != base}
-    if not steps:
-        raise InputError(f"warms no grid (temperature set {sid})", where=place)
-    values = set(steps.values())
-    if max(values) - min(values) > 1e-9 * max(abs(v) for v in values):
+    loaded = temperature_field(model, sets.load, geometry.grid_id, place)
+    if sets.initial is None:
+        initial, name = _tref(model, loaded, place), "the materials' TREF is"
+    else:
+        initial, name = temperature_field(model, sets.initial, geometry.grid_id, place), "TEMPERATURE(INITIAL) is"
+    steps = step(loaded, initial, geometry.grid_id)
+    _check_rest(steps, loaded, initial, geometry, name, place)
+    warm = np.nonzero(np.nan_to_num(steps))[0]
+    if not warm.size:
+        raise InputError(f"warms no grid (temperature set {sets.load})", where=place)
+    low, high = float(steps[warm].min()), float(steps[warm].max())
+    if high - low > 1e-9 * max(abs(low), abs(high)):
+        raise InputError(f"warms its grids by {low:g} to {high:g} K; a unit load has one step", where=place)
+    output = str(subcase.get_parameter("DISPLACEMENT")[0]) if "DISPLACEMENT" in subcase.params else ""
+    return UnitLoad(number, label, warm, float(steps[warm[0]]), output)
+
+
+def _tref(model: Any, loaded: Field, place: str) -> Field:
+    """The reference temperature of the materials as a field; of a model that does not expand, the rest of the load."""
+    found = reference_temperatures(model)
+    if len(found) > 1:
+        listed = ", ".join(f"{t:g} K ({owner})" for t, owner in sorted(found.items())[:4])
         raise InputError(
-            f"warms its grids by {min(values):g} to {max(values):g} K; a unit load has one step",
+            f"the materials' TREF differ: {listed}",
             where=place,
+            hint="set every TREF to one temperature, or give TEMPERATURE(INITIAL): a unit load starts from one state",
         )
-    rows = rows_of(geometry.grid_id, np.array(sorted(steps), dtype=np.int64), where=place, what="TEMP")
-    return UnitLoad(number, label, rows, next(iter(values)))
+    tref = next(iter(found), 0.0 if np.isnan(loaded.rest) else loaded.rest)
+    return Field(np.zeros(0, dtype=np.int64), np.zeros(0), tref)
+
+
+def _check_rest(
+    steps: FloatArray, loaded: Field, initial: Field, geometry: ModelGeometry, name: str, place: str
+) -> None:
+    """The grids that no TEMP names must have no step, unless the whole model has the same."""
+    unknown = geometry.grid_id[np.isnan(steps) & geometry.structural]
+    if unknown.size:
+        raise InputError(
+            f"{unknown.size} structural grids have no temperature: {id_list(unknown)}",
+            where=place,
+            hint="add a TEMPD card to the temperature set: it holds for all grids without TEMP",
+        )
+    rest = ~np.isin(geometry.grid_id, loaded.grid_id)
+    moved = rest & (np.nan_to_num(steps) != 0.0)
+    if moved.any() and np.ptp(steps[~np.isnan(steps)]) > 0.0:
+        first = int(np.argmax(moved))
+        cold = initial.on(geometry.grid_id)[first]
+        raise InputError(
+            f"rests at {loaded.rest:g} K (TEMPD), but {name} {cold:g} K",
+            where=place,
+            hint="set TEMPD to the reference temperature, or the rest of the model expands too",
+        )
 
 
 def _check_partition(areas: list[UnitLoad], geometry: ModelGeometry, where: str) -> None:

@@ -17,7 +17,9 @@ from tedm_cli.contracts import UNIT_LOADS as KIND
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
-from tedm_cli.nastran.reading import deck_files, read_deck, require_results
+from tedm_cli.nastran.reading import deck_files, read_deck
+from tedm_cli.nastran.results import require_results
+from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, deck_unit_loads
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import (
@@ -75,7 +77,9 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         translation, rotation = writer.allocate("/translation", shape), writer.allocate("/rotation", shape)
         number = {a.label: i for i, a in enumerate(areas)}
         motions = unit_load_displacements(results, wanted, geometry, config.model.subcases)
+        links = rigid_links(model, geometry)
         for done, (load, t, r) in enumerate(motions, start=1):
+            check_rigidity(links, geometry.grid_id, t, r, where=f"{deck}: subcase {load.subcase} (area '{load.label}')")
             if load is loads.uniform:
                 writer.write("/uniform/translation", t)
                 writer.write("/uniform/rotation", r)

@@ -1,0 +1,44 @@
+"""Keep pyNastran's words off our output, and make one line of its complaints."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from io import StringIO
+
+
+@contextmanager
+def quiet() -> Iterator[StringIO]:
+    """Collect what pyNastran prints; stdout belongs to our results, stderr to our errors."""
+    chatter = StringIO()
+    with redirect_stdout(chatter), redirect_stderr(chatter), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield chatter
+
+
+def fact_of(exc: Exception, chatter: str) -> str:
+    """What is worth showing of pyNastran's report: its first telling line, and the card it was at."""
+    lines = [line.strip() for line in str(exc).splitlines() if line.strip(" =-*")]
+    telling = [line for line in lines if not line.startswith("There are cross-reference errors")]
+    fact = (
+        re.sub(r"(\\n|\s)+", " ", telling[0]).removeprefix("KeyError: ").strip(" '")[:160]
+        if telling
+        else "no reason given"
+    )
+    printed = re.search(r"problem adding \['(\w+)', '(\w+)'", chatter)
+    card = " ".join(printed.groups()) if printed else _card_of(exc)
+    return f"{fact} ({type(exc).__name__}{f' at {card}' if card else ''})"
+
+
+def _card_of(exc: BaseException) -> str:
+    """Name and number of the bulk data card that pyNastran was adding, which it does not always say."""
+    trace = exc.__traceback__
+    while trace is not None:
+        here = trace.tb_frame.f_locals
+        if "card_name" in here and here.get("card_lines"):
+            fields = re.findall(r"[^\s,*]+", str(here["card_lines"][0]))
+            return f"{here['card_name']} {fields[1] if len(fields) > 1 else ''}".strip()
+        trace = trace.tb_next
+    return ""

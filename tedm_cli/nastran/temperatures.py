@@ -1,0 +1,134 @@
+"""The temperature step of each subcase: what TEMP and TEMPD load, minus the temperature of no thermal strain.
+
+MSC Nastran Quick Reference Guide, case control TEMPERATURE: thermal strains are A (T - T_0), with T the set of
+TEMPERATURE(LOAD) (or BOTH, which is what TEMPERATURE alone means), and T_0 the set of TEMPERATURE(INITIAL) where there
+is one, else TREF of the material (for laminates TREF of the PCOMP, not of its plies).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import InputError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_LAMINATES = ("PCOMP", "PCOMPG")
+_EXPANSION = ("a", "a1", "a2", "a3", "A", "ax", "ath", "az")
+# A step this small against the temperatures is the rounding of eight digits, subtracted.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Temperature sets that a subcase selects: load (None where it has none), initial, material."""
+
+    load: int | None
+    initial: int | None
+    material: int | None
+
+
+def selection(subcase: Any, where: str) -> Selection:
+    """Which temperature sets a pyNastran subcase selects; `InputError` where it selects two as loads."""
+    sets = {str(k).replace(" ", ""): subcase.get_parameter(k)[0] for k in subcase.params if k.startswith("TEMPERATURE")}
+    both = [sets[k] for k in ("TEMPERATURE(BOTH)", "TEMPERATURE") if k in sets]
+    loads = {int(v) for v in [*both, *([sets["TEMPERATURE(LOAD)"]] if "TEMPERATURE(LOAD)" in sets else [])]}
+    if len(loads) > 1:
+        raise InputError(
+            f"selects two temperature sets as loads: {', '.join(f'{n}' for n in sorted(loads))}",
+            where=where,
+            hint="TEMPERATURE alone means both LOAD and MATERIAL: write TEMPERATURE(LOAD)",
+        )
+    initial = sets.get("TEMPERATURE(INITIAL)")
+    material = next((sets[k] for k in ("TEMPERATURE(MATE)", "TEMPERATURE(MATERIAL)") if k in sets), None)
+    material = material if material is not None else next(iter(both), None)
+    return Selection(
+        load=loads.pop() if loads else None,
+        initial=None if initial is None else int(initial),
+        material=None if material is None else int(material),
+    )
+
+
+_MATT = ("MATT1", "MATT2", "MATT3", "MATT8", "MATT9", "MATT11")
+
+
+def temperature_dependent(model: Any) -> list[str]:
+    """Names of the materials whose properties depend on temperature (MATT1, MATT2, ...)."""
+    return [f"{card.type} {mid}" for kind in _MATT for mid, card in sorted(getattr(model, kind, {}).items())]
+
+
+def reference_temperatures(model: Any) -> dict[float, str]:
+    """TREF of every material that expands and every laminate of a cross-referenced model, each with one that has it."""
+    found: dict[float, str] = {}
+    for owner in [*model.properties.values(), *model.elements.values()]:
+        if owner.type in _LAMINATES:
+            found.setdefault(float(owner.tref or 0.0), f"{owner.type} {owner.pid}")
+            continue
+        for name in ("mid_ref", "mid1_ref", "mid2_ref", "mid3_ref", "mid4_ref"):
+            material = getattr(owner, name, None)
+            if material is not None and hasattr(material, "tref") and _expands(material):
+                found.setdefault(float(material.tref or 0.0), f"{material.type} {material.mid}")
+    return found
+
+
+def _expands(material: Any) -> bool:
+    values = [v for name in _EXPANSION if (v := getattr(material, name, None)) is not None]
+    return any(np.any(np.asarray([x or 0.0 for x in np.atleast_1d(v)], dtype=float) != 0.0) for v in values)
+
+
+@dataclass(frozen=True)
+class Field:
+    """Temperatures of the grids of a set: `named` by TEMP [n] by id, the others at `rest` (TEMPD; NaN without one)."""
+
+    grid_id: IntArray
+    named: FloatArray
+    rest: float
+
+    def on(self, grid_id: IntArray) -> FloatArray:
+        """Temperature [N] of each of the ascending ids."""
+        out = np.full(len(grid_id), self.rest)
+        rows = np.searchsorted(grid_id, self.grid_id)
+        out[rows] = self.named
+        return out
+
+
+def temperature_field(model: Any, sid: int, grid_id: IntArray, where: str) -> Field:
+    """The temperatures of a set of TEMP and TEMPD cards.
+
+    Raises
+    ------
+    InputError : a grid that does not exist, a grid twice with different temperatures, other cards than TEMP and TEMPD,
+        an empty set.
+    """
+    values: dict[int, float] = {}
+    for card in model.loads.get(sid, []):
+        if card.type != "TEMP":
+            continue  # forces may share the number; they are selected by LOAD
+        for grid, value in card.temperatures.items():
+            if values.setdefault(int(grid), float(value)) != float(value):
+                raise InputError(
+                    f"temperature set {sid} gives grid {grid} {values[int(grid)]:g} K and {float(value):g} K",
+                    where=where,
+                )
+    rest = float(model.tempds[sid].temperature) if sid in model.tempds else float("nan")
+    if not values and np.isnan(rest):
+        raise InputError(f"warms no grid (temperature set {sid})", where=where)
+    ids = np.array(sorted(values), dtype=np.int64)
+    missing = ids[~np.isin(ids, grid_id)]
+    if missing.size:
+        shown = ", ".join(str(i) for i in missing[:8])
+        raise InputError(f"TEMP names {missing.size} grids that do not exist: {shown}", where=where)
+    return Field(ids, np.array([values[int(i)] for i in ids]), rest)
+
+
+def step(load: Field, initial: Field, grid_id: IntArray) -> FloatArray:
+    """T - T_0 [N] on every grid, without the rounding of the subtraction; NaN where a temperature is not given."""
+    warm, cold = load.on(grid_id), initial.on(grid_id)
+    out = warm - cold
+    out[np.abs(out) <= _ROUNDING * np.maximum(np.abs(warm), np.abs(cold))] = 0.0
+    return out
