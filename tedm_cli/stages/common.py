@@ -27,7 +27,6 @@ UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS = (
     "optics.h5",
 )
 SOLID_KG_M3 = (1e2, 3e4)  # no solid is lighter or heavier
-BLOCK_NODES = 16384  # nodes held at a time where a stage streams over them; the chunk length of the files
 
 
 def case_file_name(case_id: str) -> str:
