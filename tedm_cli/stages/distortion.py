@@ -22,7 +22,7 @@ from tedm_cli.stages.common import (
     FloatArray,
     IntArray,
     copy_areas,
-    mass_of,
+    lever_nodes_of,
     out_path,
     provenance,
 )
@@ -132,7 +132,7 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
     fit = RigidFit(unit.array("/grid/position"), unit.array("/mass/lumped"), unit.array("/mass/centre_of_gravity"))
     source, turns = unit.dataset("/translation"), unit.dataset("/rotation")
     count, n_nodes, _ = source.shape
-    offset_nodes = mass_of(unit).lever_node
+    offset_nodes = lever_nodes_of(unit)
     writer.write("/D/offset_node", offset_nodes)
     # division by one is all that leaves every number as it was
     target = writer.allocate("/D/translation", source.shape, single=source.single and bool(np.all(load == 1.0)))

@@ -71,7 +71,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
             for column in ("name", "group", "shield", "side"):
                 writer.write(f"/area/{column}", [str(v) for v in getattr(table, column)])
             motions = unit_load_displacements(results, wanted, geometry, config.model.subcases)
-            _write_motions(writer, motions, loads, len(geometry.grid_id), single, step)
+            write_motions(writer, motions, loads, len(geometry.grid_id), single, step)
 
     try:
         write(single=True)
@@ -91,7 +91,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     )
 
 
-def _write_motions(
+def write_motions(
     writer: Writer,
     motions: Iterable[tuple[UnitLoad, FloatArray, FloatArray]],
     loads: UnitLoads,
