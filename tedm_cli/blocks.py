@@ -26,6 +26,7 @@ class Allocated:
 
     def __init__(self, dataset: Any, sink: Sink) -> None:
         self._dataset = dataset
+        self._single = dataset.dtype == np.float32
         self._sink = sink
 
     def __setitem__(self, index: Any, value: Any) -> None:
@@ -36,7 +37,8 @@ class Allocated:
         PrecisionLossError : the dataset is in single precision and cannot hold a value as it is.
         """
         value = np.asarray(value)
-        self._dataset[index] = narrowed(value) if self._dataset.dtype == np.float32 else value
+        widened = self._single and value.dtype != np.float32
+        self._dataset[index] = narrowed(value) if widened else value
         self._sink.check()
 
 
@@ -72,9 +74,13 @@ class Blocks:
         return bool(self._dataset.dtype == np.float32)
 
     def __getitem__(self, index: Any) -> NDArray[Any]:
+        data = self.held(index)
+        return data.astype(np.float64) if data.dtype == np.float32 else data
+
+    def held(self, index: Any) -> NDArray[Any]:
+        """A piece in the precision of the file, to be passed on as it is."""
         with reading(self._file, self._dataset.name):
-            data = np.asarray(self._dataset[index])
-        return data.astype(np.float64) if self.single else data
+            return np.asarray(self._dataset[index])
 
 
 class SomeNodes:

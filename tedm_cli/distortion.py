@@ -30,7 +30,7 @@ class RigidFit:
 
     def moments(self, grids: slice, translation: FloatArray) -> FloatArray:
         """Sums [4,3] of w u and of w (p - centre) times u over some grids, whose `translation` is [n,3], m or m/K."""
-        return np.asarray(self._weights[grids].T @ translation)
+        return np.asarray((translation.T @ self._weights[grids]).T)
 
     def motion(self, moments: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Translation [3] at the centre and rotation [3] (rad or rad/K), from the `moments` of all grids, added."""

@@ -154,4 +154,5 @@ def lever_nodes(
     """Ascending rows of the grids from which something with mass is offset; arguments as of `mass_distribution`."""
     heavy = np.repeat(mass != 0.0, np.diff(node_offset))
     moved = points.node[np.any(points.offset != 0.0, axis=1)]
-    return np.asarray(np.unique(np.concatenate([moved, node_index[np.any(lever != 0.0, axis=1) & heavy]])))
+    away = np.unique(np.flatnonzero(lever) // 3)
+    return np.asarray(np.unique(np.concatenate([moved, node_index[away[heavy[away]]]])))

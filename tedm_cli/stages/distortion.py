@@ -134,8 +134,8 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
     count, n_nodes, _ = source.shape
     offset_nodes = lever_nodes_of(unit)
     writer.write("/D/offset_node", offset_nodes)
-    # division by one is all that leaves every number as it was
-    target = writer.allocate("/D/translation", source.shape, single=source.single and bool(np.all(load == 1.0)))
+    as_held = bool(np.all(load == 1.0))  # then nothing is divided, and single precision stays exact
+    target = writer.allocate("/D/translation", source.shape, single=as_held and source.single)
     turning = writer.allocate("/D/rotation", (count, len(offset_nodes), 3))
     optics, levers = SomeNodes(rows), SomeNodes(offset_nodes)
     moving, turned = np.zeros((2, len(offset_nodes)), dtype=bool)
@@ -146,9 +146,10 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
     for i, name in enumerate(areas):
         moments = np.zeros((4, 3))
         for block in node_blocks(n_nodes):
-            move = source[i, block] / load[i]
-            largest[i] = np.maximum(largest[i], np.maximum(move.max(), -move.min()))  # keeps what is not a number
-            target[i, block] = move
+            held = source.held((i, block)) if as_held else source[i, block] / load[i]
+            move = held.astype(np.float64, copy=False)
+            largest[i] = np.maximum(largest[i], np.maximum(held.max(), -held.min()))  # keeps what is not a number
+            target[i, block] = held
             moments += fit.moments(block, move)
             total[block] += move
             at, local = optics.within(block)
