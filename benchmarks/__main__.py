@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
+from benchmarks.scale import op2_reading, streaming
 from benchmarks.timing import Result, timed
 
 
@@ -64,6 +65,10 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "G and field by quadrature, 68,000 grids, one test mass / lumped": partial(operator, (64, 38, 26)),
     "G and field by quadrature, 683,000 grids, one test mass / lumped": partial(operator, (140, 84, 56)),
     "S = -G D, 66,000 grids x 78 areas / copy of D": contraction,
+    "displacements to unit_loads.h5, 68,000 grids x 80 areas / plain write": partial(streaming, "displacements"),
+    "build-distortion, 68,000 grids x 80 areas / plain copy of [D]": partial(streaming, "build-distortion"),
+    "contraction with D from the disk, 68,000 x 80 / plain read": partial(streaming, "build-sensitivity"),
+    "displacements of an OP2, 68,000 grids x 20 subcases / plain read": op2_reading,
     "one case, 24 outputs, 4,096 frequencies / k x k per frequency": cases,
     "small sample, default solver / SuperLU": solver,
     "tedm --help / python -c pass": command_line,

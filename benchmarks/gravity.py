@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.synthetic import hexahedra
 from benchmarks.timing import Result, timed
 from tedm_cli.gravity.masses import MassDistribution
 
@@ -108,16 +109,7 @@ def operator(cells: tuple[int, int, int]) -> Result:
 def _block(cells: tuple[int, int, int], lumped: bool) -> MassDistribution:
     from tedm_cli.gravity.masses import PointMasses, mass_distribution
 
-    planes = [np.linspace(-half, half, n + 1) for half, n in zip((0.5, 0.3, 0.2), cells, strict=True)]
-    shape = tuple(n + 1 for n in cells)
-    position = np.stack(np.meshgrid(*planes, indexing="ij"), axis=-1).reshape(-1, 3)
-    corner = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
-    cell = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 1, 3)
-    nodes = np.ravel_multi_index(tuple(np.moveaxis(cell + corner, -1, 0)), shape)
-    corners = position[nodes]
-    reach = 0.027  # 4 mm from the faces of the test mass
-    hollow = ((corners.min(axis=1) < reach) & (corners.max(axis=1) > -reach)).all(axis=1)
-    nodes = nodes[~hollow]
+    position, nodes = hexahedra(cells, [(0.0, 0.0, 0.0)])
     count = len(nodes)
     return mass_distribution(
         position,

@@ -9,7 +9,8 @@ import numpy as np
 
 from tedm_cli.contracts import Dataset, FileKind
 
-DTYPES = {"float": np.float64, "int": np.int64}
+DTYPES = {"float": np.float64, "real": np.float64, "int": np.int64}
+_HELD = {"float": ("f8",), "real": ("f4", "f8"), "int": ("i8",), "str": ("O8",)}
 PROVENANCE = {"config": ("path", "sha256", "text"), "input": ("path", "sha256")}
 
 
@@ -54,8 +55,7 @@ def contract_problems(file: Any, kind: FileKind) -> list[str]:
             if not hasattr(data, "shape"):
                 problems.append(f"{path} is not a dataset")
                 continue
-            wanted = "O" if spec.dtype == "str" else np.dtype(DTYPES[spec.dtype]).kind
-            if data.dtype.kind != wanted:
+            if f"{data.dtype.kind}{data.dtype.itemsize}" not in _HELD[spec.dtype]:
                 problems.append(f"{path} holds {data.dtype}, wanted {spec.dtype}")
             problem = shape_problem(spec, data.shape, dims)
             if problem:

@@ -16,7 +16,10 @@ LAYOUT = "layout frame"
 
 @dataclass(frozen=True)
 class Dataset:
-    """What one dataset must be: symbolic dimensions, `float`, `int` or `str`, unit, meaning, frame."""
+    """What one dataset must be: symbolic dimensions, type, unit, meaning, frame.
+
+    Types are `float` (64 bit), `real` (64 bit, or 32 where that changes no number), `int` (64 bit), `str`.
+    """
 
     dims: tuple[str, ...]
     dtype: str
@@ -61,13 +64,13 @@ UNIT_LOADS = FileKind(
         "/area/centroid": Dataset(("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC),
         "/area/node_offset": Dataset(("area_edge",), "int", "1", "start of each area in node_index, and its end"),
         "/area/node_index": Dataset(("area_member",), "int", "1", "rows of /grid that belong to each area"),
-        "/translation": Dataset(("area", "node", "xyz"), "float", "m", "translation under each unit load", BASIC),
-        "/rotation": Dataset(("area", "node", "xyz"), "float", "rad", "rotation under each unit load", BASIC),
+        "/translation": Dataset(("area", "node", "xyz"), "real", "m", "translation under each unit load", BASIC),
+        "/rotation": Dataset(("area", "node", "xyz"), "real", "rad", "rotation under each unit load", BASIC),
         "/uniform/translation": Dataset(
-            ("node", "xyz"), "float", "m", "translation when all areas are loaded together", BASIC, True
+            ("node", "xyz"), "real", "m", "translation when all areas are loaded together", BASIC, True
         ),
         "/uniform/rotation": Dataset(
-            ("node", "xyz"), "float", "rad", "rotation when all areas are loaded together", BASIC, True
+            ("node", "xyz"), "real", "rad", "rotation when all areas are loaded together", BASIC, True
         ),
         "/uniform/load_K": Dataset((), "float", "K", "temperature step of the uniform load", optional=True),
         "/element/id": Dataset(("element",), "int", "1", "Nastran element id"),
@@ -111,7 +114,7 @@ DISTORTION = FileKind(
         "/grid/id": GRID["/grid/id"],
         **AREAS,
         "/D/translation": Dataset(
-            ("area", "node", "xyz"), "float", "m/K", "distortion matrix [D]: translation per kelvin of an area", BASIC
+            ("area", "node", "xyz"), "real", "m/K", "distortion matrix [D]: translation per kelvin of an area", BASIC
         ),
         "/D/offset_node": Dataset(
             ("offset_node",), "int", "1", "rows of /grid from which something with mass is offset, ascending"
@@ -376,6 +379,9 @@ Printed from `tedm_cli/contracts.py` by `python -m tedm_cli.contracts > docs/fil
 All files are HDF5 with netCDF-4 dimension scales: they open in h5py, MATLAB (`h5read`) and, group by group, in
 `xarray.open_dataset(file, group="/dc", engine="h5netcdf")`. Every dataset MUST have the attributes `units` and
 `long_name`; vectors MUST name their `frame`. Arrays over grids are chunked along the grids.
+
+`float` and `int` are of 64 bits. `real` is float32 where every number is exact in it (an OP2 in single precision, grids
+in the basic frame, loads of 1 K) and float64 otherwise: turn it into double precision before you compute with it.
 
 Root attributes: `schema` (`tedm.<kind>`), `schema_version`, `tedm_version`, `command_line`, versions of Python and of
 the libraries. `/provenance` holds the configurations verbatim and the SHA-256 of every input; paths are relative to the

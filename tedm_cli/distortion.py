@@ -8,33 +8,40 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-def rigid_motion(
-    position: FloatArray, translation: FloatArray, weight: FloatArray, centre: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Best-fit rigid motion of a cloud of grids, weighted by their mass.
+class RigidFit:
+    """Best-fit rigid motion of a cloud of grids, weighted by their mass; the grids may come in parts.
 
-    Minimises sum w |u - t - theta x (p - centre)|^2.
+    Minimises sum w |u - t - theta x (p - centre)|^2, whose normal equations need of u no more than sum w u and
+    sum w (p - centre) x u.
 
     Parameters
     ----------
-    position, translation : [N,3], m and m (or m/K), one frame.
+    position : [N,3], m.
     weight : [N], kg.
     centre : [3], m, the point the translation is given at.
-
-    Returns
-    -------
-    (t [3], theta [3]) : translation at `centre` and small rotation (rad or rad/K).
     """
-    arm = position - centre
-    cross = np.zeros((len(arm), 3, 3))
-    cross[:, 0, 1], cross[:, 0, 2] = arm[:, 2], -arm[:, 1]
-    cross[:, 1, 0], cross[:, 1, 2] = -arm[:, 2], arm[:, 0]
-    cross[:, 2, 0], cross[:, 2, 1] = arm[:, 1], -arm[:, 0]
-    basis = np.concatenate([np.tile(np.eye(3), (len(arm), 1, 1)), cross], axis=2)
-    normal = np.einsum("n,nai,naj->ij", weight, basis, basis)
-    right = np.einsum("n,nai,na->i", weight, basis, translation)
-    solution = np.linalg.solve(normal, right)
-    return solution[:3], solution[3:]
+
+    def __init__(self, position: FloatArray, weight: FloatArray, centre: FloatArray) -> None:
+        arm = position - centre
+        self._weights = np.column_stack([weight, weight[:, None] * arm])
+        first = _cross_matrix(self._weights[:, 1:].sum(axis=0))
+        second = self._weights[:, 1:].T @ arm
+        self._normal = np.block([[weight.sum() * np.eye(3), -first], [first, np.trace(second) * np.eye(3) - second]])
+
+    def moments(self, grids: slice, translation: FloatArray) -> FloatArray:
+        """Sums [4,3] of w u and of w (p - centre) times u over some grids, whose `translation` is [n,3], m or m/K."""
+        return np.asarray((translation.T @ self._weights[grids]).T)
+
+    def motion(self, moments: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Translation [3] at the centre and rotation [3] (rad or rad/K), from the `moments` of all grids, added."""
+        twice = moments[1:] - moments[1:].T
+        right = np.concatenate([moments[0], [twice[1, 2], twice[2, 0], twice[0, 1]]])
+        solution = np.linalg.solve(self._normal, right)
+        return solution[:3], solution[3:]
+
+
+def _cross_matrix(v: FloatArray) -> FloatArray:
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
 def superposition_residual(total: FloatArray, uniform: FloatArray) -> float:

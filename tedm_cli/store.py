@@ -22,13 +22,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli import __version__
+from tedm_cli.blocks import BLOCK_NODES, Allocated, Blocks, narrowed, reading
 from tedm_cli.contract_check import DTYPES, PROVENANCE, contract_problems, find_spec, provenance_problems, shape_problem
 from tedm_cli.contracts import KINDS, Dataset, FileKind
 from tedm_cli.errors import InputError, TedmError
 from tedm_cli.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
 from tedm_cli.sink import Sink
 
-_NODE_CHUNK = 16384  # rows of a chunk along nodes: blocks of about 0.4 MB for one area
+_NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
+_CHUNKED = ("node", "offset_node")  # dimensions that grow with the model
 
 
 class Writer:
@@ -41,34 +43,41 @@ class Writer:
         self._sink = sink
         self._dims: dict[str, int] = dict(kind.fixed_dims)
 
-    def write(self, path: str, value: Any, *, units: str | None = None) -> None:
-        """Write a whole dataset. `units` is required where the contract leaves it open."""
+    def write(self, path: str, value: Any, *, units: str | None = None, single: bool = False) -> None:
+        """Write a whole dataset. `units` is required where the contract leaves it open; `single` as for `allocate`."""
         spec = self._spec(path)
         data = np.asarray(value, dtype=object) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
-        dataset = self._make(path, spec, data.shape, units)
+        data = narrowed(data) if single else data
+        dataset = self._make(path, spec, data.shape, units, single)
         if data.shape == ():
             dataset[()] = data.item()
         elif data.size:
             dataset[...] = data
         self._sink.check()
 
-    def allocate(self, path: str, shape: tuple[int, ...], *, units: str | None = None) -> Allocated:
-        """Make an empty dataset for a stage that fills it in blocks (`dataset[i] = ...`)."""
-        return Allocated(self._make(path, self._spec(path), shape, units), self._sink)
+    def allocate(
+        self, path: str, shape: tuple[int, ...], *, units: str | None = None, single: bool = False
+    ) -> Allocated:
+        """Make an empty dataset for a stage that fills it in blocks (`dataset[i] = ...`).
+
+        With `single` (for the contract's `real` alone) it takes half the room and `PrecisionLossError` says where that
+        would change a number.
+        """
+        return Allocated(self._make(path, self._spec(path), shape, units, single), self._sink)
 
     def _spec(self, path: str) -> Dataset:
         return find_spec(self._kind, path)
 
-    def _make(self, path: str, spec: Dataset, shape: tuple[int, ...], units: str | None) -> Any:
+    def _make(self, path: str, spec: Dataset, shape: tuple[int, ...], units: str | None, single: bool) -> Any:
         problem = shape_problem(spec, shape, self._dims)
         if problem:
             raise TedmError(f"internal: {self._kind.name} {path}: {problem}")
-        dtype: Any = h5py.string_dtype() if spec.dtype == "str" else DTYPES[spec.dtype]
+        dtype: Any = h5py.string_dtype() if spec.dtype == "str" else np.float32 if single else DTYPES[spec.dtype]
         options: dict[str, Any] = {}
-        if "node" in spec.dims and 0 not in shape:
-            axis = spec.dims.index("node")
+        axis = next((i for i, dim in enumerate(spec.dims) if dim in _CHUNKED), None)
+        if axis is not None and 0 not in shape:
             options["chunks"] = tuple(
-                1 if i < axis else min(n, _NODE_CHUNK) if i == axis else n for i, n in enumerate(shape)
+                1 if i < axis else min(n, BLOCK_NODES) if i == axis else n for i, n in enumerate(shape)
             )
         dataset = self._file.create_dataset(path, shape=shape, dtype=dtype, track_times=False, **options)
         unit = spec.units if spec.units is not None else units
@@ -111,44 +120,6 @@ class Writer:
             raise TedmError(f"internal: {self._kind.name} was written incompletely: {'; '.join(problems)}")
 
 
-class Allocated:
-    """An empty dataset that is filled where it is indexed."""
-
-    def __init__(self, dataset: Any, sink: Sink) -> None:
-        self._dataset = dataset
-        self._sink = sink
-
-    def __setitem__(self, index: Any, value: Any) -> None:
-        self._dataset[index] = value
-        self._sink.check()
-
-
-class Blocks:
-    """A numeric dataset that is read where it is indexed."""
-
-    def __init__(self, dataset: Any, file: Path) -> None:
-        self._dataset = dataset
-        self._file = file
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return tuple(self._dataset.shape)
-
-    def __getitem__(self, index: Any) -> NDArray[Any]:
-        with _reading(self._file, self._dataset.name):
-            return np.asarray(self._dataset[index])
-
-
-@contextlib.contextmanager
-def _reading(file: Path, path: str = "") -> Iterator[None]:
-    """HDF5's complaints about a damaged file as an `InputError` that names it, lest a writer take them for its own."""
-    try:
-        yield
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as exc:
-        fact = f"{path}: " * bool(path) + f"cannot be read, the file is damaged ({exc})"
-        raise InputError(fact, where=str(file), hint="rebuild it") from exc
-
-
 class Reader:
     """An open file whose contract has been checked; made by `open_checked`."""
 
@@ -165,11 +136,11 @@ class Reader:
         return self.dataset(path)[()]
 
     def strings(self, path: str) -> list[str]:
-        with _reading(self.path, path):
+        with reading(self.path, path):
             return [str(s) for s in self._file[path].asstr()[()]]
 
     def string(self, path: str) -> str:
-        with _reading(self.path, path):
+        with reading(self.path, path):
             return str(self._file[path].asstr()[()])
 
     def number(self, path: str) -> float:
@@ -222,7 +193,7 @@ class Reader:
 def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Writer]:
     """Write a file of `kind` atomically; on any failure the file that was there before stays as it was."""
     with replacing(path) as temporary, contextlib.closing(Sink(temporary)) as sink:
-        with h5py.File(sink, "w", libver="v110") as file:
+        with h5py.File(sink, "w", libver="v110", rdcc_nbytes=_NO_CACHE) as file:
             writer = Writer(file, kind, path, sink)
             yield writer
             writer._finish(provenance)
@@ -283,13 +254,13 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
     """
     rebuild = f"make it with `{kind.made_by}`"
     try:
-        file = h5py.File(path, "r")
+        file = h5py.File(path, "r", rdcc_nbytes=_NO_CACHE)
     except FileNotFoundError as exc:
         raise InputError("no such file", where=str(path), hint=rebuild) from exc
     except OSError as exc:
         raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path), hint=rebuild) from exc
     with file:
-        with _reading(path):
+        with reading(path):
             schema = str(file.attrs.get("schema", ""))
             found = file.attrs.get("schema_version", "none")
         if schema != f"tedm.{kind.name}":
@@ -300,7 +271,7 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
             raise InputError(
                 f"schema version {found}, this tedm reads {kind.version}", where=str(path), hint=f"re{rebuild}"
             )
-        with _reading(path):
+        with reading(path):
             problems = contract_problems(file, kind) + provenance_problems(file)
         if problems:
             raise InputError("; ".join(problems), where=str(path), hint=f"re{rebuild}")

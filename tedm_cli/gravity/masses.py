@@ -103,17 +103,19 @@ def mass_distribution(
     """
     counts = np.diff(node_offset)
     heavy = mass != 0.0
-    kinds = np.array([f"{c}:{n}" for c, n in zip(card, counts, strict=True)])
+    number = {name: i for i, name in enumerate(sorted(set(card)))}
+    kinds = np.fromiter((number[c] for c in card), np.int64, len(card))
     shared = np.zeros(len(position))
     share = np.repeat(np.where(heavy, mass, 0.0) / counts, counts)
+    levers = lever_nodes(mass, node_offset, node_index, lever, points)
     on_lever = np.any(lever != 0.0, axis=1) & (share != 0.0)
     aside: list[IntArray] = []
     blocks = []
-    for kind in np.unique(kinds[heavy]):
-        members = np.flatnonzero((kinds == kind) & heavy)
-        name, count = str(kind).split(":")
-        shape = shape_of(name, int(count))
-        rows = node_offset[members][:, None] + np.arange(int(count))
+    pairs = [(name, int(n)) for name, kind in number.items() for n in np.unique(counts[heavy & (kinds == kind)])]
+    for name, count in pairs:
+        members = np.flatnonzero((kinds == number[name]) & (counts == count) & heavy)
+        shape = shape_of(name, count)
+        rows = node_offset[members][:, None] + np.arange(count)
         if lumped or shape is None:
             plain = rows[~on_lever[rows]]
             np.add.at(shared, node_index[plain], share[plain])
@@ -143,5 +145,14 @@ def mass_distribution(
     )
     if not np.isfinite(all_points.mass).all() or not all(np.isfinite(b.mass).all() for b in blocks):
         raise PhysicsError("a mass of the model is not finite")
-    moved = np.concatenate([points.node[np.any(points.offset != 0.0, axis=1)], node_index[on_lever]])
-    return MassDistribution(position=position, elements=tuple(blocks), points=all_points, lever_node=np.unique(moved))
+    return MassDistribution(position=position, elements=tuple(blocks), points=all_points, lever_node=levers)
+
+
+def lever_nodes(
+    mass: Array, node_offset: IntArray, node_index: IntArray, lever: Array, points: PointMasses
+) -> IntArray:
+    """Ascending rows of the grids from which something with mass is offset; arguments as of `mass_distribution`."""
+    heavy = np.repeat(mass != 0.0, np.diff(node_offset))
+    moved = points.node[np.any(points.offset != 0.0, axis=1)]
+    away = np.unique(np.flatnonzero(lever) // 3)
+    return np.asarray(np.unique(np.concatenate([moved, node_index[away[heavy[away]]]])))

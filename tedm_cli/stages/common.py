@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import KINDS
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.gravity.masses import MassDistribution, PointMasses, mass_distribution
+from tedm_cli.gravity.masses import MassDistribution, PointMasses, lever_nodes, mass_distribution
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
@@ -27,7 +27,6 @@ UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS = (
     "optics.h5",
 )
 SOLID_KG_M3 = (1e2, 3e4)  # no solid is lighter or heavier
-BLOCK_NODES = 16384  # nodes held at a time where a stage streams over them; the chunk length of the files
 
 
 def case_file_name(case_id: str) -> str:
@@ -95,9 +94,23 @@ def check_test_masses(test_masses: Sequence[TestMass], position: FloatArray, *, 
         )
 
 
+def _concentrated(unit: Reader) -> PointMasses:
+    return PointMasses(
+        name=[f"CONM2 {i}" for i in unit.array("/mass/concentrated_id")],
+        mass=unit.array("/mass/concentrated"),
+        node=unit.array("/mass/concentrated_node"),
+        offset=unit.array("/mass/concentrated_lever"),
+    )
+
+
+def lever_nodes_of(unit: Reader) -> IntArray:
+    """Rows of the grids in unit_loads.h5 from which something with mass is offset, ascending."""
+    mass, offset, index, lever = (unit.array(f"/element/{c}") for c in ("mass", "node_offset", "node_index", "lever"))
+    return lever_nodes(mass, offset, index, lever, _concentrated(unit))
+
+
 def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
     """The mass of the model in unit_loads.h5, spread over its elements or lumped to its grids."""
-    ids = unit.array("/mass/concentrated_id")
     return mass_distribution(
         unit.array("/grid/position"),
         element_id=unit.array("/element/id"),
@@ -107,12 +120,7 @@ def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
         node_index=unit.array("/element/node_index"),
         lever=unit.array("/element/lever"),
         thickness=unit.array("/element/section"),
-        points=PointMasses(
-            name=[f"CONM2 {i}" for i in ids],
-            mass=unit.array("/mass/concentrated"),
-            node=unit.array("/mass/concentrated_node"),
-            offset=unit.array("/mass/concentrated_lever"),
-        ),
+        points=_concentrated(unit),
         lumped=lumped,
         grid_id=unit.array("/grid/id"),
     )

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from tedm_cli.blocks import SomeNodes, node_blocks
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as KIND
 from tedm_cli.contracts import UNIT_LOADS as SOURCE
-from tedm_cli.distortion import plausible_translation, rigid_motion, superposition_residual
+from tedm_cli.distortion import RigidFit, plausible_translation, superposition_residual
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
@@ -21,7 +22,7 @@ from tedm_cli.stages.common import (
     FloatArray,
     IntArray,
     copy_areas,
-    mass_of,
+    lever_nodes_of,
     out_path,
     provenance,
 )
@@ -78,59 +79,92 @@ def _scale_areas(
     unit: Reader, writer: Writer, rows: IntArray, names: list[str], out: Path, step: Step
 ) -> DistortionSummary:
     areas = unit.strings("/area/name")
-    load = unit.array("/area/load_K")
-    position, mass = unit.array("/grid/position"), unit.array("/mass/lumped")
-    centre = unit.array("/mass/centre_of_gravity")
-    n_nodes = len(position)
-    target = writer.allocate("/D/translation", (len(areas), n_nodes, 3))
-    offset_nodes = mass_of(unit).lever_node
-    turning = np.zeros((len(areas), len(offset_nodes), 3))
-    moving = np.zeros(len(offset_nodes), dtype=bool)
-    optical_t, optical_r = np.zeros((2, len(areas), len(rows), 3))
-    largest = np.zeros(len(areas))
-    rigid_t, rigid_r = np.zeros((2, len(areas), 3))
-    total = np.zeros((n_nodes, 3))
-    for i, name in enumerate(areas):
-        translation = unit.dataset("/translation")[i] / load[i]
-        rotation = unit.dataset("/rotation")[i] / load[i]
-        if not (np.isfinite(translation).all() and np.isfinite(rotation).all()):
-            raise InputError(f"area '{name}': displacements are not finite", where=str(unit.path))
-        target[i] = translation
-        optical_t[i], optical_r[i] = translation[rows], rotation[rows]
-        turning[i] = rotation[offset_nodes]
-        moving |= np.any(translation[offset_nodes] != 0.0, axis=1)
-        largest[i] = np.abs(translation).max()
-        rigid_t[i], rigid_r[i] = rigid_motion(position, translation, mass, centre)
-        total += translation
-        step(i + 1, len(areas), "scaling unit loads")
-    _check_plausible(unit, areas, largest)
-    flat = [n for j, n in enumerate(names) if not np.any(optical_r[:, j])]
+    found = _stream(unit, writer, rows, step)
+    _check_plausible(unit, areas, found.largest)
+    flat = [n for j, n in enumerate(names) if not np.any(found.optical_rotation[:, j])]
     if flat:
         raise PhysicsError(
             f"optical elements whose rotation is zero under every load: {', '.join(flat)}",
             where=str(unit.path),
             hint="a grid of solids alone has no rotation; tie the element's grid with RBE2 or RBE3",
         )
-    _check_turning(unit, offset_nodes[moving & ~np.any(turning != 0.0, axis=(0, 2))])
-    writer.write("/D/offset_node", offset_nodes)
-    writer.write("/D/rotation", turning)
-    writer.write("/D_opt/translation", optical_t)
-    writer.write("/D_opt/rotation", optical_r)
-    writer.write("/check/max_translation", largest)
-    writer.write("/check/rigid_translation", rigid_t)
-    writer.write("/check/rigid_rotation", rigid_r)
-    superposition = _superposition(unit, writer, total, optical_r.sum(axis=0), rows)
-    worst = int(largest.argmax())
+    _check_turning(unit, found.stiff)
+    writer.write("/D_opt/translation", found.optical_translation)
+    writer.write("/D_opt/rotation", found.optical_rotation)
+    writer.write("/check/max_translation", found.largest)
+    writer.write("/check/rigid_translation", found.rigid_translation)
+    writer.write("/check/rigid_rotation", found.rigid_rotation)
+    superposition = _superposition(unit, writer, found.total, found.optical_rotation.sum(axis=0), rows)
+    worst = int(found.largest.argmax())
     return DistortionSummary(
         out,
         len(areas),
-        n_nodes,
+        len(found.total),
         len(rows),
         superposition,
-        float(largest[worst]),
+        float(found.largest[worst]),
         areas[worst],
-        float(np.abs(rigid_t).max()),
+        float(np.abs(found.rigid_translation).max()),
     )
+
+
+@dataclass(frozen=True)
+class _Reductions:
+    """What one pass over the unit loads leaves besides [D], all per kelvin.
+
+    optical_translation, optical_rotation : [k,E,3]; largest : [k], largest component of any translation;
+    rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over the areas; stiff : rows of the grids with a lever
+    that move and never turn.
+    """
+
+    optical_translation: FloatArray
+    optical_rotation: FloatArray
+    largest: FloatArray
+    rigid_translation: FloatArray
+    rigid_rotation: FloatArray
+    total: FloatArray
+    stiff: IntArray
+
+
+def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reductions:
+    """Write [D] area by area and piece by piece; what is held does not grow with the number of areas times grids."""
+    areas, load = unit.strings("/area/name"), unit.array("/area/load_K")
+    fit = RigidFit(unit.array("/grid/position"), unit.array("/mass/lumped"), unit.array("/mass/centre_of_gravity"))
+    source, turns = unit.dataset("/translation"), unit.dataset("/rotation")
+    count, n_nodes, _ = source.shape
+    offset_nodes = lever_nodes_of(unit)
+    writer.write("/D/offset_node", offset_nodes)
+    as_held = bool(np.all(load == 1.0))  # then nothing is divided, and single precision stays exact
+    target = writer.allocate("/D/translation", source.shape, single=as_held and source.single)
+    turning = writer.allocate("/D/rotation", (count, len(offset_nodes), 3))
+    optics, levers = SomeNodes(rows), SomeNodes(offset_nodes)
+    moving, turned = np.zeros((2, len(offset_nodes)), dtype=bool)
+    optical_t, optical_r = np.zeros((2, count, len(rows), 3))
+    largest = np.zeros(count)
+    rigid_t, rigid_r = np.zeros((2, count, 3))
+    total = np.zeros((n_nodes, 3))
+    for i, name in enumerate(areas):
+        moments = np.zeros((4, 3))
+        for block in node_blocks(n_nodes):
+            held = source.held((i, block)) if as_held else source[i, block] / load[i]
+            move = held.astype(np.float64, copy=False)
+            largest[i] = np.maximum(largest[i], np.maximum(held.max(), -held.min()))  # keeps what is not a number
+            target[i, block] = held
+            moments += fit.moments(block, move)
+            total[block] += move
+            at, local = optics.within(block)
+            optical_t[i, at] = move[local]
+            at, local = levers.within(block)
+            moving[at] |= np.any(move[local] != 0.0, axis=1)
+        optical_r[i] = optics.read(turns, i) / load[i]
+        turn = levers.read(turns, i) / load[i]
+        if not (np.isfinite(largest[i]) and np.isfinite(optical_r[i]).all() and np.isfinite(turn).all()):
+            raise InputError(f"area '{name}': displacements are not finite", where=str(unit.path))
+        turned |= np.any(turn != 0.0, axis=1)
+        turning[i] = turn
+        rigid_t[i], rigid_r[i] = fit.motion(moments)
+        step(i + 1, count, "scaling unit loads")
+    return _Reductions(optical_t, optical_r, largest, rigid_t, rigid_r, total, offset_nodes[moving & ~turned])
 
 
 def _check_turning(unit: Reader, rows: IntArray) -> None:

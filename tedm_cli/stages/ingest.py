@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
+from tedm_cli.blocks import PrecisionLossError
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS as KIND
@@ -20,7 +21,7 @@ from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.reading import deck_files, read_deck
 from tedm_cli.nastran.results import require_results
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
-from tedm_cli.nastran.unit_loads import UnitLoad, deck_unit_loads
+from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import (
     UNIT_LOADS,
@@ -54,6 +55,8 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         require_results(path)
     model = read_deck(deck)
     files = deck_files(model, deck)
+    listed = area_csv(project, config)
+    trace = provenance([config_file], [*files, *([listed] if listed else []), *results])
     geometry = model_geometry(model, files)
     _check_mass(geometry)
     check_test_masses(config.test_masses(), geometry.position_m[geometry.lumped_kg > 0], where=str(project.model))
@@ -62,31 +65,30 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     if defines_areas(config):
         warmed = {a.label: geometry.grid_id[a.rows] for a in areas}
         require_agreement(configured_areas(project, config, model, geometry), warmed, geometry, where=str(deck))
-    listed = area_csv(project, config)
     wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
     centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
     table = area_attributes([a.label for a in areas], centroids, config.areas, where=str(project.model))
     out = out_path(project, UNIT_LOADS, output)
-    with create(out, KIND, provenance([config_file], [*files, *([listed] if listed else []), *results])) as writer:
-        _write_geometry(writer, geometry)
-        _write_areas(writer, geometry, areas, centroids)
-        for column in ("name", "group", "shield", "side"):
-            writer.write(f"/area/{column}", [str(v) for v in getattr(table, column)])
-        shape = (len(areas), len(geometry.grid_id), 3)
-        translation, rotation = writer.allocate("/translation", shape), writer.allocate("/rotation", shape)
-        number = {a.label: i for i, a in enumerate(areas)}
-        motions = unit_load_displacements(results, wanted, geometry, config.model.subcases)
-        links = rigid_links(model, geometry)
-        for done, (load, t, r) in enumerate(motions, start=1):
+    links = rigid_links(model, geometry)
+
+    def motions() -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
+        for load, t, r in unit_load_displacements(results, wanted, geometry, config.model.subcases):
             check_rigidity(links, geometry.grid_id, t, r, where=f"{deck}: subcase {load.subcase} (area '{load.label}')")
-            if load is loads.uniform:
-                writer.write("/uniform/translation", t)
-                writer.write("/uniform/rotation", r)
-                writer.write("/uniform/load_K", load.load_K)
-            else:
-                translation[number[load.label]], rotation[number[load.label]] = t, r
-            step(done, len(wanted), "reading displacements")
+            yield load, t, r
+
+    def write(single: bool) -> None:
+        with create(out, KIND, trace) as writer:
+            _write_geometry(writer, geometry)
+            _write_areas(writer, geometry, areas, centroids)
+            for column in ("name", "group", "shield", "side"):
+                writer.write(f"/area/{column}", [str(v) for v in getattr(table, column)])
+            write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
+
+    try:
+        write(single=True)
+    except PrecisionLossError:  # an OP2 in double precision, or grids in other frames: known from the first subcase on
+        write(single=False)
     x, y, z = (float(v) for v in geometry.centre_of_gravity_m)
     return IngestSummary(
         out,
@@ -99,6 +101,30 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         loads.uniform is not None,
         geometry.elements.partial,
     )
+
+
+def write_motions(
+    writer: Writer,
+    motions: Iterable[tuple[UnitLoad, FloatArray, FloatArray]],
+    loads: UnitLoads,
+    n_nodes: int,
+    single: bool,
+    step: Step,
+) -> None:
+    """Write the displacements of one subcase after the other, in whatever order the results hold them."""
+    shape = (len(loads.areas), n_nodes, 3)
+    translation = writer.allocate("/translation", shape, single=single)
+    rotation = writer.allocate("/rotation", shape, single=single)
+    number = {a.label: i for i, a in enumerate(loads.areas)}
+    count = len(loads.areas) + (loads.uniform is not None)
+    for done, (load, t, r) in enumerate(motions, start=1):
+        if load is loads.uniform:
+            writer.write("/uniform/translation", t, single=single)
+            writer.write("/uniform/rotation", r, single=single)
+            writer.write("/uniform/load_K", load.load_K)
+        else:
+            translation[number[load.label]], rotation[number[load.label]] = t, r
+        step(done, count, "reading displacements")
 
 
 def _check_mass(geometry: ModelGeometry) -> None:

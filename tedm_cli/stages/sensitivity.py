@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tedm_cli.blocks import BLOCK_NODES, node_blocks
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
@@ -27,7 +28,6 @@ from tedm_cli.gravity.structure import StructureGravity, stack_rows, structure_g
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.stages.common import (
-    BLOCK_NODES,
     DISTORTION,
     SENSITIVITY,
     UNIT_LOADS,
@@ -42,6 +42,7 @@ from tedm_cli.stages.common import (
 from tedm_cli.stages.compensation import compensation_file, compensation_masses
 from tedm_cli.store import Reader, Writer, create, open_checked
 
+TILE_AREAS = 32  # areas of D held at a time
 STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
 BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")
 STIFFNESS = ("gamma_lin", "omega_lin", "gamma_ang", "omega_ang")
@@ -263,8 +264,10 @@ def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
 def _sensitivity(
     masses: MassDistribution, found: list[StructureGravity], distortion: Reader, writer: Writer, step: Step
 ) -> FloatArray:
-    """S = -G D, with D read in blocks of grids; the operator itself is held, 24 numbers per grid and test mass."""
-    units = "1/s^2 (a) or 1/(m s^2) (omegadot), see /row/label"
+    """S = -G D, with D read in tiles of some areas and grids; the operator is held, 24 numbers per grid and test mass.
+
+    An element's mass acts on all its grids, so no block of G is complete before the last element.
+    """
     offset_nodes = distortion.array("/D/offset_node")
     if not np.array_equal(offset_nodes, masses.lever_node):
         raise InputError(
@@ -272,17 +275,23 @@ def _sensitivity(
             where=str(distortion.path),
             hint=f"rebuild it with `{distortion.kind.made_by}`",
         )
-    turning = stack_rows([s.rotation for s in found])
     writer.write("/operator/offset_node", offset_nodes)
-    writer.write("/operator/G_rotation", turning, units="m/s^2 (a) or 1/s^2 (omegadot) per rad, see /row/label")
-    total = contract(turning, distortion.array("/D/rotation"))
-    d = distortion.dataset("/D/translation")
-    n_nodes = len(masses.position)
-    target = writer.allocate("/operator/G", (len(total), n_nodes, 3), units=units)
-    for start in range(0, n_nodes, BLOCK_NODES):
-        block = slice(start, min(start + BLOCK_NODES, n_nodes))
-        g_block = stack_rows([s.operator[:, :, block] for s in found])
-        target[:, block] = g_block
-        total += contract(g_block, d[:, block])
-        step(block.stop, n_nodes, "contracting S = -G D")
+    parts = (
+        ("/D/rotation", [s.rotation for s in found], "/operator/G_rotation", "m/s^2 (a) or 1/s^2 (omegadot) per rad"),
+        ("/D/translation", [s.operator for s in found], "/operator/G", "1/s^2 (a) or 1/(m s^2) (omegadot)"),
+    )
+    areas = distortion.dataset("/D/translation").shape[0]
+    total = np.zeros((6 * len(found), areas))
+    work = sum(part[0].shape[2] for _, part, _, _ in parts) * areas
+    advance = counter(step, work, "contracting S = -G D")
+    for path, operators, target, unit in parts:
+        d, n_nodes = distortion.dataset(path), operators[0].shape[2]
+        g = writer.allocate(target, (len(total), n_nodes, 3), units=f"{unit}, see /row/label")
+        for block in node_blocks(n_nodes, BLOCK_NODES):
+            g_block = stack_rows([part[:, :, block] for part in operators])
+            g[:, block] = g_block
+            for first in range(0, areas, TILE_AREAS):
+                tile = slice(first, min(first + TILE_AREAS, areas))
+                total[:, tile] += contract(g_block, d[tile, block])
+                advance((tile.stop - tile.start) * (block.stop - block.start))
     return total
