@@ -16,12 +16,6 @@ _REFUSED_BULK = {
     "TEMPP1": "plate temperatures are not read: load the grids with TEMP",
     "TEMPP3": "plate temperatures are not read: load the grids with TEMP",
     "TEMPRB": "bar temperatures are not read: load the grids with TEMP",
-    "NSM": "non-structural mass tables are not read: put NSM on the property",
-    "NSM1": "non-structural mass tables are not read: put NSM on the property",
-    "NSML": "non-structural mass tables are not read: put NSM on the property",
-    "NSML1": "non-structural mass tables are not read: put NSM on the property",
-    "NSMADD": "non-structural mass tables are not read: put NSM on the property",
-    "CONM1": "full mass matrices are not read: use CONM2",
     "SESET": "superelements are not read: solve the model in one piece",
 }
 # The first record of an OP2 has 4 or 8 bytes (32 or 64 bit), in either byte order.

@@ -108,11 +108,12 @@ def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
         lever=unit.array("/element/lever"),
         thickness=unit.array("/element/section"),
         points=PointMasses(
-            name=[f"CONM2 {i}" for i in ids],
+            name=[f"{card} {i}" for card, i in zip(unit.strings("/mass/concentrated_card"), ids, strict=True)],
             mass=unit.array("/mass/concentrated"),
             node=unit.array("/mass/concentrated_node"),
             offset=unit.array("/mass/concentrated_lever"),
         ),
+        weight=unit.array("/element/weight"),
         lumped=lumped,
         grid_id=unit.array("/grid/id"),
     )

@@ -1,0 +1,127 @@
+"""Checks of the masses by others: pyNastran's own element masses on a sample, and Nastran's grid point weight table."""
+
+from __future__ import annotations
+
+import mmap
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import InputError
+from tedm_cli.nastran.geometry import ModelGeometry, id_list
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_SAMPLE = 50  # elements of each card and property
+# pyNastran takes the volume of a solid as height times mean face, a warped plate as flat, a bar without its offsets.
+# What differs by more than this in the sum of a sample is no matter of shape.
+_SHAPE = 0.05
+
+
+@dataclass(frozen=True)
+class SampleCheck:
+    """Number of elements compared; largest relative difference in the sum of a card and property, and which that is."""
+
+    elements: int
+    largest: float
+    worst: str
+
+
+def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
+    """Compare up to 50 elements of every card and property, evenly chosen, with pyNastran's own masses.
+
+    Parameters
+    ----------
+    model : cross-referenced pyNastran model.
+
+    Raises
+    ------
+    InputError : the masses of a sample differ by more than shape can explain.
+    """
+    e = geometry.elements
+    factor = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    _, kind = np.unique([f"{c}:{p}" for c, p in zip(e.type, e.property_id, strict=True)], return_inverse=True)
+    order = np.argsort(kind, kind="stable")
+    compared, largest, worst = 0, 0.0, ""
+    for rows in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
+        chosen = rows[np.unique(np.linspace(0, len(rows) - 1, _SAMPLE).astype(int))]
+        elements = [model.elements[int(i)] for i in e.id[chosen]]
+        if not hasattr(elements[0], "Mass"):
+            continue
+        theirs = np.array([float(x.Mass()) for x in elements]) * factor
+        ours = e.mass_kg[chosen] - e.added_kg[chosen]
+        compared += len(chosen)
+        scale = float(theirs.sum())
+        difference = abs(float(ours.sum()) - scale) / scale if scale else float(ours.any())
+        name = f"{e.type[chosen[0]]} of property {e.property_id[chosen[0]]}"
+        if difference > _SHAPE:
+            raise InputError(
+                f"{len(chosen)} {name} have {ours.sum():.9g} kg, pyNastran finds {scale:.9g} kg:"
+                f" elements {id_list(e.id[chosen])}",
+                where=str(geometry.files[0]),
+                hint="are these elements badly distorted, or bars with offsets as long as themselves?",
+            )
+        if difference > largest or not worst:
+            largest, worst = difference, name
+    return SampleCheck(compared, largest, worst)
+
+
+@dataclass(frozen=True)
+class WeightTable:
+    """A solver's rigid body masses (PARAM,GRDPNT), in the units of the deck's masses, basic frame.
+
+    mass : [3], along x, y and z; centre : [3] of gravity, m; inertia : [3, 3] about it.
+    """
+
+    file: Path
+    mass: FloatArray
+    centre: FloatArray
+    inertia: FloatArray
+
+
+def weight_table(path: Path, place_of: Callable[[int], FloatArray]) -> WeightTable | None:
+    """The grid point weight table of an OP2 (MSC, NX, MYSTRAN), or None where it holds none.
+
+    Only its first part is used, the 6 x 6 mass matrix of rigid motions about the grid of PARAM,GRDPNT (0: the origin):
+    what follows in the table are axes and sums made of it, which the solvers write each in their own way.
+
+    Parameters
+    ----------
+    place_of : position [3] of a grid by its id; the origin for 0.
+
+    Raises
+    ------
+    InputError : unreadable table.
+    """
+    with open(path, "rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        if data.find(b"OGPW") < 0:
+            return None
+    from pyNastran.op2.op2 import OP2
+
+    results = OP2(debug=None)
+    try:
+        with redirect_stdout(StringIO()):
+            results.set_results([])
+            results.read_op2(str(path), build_dataframe=False, skip_undefined_matrices=True)
+    except Exception as exc:  # damaged files make pyNastran raise almost anything
+        raise InputError(f"its grid point weight table cannot be read ({type(exc).__name__})", where=str(path)) from exc
+    if len(results.grid_point_weight) != 1:
+        return None  # superelements have one each
+    table = next(iter(results.grid_point_weight.values()))
+    matrix = np.asarray(table.MO, dtype=float)
+    mass = np.diag(matrix)[:3].copy()
+    if not (np.isfinite(matrix).all() and (mass > 0.0).all()):
+        raise InputError("its grid point weight table has no mass", where=str(path))
+    # the block of a mass at w is -m [w]x
+    moment = matrix[:3, 3:]
+    w = np.array([moment[1, 2] - moment[2, 1], moment[2, 0] - moment[0, 2], moment[0, 1] - moment[1, 0]])
+    w /= 2.0 * mass.mean()
+    inertia = matrix[3:, 3:] - mass.mean() * (w @ w * np.eye(3) - np.multiply.outer(w, w))
+    return WeightTable(path, mass, place_of(int(table.reference_point)) + w, inertia)
