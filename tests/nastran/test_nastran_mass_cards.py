@@ -10,6 +10,7 @@ from mass_decks import GRIDS, deck, read
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.masses.audit import check_sample
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.stages.masses import properties_of
 
@@ -66,6 +67,7 @@ CARDS = {
 def test_mass_and_centre_of_gravity(tmp_path: Path, name: str) -> None:
     cards, mass, centre = CARDS[name]
     g = read(tmp_path, deck(cards))
+    check_sample(read_deck(g.files[0]), g)
     found = properties_of(g)
     assert found.mass_kg == pytest.approx(mass, rel=1e-7 if name == "OFFT GOO" else 1e-12)
     if centre is not None:
@@ -231,6 +233,8 @@ def test_the_parts_of_a_distorted_block_add_up_to_it(tmp_path: Path) -> None:
     assert g.total_kg == pytest.approx(1000.0, rel=1e-13)
     np.testing.assert_allclose(properties_of(g).centre_m, 0.5, rtol=0, atol=1e-13)
     model = read_deck(tmp_path / "model.bdf")
+    check = check_sample(model, g)
+    assert (check.elements, check.largest) == (27, pytest.approx(0.0, abs=1e-14))
     theirs = np.array([model.elements[i].Mass() for i in g.elements.id])
     assert abs(theirs.sum() / 1000.0 - 1.0) > 1e-3
     assert np.abs(theirs / g.elements.mass_kg - 1.0).max() > 0.02

@@ -14,15 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.errors import InputError
+from tedm_cli.fem.shapes import corner_count
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _SAMPLE = 50  # elements of each card and property
-# pyNastran takes the volume of a solid as height times mean face, a warped plate as flat, a bar without its offsets.
-# What differs by more than this in the sum of a sample is no matter of shape.
-_SHAPE = 0.05
+# pyNastran takes warped plates as flat, and sides as straight where there are midside nodes. What differs by more than
+# this in the sum of a sample is no matter of shape.
+_WARPED, _CURVED = 0.05, 0.25
+_FACES = {
+    "CTETRA": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
+    "CPYRAM": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+    "CPENTA": ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "CHEXA": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
 
 
 @dataclass(frozen=True)
@@ -35,7 +42,7 @@ class SampleCheck:
 
 
 def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
-    """Compare up to 50 elements of every card and property, evenly chosen, with pyNastran's own masses.
+    """Compare up to 50 elements of every card and property, evenly chosen, with pyNastran's densities and masses.
 
     Parameters
     ----------
@@ -52,25 +59,57 @@ def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
     compared, largest, worst = 0, 0.0, ""
     for rows in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
         chosen = rows[np.unique(np.linspace(0, len(rows) - 1, _SAMPLE).astype(int))]
+        # pyNastran measures bars between their grids
+        chosen = chosen[[not _has_offsets(model.elements[int(i)]) for i in e.id[chosen]]]
         elements = [model.elements[int(i)] for i in e.id[chosen]]
-        if not hasattr(elements[0], "Mass"):
+        if not elements or not hasattr(elements[0], "Mass"):
             continue
-        theirs = np.array([float(x.Mass()) for x in elements]) * factor
+        theirs = np.array([_reference(x) for x in elements]) * factor
         ours = e.mass_kg[chosen] - e.added_kg[chosen]
         compared += len(chosen)
         scale = float(theirs.sum())
         difference = abs(float(ours.sum()) - scale) / scale if scale else float(ours.any())
         name = f"{e.type[chosen[0]]} of property {e.property_id[chosen[0]]}"
-        if difference > _SHAPE:
+        corners = corner_count(e.type[chosen[0]])
+        curved = corners is not None and e.node_offset[chosen[0] + 1] - e.node_offset[chosen[0]] > corners
+        if difference > (_CURVED if curved else _WARPED):
             raise InputError(
                 f"{len(chosen)} {name} have {ours.sum():.9g} kg, pyNastran finds {scale:.9g} kg:"
                 f" elements {id_list(e.id[chosen])}",
                 where=str(geometry.files[0]),
-                hint="are these elements badly distorted, or bars with offsets as long as themselves?",
+                hint="are these elements badly warped or curved?",
             )
         if difference > largest or not worst:
             largest, worst = difference, name
     return SampleCheck(compared, largest, worst)
+
+
+def _has_offsets(element: Any) -> bool:
+    return any(np.any(getattr(element, end, 0.0)) for end in ("wa", "wb"))
+
+
+def _reference(element: Any) -> float:
+    """Mass of an element by pyNastran; of a solid, its density there times the volume within its corners."""
+    faces = _FACES.get(element.type)
+    if faces is None:
+        return float(element.Mass())
+    return float(element.Rho()) * _volume(
+        np.array([n.get_position() for n in element.nodes_ref if n is not None]), faces
+    )
+
+
+def _volume(corner: FloatArray, faces: tuple[tuple[int, ...], ...]) -> float:
+    """Volume by the divergence theorem, with each face a fan about the mean of its corners.
+
+    A bilinear face and its fan enclose the same volume: its middle lies half way between the two diagonals.
+    """
+    total = 0.0
+    x = corner - corner[0]
+    for face in faces:
+        middle = x[list(face)].mean(axis=0)
+        for a, b in zip(face, face[1:] + face[:1], strict=True):
+            total += float(middle @ np.cross(x[a], x[b]))
+    return abs(total) / 6.0
 
 
 @dataclass(frozen=True)
