@@ -220,7 +220,8 @@ def mass_lines(masses: MassSummary) -> list[str]:
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = (
         (f"{v:.6g}" if abs(v) > least else "0" for v in row) for row in p.inertia_kg_m2
     )
-    x, y, z = (f"{v:.6g}" for v in p.centre_m)
+    size = float(p.inertia_kg_m2.trace() / p.mass_kg) ** 0.5
+    x, y, z = (f"{v:.6g}" if abs(v) > _ROUNDING * size else "0" for v in p.centre_m)
     lines = [
         f"mass {p.mass_kg:.9g} kg, centre of gravity ({x}, {y}, {z}) m in the basic frame",
         f"inertia about it: xx {xx}, yy {yy}, zz {zz}, xy {xy}, xz {xz}, yz {yz} kg m2",

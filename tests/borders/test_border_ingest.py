@@ -161,6 +161,22 @@ def test_weight_densities_need_wtmass(tiny: Project) -> None:
     assert "mass 5.4" in tiny.run("ingest").ok().out
 
 
+def test_what_stands_for_a_test_mass_is_left_out_and_said(tiny: Project) -> None:
+    replace(tiny.deck, "ENDDATA", "CONM2,77,3,,2.\nENDDATA")
+    assert "mass 7.4 kg" in tiny.run("ingest").ok().out
+    replace(tiny.model, "mass_kg = 1.96", "mass_kg = 1.96\nmodel_parts = { elements = [77] }")
+    out = tiny.run("ingest").ok().out
+    assert "mass 5.4 kg" in out
+    assert "left out: 2 kg that stand for TM1" in out
+    replace(tiny.model, "[77]", "[77, 78]")
+    refuse(tiny, 3, "test_mass[0].model_parts.elements: the model has none of these: 78")
+
+
+def test_structure_inside_a_test_mass(tiny: Project) -> None:
+    replace(tiny.model, "[0.1, 0.2, 0.0]", "[0.2, 0.1, 0.0]")
+    refuse(tiny, 5, "1 grids with mass are inside test mass 'TM1': 10", hint="model_parts")
+
+
 # --- results ---------------------------------------------------------------------------------------------------------
 
 Motions = list[tuple[int, str, np.ndarray]]

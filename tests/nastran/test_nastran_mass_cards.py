@@ -203,15 +203,21 @@ def test_what_is_not_read_is_named(tmp_path: Path, cards: str, fact: str) -> Non
         read(tmp_path, deck(cards))
 
 
-def test_springs_and_dampers_have_no_mass(tmp_path: Path) -> None:
+def test_springs_and_dampers_have_no_mass_but_that_of_their_property(tmp_path: Path) -> None:
     cards = """CELAS2,11,1.+6,1,1
 CELAS2,12,1.+6,1,2,77
 SPOINT,77
 CBUSH,13,13,1,2,,,,0
 PBUSH,13,K,1.,1.
+CBUSH,16,16,3,4,,,,0
+PBUSH,16,K,1.,1.
+,,M,5.
 PLOTEL,14,1,3
 CDAMP2,15,1.,1,3"""
-    assert properties_of(read(tmp_path, deck(f"{QUAD}\n{SHELL}\n{cards}"))).mass_kg == pytest.approx(24.0, rel=1e-12)
+    g = read(tmp_path, deck(f"{QUAD}\n{SHELL}\n{cards}"))
+    np.testing.assert_allclose(g.elements.mass_kg, [24.0, 0, 0, 0, 0, 5.0], rtol=1e-12)
+    assert properties_of(g).mass_kg == pytest.approx(29.0, rel=1e-12)
+    check_sample(read_deck(g.files[0]), g)
 
 
 def test_the_parts_of_a_distorted_block_add_up_to_it(tmp_path: Path) -> None:
