@@ -116,13 +116,12 @@ def test_offsets_in_the_frame_of_the_element(tmp_path: Path) -> None:
 
 def test_wtmass_once(tmp_path: Path) -> None:
     cards = f"{QUAD}\n{SHELL}\nCONM2,9,1,,2.\nNSM1,5,PSHELL,1.,1\n"
-    plain, scaled = (
-        properties_of(read(tmp_path, deck(cards + extra, control="NSM = 5")))
-        for extra in ("", "PARAM,WTMASS,.1")
-    )  # fmt: skip
+    models = [read(tmp_path, deck(cards + extra, control="NSM = 5")) for extra in ("", "PARAM,WTMASS,.1")]
+    plain, scaled = (properties_of(g) for g in models)
     assert plain.mass_kg == pytest.approx(28.0, rel=1e-12)
     assert scaled.mass_kg == pytest.approx(2.8, rel=1e-12)
     np.testing.assert_allclose(scaled.inertia_kg_m2, 0.1 * plain.inertia_kg_m2, rtol=0, atol=1e-13)
+    assert [g.elements.density[0] for g in models] == pytest.approx([1000.0, 100.0], rel=1e-12)
 
 
 ZOO = """CHEXA,1,1,1,2,3,4,5,6,
