@@ -54,7 +54,7 @@ GRID = {
 
 UNIT_LOADS = FileKind(
     "unit_loads",
-    2,
+    3,
     "tedm ingest",
     {
         **GRID,
@@ -86,14 +86,22 @@ UNIT_LOADS = FileKind(
         "/element/lever": Dataset(
             ("element_member", "xyz"), "float", "m", "offset of the element's mass from each of its nodes", BASIC
         ),
+        "/element/weight": Dataset(
+            ("element_member",), "float", "1", "density of the element's mass at each node over the mean of its nodes"
+        ),
         "/element/mass": Dataset(("element",), "float", "kg", "element mass with its non-structural mass"),
         "/element/density": Dataset(("element",), "float", "kg/m^3", "material density"),
         "/element/expansion": Dataset(("element",), "float", "1/K", "coefficient of thermal expansion"),
         "/element/section": Dataset(
             ("element",), "float", "m or m^2", "thickness of plates, cross-section area of line elements, 0 for solids"
         ),
-        "/mass/lumped": Dataset(("node",), "float", "kg", "element mass shared equally to its corners, plus CONM2"),
+        "/mass/lumped": Dataset(
+            ("node",), "float", "kg", "element mass shared equally to its nodes, plus concentrated masses"
+        ),
         "/mass/concentrated": Dataset(("concentrated",), "float", "kg", "concentrated masses"),
+        "/mass/concentrated_card": Dataset(
+            ("concentrated",), "str", "1", "CONM1, CONM2, or CMASS for three equal scalar masses"
+        ),
         "/mass/concentrated_id": Dataset(("concentrated",), "int", "1", "Nastran id of each concentrated mass"),
         "/mass/concentrated_node": Dataset(("concentrated",), "int", "1", "row of /grid of each concentrated mass"),
         "/mass/concentrated_lever": Dataset(
@@ -101,7 +109,10 @@ UNIT_LOADS = FileKind(
         ),
         "/mass/total": Dataset((), "float", "kg", "mass of the model"),
         "/mass/centre_of_gravity": Dataset(
-            ("xyz",), "float", "m", "centre of gravity of the lumped masses, offsets included", BASIC
+            ("xyz",), "float", "m", "centre of gravity of the masses as they are spread over the elements", BASIC
+        ),
+        "/mass/inertia": Dataset(
+            ("xyz", "xyz_column"), "float", "kg m^2", "inertia about the centre of gravity (plates as surfaces)", BASIC
         ),
     },
 )

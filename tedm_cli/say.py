@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from tedm_cli.stages.accuracy import AccuracyResult
     from tedm_cli.stages.areas import AreaSummary
     from tedm_cli.stages.audit import AuditSummary
+    from tedm_cli.stages.ingest import MassSummary
     from tedm_cli.stages.optics import OpticsSummary
     from tedm_cli.stages.self_gravity import PointField
     from tedm_cli.stages.sensitivity import SensitivitySummary
@@ -238,6 +239,25 @@ def audit_lines(done: AuditSummary, most: int) -> list[str]:
         *table(titles, worst, right=(0, *range(2, 6 + len(names)))),
         "lumped, quadrature: largest error of the element against the allowance of the sum",
     ]
+
+
+def mass_lines(masses: MassSummary) -> list[str]:
+    """Mass, centre of gravity and inertia of the structure, and what they were checked against."""
+    p, s = masses.properties, masses.sample
+    least = _ROUNDING * float(abs(p.inertia_kg_m2).max())
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (
+        (f"{v:.6g}" if abs(v) > least else "0" for v in row) for row in p.inertia_kg_m2
+    )
+    size = float(p.inertia_kg_m2.trace() / p.mass_kg) ** 0.5
+    x, y, z = (f"{v:.6g}" if abs(v) > _ROUNDING * size else "0" for v in p.centre_m)
+    lines = [
+        f"mass {p.mass_kg:.9g} kg, centre of gravity ({x}, {y}, {z}) m in the basic frame",
+        f"inertia about it: xx {xx}, yy {yy}, zz {zz}, xy {xy}, xz {xz}, yz {yz} kg m2",
+        f"masses of {s.elements:,} elements agree with pyNastran's, by card and property, to {s.largest:.1e}"
+        + (f" ({s.worst})" if s.largest > _ROUNDING else ""),
+    ]
+    lines += [f"the grid point weight table of {path} agrees" for path in masses.weight_tables]
+    return lines + [f"left out: {kg:.6g} kg that stand for {name}" for name, kg in masses.test_mass_kg.items()]
 
 
 def partial_lines(elements: list[int]) -> list[str]:

@@ -102,18 +102,16 @@ def ingest(
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
     from tedm_cli.progress import progress
-    from tedm_cli.say import partial_lines
+    from tedm_cli.say import mass_lines, partial_lines
     from tedm_cli.stages.ingest import ingest as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
         done = stage(project, output, step)
-    x, y, z = done.centre_of_gravity_m
     say(
         quiet,
         f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas",
-        f"mass {done.total_kg:.9g} kg (elements: {done.reference_kg:.9g} kg), centre of gravity"
-        f" ({x:.6g}, {y:.6g}, {z:.6g}) m in the basic frame",
+        *mass_lines(done.masses),
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),
         *partial_lines(done.partial),
     )

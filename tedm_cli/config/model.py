@@ -50,8 +50,19 @@ def _orthonormal_axes(value: list[list[float]] | None) -> list[list[float]] | No
     return value
 
 
+class ModelParts(Strict):
+    """Parts of a finite-element model: element ids (concentrated masses among them), property ids, grid ids."""
+
+    elements: list[int] = Field(default_factory=list)
+    properties: list[int] = Field(default_factory=list)
+    grids: list[int] = Field(default_factory=list)
+
+
 class TestMassTable(Strict):
-    """A cuboid test mass; edges along the basic frame unless `axes` (rows: its unit vectors) says otherwise."""
+    """A cuboid test mass; edges along the basic frame unless `axes` (rows: its unit vectors) says otherwise.
+
+    `model_parts`: what stands for the test mass in the finite-element model, and is left out of the structure's mass.
+    """
 
     __test__ = False
 
@@ -60,6 +71,7 @@ class TestMassTable(Strict):
     side_m: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
     mass_kg: Positive
     axes: Annotated[list[Vector], Field(min_length=3, max_length=3)] | None = None
+    model_parts: ModelParts = ModelParts()
 
     _orthonormal = field_validator("axes")(_orthonormal_axes)
 

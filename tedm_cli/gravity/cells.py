@@ -56,6 +56,7 @@ def cut(
     clearance: Array,
     names: IntArray,
     card: str,
+    even: bool = True,
 ) -> Iterator[Cells]:
     """Cut elements for a relative quadrature error of `tolerance` in their field on a test mass.
 
@@ -66,6 +67,7 @@ def cut(
     tolerance : wanted error of each element's contribution, relative to that contribution.
     clearance : [E], distance from the test mass below which an element counts as touching it, m.
     names : [E], element ids; card : their Nastran card, for messages.
+    even : whether the density is the same all over each element, or one more factor of the degree of its shape.
 
     Raises
     ------
@@ -82,7 +84,7 @@ def cut(
         lengths = _lengths(net, shape.dimension)
         gap = _gap(net, half)
         kappa = departure[element] * (high - low).max(axis=1)
-        wanted = _points_wanted(shape, lengths, gap, kappa, tolerance)
+        wanted = _points_wanted(shape, lengths, gap, kappa, tolerance, even)
         longest = lengths.max(axis=1)
         halve = (wanted > MOST_POINTS) & (lengths > 0.6 * longest[:, None])
         halve[(wanted > MOST_POINTS).any(axis=1) & ~halve.any(axis=1)] = True
@@ -112,7 +114,7 @@ def _gap(net: Array, half: Array) -> Array:
     )
 
 
-def _points_wanted(shape: Shape, lengths: Array, gap: Array, kappa: Array, tolerance: float) -> IntArray:
+def _points_wanted(shape: Shape, lengths: Array, gap: Array, kappa: Array, tolerance: float, even: bool) -> IntArray:
     """Gauss points per direction, [c, d]; MOST_POINTS + 1 where it takes more.
 
     lengths : [c, d], m; gap : [c], distance from the test mass, m; kappa : [c], departure from an affine cell.
@@ -123,6 +125,7 @@ def _points_wanted(shape: Shape, lengths: Array, gap: Array, kappa: Array, toler
         )
     log_rho = np.minimum(log_rho, 50.0)
     degree, jacobian_degree = (2, 4) if shape.edges else (1, 2)
+    degree *= 1 if even else 2
     slower = jacobian_degree * np.log1p(kappa[:, None] * np.exp(log_rho))
     wanted = np.full(lengths.shape, MOST_POINTS + 1)
     for p in range(MOST_POINTS, 0, -1):

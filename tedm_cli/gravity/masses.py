@@ -20,10 +20,12 @@ class ElementBlock:
     """Elements of one card and one number of nodes.
 
     card : Nastran card name; shape : its shape functions.
-    id : [E]; mass : [E], kg, spread uniformly over the volume, area or length.
+    id : [E]; mass : [E], kg, spread over the volume, area or length.
     nodes : [E, n], rows of the grid table in Nastran's order.
     offset : [E, n, 3], lever from each node to where the element's mass reference passes it (basic frame, m).
     half_thickness : [E], m, of plates; 0 for others.
+    weight : [E, n], density of the mass (per volume, area or length) at each node over the mean of the nodes, between
+    them by the shape functions; None where it is even all over the block.
     """
 
     card: str
@@ -33,6 +35,7 @@ class ElementBlock:
     nodes: IntArray
     offset: Array
     half_thickness: Array
+    weight: Array | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -82,6 +85,7 @@ def mass_distribution(
     lever: Array,
     thickness: Array,
     points: PointMasses,
+    weight: Array | None = None,
     lumped: bool = False,
     grid_id: IntArray | None = None,
 ) -> MassDistribution:
@@ -99,6 +103,7 @@ def mass_distribution(
     lever : [M, 3], offset of each element's mass reference from each of its nodes, basic frame, m.
     thickness : [E], m for plates; not used for solids and line elements.
     points : concentrated masses.
+    weight : [M], density of each element's mass at each of its nodes over the mean of its nodes (even by default).
     grid_id : [N], names of the grids in messages (their rows by default).
     """
     counts = np.diff(node_offset)
@@ -130,6 +135,7 @@ def mass_distribution(
                 nodes=node_index[rows],
                 offset=lever[rows],
                 half_thickness=thickness[members] / 2.0 if shape.dimension == 2 else np.zeros(len(members)),
+                weight=None if weight is None or (weight[rows] == 1.0).all() else weight[rows],
             )
         )
     nodal = np.flatnonzero(shared)

@@ -51,9 +51,9 @@ def quadrature_points(
 ) -> Iterator[QuadraturePoints]:
     """All sources of a model, in blocks of bounded size.
 
-    The mass of an element is spread uniformly over its volume, area or length:
-    ``m_q = m w_q |J_q| / Σ w |J|``. Order and subdivision follow from the size of the element against its distance
-    from the test mass, see `tedm_cli.gravity.cells`.
+    The mass of an element is spread over its volume, area or length with the weight d of its density:
+    ``m_q = m w_q |J_q| d_q / Σ w |J| d``. Order and subdivision follow from the size of the element against its
+    distance from the test mass, see `tedm_cli.gravity.cells`.
 
     Parameters
     ----------
@@ -106,7 +106,14 @@ def element_sources(
     parts = [
         piece
         for cells in cut(
-            block.shape, local, test_mass, tolerance, clearance=clearance, names=block.id[part], card=block.card
+            block.shape,
+            local,
+            test_mass,
+            tolerance,
+            clearance=clearance,
+            names=block.id[part],
+            card=block.card,
+            even=block.weight is None,
         )
         for piece in _bounded(cells)
     ]
@@ -115,20 +122,28 @@ def element_sources(
     for cells, weight in zip(parts, weights, strict=True):
         size += np.bincount(cells.element, np.abs(weight).sum(axis=1), len(nodes))
         signed += np.bincount(cells.element, weight.sum(axis=1), len(nodes))
+    relative = None if block.weight is None else block.weight[part]
     tangled = ~(np.abs(signed) > (1.0 - _TANGLED) * size)
     if tangled.any():
         raise PhysicsError(
             f"{block.card} {block.id[part][tangled][0]} is tangled or has no extent: its Jacobian changes sign or is 0",
             hint="number its nodes as Nastran asks, and give it a positive volume",
         )
+    spread = [np.abs(weight) for weight in weights]
+    if relative is not None:
+        size = np.zeros(len(nodes))
+        for n, cells in enumerate(parts):
+            values = block.shape.functions(_element_points(block, cells)[0])[0]
+            spread[n] = spread[n] * (values @ relative[cells.element][..., None])[..., 0]
+            size += np.bincount(cells.element, spread[n].sum(axis=1), len(nodes))
     density = block.mass[part] / size
     first = part.start
-    for cells, weight in zip(parts, weights, strict=True):
+    for cells, weight in zip(parts, spread, strict=True):
         values = block.shape.functions(_element_points(block, cells)[0])[0]
         yield QuadraturePoints(
             cells.element + first,
             values @ local[cells.element],
-            np.abs(weight) * density[cells.element, None],
+            weight * density[cells.element, None],
             values,
             nodes[cells.element],
             lever[cells.element],

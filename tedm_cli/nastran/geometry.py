@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.errors import InputError
-from tedm_cli.fem.shapes import corner_count, shape_of
-from tedm_cli.nastran.frames import local_basis
-from tedm_cli.nastran.levers import conm2_lever, element_levers
+from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
+from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
+from tedm_cli.nastran.positions import Frames, basis_at, frames_of, grid_positions
 from tedm_cli.nastran.rigid import tied_grids
 
 FloatArray = NDArray[np.float64]
@@ -24,37 +24,6 @@ _DENSEST = (1e2, 3e4)  # kg/m3; every structure has some solid metal, glass or l
 _MOST_KG = 1e6
 _LEAST_KG_PER_CUBED_EXTENT = 1e-4
 _SI = "lengths must be in metres, masses in kilograms"
-
-
-@dataclass(frozen=True)
-class Elements:
-    """Elements with mass or stiffness; ragged connectivity as offsets [E+1] and rows of the grid table.
-
-    lever : [M, 3], offset of the element's mass from each of its nodes, basic frame, m.
-    partial : ids of elements that lack some of their midside nodes; only their corners are kept.
-    """
-
-    id: IntArray
-    type: list[str]
-    property_id: IntArray
-    node_offset: IntArray
-    node_index: IntArray
-    mass_kg: FloatArray
-    density: FloatArray
-    expansion: FloatArray
-    section: FloatArray
-    lever: FloatArray
-    partial: list[int]
-
-
-@dataclass(frozen=True)
-class Concentrated:
-    """CONM2: ids, rows of the grid table, masses (kg), and levers from the grids [C, 3] (basic frame, m)."""
-
-    id: IntArray
-    node: IntArray
-    kg: FloatArray
-    lever: FloatArray
 
 
 @dataclass(frozen=True)
@@ -80,22 +49,14 @@ class ModelGeometry(Grids):
 
     position_m: FloatArray
     displacement_frame: IntArray
-    frames: dict[int, tuple[str, FloatArray, FloatArray]]
+    frames: Frames
     elements: Elements
     concentrated: Concentrated
     lumped_kg: FloatArray
-    reference_mass_kg: float
 
     @property
     def total_kg(self) -> float:
         return float(self.lumped_kg.sum())
-
-    @property
-    def centre_of_gravity_m(self) -> FloatArray:
-        e, c = self.elements, self.concentrated
-        counts = np.diff(e.node_offset)
-        shift = np.repeat(e.mass_kg / counts, counts) @ e.lever + c.kg @ c.lever
-        return np.asarray((self.lumped_kg @ self.position_m + shift) / self.lumped_kg.sum())
 
 
 def rows_of(grid_id: IntArray, wanted: IntArray, *, where: str, what: str) -> IntArray:
@@ -121,7 +82,7 @@ def grids(model: Any, files: list[Path]) -> Grids:
     if not model.nodes or not model.elements:
         raise InputError("holds no grids or no elements", where=where)
     ids = np.array(sorted(model.nodes), dtype=np.int64)
-    corners = {int(n) for e in model.elements.values() for n in e.node_ids if n}
+    corners = {n for e in model.elements.values() for n in element_nodes(e, model.spoints)}
     rows = rows_of(ids, np.array(sorted(corners), dtype=np.int64), where=where, what="an element")
     structural = np.zeros(len(ids), dtype=bool)
     structural[rows] = True
@@ -133,36 +94,51 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
 
     Raises
     ------
-    InputError : no grids or no elements, units far from SI, unreadable offsets, non-positive total mass.
+    InputError : no grids or no elements, units far from SI, masses that are not read, non-positive total mass.
     """
-    from pyNastran.bdf.mesh_utils.mass_properties import mass_properties
-
     basic = grids(model, files)
     where, ids = str(files[0]), basic.grid_id
-    position = np.array([model.nodes[i].get_position() for i in ids], dtype=float)
+    frames = frames_of(model)
+    position = grid_positions(model, ids, frames)
+    displacement_frame = np.array([int(model.nodes[i].Cd()) for i in ids.tolist()], dtype=np.int64)
     factor = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
-    frames = _frames(model)
-    elements = _elements(model, ids, factor, frames, where)
-    concentrated = _concentrated(model, ids, factor, where)
-    lumped = np.zeros(len(ids))
-    counts = np.diff(elements.node_offset)
-    np.add.at(lumped, elements.node_index, np.repeat(elements.mass_kg / counts, counts))
-    np.add.at(lumped, concentrated.node, concentrated.kg)
+
+    def rows(wanted: IntArray, what: str) -> IntArray:
+        return rows_of(ids, wanted, where=where, what=what)
+
+    def to_basic(grid: int, vector: FloatArray) -> FloatArray:
+        row = int(np.searchsorted(ids, grid))
+        return np.asarray(vector @ basis_at(frames, int(displacement_frame[row]), position[row]))
+
+    def position_of(grid: int) -> FloatArray:
+        return np.asarray(position[int(np.searchsorted(ids, grid))])
+
+    elements = model_elements(model, position, rows, to_basic, factor, where)
+    concentrated = concentrated_masses(model, frames, factor, where, position_of, rows)
+    lumped = lumped_masses(len(ids), elements, concentrated)
     _check_units(position, elements, float(lumped.sum()), where)
-    total, *_ = mass_properties(model, sym_axis="no")
     return ModelGeometry(
         files=files,
         grid_id=ids,
         position_m=position,
-        displacement_frame=np.array([int(model.nodes[i].Cd()) for i in ids], dtype=np.int64),
+        displacement_frame=displacement_frame,
         frames=frames,
         elements=elements,
         concentrated=concentrated,
         lumped_kg=lumped,
-        reference_mass_kg=float(total),
         structural=basic.structural,
         tied=basic.tied,
     )
+
+
+def lumped_masses(grids: int, elements: Elements, concentrated: Concentrated) -> FloatArray:
+    """Every element's mass shared equally among its nodes, plus concentrated masses, [N], kg."""
+    counts = np.diff(elements.node_offset)
+    share = np.repeat(elements.mass_kg / np.maximum(counts, 1), counts)
+    out = np.zeros(grids)
+    out += np.bincount(elements.node_index, share, grids)
+    out += np.bincount(concentrated.node, concentrated.kg, grids)
+    return out
 
 
 def _check_units(position: FloatArray, elements: Elements, total_kg: float, where: str) -> None:
@@ -189,90 +165,3 @@ def _check_units(position: FloatArray, elements: Elements, total_kg: float, wher
         )
     if total_kg < _LEAST_KG_PER_CUBED_EXTENT * extent**3:
         raise InputError(f"the model has {total_kg:.4g} kg on a length of {extent:.4g} m", where=where, hint=_SI)
-
-
-def _elements(
-    model: Any, ids: IntArray, factor: float, frames: dict[int, tuple[str, FloatArray, FloatArray]], where: str
-) -> Elements:
-    eids, types, pids, masses, rho, alpha, section = [], [], [], [], [], [], []
-    nodes: list[int] = []
-    levers, partial = [], []
-
-    def to_basic(grid: int, vector: FloatArray) -> FloatArray:
-        node = model.nodes[grid]
-        kind, origin, axes = frames[int(node.Cd())]
-        local = (np.asarray(node.get_position(), dtype=float) - origin) @ axes.T
-        return np.asarray(axes.T @ local_basis(kind, local[None])[0] @ vector)
-
-    offsets = [0]
-    for eid in sorted(model.elements):
-        element = model.elements[eid]
-        corners = [int(n) for n in element.node_ids if n]
-        least = corner_count(str(element.type))
-        if least is not None and shape_of(str(element.type), len(corners)) is None:
-            partial.append(eid)
-            corners = corners[:least]
-        eids.append(eid)
-        types.append(str(element.type))
-        pids.append(int(element.Pid()) if hasattr(element, "pid") else 0)
-        masses.append(float(element.Mass()) * factor)
-        density, expansion, size = _material(element)
-        rho.append(density * factor)
-        alpha.append(expansion)
-        section.append(size)
-        nodes += corners
-        levers.append(element_levers(element, len(corners), to_basic, where))
-        offsets.append(len(nodes))
-    return Elements(
-        id=np.array(eids, dtype=np.int64),
-        type=types,
-        property_id=np.array(pids, dtype=np.int64),
-        node_offset=np.array(offsets, dtype=np.int64),
-        node_index=rows_of(ids, np.array(nodes, dtype=np.int64), where=where, what="an element"),
-        mass_kg=np.array(masses),
-        density=np.array(rho),
-        expansion=np.array(alpha),
-        section=np.array(section),
-        lever=np.concatenate(levers),
-        partial=partial,
-    )
-
-
-def _material(element: Any) -> tuple[float, float, float]:
-    """Density, expansion and section of an element; NaN where the property has no single material."""
-    prop = getattr(element, "pid_ref", None)
-    material = getattr(prop, "mid_ref", None) or getattr(prop, "mid1_ref", None) or getattr(element, "mid_ref", None)
-    section = 0.0
-    if hasattr(prop, "Thickness"):
-        section = float(prop.Thickness() or 0.0)  # type: ignore[union-attr]
-    elif hasattr(prop, "Area"):
-        section = float(prop.Area())  # type: ignore[union-attr]
-    if material is None or not hasattr(material, "rho"):
-        return float("nan"), float("nan"), section
-    expansion = getattr(material, "a", None)
-    return float(material.rho or 0.0), float(expansion) if isinstance(expansion, float) else float("nan"), section
-
-
-def _concentrated(model: Any, ids: IntArray, factor: float, where: str) -> Concentrated:
-    nodes, masses, levers = [], [], []
-    for eid in sorted(model.masses):
-        mass = model.masses[eid]
-        if mass.type != "CONM2":
-            raise InputError(f"{mass.type} {eid}: only CONM2 concentrated masses are read", where=where)
-        nodes.append(int(mass.Nid()))
-        masses.append(float(mass.Mass()) * factor)
-        levers.append(conm2_lever(mass, where))
-    return Concentrated(
-        id=np.array(sorted(model.masses), dtype=np.int64),
-        node=rows_of(ids, np.array(nodes, dtype=np.int64), where=where, what="a CONM2"),
-        kg=np.array(masses, dtype=float),
-        lever=np.array(levers, dtype=float).reshape(-1, 3),
-    )
-
-
-def _frames(model: Any) -> dict[int, tuple[str, FloatArray, FloatArray]]:
-    """Type, origin [3] and axes [3,3] (rows, basic frame) of every coordinate system."""
-    return {
-        int(cid): (str(c.Type), np.array(c.origin, dtype=float), np.array(c.beta(), dtype=float))
-        for cid, c in model.coords.items()
-    }

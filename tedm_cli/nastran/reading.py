@@ -10,13 +10,10 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.quiet import fact_of, quiet
 
 _ON_GRIDS = "temperatures other than of grids are not read: load the grids with TEMP and TEMPD"
-_ON_PROPERTY = "non-structural mass tables are not read: put NSM on the property"
 # Cards that pyNastran does not read (or that nothing here reads), so that what they say would be passed over.
 _REFUSED_BULK = {
     **dict.fromkeys(("TEMPP1", "TEMPP2", "TEMPP3", "TEMPRB", "TEMPB3", "TEMPN1", "TEMPF", "TEMPAX"), _ON_GRIDS),
     **dict.fromkeys(("TEMPADD", "TEMPEX", "TEMPT", "TEMPBC"), "is not read: give each subcase a set of TEMP and TEMPD"),
-    **dict.fromkeys(("NSM", "NSM1", "NSML", "NSML1", "NSMADD"), _ON_PROPERTY),
-    "CONM1": "full mass matrices are not read: use CONM2",
     **dict.fromkeys(
         ("SESET", "SEELT", "SETREE", "SELOC", "SEMPLN", "SEBULK", "SECONCT", "SEBNDRY", "CSUPER", "RELEASE"),
         "superelements are not read: solve the model in one piece",

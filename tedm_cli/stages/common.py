@@ -96,7 +96,12 @@ def check_test_masses(test_masses: Sequence[TestMass], position: FloatArray, *, 
 
 def _concentrated(unit: Reader) -> PointMasses:
     return PointMasses(
-        name=[f"CONM2 {i}" for i in unit.array("/mass/concentrated_id")],
+        name=[
+            f"{card} {i}"
+            for card, i in zip(
+                unit.strings("/mass/concentrated_card"), unit.array("/mass/concentrated_id"), strict=True
+            )
+        ],
         mass=unit.array("/mass/concentrated"),
         node=unit.array("/mass/concentrated_node"),
         offset=unit.array("/mass/concentrated_lever"),
@@ -121,6 +126,7 @@ def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
         lever=unit.array("/element/lever"),
         thickness=unit.array("/element/section"),
         points=_concentrated(unit),
+        weight=unit.array("/element/weight"),
         lumped=lumped,
         grid_id=unit.array("/grid/id"),
     )

@@ -6,18 +6,21 @@ import difflib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
 from tedm_cli.blocks import PrecisionLossError
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS as KIND
-from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.errors import ConfigError
+from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
 from tedm_cli.nastran.reading import deck_files, read_deck
 from tedm_cli.nastran.results import require_results
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
@@ -30,6 +33,7 @@ from tedm_cli.stages.common import (
     out_path,
     provenance,
 )
+from tedm_cli.stages.masses import check_grids_outside, check_weight_tables, properties_of, without_test_masses
 from tedm_cli.store import Writer, create
 
 
@@ -39,11 +43,22 @@ class IngestSummary:
     grids: int
     elements: int
     areas: int
-    total_kg: float
-    reference_kg: float
-    centre_of_gravity_m: tuple[float, float, float]
+    masses: MassSummary
     has_uniform: bool
     partial: list[int]
+
+
+@dataclass(frozen=True)
+class MassSummary:
+    """Mass properties of the structure, what they were checked against, and the test masses' own parts of the model.
+
+    weight_tables : files whose grid point weight table agrees; test_mass_kg : by test mass with parts in the model.
+    """
+
+    properties: MassProperties
+    sample: SampleCheck
+    weight_tables: list[Path]
+    test_mass_kg: dict[str, float]
 
 
 def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
@@ -57,9 +72,9 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     files = deck_files(model, deck)
     listed = area_csv(project, config)
     trace = provenance([config_file], [*files, *([listed] if listed else []), *results])
-    geometry = model_geometry(model, files)
-    _check_mass(geometry)
+    geometry, masses = _masses(model, files, results, config, project.model)
     check_test_masses(config.test_masses(), geometry.position_m[geometry.lumped_kg > 0], where=str(project.model))
+    check_grids_outside(config.test_masses(), geometry)
     loads = deck_unit_loads(model, geometry, config.model.uniform_label)
     areas = loads.areas
     if defines_areas(config):
@@ -80,6 +95,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     def write(single: bool) -> None:
         with create(out, KIND, trace) as writer:
             _write_geometry(writer, geometry)
+            _write_masses(writer, geometry, masses.properties)
             _write_areas(writer, geometry, areas, centroids)
             for column in ("name", "group", "shield", "side"):
                 writer.write(f"/area/{column}", [str(v) for v in getattr(table, column)])
@@ -89,15 +105,12 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         write(single=True)
     except PrecisionLossError:  # an OP2 in double precision, or grids in other frames: known from the first subcase on
         write(single=False)
-    x, y, z = (float(v) for v in geometry.centre_of_gravity_m)
     return IngestSummary(
         out,
         len(geometry.grid_id),
         len(geometry.elements.id),
         len(areas),
-        geometry.total_kg,
-        geometry.reference_mass_kg,
-        (x, y, z),
+        masses,
         loads.uniform is not None,
         geometry.elements.partial,
     )
@@ -127,16 +140,18 @@ def write_motions(
         step(done, count, "reading displacements")
 
 
-def _check_mass(geometry: ModelGeometry) -> None:
-    """Our nodal masses against pyNastran's own total, which sums the elements another way."""
-    difference = abs(geometry.total_kg - geometry.reference_mass_kg)
-    if difference > 1e-6 * geometry.total_kg:
-        raise InputError(
-            f"lumped masses sum to {geometry.total_kg:.9g} kg, the model's elements to"
-            f" {geometry.reference_mass_kg:.9g} kg",
-            where=str(geometry.files[0]),
-            hint="an element type whose mass is not shared to its grids?",
-        )
+def _masses(
+    model: Any, files: list[Path], results: list[Path], config: ModelConfig, where: Path
+) -> tuple[ModelGeometry, MassSummary]:
+    """Geometry and masses, checked against pyNastran and the solver, and then without the test masses' own parts."""
+    whole = model_geometry(model, files)
+    sample = check_sample(model, whole)
+    wtmass = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    tables = check_weight_tables(results, whole, wtmass)
+    geometry, removed = without_test_masses(whole, config, where)
+    names = [t.name for t in config.test_mass]
+    parts = {name: kg for name, kg in zip(names, removed.tolist(), strict=True) if kg}
+    return geometry, MassSummary(properties_of(geometry), sample, [t.file for t in tables], parts)
 
 
 def _check_subcase_table(table: Mapping[str, int], labels: Sequence[str], *, where: str) -> None:
@@ -165,17 +180,23 @@ def _write_geometry(writer: Writer, geometry: ModelGeometry) -> None:
     writer.write("/element/node_offset", e.node_offset)
     writer.write("/element/node_index", e.node_index)
     writer.write("/element/lever", e.lever)
+    writer.write("/element/weight", e.weight)
     writer.write("/element/mass", e.mass_kg)
     writer.write("/element/density", e.density)
     writer.write("/element/expansion", e.expansion)
     writer.write("/element/section", e.section)
+
+
+def _write_masses(writer: Writer, geometry: ModelGeometry, properties: MassProperties) -> None:
     writer.write("/mass/lumped", geometry.lumped_kg)
+    writer.write("/mass/concentrated_card", geometry.concentrated.card)
     writer.write("/mass/concentrated_id", geometry.concentrated.id)
     writer.write("/mass/concentrated", geometry.concentrated.kg)
     writer.write("/mass/concentrated_node", geometry.concentrated.node)
     writer.write("/mass/concentrated_lever", geometry.concentrated.lever)
-    writer.write("/mass/total", geometry.total_kg)
-    writer.write("/mass/centre_of_gravity", geometry.centre_of_gravity_m)
+    writer.write("/mass/total", properties.mass_kg)
+    writer.write("/mass/centre_of_gravity", properties.centre_m)
+    writer.write("/mass/inertia", properties.inertia_kg_m2)
 
 
 def _write_areas(writer: Writer, geometry: ModelGeometry, areas: Sequence[UnitLoad], centroids: FloatArray) -> None:

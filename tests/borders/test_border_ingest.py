@@ -45,10 +45,11 @@ DECKS = {
     "TEMPP1": ("ENDDATA", "TEMPP1,2,1,1.,0.\nENDDATA", ["unit_loads.bdf:52: TEMPP1"]),
     "TEMPP1 in large fields": ("ENDDATA", "TEMPP1*,2,1,1.,0.\n*\nENDDATA", ["unit_loads.bdf:52: TEMPP1"]),
     "TEMPRB": ("ENDDATA", "TEMPRB,2,1,1.,0.\nENDDATA", ["unit_loads.bdf:52: TEMPRB"]),
-    "NSML1": ("ENDDATA", "NSML1,2,PSOLID,1.,1\nENDDATA", ["unit_loads.bdf:52: NSML1"]),
-    "CONM1": ("ENDDATA", "CONM1,77,3,0,1.\nENDDATA", ["unit_loads.bdf:52: CONM1"]),
+    "NSML1 on solids": ("ENDDATA", "NSML1,2,PSOLID,1.,1\nENDDATA", ["PSOLID"]),
+    "no such NSM set": ("SPC = 1", "SPC = 1\nNSM = 3", ["NSM = 3"]),
+    "CONM1 of one direction": ("ENDDATA", "CONM1,77,3,0,1.\nENDDATA", ["CONM1 77", "differs by direction"]),
     "CONM2 nowhere": ("ENDDATA", "CONM2,77,333,,1.\nENDDATA", ["333", "CONM2 eid=77"]),
-    "CMASS2": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS2 77"]),
+    "CMASS2 of one direction": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS 77", "3, 0, 0"]),
     "superelement": ("ENDDATA", "SESET,1,1,2\nENDDATA", ["SESET"]),
     "unknown element": ("ENDDATA", "CNOVEL,5,1,2,3\nENDDATA", ["CNOVEL"]),
     "force": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  LOAD = 7\n", ["subcase 2", "LOAD = 7"]),
@@ -159,6 +160,22 @@ def test_weight_densities_need_wtmass(tiny: Project) -> None:
     replace(tiny.deck, "2700.", "26487.")  # N/m3
     replace(tiny.deck, "ENDDATA", "PARAM,WTMASS,.1019368\nENDDATA")
     assert "mass 5.4" in tiny.run("ingest").ok().out
+
+
+def test_what_stands_for_a_test_mass_is_left_out_and_said(tiny: Project) -> None:
+    replace(tiny.deck, "ENDDATA", "CONM2,77,3,,2.\nENDDATA")
+    assert "mass 7.4 kg" in tiny.run("ingest").ok().out
+    replace(tiny.model, "mass_kg = 1.96", "mass_kg = 1.96\nmodel_parts = { elements = [77] }")
+    out = tiny.run("ingest").ok().out
+    assert "mass 5.4 kg" in out
+    assert "left out: 2 kg that stand for TM1" in out
+    replace(tiny.model, "[77]", "[77, 78]")
+    refuse(tiny, 3, "test_mass[0].model_parts.elements: the model has none of these: 78")
+
+
+def test_structure_inside_a_test_mass(tiny: Project) -> None:
+    replace(tiny.model, "[0.1, 0.2, 0.0]", "[0.2, 0.1, 0.0]")
+    refuse(tiny, 5, "1 grids with mass are inside test mass 'TM1': 10", hint="model_parts")
 
 
 # --- results ---------------------------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ def model(
     lever: np.ndarray | None = None,
     thickness: float = 0.0,
     points: PointMasses = NO_POINTS,
+    weight: np.ndarray | None = None,
     lumped: bool = False,
 ) -> MassDistribution:
     """Elements (card, nodes) on the grids `xyz`, of 1 kg each unless `mass` says otherwise."""
@@ -39,6 +40,7 @@ def model(
         lever=np.zeros((len(index), 3)) if lever is None else lever,
         thickness=np.full(len(elements), thickness),
         points=points,
+        weight=weight,
         lumped=lumped,
     )
 

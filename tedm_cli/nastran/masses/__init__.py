@@ -1,0 +1,1 @@
+"""Masses of Nastran's elements and concentrated mass cards."""

@@ -1,0 +1,169 @@
+"""Checks of the masses by others: pyNastran's own element masses on a sample, and Nastran's grid point weight table."""
+
+from __future__ import annotations
+
+import mmap
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import InputError
+from tedm_cli.fem.shapes import CARDS, corner_count
+from tedm_cli.nastran.geometry import ModelGeometry, id_list
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_SAMPLE = 50  # elements of each card and property
+# pyNastran takes warped plates as flat, and sides as straight where there are midside nodes. What differs by more than
+# this in the sum of a sample is no matter of shape.
+_WARPED, _CURVED = 0.05, 0.25
+_FACES = {
+    "CTETRA": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
+    "CPYRAM": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+    "CPENTA": ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "CHEXA": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+
+
+@dataclass(frozen=True)
+class SampleCheck:
+    """Number of elements compared; largest relative difference in the sum of a card and property, and which that is."""
+
+    elements: int
+    largest: float
+    worst: str
+
+
+def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
+    """Compare up to 50 elements of every card and property, evenly chosen, with pyNastran's densities and masses.
+
+    Parameters
+    ----------
+    model : cross-referenced pyNastran model.
+
+    Raises
+    ------
+    InputError : the masses of a sample differ by more than shape can explain.
+    """
+    e = geometry.elements
+    factor = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    _, kind = np.unique([f"{c}:{p}" for c, p in zip(e.type, e.property_id, strict=True)], return_inverse=True)
+    order = np.argsort(kind, kind="stable")
+    compared, largest, worst = 0, 0.0, ""
+    for rows in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
+        chosen = rows[np.unique(np.linspace(0, len(rows) - 1, _SAMPLE).astype(int))]
+        card = e.type[rows[0]]
+        if card not in CARDS and card not in _FACES:  # springs and the like, whose mass pyNastran does not know
+            continue
+        # pyNastran measures bars between their grids
+        chosen = chosen[[not _has_offsets(model.elements[int(i)]) for i in e.id[chosen]]]
+        elements = [model.elements[int(i)] for i in e.id[chosen]]
+        if not elements:
+            continue
+        theirs = np.array([_reference(x) for x in elements]) * factor
+        ours = e.mass_kg[chosen] - e.added_kg[chosen]
+        compared += len(chosen)
+        scale = float(theirs.sum())
+        difference = abs(float(ours.sum()) - scale) / scale if scale else float(ours.any())
+        name = f"{card} of property {e.property_id[chosen[0]]}"
+        corners = corner_count(card)
+        curved = corners is not None and e.node_offset[chosen[0] + 1] - e.node_offset[chosen[0]] > corners
+        if difference > (_CURVED if curved else _WARPED):
+            raise InputError(
+                f"{len(chosen)} {name} have {ours.sum():.9g} kg, pyNastran finds {scale:.9g} kg:"
+                f" elements {id_list(e.id[chosen])}",
+                where=str(geometry.files[0]),
+                hint="are these elements badly warped or curved?",
+            )
+        if difference > largest or not worst:
+            largest, worst = difference, name
+    return SampleCheck(compared, largest, worst)
+
+
+def _has_offsets(element: Any) -> bool:
+    return any(np.any(getattr(element, end, 0.0)) for end in ("wa", "wb"))
+
+
+def _reference(element: Any) -> float:
+    """Mass of an element by pyNastran; of a solid, its density there times the volume within its corners."""
+    faces = _FACES.get(element.type)
+    if faces is None:
+        return float(element.Mass())
+    return float(element.Rho()) * _volume(
+        np.array([n.get_position() for n in element.nodes_ref if n is not None]), faces
+    )
+
+
+def _volume(corner: FloatArray, faces: tuple[tuple[int, ...], ...]) -> float:
+    """Volume by the divergence theorem, with each face a fan about the mean of its corners.
+
+    A bilinear face and its fan enclose the same volume: its middle lies half way between the two diagonals.
+    """
+    total = 0.0
+    x = corner - corner[0]
+    for face in faces:
+        middle = x[list(face)].mean(axis=0)
+        for a, b in zip(face, face[1:] + face[:1], strict=True):
+            total += float(middle @ np.cross(x[a], x[b]))
+    return abs(total) / 6.0
+
+
+@dataclass(frozen=True)
+class WeightTable:
+    """A solver's rigid body masses (PARAM,GRDPNT), in the units of the deck's masses, basic frame.
+
+    mass : [3], along x, y and z; centre : [3] of gravity, m; inertia : [3, 3] about it.
+    """
+
+    file: Path
+    mass: FloatArray
+    centre: FloatArray
+    inertia: FloatArray
+
+
+def weight_table(path: Path, place_of: Callable[[int], FloatArray]) -> WeightTable | None:
+    """The grid point weight table of an OP2 (MSC, NX, MYSTRAN), or None where it holds none.
+
+    Only its first part is used, the 6 x 6 mass matrix of rigid motions about the grid of PARAM,GRDPNT (0: the origin):
+    what follows in the table are axes and sums made of it, which the solvers write each in their own way.
+
+    Parameters
+    ----------
+    place_of : position [3] of a grid by its id; the origin for 0.
+
+    Raises
+    ------
+    InputError : unreadable table.
+    """
+    with open(path, "rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        if data.find(b"OGPW") < 0:
+            return None
+    from pyNastran.op2.op2 import OP2
+
+    results = OP2(debug=None)
+    try:
+        with redirect_stdout(StringIO()):
+            results.set_results([])
+            results.read_op2(str(path), build_dataframe=False, skip_undefined_matrices=True)
+    except Exception as exc:  # damaged files make pyNastran raise almost anything
+        raise InputError(f"its grid point weight table cannot be read ({type(exc).__name__})", where=str(path)) from exc
+    if len(results.grid_point_weight) != 1:
+        return None  # superelements have one each
+    table = next(iter(results.grid_point_weight.values()))
+    matrix = np.asarray(table.MO, dtype=float)
+    mass = np.diag(matrix)[:3].copy()
+    if not (np.isfinite(matrix).all() and (mass > 0.0).all()):
+        raise InputError("its grid point weight table has no mass", where=str(path))
+    # the block of a mass at w is -m [w]x
+    moment = matrix[:3, 3:]
+    w = np.array([moment[1, 2] - moment[2, 1], moment[2, 0] - moment[0, 2], moment[0, 1] - moment[1, 0]])
+    w /= 2.0 * mass.mean()
+    inertia = matrix[3:, 3:] - mass.mean() * (w @ w * np.eye(3) - np.multiply.outer(w, w))
+    return WeightTable(path, mass, place_of(int(table.reference_point)) + w, inertia)

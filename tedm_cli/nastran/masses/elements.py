@@ -1,0 +1,245 @@
+"""Elements of a model and their masses as plain arrays, computed for all elements of a card at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import InputError
+from tedm_cli.fem.measure import contents
+from tedm_cli.fem.shapes import CARDS, Shape, corner_count, shape_of
+from tedm_cli.nastran.masses.lines import line_spread
+from tedm_cli.nastran.masses.nonstructural import Measured, nonstructural
+from tedm_cli.nastran.masses.plates import plate_spread
+from tedm_cli.nastran.masses.solids import solid_spread
+from tedm_cli.nastran.masses.spread import Spread, ToBasic, density_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Springs, dampers, gaps, plots and heat: Nastran gives them no mass (a CBUSH has that of its property).
+_MASSLESS = {
+    *("CELAS1", "CELAS2", "CELAS3", "CELAS4", "CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4", "CDAMP5", "CVISC", "CGAP"),
+    *("CBUSH1D", "CBUSH2D", "CFAST", "CWELD", "CSEAM", "GENEL", "PLOTEL", "CHBDYG", "CHBDYE", "CHBDYP"),
+}
+_PYRAMID_AS_BRICK = [0, 1, 2, 3, 4, 4, 4, 4]  # a brick whose top has shrunk to the apex: the same volume, exactly
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Elements of a model; ragged connectivity as offsets [E+1] and rows of the grid table.
+
+    mass_kg : [E], with non-structural mass; added_kg : [E], what NSM sets add of it.
+    lever : [M, 3], offset of the element's mass from each of its nodes, basic frame, m.
+    weight : [M], density of the mass at each of its nodes over the mean of its nodes.
+    density, expansion : [E], of the material; NaN where the property has no single one. section : [E], m, m² or 0.
+    partial : ids of elements that lack some of their midside nodes; only their corners are kept.
+    """
+
+    id: IntArray
+    type: list[str]
+    property_id: IntArray
+    node_offset: IntArray
+    node_index: IntArray
+    mass_kg: FloatArray
+    added_kg: FloatArray
+    density: FloatArray
+    expansion: FloatArray
+    section: FloatArray
+    lever: FloatArray
+    weight: FloatArray
+    partial: list[int]
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Elements of one card with one number of nodes: places in the order of the model, cards, rows of the grids."""
+
+    card: str
+    place: IntArray
+    cards: list[Any]
+    rows: IntArray
+    spread: Spread | None
+    shape: Shape | None
+    position: FloatArray
+
+
+def element_nodes(element: Any, scalar: Any = ()) -> list[int]:
+    """Ids of the grids of an element; scalar elements may leave an end open or on a scalar point (`scalar`: ids)."""
+    nodes = element.nodes if hasattr(element, "nodes") else element.node_ids
+    return [int(n) for n in nodes if n and n not in scalar]
+
+
+def model_elements(
+    model: Any,
+    position: FloatArray,
+    rows: Callable[[IntArray, str], IntArray],
+    to_basic: ToBasic,
+    factor: float,
+    where: str,
+) -> Elements:
+    """Masses of the elements of a cross-referenced model whose grids are at `position` [N, 3].
+
+    Parameters
+    ----------
+    rows : rows of the grid table of grid ids, with what names them.
+    to_basic : vector in the displacement frame of a grid, by its id, to the basic frame.
+    factor : PARAM,WTMASS.
+
+    Raises
+    ------
+    InputError : an element, a property or an offset of a kind that is not read.
+    """
+    if getattr(model, "pval", None):
+        raise InputError("p-elements (PVAL) are not read", where=where)
+    ids = sorted(model.elements)
+    cards = [model.elements[i] for i in ids]
+    types = [str(e.type) for e in cards]
+    nodes, partial = [], []
+    for eid, element, card in zip(ids, cards, types, strict=True):
+        at = element_nodes(element, model.spoints)
+        least = corner_count(card) if card != "CPYRAM" else 5
+        if least is not None and len(at) != least and shape_of(card, len(at)) is None:
+            if card != "CPYRAM" or len(at) != 13:
+                partial.append(eid)
+            at = at[:least]
+        nodes.append(at)
+    counts = np.array([len(n) for n in nodes])
+    index = rows(np.array([n for at in nodes for n in at], dtype=np.int64), "an element")
+    offset = np.concatenate([[0], np.cumsum(counts)])
+    groups = _groups(cards, types, counts, index, offset, position, to_basic, where)
+    return _gather(model, ids, cards, types, index, offset, groups, partial, factor, where)
+
+
+def _groups(
+    cards: list[Any],
+    types: list[str],
+    counts: IntArray,
+    index: IntArray,
+    offset: IntArray,
+    position: FloatArray,
+    to_basic: ToBasic,
+    where: str,
+) -> list[_Group]:
+    out = []
+    kinds, inverse = np.unique([f"{c}:{n}" for c, n in zip(types, counts, strict=True)], return_inverse=True)
+    for number, kind in enumerate(kinds):
+        card, count = str(kind).split(":")
+        place = np.flatnonzero(inverse == number)
+        members = [cards[i] for i in place]
+        at = index[offset[place][:, None] + np.arange(int(count))]
+        shape = shape_of(card, int(count))
+        if shape is None and card == "CPYRAM":
+            at, shape = at[:, _PYRAMID_AS_BRICK], CARDS["CHEXA"][0]
+        spread: Spread | None
+        if shape is None:
+            if card not in _MASSLESS and card != "CBUSH":
+                raise InputError(
+                    f"{card} {members[0].eid}: elements of this kind are not read",
+                    where=where,
+                    hint="leave them out, or model them with solids, plates, bars and concentrated masses",
+                )
+            spread = None
+        elif shape.dimension == 3:
+            spread = solid_spread(members, shape.nodes, where)
+        elif shape.dimension == 2:
+            spread = plate_spread(members, shape, position[at], where)
+        else:
+            spread = line_spread(members, position[at], to_basic, where)
+        out.append(_Group(card, place, members, at, spread, shape, position[at]))
+    return out
+
+
+def _gather(
+    model: Any,
+    ids: list[int],
+    cards: list[Any],
+    types: list[str],
+    index: IntArray,
+    offset: IntArray,
+    groups: list[_Group],
+    partial: list[int],
+    factor: float,
+    where: str,
+) -> Elements:
+    """Integrate the groups and put them into the order of the model."""
+    measure, mass, section = np.zeros(len(ids)), np.zeros(len(ids)), np.zeros(len(ids))
+    for group in groups:
+        if group.spread is not None and group.shape is not None:
+            s = group.spread
+            measure[group.place], mass[group.place] = contents(
+                group.shape, group.position + s.axis, s.structural + s.nonstructural
+            )
+    property_id = np.array([int(e.pid) if getattr(e, "pid", None) is not None else 0 for e in cards], dtype=np.int64)
+    added = nonstructural(
+        model,
+        Measured(np.array(ids, dtype=np.int64), types, property_id, [_property_type(e) for e in cards], measure),
+        where,
+    )
+    mass += added * measure
+    lever, weight = np.zeros((len(index), 3)), np.ones(len(index))
+    for group in groups:
+        place, shape = group.place, group.shape
+        if group.spread is None or shape is None:
+            mass[place] = [float(getattr(getattr(e, "pid_ref", None), "mass", None) or 0.0) for e in group.cards]
+            continue
+        s = group.spread
+        loads = s.nonstructural + added[place][:, None]
+        whole = s.structural + loads
+        section[place] = s.section
+        if group.card == "CPYRAM":
+            continue
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mixed = (s.structural[..., None] * s.structural_lever + loads[..., None] * s.nonstructural_lever) / whole[
+                ..., None
+            ]
+            relative = whole / whole.mean(axis=1, keepdims=True)
+        to = offset[place][:, None] + np.arange(shape.nodes)
+        # where all of the mass is at one place, that place to the last digit
+        same = (s.structural_lever == s.nonstructural_lever).all(axis=2) | (loads == 0.0)
+        lever[to] = np.where(same[..., None], s.structural_lever, np.nan_to_num(mixed))
+        even = np.ptp(whole, axis=1) == 0.0
+        weight[to[~even]] = relative[~even]
+    density, expansion = _materials(cards, where)
+    return Elements(
+        id=np.array(ids, dtype=np.int64),
+        type=types,
+        property_id=property_id,
+        node_offset=offset.astype(np.int64),
+        node_index=index,
+        mass_kg=mass * factor,
+        added_kg=added * measure * factor,
+        density=density * factor,
+        expansion=expansion,
+        section=section,
+        lever=lever,
+        weight=weight,
+        partial=partial,
+    )
+
+
+def _property_type(element: Any) -> str:
+    prop = getattr(element, "pid_ref", None)
+    return "" if prop is None else str(prop.type)
+
+
+def _materials(cards: list[Any], where: str) -> tuple[FloatArray, FloatArray]:
+    """Density and expansion [E] of the elements' materials; NaN where the property has no single material."""
+    known: dict[int, tuple[float, float]] = {}
+    out = np.empty((len(cards), 2))
+    for i, element in enumerate(cards):
+        prop = getattr(element, "pid_ref", None)
+        holder = element if prop is None else prop
+        if id(holder) not in known:
+            material = getattr(holder, "mid_ref", None) or getattr(holder, "mid1_ref", None)
+            known[id(holder)] = (np.nan, np.nan)
+            if material is not None and hasattr(material, "rho"):
+                a = getattr(material, "a", None)
+                what = f"{element.type} {element.eid}"
+                known[id(holder)] = (density_of(material, what, where), a if isinstance(a, float) else np.nan)
+        out[i] = known[id(holder)]
+    return out[:, 0], out[:, 1]

@@ -1,0 +1,45 @@
+"""How the mass of elements of one card is spread over them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import InputError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+ToBasic = Callable[[int, FloatArray], FloatArray]
+"""Turns a vector [3] in the displacement frame (CD) of a grid, by its id, into the basic frame."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mass of E elements of one card with n nodes, before PARAM,WTMASS.
+
+    structural, nonstructural : [E, n], at the nodes, per m³, m² or m.
+    axis : [E, n, 3], from each node to the line or surface that is measured (bar offsets), basic frame, m.
+    structural_lever, nonstructural_lever : [E, n, 3], from each node to either mass, basic frame, m.
+    section : [E], thickness of plates (m), area of line elements (m²), 0 for solids.
+    """
+
+    structural: FloatArray
+    nonstructural: FloatArray
+    axis: FloatArray
+    structural_lever: FloatArray
+    nonstructural_lever: FloatArray
+    section: FloatArray
+
+
+def density_of(material: Any, what: str, where: str) -> float:
+    """Density of a material card; 0 where it gives none. `InputError` for materials that are no solids."""
+    if material is None:
+        return 0.0
+    if material.type == "MAT10":
+        raise InputError(f"{what}: fluids (MAT10) are not read", where=where, hint="leave the fluid out of the deck")
+    return float(getattr(material, "rho", 0.0) or 0.0)
