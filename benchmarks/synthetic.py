@@ -106,6 +106,13 @@ def project(folder: Path, mass_model: str = "quadrature") -> Project:
     return load_project(folder / "tedm.toml", folder)
 
 
+def _inertia(position: FloatArray, kg: FloatArray) -> FloatArray:
+    """Inertia tensor [3,3] of point masses about their centre of gravity."""
+    arm = position - kg @ position / kg.sum()
+    second = (kg[:, None] * arm).T @ arm
+    return np.asarray(np.trace(second) * np.eye(3) - second)
+
+
 def write_unit_loads(where: Project, model: Block, areas: int, step: Step = silent) -> Path:
     """unit_loads.h5 of the block, its displacements written as `ingest` writes them."""
     loads = unit_loads(model, areas)
@@ -137,11 +144,14 @@ def write_unit_loads(where: Project, model: Block, areas: int, step: Step = sile
             "/element/density": np.full(elements, 2700.0),
             "/element/expansion": np.full(elements, 2.3e-5),
             "/element/section": np.zeros(elements),
+            "/element/weight": np.ones(8 * elements),
             "/mass/lumped": lumped,
             "/mass/concentrated": [],
             "/mass/concentrated_id": [],
+            "/mass/concentrated_card": [],
             "/mass/concentrated_node": [],
             "/mass/concentrated_lever": np.zeros((0, 3)),
+            "/mass/inertia": _inertia(model.position, lumped),
             "/mass/total": MASS_KG,
             "/mass/centre_of_gravity": lumped @ model.position / MASS_KG,
         }.items():

@@ -86,6 +86,8 @@ def _scan(path: Path) -> None:
         for number, line in enumerate(lines, start=1):
             name = re.split(r"[\s,*]", line.strip().upper(), maxsplit=1)[0]
             place = f"{file}:{number}"
+            if name.startswith("="):
+                raise InputError("replicated cards (=) are not read: write them out", where=place)
             if name in _REFUSED_BULK:
                 raise InputError(f"{name} card: {_REFUSED_BULK[name]}", where=place)
             if re.match(r"\s*(BEGIN\s+)?SUPER\s*=\s*\d", line, re.I):

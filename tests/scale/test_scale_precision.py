@@ -136,7 +136,7 @@ def test_ingest_takes_the_precision_that_its_numbers_need(
         kept.clear()
         for load, t, r in unit_load_displacements(*args):
             kept.append(factor * t)
-            yield load, factor * t, r
+            yield load, factor * t, factor * r
 
     monkeypatch.setattr("tedm_cli.stages.ingest.unit_load_displacements", motions)
     ingest(load_project(SMALL / "tedm.toml", tmp_path), None, silent)
