@@ -6,6 +6,7 @@ an argument and may be complex, so that a complex-step derivative runs through t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -21,6 +22,7 @@ BEHIND_M = 1e-12  # surfaces in contact may come out this far behind each other 
 
 Array = NDArray[Any]  # float64, or complex128 under a complex step
 SurfaceKind = Literal["reflect", "refract", "detect"]
+Face = Literal["front", "back"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +41,14 @@ class Poses:
 
 @dataclass(frozen=True, eq=False)
 class Hit:
-    """One surface met by a ray; `normal` points against the incoming ray, `distance` (m) is from the previous point."""
+    """One surface met by a ray, in the path's step of that number (from 1).
 
+    `normal` points against the incoming ray, whose direction is `direction`; `distance` (m) is from the previous point.
+    """
+
+    step: int
     element: int
+    face: Face
     kind: SurfaceKind
     distance: Any
     point: Array
@@ -102,15 +109,40 @@ def trace_path(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Trace:
 
     Raises
     ------
+    PhysicsError : see `encounters`.
+    """
+    hits = tuple(encounters(layout, path, poses))
+    offset = layout.elements[layout.index(path.steps[0].element)].opl_offset_m
+    return Trace(hits, output_of(hits, poses, offset))
+
+
+def output_of(hits: tuple[Hit, ...], poses: Poses, opl_offset_m: float) -> Array:
+    """Output [5] of a path from all its hits: x, y, opl (m), z1, z2 (rad)."""
+    last = hits[-1]
+    ex, ey = photodiode_axes(poses, last.element)
+    spot = last.point - poses.ref[last.element]
+    opl = sum((hit.index_in * hit.distance for hit in hits), start=opl_offset_m)
+    return np.array([ex @ spot, ey @ spot, opl, ex @ last.direction, ey @ last.direction])
+
+
+def photodiode_axes(poses: Poses, place: int) -> tuple[Array, Array]:
+    """Axes `ex`, `ey` of the photodiode that stands at `place` in the layout order."""
+    ey = poses.local_y[place]
+    return np.cross(ey, poses.normal[place]), ey
+
+
+def encounters(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Iterator[Hit]:
+    """The surfaces that the chief ray of `path` meets, one after the other; the last one is the photodiode's.
+
+    Raises
+    ------
     PhysicsError : a ray runs parallel to a surface, meets it from the wrong side, leaves it behind, or is totally
-        reflected; path, step and element are named.
+        reflected; path, step and element are named. What was met before has been yielded.
     """
     first = layout.index(path.steps[0].element)
     point, direction = poses.ref[first], poses.normal[first]
-    opl: Any = layout.elements[first].opl_offset_m
-    hits: list[Hit] = []
     for number, step in enumerate(path.steps[1:], start=2):
-        where = f"path {path.label}, step {number} ({step.label})"
+        where = step_label(path, number)
         place = layout.index(step.element)
         element = layout.elements[place]
         normal = poses.normal[place]
@@ -119,32 +151,33 @@ def trace_path(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Trace:
         approach = float(np.real(direction @ normal))
         if abs(approach) < GRAZING:
             raise PhysicsError(f"the ray runs parallel to {element.name}", where=where)
-        for side, kind, index_in, index_out in _surfaces(element, step.op, approach < 0, where):
+        for face, kind, index_in, index_out in _surfaces(element, step.op, approach < 0, where):
             cosine = direction @ normal
-            distance = ((anchors[side] - point) @ normal) / cosine
+            distance = ((anchors[face] - point) @ normal) / cosine
             if np.real(distance) < -BEHIND_M:
                 raise PhysicsError(f"{element.name} lies {-np.real(distance):.3g} m behind the ray", where=where)
             point = point + distance * direction
-            opl = opl + index_in * distance
             against = -normal if np.real(cosine) > 0 else normal
-            hits.append(Hit(place, kind, distance, point, against, direction, index_in, index_out))
+            yield Hit(number, place, face, kind, distance, point, against, direction, index_in, index_out)
             if kind == "reflect":
                 direction = direction - 2 * cosine * normal
             elif kind == "refract":
                 direction = _refracted(direction, against, index_in / index_out, f"{where}, {element.name}")
-    ez, ey = poses.normal[place], poses.local_y[place]
-    ex = np.cross(ey, ez)
-    spot = point - poses.ref[place]
-    return Trace(tuple(hits), np.array([ex @ spot, ey @ spot, opl, ex @ direction, ey @ direction]))
+
+
+def step_label(path: BeamPath, number: int) -> str:
+    """Where a message is about, e.g. ``path PD1A meas, step 5 (M1:R)``."""
+    return f"path {path.label}, step {number} ({path.steps[number - 1].label})"
 
 
 def _surfaces(
     element: Element, op: Operation, from_front: bool, where: str
-) -> list[tuple[str, SurfaceKind, float, float]]:
-    """Surfaces met in one step, in order: (side, kind, index before, index behind)."""
+) -> list[tuple[Face, SurfaceKind, float, float]]:
+    """Surfaces met in one step, in order: (face, kind, index before, index behind)."""
     outside, inside = AMBIENT_INDEX, element.index
-    near, far = ("front", "back") if from_front else ("back", "front")
     if op == "T":
+        near: Face = "front" if from_front else "back"
+        far: Face = "back" if from_front else "front"
         return [(near, "refract", outside, inside), (far, "refract", inside, outside)]
     if from_front:
         return [("front", "detect" if op == "detect" else "reflect", outside, outside)]
