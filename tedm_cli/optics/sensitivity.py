@@ -17,6 +17,7 @@ from tedm_cli.optics.trace import Hit, Poses, nominal_poses, photodiode_axes, tr
 Matrix = NDArray[np.float64]
 
 _POINT, _DIRECTION, _OPL = slice(0, 3), slice(3, 6), 6  # places in the state of a ray
+_GENERATORS = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 9)  # [e_k]x, one per row
 _SHIFT, _TURN = slice(0, 3), slice(3, 6)  # places in the motion of an element
 
 
@@ -93,7 +94,7 @@ def check_shape(S_BW: Matrix, layout: OpticalLayout) -> None:
 
 def cross_matrix(vector: Matrix) -> Matrix:
     """[v]x, the matrix of `v x`, [..., 3, 3]."""
-    return np.asarray(np.cross(np.eye(3), vector[..., None, :])).swapaxes(-1, -2) * -1.0
+    return np.asarray((vector @ _GENERATORS).reshape(*vector.shape, 3))
 
 
 def _at_photodiode(hit: Hit, poses: Poses) -> tuple[Matrix, Matrix]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -23,6 +24,14 @@ BEHIND_M = 1e-12  # surfaces in contact may come out this far behind each other 
 Array = NDArray[Any]  # float64, or complex128 under a complex step
 SurfaceKind = Literal["reflect", "refract", "detect"]
 Face = Literal["front", "back"]
+
+
+class RayLostError(PhysicsError):
+    """The chief ray of a path cannot go on; `step` is the number (from 1) of the step it fails at."""
+
+    def __init__(self, fact: str, *, path: BeamPath, step: int, hint: str) -> None:
+        super().__init__(fact, where=step_label(path, step), hint=hint)
+        self.step = step
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,13 +145,13 @@ def encounters(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Iterator[
 
     Raises
     ------
-    PhysicsError : a ray runs parallel to a surface, meets it from the wrong side, leaves it behind, or is totally
+    RayLostError : a ray runs parallel to a surface, meets it from the wrong side, leaves it behind, or is totally
         reflected; path, step and element are named. What was met before has been yielded.
     """
     first = layout.index(path.steps[0].element)
     point, direction = poses.ref[first], poses.normal[first]
     for number, step in enumerate(path.steps[1:], start=2):
-        where = step_label(path, number)
+        lost = partial(RayLostError, path=path, step=number)
         place = layout.index(step.element)
         element = layout.elements[place]
         normal = poses.normal[place]
@@ -150,19 +159,37 @@ def encounters(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Iterator[
         anchors = {"front": front, "back": front - element.thickness_m * normal}
         approach = float(np.real(direction @ normal))
         if abs(approach) < GRAZING:
-            raise PhysicsError(f"the ray runs parallel to {element.name}", where=where)
-        for face, kind, index_in, index_out in _surfaces(element, step.op, approach < 0, where):
+            raise lost(
+                f"the ray runs parallel to {element.name}",
+                hint=f"turn {element.name} or the element before it",
+            )
+        if approach > 0 and step.op != "T" and (step.op == "detect" or element.thickness_m == 0.0):
+            angle = np.degrees(np.arccos(min(approach, 1.0)))
+            raise lost(
+                f"the ray meets {element.name} from behind, {angle:.3g} deg off its normal",
+                hint="turn its normal towards the light; only a plate (thickness_m, index) may be met from behind",
+            )
+        for face, kind, index_in, index_out in _surfaces(element, step.op, approach < 0):
             cosine = direction @ normal
             distance = ((anchors[face] - point) @ normal) / cosine
             if np.real(distance) < -BEHIND_M:
-                raise PhysicsError(f"{element.name} lies {-np.real(distance):.3g} m behind the ray", where=where)
+                raise lost(
+                    f"{element.name} lies {-np.real(distance):.3g} m behind the ray",
+                    hint=f"check ref_m and normal of {element.name} and of the element before it, and the steps",
+                )
             point = point + distance * direction
             against = -normal if np.real(cosine) > 0 else normal
             yield Hit(number, place, face, kind, distance, point, against, direction, index_in, index_out)
             if kind == "reflect":
                 direction = direction - 2 * cosine * normal
             elif kind == "refract":
-                direction = _refracted(direction, against, index_in / index_out, f"{where}, {element.name}")
+                refracted = _refracted(direction, against, index_in / index_out)
+                if refracted is None:
+                    raise lost(
+                        f"the ray is totally reflected in {element.name} where it should be transmitted",
+                        hint=f"turn {element.name} towards the beam",
+                    )
+                direction = refracted
 
 
 def step_label(path: BeamPath, number: int) -> str:
@@ -170,9 +197,7 @@ def step_label(path: BeamPath, number: int) -> str:
     return f"path {path.label}, step {number} ({path.steps[number - 1].label})"
 
 
-def _surfaces(
-    element: Element, op: Operation, from_front: bool, where: str
-) -> list[tuple[Face, SurfaceKind, float, float]]:
+def _surfaces(element: Element, op: Operation, from_front: bool) -> list[tuple[Face, SurfaceKind, float, float]]:
     """Surfaces met in one step, in order: (face, kind, index before, index behind)."""
     outside, inside = AMBIENT_INDEX, element.index
     if op == "T":
@@ -181,8 +206,6 @@ def _surfaces(
         return [(near, "refract", outside, inside), (far, "refract", inside, outside)]
     if from_front:
         return [("front", "detect" if op == "detect" else "reflect", outside, outside)]
-    if op == "detect" or element.thickness_m == 0.0:
-        raise PhysicsError(f"the ray meets {element.name} from behind", where=where)
     return [
         ("back", "refract", outside, inside),
         ("front", "reflect", inside, inside),
@@ -190,10 +213,10 @@ def _surfaces(
     ]
 
 
-def _refracted(direction: Array, normal: Array, ratio: float, where: str) -> Array:
-    """Snell's law in vector form; `normal` against the ray, `ratio` = index before / index behind."""
+def _refracted(direction: Array, normal: Array, ratio: float) -> Array | None:
+    """Snell's law in vector form; `normal` against the ray, `ratio` = index before / behind; None: total reflection."""
     cosine = -(direction @ normal)
     square = 1 - ratio**2 * (1 - cosine**2)
     if np.real(square) <= 0:
-        raise PhysicsError("the ray is totally reflected where it should be transmitted", where=where)
+        return None
     return np.asarray(ratio * direction + (ratio * cosine - np.sqrt(square)) * normal)
