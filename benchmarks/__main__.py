@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
+from benchmarks.optics import against_optiland, derivative
 from benchmarks.timing import Result, timed
 
 
@@ -64,6 +65,7 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "G and field by quadrature, 68,000 grids, one test mass / lumped": partial(operator, (64, 38, 26)),
     "G and field by quadrature, 683,000 grids, one test mass / lumped": partial(operator, (140, 84, 56)),
     "S = -G D, 66,000 grids x 78 areas / copy of D": contraction,
+    "S_BW 40 x 144, analytic / complex step of the same trace": derivative,
     "one case, 24 outputs, 4,096 frequencies / k x k per frequency": cases,
     "small sample, default solver / SuperLU": solver,
     "tedm --help / python -c pass": command_line,
@@ -74,6 +76,8 @@ if find_spec("choclo"):
         for where, limits in (("within 11 sides", (0.045, 0.5)), ("within 1.5 sides", (0.041, 0.069)))
         for threads in (1, 2)
     }
+if find_spec("optiland"):
+    BENCHMARKS["trace of 8 beam paths / Optiland"] = against_optiland
 
 
 def main() -> None:
