@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
+from benchmarks.optics import against_optiland, derivative
 from benchmarks.scale import op2_reading, streaming
 from benchmarks.timing import Result, timed
 
@@ -69,6 +70,7 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "build-distortion, 68,000 grids x 80 areas / plain copy of [D]": partial(streaming, "build-distortion"),
     "contraction with D from the disk, 68,000 x 80 / plain read": partial(streaming, "build-sensitivity"),
     "displacements of an OP2, 68,000 grids x 20 subcases / plain read": op2_reading,
+    "S_BW 40 x 144, analytic / complex step of the same trace": derivative,
     "one case, 24 outputs, 4,096 frequencies / k x k per frequency": cases,
     "small sample, default solver / SuperLU": solver,
     "tedm --help / python -c pass": command_line,
@@ -79,6 +81,8 @@ if find_spec("choclo"):
         for where, limits in (("within 11 sides", (0.045, 0.5)), ("within 1.5 sides", (0.041, 0.069)))
         for threads in (1, 2)
     }
+if find_spec("optiland"):
+    BENCHMARKS["trace of 8 beam paths / Optiland"] = against_optiland
 
 
 def main() -> None:

@@ -277,7 +277,8 @@ def window_nodes(m: Mesh, x: float) -> list[int]:
 
 def write_model(detail: str, size_mm: float, layout: Path, out: Path) -> None:
     m = mesh(detail, size_mm)
-    elements = tomllib.loads(layout.read_text(encoding="utf-8"))["element"]
+    tables = tomllib.loads(layout.read_text(encoding="utf-8"))
+    elements = [{"grid": tables.get("grids", {}).get(e["name"])} | e for e in tables["element"]]
     bulk: list[str] = []
     areas: list[tuple[int, str]] = []
     for i, xyz in enumerate(m.xyz):

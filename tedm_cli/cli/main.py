@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def _fail(exc: TedmError) -> NoReturn:
-    """Print `error: where: fact` (a line for each problem of a configuration) and `hint: fix`, and leave."""
+    """Print `error: where: fact` (a line for each problem of a configuration or layout) and `hint: fix`, and leave."""
     if verbosity() >= 2:
         traceback.print_exc()
     for line in str(exc).splitlines():

@@ -7,6 +7,7 @@ from tedm_cli.cli.app import (
     DEFAULT_CONFIG,
     BuildDir,
     Config,
+    Json,
     Output,
     Quiet,
     Verbose,
@@ -14,6 +15,29 @@ from tedm_cli.cli.app import (
     open_project,
     say,
 )
+
+
+@app.command("check-layout")
+def check_layout(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Judge the optical layout alone.
+
+    Beams within apertures, together on the photodiodes, met from the right side, and nothing in their way: a table of
+    margins. It needs no other file; build-optics judges the same.
+    """
+    import json
+
+    from tedm_cli.cli.say_layout import layout_dict, layout_lines
+    from tedm_cli.stages.layout import inspect_layout, refuse_failures
+
+    done = inspect_layout(open_project(config, build_dir, verbose))
+    say(quiet, *([json.dumps(layout_dict(done), indent=2)] if as_json else layout_lines(done)))
+    refuse_failures(done.findings, done.path)
 
 
 @app.command("build-optics")
@@ -28,8 +52,9 @@ def build_optics(
 
     S_BW by the analytic derivative of the ray trace, P, O_ideal, and the read-out per kelvin of every area.
     """
+    from tedm_cli.cli.say_layout import warning_lines
     from tedm_cli.say import optics_lines
     from tedm_cli.stages.optics import build_optics as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
-    say(quiet, *optics_lines(done))
+    say(quiet, *optics_lines(done), *warning_lines(done.warnings))

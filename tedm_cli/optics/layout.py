@@ -31,6 +31,37 @@ N_LASER = 3  # OPD, WFT1, WFT2 of one photodiode
 
 
 @dataclass(frozen=True)
+class Recombination:
+    """How well the two beams of a photodiode must meet.
+
+    Parameters
+    ----------
+    overlap_m : distance of the two spots on the photodiode, m.
+    angle_rad : angle between the two beams, rad.
+    path_mismatch_m : difference of the optical paths, m; None where it does not matter.
+    """
+
+    overlap_m: float = 1e-4
+    angle_rad: float = 1e-4
+    path_mismatch_m: float | None = None
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What the checks of a layout allow.
+
+    Parameters
+    ----------
+    clearance_m : distance that the axis of a beam keeps from the edge of an aperture and from other bodies, m; a few
+        beam radii.
+    reference_point_m : distance of an element's reference point from its substrate or surface, m.
+    """
+
+    clearance_m: float = 0.0
+    reference_point_m: float = 0.01
+
+
+@dataclass(frozen=True)
 class Element:
     """One optical element.
 
@@ -44,9 +75,12 @@ class Element:
     front_offset_m : the front plane passes through `ref_m + front_offset_m * normal`, m.
     thickness_m : distance of the back plane behind the front plane, m; zero for a surface without substrate.
     index : refractive index of the substrate.
-    local_y : unit vector, the photodiode's y axis; None for other kinds.
+    local_y : unit vector, y axis of the photodiode and of a rectangular aperture; None elsewhere.
     opl_offset_m : optical path already travelled before an injector, m.
     grid : finite-element grid that carries the motion; None for a test mass.
+    aperture_m : clear radius, or half-sizes along `local_y x normal` and `local_y`, m, about the reference point, for
+        all its planes; None where unknown.
+    recombination : tolerances of a photodiode on its two beams.
     """
 
     name: str
@@ -59,6 +93,8 @@ class Element:
     local_y: Vec3 | None = None
     opl_offset_m: float = 0.0
     grid: int | None = None
+    aperture_m: float | tuple[float, ...] | None = None
+    recombination: Recombination = Recombination()
 
 
 @dataclass(frozen=True)
@@ -103,6 +139,7 @@ class OpticalLayout:
     read_out : measured degrees of freedom of every test mass, along and about the layout axes.
     frame_origin_m : origin of the layout frame in the basic frame, m.
     frame_axes : rows are the layout axes x, y, z in the basic frame.
+    tolerances : what the checks of the layout allow.
     """
 
     title: str
@@ -113,6 +150,7 @@ class OpticalLayout:
     read_out: tuple[Dof, ...]
     frame_origin_m: Vec3 = (0.0, 0.0, 0.0)
     frame_axes: tuple[Vec3, Vec3, Vec3] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    tolerances: Tolerances = Tolerances()
 
     @cached_property
     def _element_index(self) -> dict[str, int]:

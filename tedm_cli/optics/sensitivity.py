@@ -1,7 +1,8 @@
 """Analytic derivative of every path's output by the six motions of every element (the matrix called S_BW).
 
 Montemurro 2004, eq. 10.2, took this matrix from a ray tracer; here it follows from differentiating the trace surface by
-surface, carrying the tangents of hit point, direction and optical path for all motions of a path at once.
+surface. Each surface maps the variations (dp, dd, dopl) of point, direction and optical path of the ray linearly; the
+five outputs are carried back through these maps, from the photodiode to the injector.
 """
 
 from __future__ import annotations
@@ -10,10 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.errors import InputError
-from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, BeamPath, OpticalLayout
-from tedm_cli.optics.trace import Hit, Poses, nominal_poses, trace_path
+from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, OpticalLayout
+from tedm_cli.optics.trace import Hit, Poses, nominal_poses, photodiode_axes, trace_path
 
 Matrix = NDArray[np.float64]
+
+_POINT, _DIRECTION, _OPL = slice(0, 3), slice(3, 6), 6  # places in the state of a ray
+_GENERATORS = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 9)  # [e_k]x, one per row
+_SHIFT, _TURN = slice(0, 3), slice(3, 6)  # places in the motion of an element
 
 
 def sensitivity_matrix(layout: OpticalLayout) -> Matrix:
@@ -26,11 +31,20 @@ def sensitivity_matrix(layout: OpticalLayout) -> Matrix:
     PhysicsError : a nominal ray misses an element.
     """
     poses = nominal_poses(layout)
+    traces = [trace_path(layout, path, poses) for path in layout.paths]
+    by_state, by_motion = _linearised([hit for trace in traces for hit in trace.hits], poses)
     matrix = np.zeros((N_OUTPUTS * len(layout.paths), N_MOTIONS * len(layout.elements)))
-    for path in layout.paths:
-        names = tuple(dict.fromkeys(step.element for step in path.steps))
-        columns = layout.columns_of(tuple(layout.elements[layout.index(name)] for name in names))
-        matrix[layout.rows(path), columns] = _path_jacobian(layout, path, poses, names)
+    end = 0
+    for path, trace in zip(layout.paths, traces, strict=True):
+        rows = matrix[layout.rows(path)].reshape(N_OUTPUTS, len(layout.elements), N_MOTIONS)  # a view
+        begin, end = end, end + len(trace.hits)
+        outputs, rows[:, trace.hits[-1].element] = _at_photodiode(trace.hits[-1], poses)
+        for hit, A, B in zip(trace.hits[::-1], by_state[begin:end][::-1], by_motion[begin:end][::-1], strict=True):
+            rows[:, hit.element] += outputs @ B
+            outputs = outputs @ A
+        source = layout.index(path.steps[0].element)
+        rows[:, source, _SHIFT] += outputs[:, _POINT]
+        rows[:, source, _TURN] -= outputs[:, _DIRECTION] @ cross_matrix(poses.normal[source])
     return matrix
 
 
@@ -80,59 +94,74 @@ def check_shape(S_BW: Matrix, layout: OpticalLayout) -> None:
 
 def cross_matrix(vector: Matrix) -> Matrix:
     """[v]x, the matrix of `v x`, [..., 3, 3]."""
-    return np.asarray(np.cross(np.eye(3), vector[..., None, :])).swapaxes(-1, -2) * -1.0
+    return np.asarray((vector @ _GENERATORS).reshape(*vector.shape, 3))
 
 
-def _path_jacobian(layout: OpticalLayout, path: BeamPath, poses: Poses, names: tuple[str, ...]) -> Matrix:
-    """Derivative [5, 6 * len(names)] of one path's output by the motions of the elements it meets.
+def _at_photodiode(hit: Hit, poses: Poses) -> tuple[Matrix, Matrix]:
+    """Outputs by the state of the ray on the photodiode [5, 7], and by the photodiode's own motion [5, 6].
 
-    Along the ray `d' = d + ...` the tangents obey, at hit point p with normal n against the ray, N the index before,
-    `s = u + theta x (p - ref)` and `dn = theta x n`:
-
-        hit      dt = n.(s - dp - t dd) / (n.d),  dp += t dd + d dt,  dopl += N dt
-        mirror   dd' = dd - 2 (dd.n + d.dn) n - 2 (d.n) dn
-        refract  dc1 = -(dd.n + d.dn),  dc2 = mu^2 c1 dc1 / c2,
-                 dd' = mu dd + (mu dc1 - dc2) n + (mu c1 - c2) dn
-        diode    dx = ex.(dp - s),  dz1 = ex.(dd - theta x d)
+    With `s = u + theta x (p - ref)`: `dx = ex.(dp - s)`, `dz1 = ex.(dd - theta x d)`, and the same along ey.
     """
-    width = N_MOTIONS * len(names)
-    block = {layout.index(name): N_MOTIONS * i for i, name in enumerate(names)}
-    dp, dd, dopl = np.zeros((3, width)), np.zeros((3, width)), np.zeros(width)
-    source = layout.index(path.steps[0].element)
-    at = block[source]
-    dp[:, at : at + 3] = np.eye(3)
-    dd[:, at + 3 : at + 6] = -cross_matrix(poses.normal[source])
-
-    ray = trace_path(layout, path, poses)
-    for hit in ray.hits:
-        at = block[hit.element]
-        n, d = hit.normal, hit.direction
-        s, dn = np.zeros((3, width)), np.zeros((3, width))
-        s[:, at : at + 3] = np.eye(3)
-        s[:, at + 3 : at + 6] = -cross_matrix(hit.point - poses.ref[hit.element])
-        dn[:, at + 3 : at + 6] = -cross_matrix(n)
-        dt = n @ (s - dp - hit.distance * dd) / (n @ d)
-        dp = dp + hit.distance * dd + np.outer(d, dt)
-        dopl = dopl + hit.index_in * dt
-        if hit.kind == "reflect":
-            dd = dd - 2 * np.outer(n, n @ dd + d @ dn) - 2 * (d @ n) * dn
-        elif hit.kind == "refract":
-            dd = _refracted_tangent(hit, dd, dn)
-
-    diode = ray.hits[-1].element
-    at = block[diode]
-    turned = np.zeros((3, width))
-    turned[:, at + 3 : at + 6] = -cross_matrix(ray.hits[-1].direction)
-    ey = poses.local_y[diode]
-    ex = np.cross(ey, poses.normal[diode])
-    return np.stack([ex @ (dp - s), ey @ (dp - s), dopl, ex @ (dd - turned), ey @ (dd - turned)])
+    axes = np.stack(photodiode_axes(poses, hit.element))
+    by_state, by_motion = np.zeros((N_OUTPUTS, 7)), np.zeros((N_OUTPUTS, N_MOTIONS))
+    by_state[:2, _POINT] = by_state[3:, _DIRECTION] = axes
+    by_state[2, _OPL] = 1.0
+    by_motion[:2, _SHIFT] = -axes
+    by_motion[:2, _TURN] = axes @ cross_matrix(hit.point - poses.ref[hit.element])
+    by_motion[3:, _TURN] = axes @ cross_matrix(hit.direction)
+    return by_state, by_motion
 
 
-def _refracted_tangent(hit: Hit, dd: Matrix, dn: Matrix) -> Matrix:
-    n, d = hit.normal, hit.direction
-    mu = hit.index_in / hit.index_out
-    c1 = -(d @ n)
+def _linearised(hits: list[Hit], poses: Poses) -> tuple[Matrix, Matrix]:
+    """State of the ray behind each hit by the state before it [n, 7, 7], and by the motion of the element [n, 7, 6].
+
+    At the hit point p with normal n against the ray, N the index before, `s = u + theta x (p - ref)`, `dn = theta x n`:
+
+        hit      dt = n.(s - dp - t dd) / (n.d),  dp' = dp + t dd + d dt,  dopl' = dopl + N dt
+        mirror   dd' = dd - 2 n (n.dd + d.dn) - 2 (d.n) dn
+        refract  dd' = mu dd - (mu - mu^2 c1 / c2) n (n.dd + d.dn) + (mu c1 - c2) dn
+
+    with mu the ratio of the indices and c1 = -d.n, c2 the cosines before and behind.
+    """
+    n, d, p = (np.stack([getattr(hit, name) for hit in hits]) for name in ("normal", "direction", "point"))
+    t, index = (np.array([getattr(hit, name) for hit in hits]) for name in ("distance", "index_in"))
+    ref = poses.ref[[hit.element for hit in hits]]
+    c1 = -np.einsum("hi,hi->h", n, d)
+    along, across, turning = _coefficients(hits, c1)
+
+    identity = np.eye(3)
+    dt = -n / c1[:, None]  # of the surface's displacement at p along the ray, as a row
+    to_surface = identity - d[:, :, None] * dt[:, None, :]
+    by_theta = -cross_matrix(p - ref)  # of s
+    dn_by_theta = -cross_matrix(n)
+    bent = across[:, None, None] * n[:, :, None]
+
+    by_state = np.zeros((len(hits), 7, 7))
+    by_state[:, _POINT, _POINT] = to_surface
+    by_state[:, _POINT, _DIRECTION] = t[:, None, None] * to_surface
+    by_state[:, _DIRECTION, _DIRECTION] = along[:, None, None] * identity - bent * n[:, None, :]
+    by_state[:, _OPL, _POINT] = -index[:, None] * dt
+    by_state[:, _OPL, _DIRECTION] = -(index * t)[:, None] * dt
+    by_state[:, _OPL, _OPL] = 1.0
+
+    s_to_ray = d[:, :, None] * dt[:, None, :]
+    by_motion = np.zeros((len(hits), 7, N_MOTIONS))
+    by_motion[:, _POINT, _SHIFT] = s_to_ray
+    by_motion[:, _POINT, _TURN] = s_to_ray @ by_theta
+    by_motion[:, _DIRECTION, _TURN] = turning[:, None, None] * dn_by_theta - bent * (d[:, None, :] @ dn_by_theta)
+    by_motion[:, _OPL, _SHIFT] = index[:, None] * dt
+    by_motion[:, _OPL, _TURN] = index[:, None] * np.einsum("hi,hij->hj", dt, by_theta)
+    return by_state, by_motion
+
+
+def _coefficients(hits: list[Hit], c1: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+    """Factors a, b, c, each [n], of `dd' = a dd - b n (n.dd + d.dn) + c dn`, from the cosines of incidence."""
+    kind = np.array([hit.kind for hit in hits])
+    mu = np.array([hit.index_in / hit.index_out for hit in hits])
     c2 = np.sqrt(1 - mu**2 * (1 - c1**2))
-    dc1 = -(n @ dd + d @ dn)
-    dc2 = mu**2 * c1 * dc1 / c2
-    return np.asarray(mu * dd + np.outer(n, mu * dc1 - dc2) + (mu * c1 - c2) * dn)
+    choices = [kind == "reflect", kind == "refract"]
+    return (
+        np.where(choices[1], mu, 1.0),
+        np.select(choices, [np.full_like(c1, 2.0), mu - mu**2 * c1 / c2], 0.0),
+        np.select(choices, [2 * c1, mu * c1 - c2], 0.0),
+    )

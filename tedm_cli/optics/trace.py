@@ -6,7 +6,9 @@ an argument and may be complex, so that a complex-step derivative runs through t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -21,6 +23,15 @@ BEHIND_M = 1e-12  # surfaces in contact may come out this far behind each other 
 
 Array = NDArray[Any]  # float64, or complex128 under a complex step
 SurfaceKind = Literal["reflect", "refract", "detect"]
+Face = Literal["front", "back"]
+
+
+class RayLostError(PhysicsError):
+    """The chief ray of a path cannot go on; `step` is the number (from 1) of the step it fails at."""
+
+    def __init__(self, fact: str, *, path: BeamPath, step: int, hint: str) -> None:
+        super().__init__(fact, where=step_label(path, step), hint=hint)
+        self.step = step
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +50,14 @@ class Poses:
 
 @dataclass(frozen=True, eq=False)
 class Hit:
-    """One surface met by a ray; `normal` points against the incoming ray, `distance` (m) is from the previous point."""
+    """One surface met by a ray, in the path's step of that number (from 1).
 
+    `normal` points against the incoming ray, whose direction is `direction`; `distance` (m) is from the previous point.
+    """
+
+    step: int
     element: int
+    face: Face
     kind: SurfaceKind
     distance: Any
     point: Array
@@ -102,15 +118,40 @@ def trace_path(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Trace:
 
     Raises
     ------
-    PhysicsError : a ray runs parallel to a surface, meets it from the wrong side, leaves it behind, or is totally
-        reflected; path, step and element are named.
+    PhysicsError : see `encounters`.
+    """
+    hits = tuple(encounters(layout, path, poses))
+    offset = layout.elements[layout.index(path.steps[0].element)].opl_offset_m
+    return Trace(hits, output_of(hits, poses, offset))
+
+
+def output_of(hits: tuple[Hit, ...], poses: Poses, opl_offset_m: float) -> Array:
+    """Output [5] of a path from all its hits: x, y, opl (m), z1, z2 (rad)."""
+    last = hits[-1]
+    ex, ey = photodiode_axes(poses, last.element)
+    spot = last.point - poses.ref[last.element]
+    opl = sum((hit.index_in * hit.distance for hit in hits), start=opl_offset_m)
+    return np.array([ex @ spot, ey @ spot, opl, ex @ last.direction, ey @ last.direction])
+
+
+def photodiode_axes(poses: Poses, place: int) -> tuple[Array, Array]:
+    """Axes `ex`, `ey` of the photodiode that stands at `place` in the layout order."""
+    ey = poses.local_y[place]
+    return np.cross(ey, poses.normal[place]), ey
+
+
+def encounters(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Iterator[Hit]:
+    """The surfaces that the chief ray of `path` meets, one after the other; the last one is the photodiode's.
+
+    Raises
+    ------
+    RayLostError : a ray runs parallel to a surface, meets it from the wrong side, leaves it behind, or is totally
+        reflected; path, step and element are named. What was met before has been yielded.
     """
     first = layout.index(path.steps[0].element)
     point, direction = poses.ref[first], poses.normal[first]
-    opl: Any = layout.elements[first].opl_offset_m
-    hits: list[Hit] = []
     for number, step in enumerate(path.steps[1:], start=2):
-        where = f"path {path.label}, step {number} ({step.label})"
+        lost = partial(RayLostError, path=path, step=number)
         place = layout.index(step.element)
         element = layout.elements[place]
         normal = poses.normal[place]
@@ -118,38 +159,53 @@ def trace_path(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Trace:
         anchors = {"front": front, "back": front - element.thickness_m * normal}
         approach = float(np.real(direction @ normal))
         if abs(approach) < GRAZING:
-            raise PhysicsError(f"the ray runs parallel to {element.name}", where=where)
-        for side, kind, index_in, index_out in _surfaces(element, step.op, approach < 0, where):
+            raise lost(
+                f"the ray runs parallel to {element.name}",
+                hint=f"turn {element.name} or the element before it",
+            )
+        if approach > 0 and step.op != "T" and (step.op == "detect" or element.thickness_m == 0.0):
+            angle = np.degrees(np.arccos(min(approach, 1.0)))
+            raise lost(
+                f"the ray meets {element.name} from behind, {angle:.3g} deg off its normal",
+                hint="turn its normal towards the light; only a plate (thickness_m, index) may be met from behind",
+            )
+        for face, kind, index_in, index_out in _surfaces(element, step.op, approach < 0):
             cosine = direction @ normal
-            distance = ((anchors[side] - point) @ normal) / cosine
+            distance = ((anchors[face] - point) @ normal) / cosine
             if np.real(distance) < -BEHIND_M:
-                raise PhysicsError(f"{element.name} lies {-np.real(distance):.3g} m behind the ray", where=where)
+                raise lost(
+                    f"{element.name} lies {-np.real(distance):.3g} m behind the ray",
+                    hint=f"check ref_m and normal of {element.name} and of the element before it, and the steps",
+                )
             point = point + distance * direction
-            opl = opl + index_in * distance
             against = -normal if np.real(cosine) > 0 else normal
-            hits.append(Hit(place, kind, distance, point, against, direction, index_in, index_out))
+            yield Hit(number, place, face, kind, distance, point, against, direction, index_in, index_out)
             if kind == "reflect":
                 direction = direction - 2 * cosine * normal
             elif kind == "refract":
-                direction = _refracted(direction, against, index_in / index_out, f"{where}, {element.name}")
-    ez, ey = poses.normal[place], poses.local_y[place]
-    ex = np.cross(ey, ez)
-    spot = point - poses.ref[place]
-    return Trace(tuple(hits), np.array([ex @ spot, ey @ spot, opl, ex @ direction, ey @ direction]))
+                refracted = _refracted(direction, against, index_in / index_out)
+                if refracted is None:
+                    raise lost(
+                        f"the ray is totally reflected in {element.name} where it should be transmitted",
+                        hint=f"turn {element.name} towards the beam",
+                    )
+                direction = refracted
 
 
-def _surfaces(
-    element: Element, op: Operation, from_front: bool, where: str
-) -> list[tuple[str, SurfaceKind, float, float]]:
-    """Surfaces met in one step, in order: (side, kind, index before, index behind)."""
+def step_label(path: BeamPath, number: int) -> str:
+    """Where a message is about, e.g. ``path PD1A meas, step 5 (M1:R)``."""
+    return f"path {path.label}, step {number} ({path.steps[number - 1].label})"
+
+
+def _surfaces(element: Element, op: Operation, from_front: bool) -> list[tuple[Face, SurfaceKind, float, float]]:
+    """Surfaces met in one step, in order: (face, kind, index before, index behind)."""
     outside, inside = AMBIENT_INDEX, element.index
-    near, far = ("front", "back") if from_front else ("back", "front")
     if op == "T":
+        near: Face = "front" if from_front else "back"
+        far: Face = "back" if from_front else "front"
         return [(near, "refract", outside, inside), (far, "refract", inside, outside)]
     if from_front:
         return [("front", "detect" if op == "detect" else "reflect", outside, outside)]
-    if op == "detect" or element.thickness_m == 0.0:
-        raise PhysicsError(f"the ray meets {element.name} from behind", where=where)
     return [
         ("back", "refract", outside, inside),
         ("front", "reflect", inside, inside),
@@ -157,10 +213,10 @@ def _surfaces(
     ]
 
 
-def _refracted(direction: Array, normal: Array, ratio: float, where: str) -> Array:
-    """Snell's law in vector form; `normal` against the ray, `ratio` = index before / index behind."""
+def _refracted(direction: Array, normal: Array, ratio: float) -> Array | None:
+    """Snell's law in vector form; `normal` against the ray, `ratio` = index before / behind; None: total reflection."""
     cosine = -(direction @ normal)
     square = 1 - ratio**2 * (1 - cosine**2)
     if np.real(square) <= 0:
-        raise PhysicsError("the ray is totally reflected where it should be transmitted", where=where)
+        return None
     return np.asarray(ratio * direction + (ratio * cosine - np.sqrt(square)) * normal)

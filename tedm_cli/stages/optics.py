@@ -15,8 +15,10 @@ from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
+from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.optics.sensitivity import move_reference_points, reference_offsets, sensitivity_matrix
 from tedm_cli.stages.common import DISTORTION, OPTICS, copy_areas, out_path, provenance
+from tedm_cli.stages.layout import refuse_failures
 from tedm_cli.store import create, open_checked
 
 RESIDUAL_LIMIT = 1e-9  # rigid motions through an exact matrix leave rounding, about 1e-14
@@ -30,11 +32,14 @@ class OpticsSummary:
     conditions: dict[str, float]
     residuals: dict[str, float]
     largest_offset_m: float
+    warnings: tuple[Finding, ...]
 
 
 def build_optics(project: Project, output: Path | None) -> OpticsSummary:
-    """Ray trace with its analytic derivative, moved to the finite-element grids, then the chain for every set."""
+    """Checks of the layout, its ray trace with the derivative, moved to the grids, then the chain for every set."""
     optics_file, layout = load_layout(project.optics)
+    findings = check_layout(layout)
+    refuse_failures(findings, project.optics)
     source = project.build_dir / DISTORTION
     out = out_path(project, OPTICS, output)
     with (
@@ -91,6 +96,7 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         {read.name: read.law.condition for read in chain.sets},
         residuals,
         float(np.abs(offsets).max()),
+        failures(findings, "warning"),
     )
 
 

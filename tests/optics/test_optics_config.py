@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from tedm_cli.config.optics import load_layout
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.layout import OpticalLayout, Recombination
 
 ELEMENT = {
     name: i
@@ -106,8 +106,8 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
         ('kind = "mirror"\n', 'kind = "mirror"\nindex = 1.5\n', "element[14]", "needs both thickness_m and index"),
         ("normal = [1.0, 0.0, 0.0]", "normal = [1.0, 0.001, 0.0]", "element[0].normal", "length is 1.0000005"),
         ("normal = [1.0, 0.0, 0.0]", "normal = [1.0, 0.0]", "element[0].normal", "at least 3"),
-        ("local_y = [0.0, 0.0, 1.0]", "local_y = [0.0, 1.0, 0.0]", "element[20].local_y", "not perpendicular"),
-        ("local_y = [0.0, 0.0, 1.0]", "local_y = [0.0, 0.0, 2.0]", "element[20].local_y", "length is 2"),
+        ("local_y = [0.0, 0.0, 1.0]", "local_y = [1.0, 0.0, 0.0]", "element[0].local_y", "not perpendicular"),
+        ("local_y = [0.0, 0.0, 1.0]", "local_y = [0.0, 0.0, 2.0]", "element[0].local_y", "length is 2"),
         ("ref_m = [0.088, -0.095, 0.0]", 'ref_m = [0.088, "a", 0.0]', "element[2].ref_m[1]", "valid number"),
         ("ref_m = [0.088, -0.095, 0.0]", "ref_m = [0.088, nan, 0.0]", "element[2].ref_m[1]", "finite"),
         ("axes = [[1.0, 0.0, 0.0]", "axes = [[-1.0, 0.0, 0.0]", "frame.axes", "right-handed"),
@@ -120,6 +120,16 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
         ('"x", "eta", "phi"', '"x", "eta", "eta"', "read_out[2]", "'eta' is already read_out[1]"),
         ("wavelength_m = 1.064e-6", "wavelength_m = 0", "wavelength_m", "greater than 0"),
         ("wavelength_m = 1.064e-6", "", "wavelength_m", "missing"),
+        ("aperture_m = 0.018", "aperture_m = [0.018]", "element[4].aperture_m", "at least 2"),
+        ("aperture_m = 0.018", "aperture_m = -0.018", "element[4].aperture_m", "greater than 0"),
+        ("aperture_m = 0.018", "aperture_m = [0.018, 0.01]", "element[4].aperture_m", "W1 has no local_y"),
+        ("aperture_m = 0.018", "local_y = [0, 0, 1]", "element[4].local_y", "no use for it without aperture_m"),
+        ("aperture_m = 0.018", "beam_overlap_m = 1e-5", "element[4].beam_overlap_m", "window (W1) has no such key"),
+        ("clearance_m = 0.0015", "clearance_m = -1", "tolerances.clearance_m", "greater than or equal to 0"),
+        ("clearance_m = 0.0015", "clearence_m = 1", "tolerances.clearence_m", "did you mean clearance_m?"),
+        ("[tolerances]", "[grids]\nW1 = 7\n[tolerances]", "grids.W1", "element W1 gives its grid (900003) itself"),
+        ("[tolerances]", "[grids]\nW9 = 7\n[tolerances]", "grids.W9", "unknown element 'W9'; did you mean W"),
+        ("[tolerances]", "[grids]\nTM1 = 7\n[tolerances]", "grids.TM1", "it floats and has no grid"),
         ('kind = "test_mass"', 'kind = "mirror"\ngrid = 7', "element", "none is a test_mass"),
     ],
 )
@@ -129,6 +139,25 @@ def test_each_problem_is_named_at_its_place(
     count = -1 if 'kind = "test_mass"' in old else 1
     assert old in text
     assert fact in problems(text.replace(old, new, count), tmp_path)[where]
+
+
+def test_grids_in_a_table_of_their_own_are_the_same_layout(text: str, tmp_path: Path, layout: OpticalLayout) -> None:
+    own = [line for line in text.splitlines() if not line.startswith("grid = ")]
+    table = "\n".join(f"{e.name} = {e.grid}" for e in layout.bench)
+    file = tmp_path / "optics.toml"
+    file.write_text("\n".join(own).replace("[tolerances]", f"[grids]\n{table}\n\n[tolerances]"))
+    assert load_layout(file)[1] == layout
+    file.write_text(file.read_text().replace("W1 = 900003\n", ""))
+    with pytest.raises(ConfigError, match=r"a window \(W1\) needs it"):
+        load_layout(file)
+
+
+def test_a_photodiode_may_have_tolerances_of_its_own(text: str, tmp_path: Path, layout: OpticalLayout) -> None:
+    file = tmp_path / "optics.toml"
+    file.write_text(text.replace("aperture_m = 0.0025", "aperture_m = 0.0025\nbeam_angle_rad = 3e-3", 1))
+    own, other = (load_layout(file)[1].elements[layout.index(name)].recombination for name in ("PD1A", "PD1B"))
+    assert (own.overlap_m, own.angle_rad, own.path_mismatch_m) == (1e-4, 3e-3, 1e-3)
+    assert other == layout.elements[layout.index("PD1A")].recombination == Recombination(1e-4, 1e-4, 1e-3)
 
 
 def test_all_problems_come_at_once(text: str, tmp_path: Path) -> None:

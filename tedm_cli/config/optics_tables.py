@@ -1,0 +1,100 @@
+"""The tables of the optical layout file, each strict in itself."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
+
+from tedm_cli.config.base import Strict
+from tedm_cli.optics.layout import Beam, Dof, Kind
+
+Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+HalfSizes = Annotated[list[PositiveFloat], Field(min_length=2, max_length=2)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
+Sets = Annotated[dict[Name, Annotated[list[str], Field(min_length=1)]], Field(min_length=1)]
+Grids = dict[Name, PositiveInt]
+ReadOut = Annotated[list[Dof], Field(min_length=1)]
+
+#: Keys that only a photodiode has, with the same names in `[tolerances]`.
+RECOMBINATION_KEYS = ("beam_overlap_m", "beam_angle_rad", "path_mismatch_m")
+_ANY = frozenset({"local_y", "aperture_m"})
+
+#: Keys beyond name, kind, ref_m and normal: (needed, allowed) by kind.
+KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
+    "test_mass": (frozenset({"front_offset_m"}), _ANY),
+    "injector": (frozenset({"grid"}), _ANY | {"opl_offset_m"}),
+    "window": (frozenset({"grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
+    "beamsplitter": (frozenset({"grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
+    "mirror": (frozenset({"grid"}), _ANY | {"front_offset_m", "thickness_m", "index"}),
+    "photodiode": (frozenset({"grid", "local_y"}), _ANY | set(RECOMBINATION_KEYS)),
+}
+OPTIONAL_KEYS = (
+    "grid",
+    "front_offset_m",
+    "thickness_m",
+    "index",
+    "local_y",
+    "aperture_m",
+    "opl_offset_m",
+    *RECOMBINATION_KEYS,
+)
+
+
+class ElementTable(Strict):
+    """One `[[element]]`; which of the optional keys belong to it depends on its kind."""
+
+    name: Name
+    kind: Kind
+    ref_m: Vector
+    normal: Vector
+    front_offset_m: float | None = None
+    thickness_m: PositiveFloat | None = None
+    index: Annotated[float, Field(ge=1.0)] | None = None
+    local_y: Vector | None = None
+    aperture_m: PositiveFloat | HalfSizes | None = None
+    opl_offset_m: float | None = None
+    grid: PositiveInt | None = None
+    beam_overlap_m: PositiveFloat | None = None
+    beam_angle_rad: PositiveFloat | None = None
+    path_mismatch_m: PositiveFloat | None = None
+
+
+class PathTable(Strict):
+    """One `[[path]]`: the ordered steps of one beam to one photodiode."""
+
+    photodiode: str
+    beam: Beam
+    steps: Annotated[list[str], Field(min_length=2)]
+    wavefront_radius_m: float | None = None
+
+
+class FrameTable(Strict):
+    """The layout frame in the model's basic frame."""
+
+    origin_m: Vector
+    axes: Annotated[list[Vector], Field(min_length=3, max_length=3)]
+
+
+class TolerancesTable(Strict):
+    """What the checks of the layout allow; see `optics.layout.Tolerances` and `Recombination`."""
+
+    clearance_m: NonNegativeFloat = 0.0
+    reference_point_m: PositiveFloat = 0.01
+    beam_overlap_m: PositiveFloat = 1e-4
+    beam_angle_rad: PositiveFloat = 1e-4
+    path_mismatch_m: PositiveFloat | None = None
+
+
+class OpticsTables(Strict):
+    """The whole layout file."""
+
+    title: str
+    wavelength_m: PositiveFloat
+    read_out: ReadOut
+    frame: FrameTable
+    tolerances: TolerancesTable = TolerancesTable()
+    grids: Grids = Field(default_factory=dict)
+    sets: Sets
+    element: Annotated[list[ElementTable], Field(min_length=1)]
+    path: Annotated[list[PathTable], Field(min_length=1)]

@@ -1,0 +1,36 @@
+"""check-layout: the optical layout alone, judged as `build-optics` judges it before it uses it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tedm_cli.config.optics import load_layout
+from tedm_cli.config.project import Project
+from tedm_cli.errors import PhysicsError
+from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.layout_checks import Finding, check_layout, failures
+
+
+@dataclass(frozen=True)
+class LayoutReport:
+    """What was found in the layout at `path`."""
+
+    path: Path
+    layout: OpticalLayout
+    findings: tuple[Finding, ...]
+
+
+def inspect_layout(project: Project) -> LayoutReport:
+    """Check the project's layout; nothing is raised for what fails, see `refuse_failures`."""
+    _, layout = load_layout(project.optics)
+    return LayoutReport(project.optics, layout, check_layout(layout))
+
+
+def refuse_failures(findings: tuple[Finding, ...], where: Path) -> None:
+    """Raise one `PhysicsError` with a line for every failure that is not only a warning."""
+    wrong = failures(findings)
+    if wrong:
+        raise PhysicsError(
+            "\n".join(f.line for f in wrong), where=str(where), hint="`tedm check-layout` prints all margins"
+        )
