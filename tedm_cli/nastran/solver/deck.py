@@ -22,7 +22,7 @@ from tedm_cli.nastran.solver.constraints import read_constraints
 from tedm_cli.nastran.solver.finder import Finder
 from tedm_cli.nastran.solver.refusals import refuse_unsupported
 from tedm_cli.nastran.solver.rigid import read_rigid_elements
-from tedm_cli.nastran.solver.solids import read_hexes
+from tedm_cli.nastran.solver.solids import SOLID_CARDS, read_solids
 
 
 def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
@@ -45,12 +45,10 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
     model = _read(path)
     refuse_unsupported(model, path)
     grid_id, position = _grids(model)
-    if not any(element.type in ("CHEXA", "CBAR") for element in model.elements.values()):
-        raise InputError(
-            "no CHEXA and no CBAR elements", where=str(path), hint="a unit-load deck holds the whole model"
-        )
+    if not any(element.type in (*SOLID_CARDS, "CBAR") for element in model.elements.values()):
+        raise InputError("no solid and no bar elements", where=str(path), hint="a unit-load deck holds the whole model")
     finder = Finder(grid_id, path)
-    hexes, bars = read_hexes(model, finder), read_bars(model, finder, position)
+    solids, bars = read_solids(model, finder), read_bars(model, finder, position)
     rbe2, rbe3 = read_rigid_elements(model, finder)
     sets = selected_sets(model, path)
     if sets.constraint is not None and not {sets.constraint} & (model.spcs.keys() | model.spcadds.keys()):
@@ -59,13 +57,13 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
     finder.refuse_missing()
 
     heated = np.zeros(len(grid_id), dtype=bool)
-    heated[hexes.connectivity.reshape(-1)] = True
-    heated[bars.connectivity.reshape(-1)] = True
+    for connectivity in (*(block.connectivity for block in solids), bars.connectivity):
+        heated[connectivity.reshape(-1)] = True
     initial, cases = read_load_cases(model, sets, grid_id, heated, path)
     structure = Structure(
         grid_id=grid_id,
         position=position,
-        hexes=hexes,
+        solids=solids,
         bars=bars,
         rbe2=rbe2,
         rbe3=rbe3,

@@ -9,16 +9,21 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.solver.solids import count_refused_solids
 
 _HINT = "run Nastran on the written deck instead of the embedded solver"
 
 _MODELLED = {
     "GRID",
     "CHEXA",
+    "CPENTA",
+    "CTETRA",
     "CBAR",
     "PSOLID",
     "PBAR",
     "MAT1",
+    "MAT9",
+    "MAT11",
     "RBE2",
     "RBE3",
     "SPC",
@@ -50,12 +55,11 @@ def refuse_unsupported(model: Any, path: Path) -> None:
         found["GRID with a displacement frame CD"] += grid.cd != 0
     used = set()
     for element in model.elements.values():
-        if element.type == "CHEXA":
-            found["CHEXA with 20 nodes"] += len(element.nodes) > 8
         if element.type == "CBAR":
             found["CBAR with pin flags PA/PB"] += bool(element.pa or element.pb)
             found["CBAR with end offsets WA/WB"] += bool(np.any(element.wa) or np.any(element.wb))
             used.add(element.pid)
+    count_refused_solids(model, found)
     for pid in used & model.properties.keys():
         prop = model.properties[pid]
         if prop.type == "PBAR":
