@@ -234,7 +234,8 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
     """Size of the model, quality of the solution, and what the elements do badly."""
     s = done.static
     lines = [
-        f"{path}: {done.n_cases} load cases, {done.n_grids:,} grids, {done.n_solids:,} CHEXA, {done.n_bars:,} CBAR",
+        f"{path}: {done.n_cases} load cases, {done.n_grids:,} grids, {done.n_solids:,} solids, {done.n_bars:,} bars,"
+        f" {done.n_rods:,} rods, {done.n_shells:,} shells",
         f"{s.solver}: {s.n_dof:,} unknowns, factorised in {s.factor_seconds:.1f} s, solved in {s.solve_seconds:.1f} s",
         f"relative residual {s.max_relative_residual:.1e}, uniform expansion to {s.expansion_residual:.1e}",
     ]

@@ -21,6 +21,8 @@ class SolveReport:
     n_grids: int
     n_solids: int
     n_bars: int
+    n_rods: int
+    n_shells: int
     n_cases: int
     static: StaticReport
 
@@ -44,11 +46,18 @@ def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveRepo
     structure, cases = read_solver_deck(deck)
     labels = {case.id: case.label for case in cases}
     solution = StaticSolution(structure, progress=progress)
-    write_op2(op2, structure.grid_id, ((number, labels[number], motion) for number, motion in solution.solve(cases)))
+    motions = solution.solve(cases)
+    write_op2(
+        op2,
+        structure.grid_id,
+        ((number, labels[number], structure.in_displacement_frames(motion)) for number, motion in motions),
+    )
     return SolveReport(
         n_grids=structure.n_grids,
         n_solids=len(structure.hexes.element_id),
         n_bars=len(structure.bars.element_id),
+        n_rods=len(structure.rods.element_id),
+        n_shells=len(structure.quads.element_id) + len(structure.trias.element_id),
         n_cases=len(cases),
         static=solution.report,
     )

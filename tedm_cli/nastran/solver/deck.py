@@ -14,13 +14,16 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.errors import InputError
-from tedm_cli.fem.structure import Floats, Ints, LoadCase, Structure
+from tedm_cli.fem.structure import LoadCase, Structure
 from tedm_cli.nastran.solver.bars import read_bars
 from tedm_cli.nastran.solver.cases import read_load_cases, selected_sets
-from tedm_cli.nastran.solver.constraints import read_constraints
+from tedm_cli.nastran.solver.constraints import read_constraints, read_equations
 from tedm_cli.nastran.solver.finder import Finder
+from tedm_cli.nastran.solver.frames import read_grids
 from tedm_cli.nastran.solver.refusals import refuse_unsupported
 from tedm_cli.nastran.solver.rigid import read_rigid_elements
+from tedm_cli.nastran.solver.rods import read_rods
+from tedm_cli.nastran.solver.shells import read_shells
 from tedm_cli.nastran.solver.solids import read_hexes
 
 
@@ -43,31 +46,41 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
     """
     model = _read(path)
     refuse_unsupported(model, path)
-    grid_id, position = _grids(model)
-    if not any(element.type in ("CHEXA", "CBAR") for element in model.elements.values()):
-        raise InputError(
-            "no CHEXA and no CBAR elements", where=str(path), hint="a unit-load deck holds the whole model"
-        )
+    grid_id, position, frame = read_grids(model, path)
+    if not model.elements:
+        raise InputError("no elements", where=str(path), hint="a unit-load deck holds the whole model")
     finder = Finder(grid_id, path)
-    hexes, bars = read_hexes(model, finder), read_bars(model, finder, position)
+    hexes, bars = read_hexes(model, finder), read_bars(model, finder, position, frame)
+    rods = read_rods(model, finder)
+    quads, trias = read_shells(model, finder, "CQUAD4"), read_shells(model, finder, "CTRIA3")
     rbe2, rbe3 = read_rigid_elements(model, finder)
     sets = selected_sets(model, path)
-    if sets.constraint is not None and not {sets.constraint} & (model.spcs.keys() | model.spcadds.keys()):
-        raise InputError(f"case control selects SPC {sets.constraint}, which is not in the bulk data", where=str(path))
+    for name, selected, cards in (
+        ("SPC", sets.constraint, model.spcs.keys() | model.spcadds.keys()),
+        ("MPC", sets.equations, model.mpcs.keys() | model.mpcadds.keys()),
+    ):
+        if selected is not None and selected not in cards:
+            raise InputError(f"case control selects {name} {selected}, which is not in the bulk data", where=str(path))
     spc_grid, spc_component = read_constraints(model, sets.constraint, finder)
+    mpc = read_equations(model, sets.equations, finder)
     finder.refuse_missing()
 
     heated = np.zeros(len(grid_id), dtype=bool)
-    heated[hexes.connectivity.reshape(-1)] = True
-    heated[bars.connectivity.reshape(-1)] = True
+    for block in (hexes, bars, rods, quads, trias):
+        heated[block.connectivity.reshape(-1)] = True
     initial, cases = read_load_cases(model, sets, grid_id, heated, path)
     structure = Structure(
         grid_id=grid_id,
         position=position,
+        displacement_frame=frame,
         hexes=hexes,
         bars=bars,
+        rods=rods,
+        quads=quads,
+        trias=trias,
         rbe2=rbe2,
         rbe3=rbe3,
+        mpc=mpc,
         spc_grid=spc_grid,
         spc_component=spc_component,
         initial_temperature=initial,
@@ -93,8 +106,3 @@ def _read(path: Path) -> Any:
         fact = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"pyNastran cannot read the deck: {fact[:300]}", where=str(path)) from error
     return model
-
-
-def _grids(model: Any) -> tuple[Ints, Floats]:
-    grid_id = np.array(sorted(model.nodes), dtype=np.int64)
-    return grid_id, np.array([model.nodes[grid].xyz for grid in grid_id], dtype=np.float64).reshape(-1, 3)
