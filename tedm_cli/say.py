@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tedm_cli.stages.solve import SolveReport
 
 _ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
+_STIFF = 0.01  # relative change of displacements by bubble functions above which the mesh is called too stiff
 _LISTED = 0.1  # verdicts on the field at rest are printed where their ratio is above this
 
 
@@ -233,16 +234,26 @@ def optics_lines(done: OpticsSummary) -> list[str]:
 def solve_lines(path: Path, done: SolveReport) -> list[str]:
     """Size of the model, quality of the solution, and what the elements do badly."""
     s = done.static
+    elements = ", ".join(f"{number:,} {kind}" for kind, number in (done.solids | done.others).items() if number)
     lines = [
-        f"{path}: {done.n_cases} load cases, {done.n_grids:,} grids, {done.n_solids:,} solids, {done.n_bars:,} bars,"
-        f" {done.n_rods:,} rods, {done.n_shells:,} shells",
-        f"{s.solver}: {s.n_dof:,} unknowns, factorised in {s.factor_seconds:.1f} s, solved in {s.solve_seconds:.1f} s",
+        f"{path}: {done.n_cases} load cases, {done.n_grids:,} grids, {elements}",
+        f"{s.solver}: {s.n_dof:,} unknowns, assembled in {s.assemble_seconds:.1f} s, factorised in"
+        f" {s.factor_seconds:.1f} s, solved in {s.solve_seconds:.1f} s; peak memory {done.peak_bytes / 1e9:.1f} GB",
         f"relative residual {s.max_relative_residual:.1e}, uniform expansion to {s.expansion_residual:.1e}",
     ]
-    if s.single_layer_solids:
+    if done.bending_change is not None:
         lines.append(
-            f"note: {s.single_layer_solids:,} CHEXA stand alone through the thickness of a wall; linear hexahedra are"
-            " too stiff when such a wall bends"
+            f"bending: with bubble functions in all linear solids displacements change by {done.bending_change:.2g}"
+        )
+        if done.bending_change > _STIFF:
+            lines.append(
+                "note: the linear solids are too stiff in bending; leave IN and ISOP of their PSOLID blank (bubble"
+                " functions), take CHEXA20, CPENTA15 or CTETRA10, or more elements through the thickness"
+            )
+    if done.linear_tetrahedra:
+        lines.append(
+            f"note: {done.linear_tetrahedra:,} CTETRA4 have constant strain and are too stiff in bending, by an amount"
+            " that is not estimated; take CTETRA10"
         )
     if s.unattached_grids:
         lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")

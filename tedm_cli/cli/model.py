@@ -44,8 +44,8 @@ def solve(
 ) -> None:
     """Solve the unit-load deck, write an OP2.
 
-    The embedded solver takes solids, shells, bars, rods, rigid elements, equations and grids in any frame; anything else
-    is refused by name: run Nastran on the deck then.
+    The embedded solver takes solids, shells, bars, rods, rigid elements, equations and grids in any frame; anything
+    else is refused by name: run Nastran on the deck then.
     """
     from tedm_cli.progress import progress
     from tedm_cli.say import solve_lines

@@ -12,8 +12,28 @@ from tedm_cli.fem.bars import bar_matrices
 from tedm_cli.fem.elements import ElementMatrices
 from tedm_cli.fem.rods import rod_matrices
 from tedm_cli.fem.shells import shell_matrices
-from tedm_cli.fem.solids import hex_matrices
+from tedm_cli.fem.solids import solid_matrices
 from tedm_cli.fem.structure import Floats, Ints, Structure
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalLoad:
+    """Nodal forces of temperatures.
+
+    coupling : sparse [6 N, N], N/K, nodal forces per kelvin on a grid.
+    reference : [6 N], N, the coupling's forces at the strain-free temperatures.
+    """
+
+    coupling: sp.csr_matrix
+    reference: Floats
+
+    def forces(self, temperature: Floats, amount: Floats | float = 1.0) -> Floats:
+        """Nodal forces [6 N, m] of m sums of temperatures [N, m] in K.
+
+        `amount` [m] tells how often the strain-free temperatures are to be taken off: once for the temperatures of one
+        load case.
+        """
+        return np.asarray(self.coupling @ temperature - self.reference[:, None] * amount)
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,19 +41,13 @@ class Operators:
     """Assembled operators over all 6 N degrees of freedom, before any constraint.
 
     stiffness : sparse [6 N, 6 N], N/m (rotations: N·m).
-    coupling : sparse [6 N, N], N/K, nodal forces per kelvin on a grid.
-    reference_load : [6 N], N, the coupling's forces at the strain-free temperatures.
+    thermal : forces of temperatures.
     expansion_load : [6 N], N, nodal forces of a thermal strain of one in every element.
     """
 
     stiffness: sp.csr_matrix
-    coupling: sp.csr_matrix
-    reference_load: Floats
+    thermal: ThermalLoad
     expansion_load: Floats
-
-    def load(self, temperature: Floats) -> Floats:
-        """Nodal thermal forces [6 N, m] of the temperatures [N, m] in K."""
-        return np.asarray(self.coupling @ temperature - self.reference_load[:, None])
 
 
 def assemble(structure: Structure) -> Operators:
@@ -44,22 +58,25 @@ def assemble(structure: Structure) -> Operators:
     PhysicsError
         From the elements (Jacobian, bar axes), with the element ids.
     """
-    size, n_grids = 6 * structure.n_grids, structure.n_grids
-    reference, expansion = np.zeros(size), np.zeros(size)
-    stiffness = sp.csr_matrix((size, size))
-    coupling = sp.csr_matrix((size, n_grids))
+    n_grids = structure.n_grids
+    reference, expansion = np.zeros(6 * n_grids), np.zeros(6 * n_grids)
+    stiffness = _BlockSum((2 * n_grids, 2 * n_grids), (3, 3))
+    coupling = _BlockSum((2 * n_grids, n_grids), (3, 1))
     for part in _element_matrices(structure):
         np.add.at(expansion, part.dof, part.expansion_load)
         np.add.at(reference, part.dof, part.coupling.sum(axis=2) * part.reference_temperature[:, None])
-        stiffness = stiffness + _scatter(part.stiffness, part.dof, part.dof, (size, size))
-        coupling = coupling + _scatter(part.coupling, part.dof, part.grids, (size, n_grids))
+        triples = part.dof[:, ::3] // 3
+        stiffness.add(part.stiffness, triples, triples)
+        coupling.add(part.coupling, triples, part.grids)
+    total = coupling.matrix()
     if structure.initial_temperature is not None:
-        reference = coupling @ structure.initial_temperature
-    return Operators(stiffness, coupling, reference, expansion)
+        reference = total @ structure.initial_temperature
+    return Operators(stiffness.matrix(), ThermalLoad(total, reference), expansion)
 
 
 def _element_matrices(structure: Structure) -> Iterator[ElementMatrices]:
-    yield from hex_matrices(structure.position, structure.hexes)
+    for block in structure.solids:
+        yield from solid_matrices(structure.position, block)
     if len(structure.bars.element_id):
         yield bar_matrices(structure.position, structure.bars)
     if len(structure.rods.element_id):
@@ -68,8 +85,37 @@ def _element_matrices(structure: Structure) -> Iterator[ElementMatrices]:
         yield from shell_matrices(structure.position, shells)
 
 
-def _scatter(element: Floats, rows: Ints, columns: Ints, shape: tuple[int, int]) -> sp.csr_matrix:
-    """Sum element matrices [e, r, c] into a sparse matrix at rows [e, r] and columns [e, c]."""
-    row = np.broadcast_to(rows.astype(np.int32)[:, :, None], element.shape).reshape(-1)
-    column = np.broadcast_to(columns.astype(np.int32)[:, None, :], element.shape).reshape(-1)
-    return sp.csr_matrix((element.reshape(-1), (row, column)), shape=shape)
+class _BlockSum:
+    """A sparse matrix of dense blocks as a sum of parts.
+
+    Blocks of three by three need a ninth of the indices of single entries. Partial sums of like size are added, as in a
+    binary counter, so that every block is copied only log(parts) times and at most twice the result is held.
+    """
+
+    def __init__(self, blocks: tuple[int, int], size: tuple[int, int]) -> None:
+        self._blocks, self._size = blocks, size
+        self._shape = (blocks[0] * size[0], blocks[1] * size[1])
+        self._parts: list[sp.bsr_matrix] = []
+
+    def add(self, element: Floats, rows: Ints, columns: Ints) -> None:
+        """Add element matrices [e, r · height, c · width] at block rows [e, r] and block columns [e, c]."""
+        (height, width), (e, r), c = self._size, rows.shape, columns.shape[1]
+        key = (rows[:, :, None] * self._blocks[1] + columns[:, None, :]).reshape(-1)
+        order = np.argsort(key, kind="stable")
+        key = key[order]
+        first = np.flatnonzero(np.diff(key, prepend=-1))
+        blocks = element.reshape(e, r, height, c, width).transpose(0, 1, 3, 2, 4).reshape(-1, height, width)
+        data = np.add.reduceat(blocks[order], first, axis=0)
+        row, column = np.divmod(key[first], self._blocks[1])
+        pointer = np.searchsorted(row, np.arange(self._blocks[0] + 1))
+        part = sp.bsr_matrix((data, column.astype(np.int32), pointer.astype(np.int32)), shape=self._shape)
+        while self._parts and self._parts[-1].data.size <= 2 * part.data.size:
+            part = self._parts.pop() + part
+        self._parts.append(part)
+
+    def matrix(self) -> sp.csr_matrix:
+        """The sum; nothing is left to add to."""
+        total = sp.bsr_matrix(self._shape, blocksize=self._size)
+        while self._parts:
+            total = self._parts.pop() + total
+        return total.tocsr()

@@ -13,9 +13,10 @@ from tedm_cli.fem.structure import Floats, Ints
 class ElementMatrices:
     """Matrices of a run of e elements of one kind with d degrees of freedom and n grids each, basic frame.
 
-    dof : [e, d], degrees of freedom 6 row + component of the structure's grids.
+    dof : [e, d], degrees of freedom 6 row + component of the structure's grids, in whole triples: the three
+        translations of a grid, or its three rotations, next to each other.
     grids : [e, n], rows of the structure's grids, whose temperatures load the elements.
-    stiffness : [e, d, d], N/m (rotations: N·m).
+    stiffness : [e, d, d], N/m (rotations: N·m), symmetric.
     coupling : [e, d, n], N/K, nodal forces per kelvin on a grid.
     expansion_load : [e, d], N, nodal forces of an isotropic thermal strain of one.
     reference_temperature : [e], K, at which the element is free of thermal strain.

@@ -1,41 +1,89 @@
-"""Stiffness and thermal coupling of eight-node isotropic solids.
+"""Stiffness and thermal coupling of isoparametric solids: hexahedra, pentahedra, tetrahedra, linear and quadratic.
 
-Displacements and temperature share the trilinear shape functions; both operators are integrated with 2x2x2 Gauss points
-(Zienkiewicz & Taylor, The Finite Element Method, vol. 1, chapters 6 and 9). scikit-fem supplies the shape functions,
-the isoparametric map and the quadrature; the elements are handled many at a time with one material each.
+Displacements and temperature share the shape functions, as in Nastran (Zienkiewicz & Taylor, The Finite Element Method,
+vol. 1, chapters 6 and 9). Gauss rules: hexahedra 2x2x2 (linear) and 3x3x3 (quadratic); pentahedra the same number over
+the collapsed triangle and the height; tetrahedra one point (linear) and 2x2x2 collapsed (quadratic). They integrate
+stiffness and coupling of undistorted elements exactly.
+
+Linear hexahedra and pentahedra may have incompatible modes q, nine or twelve internal degrees of freedom that bend:
+1 - ξ², 1 - η², 1 - ζ² (Wilson et al. 1973), and for pentahedra the products of two area coordinates and 1 - ζ². Their
+gradients are taken with the Jacobian at the centre and have mean zero over the element, so that constant strains are
+carried exactly whatever the distortion (Taylor, Beresford & Wilson, Int. J. Num. Meth. Eng. 10, 1976). They carry their
+share of the thermal load and are condensed out of every element.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.elasticity import ISOTROPIC, PAIRS
 from tedm_cli.fem.elements import ElementMatrices, dof_of
-from tedm_cli.fem.structure import Floats, HexBlock, Ints
+from tedm_cli.fem.shapes import Array, Shape, gauss_rule, shape_of
+from tedm_cli.fem.structure import Floats, Ints, SolidBlock
 
-# Reference coordinates of the eight corners in Nastran's order.
-_CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
-# The six faces as corner numbers; face 2 m and face 2 m + 1 are opposite.
-FACES = np.array([[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [3, 2, 6, 7], [0, 3, 7, 4], [1, 2, 6, 5]])
-_BLOCK = 4096
+_ENTRIES = 4_000_000  # of the strain matrices held at a time
 
 
-def skfem_order() -> Ints:
-    """Position of each Nastran corner among scikit-fem's hexahedron nodes, [8].
+@dataclass(frozen=True, eq=False)
+class SolidRun:
+    """What integrals over e elements of a block need, at q Gauss points of n nodes and k incompatible modes.
 
-    Found from the reference coordinates of scikit-fem's own shape functions, so that a right-handed Nastran numbering
-    has a positive Jacobian whatever order the library keeps.
+    elements : their rows of the block.
+    functions : [q, n], shape functions.
+    weight : [e, q], m³.
+    strain : [e, q, 6, 3 n], 1/m, strains by the nodes' displacements.
+    mode_strain : [e, q, 6, 3 k], strains by the modes.
+    stiffness : [e, 6, 6], Pa.
+    expansion : [e, 6], 1/K.
     """
-    from skfem import ElementHex1
 
-    where = [int(np.flatnonzero((ElementHex1.doflocs == corner).all(axis=1))[0]) for corner in _CORNERS]
-    return np.array(where, dtype=np.int64)
+    elements: slice
+    functions: Floats
+    weight: Floats
+    strain: Floats
+    mode_strain: Floats
+    stiffness: Floats
+    expansion: Floats
+
+    def coupled(self, thermal: Floats, functions: Floats) -> tuple[Floats, Floats]:
+        """Loads [e, 3 n, m] on nodes and [e, 3 k, m] on modes by a thermal strain [e, 6] times functions [q, m]."""
+        stress = np.matmul(self.stiffness, thermal[:, :, None])[:, None]
+
+        def work(strain: Floats) -> Floats:
+            power = np.matmul(strain.swapaxes(2, 3), stress)[..., 0] * self.weight[..., None]
+            return np.asarray(np.matmul(power.swapaxes(1, 2), functions))
+
+        return work(self.strain), work(self.mode_strain)
+
+    def mode_stiffness(self) -> tuple[Floats, Floats]:
+        """Stiffness [e, 3 k, 3 k] of the modes and [e, 3 k, 3 n] between modes and nodes."""
+        weighted = self._flat(np.matmul(self.stiffness[:, None], self.mode_strain) * self.weight[..., None, None])
+        left = weighted.swapaxes(1, 2)
+        return np.matmul(left, self._flat(self.mode_strain)), np.matmul(left, self._flat(self.strain))
+
+    def node_stiffness(self) -> Floats:
+        """Stiffness [e, 3 n, 3 n] of the nodes, modes held."""
+        weighted = self._flat(np.matmul(self.stiffness[:, None], self.strain) * self.weight[..., None, None])
+        return np.asarray(np.matmul(weighted.swapaxes(1, 2), self._flat(self.strain)))
+
+    @staticmethod
+    def _flat(matrix: Floats) -> Floats:
+        return matrix.reshape(len(matrix), -1, matrix.shape[3])
 
 
-def hex_matrices(position: Floats, block: HexBlock) -> Iterator[ElementMatrices]:
-    """Element matrices of `block`, a few thousand elements at a time.
+def block_shape(block: SolidBlock) -> Shape:
+    """The isoparametric shape of a block's elements."""
+    shape = shape_of(block.card, block.connectivity.shape[1])
+    assert shape is not None, block.card
+    return shape
+
+
+def solid_matrices(position: Floats, block: SolidBlock) -> Iterator[ElementMatrices]:
+    """Element matrices of `block`, some thousand elements at a time.
 
     Parameters
     ----------
@@ -47,21 +95,121 @@ def hex_matrices(position: Floats, block: HexBlock) -> Iterator[ElementMatrices]
     PhysicsError
         If an element's Jacobian is not positive at every integration point; the message lists element ids.
     """
-    from skfem import Basis, ElementHex1, MeshHex1
+    for run in solid_runs(position, block):
+        stiffness = run.node_stiffness()
+        coupling, mode_coupling = run.coupled(run.expansion, run.functions)
+        expansion, _ = run.coupled(np.broadcast_to(ISOTROPIC, run.expansion.shape), np.ones((len(run.functions), 1)))
+        if run.mode_strain.shape[3]:
+            modes, cross = run.mode_stiffness()
+            # Uniform thermal strain does no work on the modes, whose strains have mean zero: no term in `expansion`.
+            softened = np.matmul(cross.swapaxes(1, 2), definite_inverse(modes))
+            stiffness -= np.matmul(softened, cross)
+            coupling -= np.matmul(softened, mode_coupling)
+        grids = block.connectivity[run.elements]
+        yield ElementMatrices(
+            dof=dof_of(grids, 3),
+            grids=grids,
+            stiffness=0.5 * (stiffness + stiffness.swapaxes(1, 2)),
+            coupling=coupling,
+            expansion_load=expansion[..., 0],
+            reference_temperature=block.materials.reference_temperature[block.material[run.elements]],
+        )
 
-    order = skfem_order()
-    for start in range(0, len(block.element_id), _BLOCK):
-        elements = slice(start, min(start + _BLOCK, len(block.element_id)))
-        corners = block.connectivity[elements]
-        n = len(corners)
-        # Every element gets its own copy of its corners: the basis then needs no numbering beyond the element's.
-        nodes = np.empty((8, n), dtype=np.int64)
-        nodes[order] = np.arange(8 * n).reshape(n, 8).T
-        basis = Basis(MeshHex1(position[corners.reshape(-1)].T.copy(), nodes), ElementHex1(), intorder=3)
-        _require_positive(basis.mapping.detDF(basis.X), block.element_id[elements])
-        gradient = np.stack([basis.basis[k][0].grad for k in order])  # [8, 3, e, q]
-        shape = np.stack([np.broadcast_to(np.asarray(basis.basis[k][0]), basis.dx.shape) for k in order])  # [8, e, q]
-        yield _integrate(elements, block, np.moveaxis(gradient, 2, 0), np.moveaxis(shape, 1, 0), basis.dx)
+
+def solid_runs(position: Floats, block: SolidBlock) -> Iterator[SolidRun]:
+    """Strain matrices of `block`, some thousand elements at a time; raises as `solid_matrices`."""
+    shape = block_shape(block)
+    xi, weights = gauss_points(shape)
+    functions, slopes = shape.functions(xi)
+    modes = _mode_slopes(shape, xi, weights) if block.bubble and not shape.edges else np.zeros((len(xi), 0, 3))
+    centre_slopes = shape.functions(_centre(shape)[None])[1][0]
+    size = max(1, _ENTRIES // (18 * len(xi) * shape.nodes))
+    for start in range(0, len(block.element_id), size):
+        elements = slice(start, min(start + size, len(block.element_id)))
+        nodes = position[block.connectivity[elements]]
+        jacobian = np.matmul(slopes.swapaxes(1, 2), nodes[:, None])  # [e, q, d, 3] = ∂x/∂ξ
+        determinant, cofactors = _cofactors(jacobian)
+        centre_determinant, centre_cofactors = _cofactors(np.matmul(centre_slopes.T, nodes))
+        _require_positive(np.column_stack([determinant, centre_determinant]), block.element_id[elements])
+        # (j0 / j) J0⁻ᵀ, with J0⁻ᵀ the cofactors over j0
+        mode_gradient = np.matmul(modes, centre_cofactors[:, None]) / determinant[..., None, None]
+        material = block.material[elements]
+        yield SolidRun(
+            elements=elements,
+            functions=functions,
+            weight=determinant * weights,
+            strain=_strain(np.matmul(slopes, cofactors) / determinant[..., None, None]),
+            mode_strain=_strain(mode_gradient),
+            stiffness=block.materials.stiffness[material],
+            expansion=block.materials.expansion[material],
+        )
+
+
+def gauss_points(shape: Shape) -> tuple[Array, Array]:
+    """Integration points ξ [q, 3] of a solid and their weights [q]."""
+    count = 3 if shape.edges else 2
+    if shape.family == "tetrahedron":
+        count -= 1
+    points, weights = gauss_rule((count,) * 3, shape.collapse)
+    return shape.to_element(points), weights
+
+
+def _centre(shape: Shape) -> Array:
+    return np.asarray(shape.reference_nodes()[: shape.corners].mean(axis=0))
+
+
+def _mode_slopes(shape: Shape, xi: Array, weights: Array) -> Array:
+    """Derivatives [q, k, 3] of the incompatible modes by ξ, with mean zero over the reference element."""
+    if shape.family == "tetrahedron":
+        return np.zeros((len(xi), 0, 3))
+    if shape.family == "hexahedron":
+        slopes = np.zeros((len(xi), 3, 3))
+        for axis in range(3):
+            slopes[:, axis, axis] = 4.0 - 8.0 * xi[:, axis]  # of 4 t (1 - t)
+    else:
+        slopes = np.zeros((len(xi), 4, 3))
+        area = np.column_stack([1.0 - xi[:, 0] - xi[:, 1], xi[:, :2]])
+        gradient = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+        for mode, (a, b) in enumerate(((0, 1), (1, 2), (2, 0))):
+            slopes[:, mode, :2] = 4.0 * (area[:, a, None] * gradient[b] + area[:, b, None] * gradient[a])
+        slopes[:, 3, 2] = 4.0 - 8.0 * xi[:, 2]
+    return np.asarray(slopes - np.einsum("q,qkd->kd", weights / weights.sum(), slopes))
+
+
+def definite_inverse(matrix: Floats) -> Floats:
+    """Inverses of positive definite matrices [e, m, m], m small, by Gauss-Jordan elimination of all at once.
+
+    LAPACK, called once per small matrix, spends its time on starting and stopping threads.
+    """
+    work = np.ascontiguousarray(np.moveaxis(matrix, 0, 2))
+    for k in range(len(work)):
+        pivot = 1.0 / work[k, k]
+        row = work[k] * pivot
+        column = work[:, k].copy()
+        column[k] = 0.0
+        work -= column[:, None] * row[None]
+        work[:, k] = -column * pivot
+        work[k] = row
+        work[k, k] = pivot
+    return np.ascontiguousarray(np.moveaxis(work, 2, 0))
+
+
+def _cofactors(jacobian: Floats) -> tuple[Floats, Floats]:
+    """Determinants [...] and matrices of cofactors, det J times J⁻ᵀ, of J [..., 3, 3]."""
+    out = np.empty_like(jacobian)
+    for i in range(3):
+        (a, b, c), (d, e, f) = (np.moveaxis(jacobian[..., (i + k) % 3, :], -1, 0) for k in (1, 2))
+        out[..., i, 0], out[..., i, 1], out[..., i, 2] = b * f - c * e, c * d - a * f, a * e - b * d
+    return np.asarray((jacobian[..., 0, :] * out[..., 0, :]).sum(axis=-1)), out
+
+
+def _strain(gradient: Floats) -> Floats:
+    """Strains [e, q, 6, 3 n] (engineering shear) of functions with gradients [e, q, n, 3]."""
+    out = np.zeros((*gradient.shape[:2], 6, 3 * gradient.shape[2]))
+    for row, (a, b) in enumerate(PAIRS):
+        out[:, :, row, a::3] = gradient[..., b]
+        out[:, :, row, b::3] = gradient[..., a]
+    return out
 
 
 def _require_positive(determinant: Floats, element_id: Ints) -> None:
@@ -72,43 +220,3 @@ def _require_positive(determinant: Floats, element_id: Ints) -> None:
             f"{bad.size} solid element(s) with a Jacobian that is not positive: {some}",
             hint="number the corners counter-clockwise as Nastran asks, and untangle collapsed elements",
         )
-
-
-def _integrate(elements: slice, block: HexBlock, gradient: Floats, shape: Floats, dx: Floats) -> ElementMatrices:
-    """Sum over the Gauss points: gradient [e, 8, 3, q], shape [e, 8, q], dx [e, q]."""
-    e, n_q = dx.shape
-    young, nu = block.youngs_modulus[elements], block.poisson_ratio[elements]
-    lame = young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    shear = young / (2.0 * (1.0 + nu))
-    flat = gradient.reshape(e, 24, n_q)
-    # pairs[e, i, a, j, b] = integral of (d_a phi_i)(d_b phi_j): the isotropic stiffness is three contractions of it.
-    pairs = (np.matmul(flat * dx[:, None, :], flat.transpose(0, 2, 1))).reshape(e, 8, 3, 8, 3)
-    stiffness = lame[:, None, None, None, None] * pairs
-    stiffness += shear[:, None, None, None, None] * pairs.transpose(0, 1, 4, 3, 2)
-    laplacian = shear[:, None, None] * np.einsum("eiaja->eij", pairs)
-    for axis in range(3):
-        stiffness[:, :, axis, :, axis] += laplacian
-    bulk = (3.0 * lame + 2.0 * shear)[:, None]
-    weighted = flat * (bulk * dx)[:, None, :]
-    coupling = block.expansion[elements][:, None, None] * np.matmul(weighted, shape.transpose(0, 2, 1))
-    return ElementMatrices(
-        dof=dof_of(block.connectivity[elements], 3),
-        grids=block.connectivity[elements],
-        stiffness=stiffness.reshape(e, 24, 24),
-        coupling=coupling,
-        expansion_load=weighted.sum(axis=2),
-        reference_temperature=block.reference_temperature[elements],
-    )
-
-
-def single_layer_elements(block: HexBlock) -> Ints:
-    """Ids of the solids that are the only element between two opposite free faces, [.].
-
-    A wall one trilinear element thick carries bending by parasitic shear and is too stiff, by about
-    (1 / (1 - nu) + (length / thickness)² / 2) / (1 + nu) (Cook et al., Concepts and Applications of Finite Element
-    Analysis, on the bilinear element in bending).
-    """
-    faces = np.sort(block.connectivity[:, FACES], axis=2).reshape(-1, 4)
-    _, inverse, count = np.unique(faces, axis=0, return_inverse=True, return_counts=True)
-    free = (count[inverse.reshape(-1)] == 1).reshape(-1, 3, 2)
-    return np.asarray(block.element_id[free.all(axis=2).any(axis=1)], dtype=np.int64)

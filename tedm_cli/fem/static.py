@@ -12,9 +12,9 @@ import numpy as np
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import Operators, assemble
 from tedm_cli.fem.autospc import stiff_components
+from tedm_cli.fem.bending import RandomSums, bending_change
 from tedm_cli.fem.constraints import eliminate, to_basic
 from tedm_cli.fem.linear import SolverName
-from tedm_cli.fem.solids import single_layer_elements
 from tedm_cli.fem.stability import factorise_supported, require_supported
 from tedm_cli.fem.structure import Floats, LoadCase, Structure
 
@@ -33,26 +33,25 @@ class StaticReport:
     ----------
     n_dof : unknowns after all constraints.
     solver : library that factorised the stiffness.
-    factor_seconds, solve_seconds : wall time.
+    assemble_seconds, factor_seconds, solve_seconds : wall time of elements and constraints, of the factorisation,
+        and of all load cases.
     max_relative_residual : largest |K u - f| / |f| (2-norms) over the load cases.
     expansion_residual : |K x - f| / max |f| of free uniform expansion over all elements, largest entry; rounding only,
         unless the elements are wrong.
     smallest_scaled_eigenvalue : estimate for the stiffness scaled to a unit diagonal; the inverse of its
         condition number.
     unattached_grids : ids of grids without any stiffness (displacement written as zero).
-    single_layer_solids : number of solids that are alone through the thickness of a wall, whose bending they
-        represent too stiffly.
     """
 
     n_dof: int
     solver: str
+    assemble_seconds: float
     factor_seconds: float
     solve_seconds: float
     max_relative_residual: float
     expansion_residual: float
     smallest_scaled_eigenvalue: float
     unattached_grids: tuple[int, ...]
-    single_layer_solids: int
 
 
 class StaticSolution:
@@ -75,15 +74,17 @@ class StaticSolution:
     def __init__(self, structure: Structure, *, progress: Progress | None = None, solver: SolverName = "auto") -> None:
         self._progress = progress or (lambda done, total, what: None)
         self._progress(0, 3, "assemble")
-        self._n_grids = structure.n_grids
-        self._operators: Operators = assemble(structure)
-        self._expansion_residual = _expansion_residual(structure, self._operators)
-        self._single_layer = len(single_layer_elements(structure.hexes))
+        start = time.perf_counter()
+        self._structure = structure
+        operators = assemble(structure)
+        self._expansion_residual = _expansion_residual(structure, operators)
 
         self._progress(1, 3, "constrain")
         elimination = eliminate(structure)
         transform = to_basic(structure) @ elimination.transform
-        reduced = (transform.T @ self._operators.stiffness @ transform).tocsr()
+        reduced = (transform.T @ operators.stiffness @ transform).tocsr()
+        self._thermal = operators.thermal
+        del operators  # the unconstrained stiffness is as large as the constrained one
         constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
         active, measure = stiff_components(reduced, elimination.dependent, constrained)
         require_supported(structure, reduced, active, constrained, measure)
@@ -92,6 +93,7 @@ class StaticSolution:
         self._transform = transform[:, free]
         attached = np.unique(np.concatenate([active, elimination.dependent]) // 6)
         self._unattached = np.delete(structure.grid_id, attached)
+        self._assemble_seconds = time.perf_counter() - start
 
         self._progress(2, 3, "factorise")
         start = time.perf_counter()
@@ -99,6 +101,7 @@ class StaticSolution:
         self._factor_seconds = time.perf_counter() - start
         self._solve_seconds = 0.0
         self._residual = 0.0
+        self._sums = RandomSums.none(len(free), structure.n_grids)
         self._progress(3, 3, "factorise")
 
     def solve(self, load_cases: Iterable[LoadCase]) -> Iterator[tuple[int, Floats]]:
@@ -119,13 +122,14 @@ class StaticSolution:
         while batch := list(islice(cases, _BATCH)):
             motion = self._solve_batch(batch)
             for column, case in enumerate(batch):
-                yield case.id, motion[:, column].reshape(self._n_grids, 6)
+                yield case.id, motion[:, column].reshape(self._structure.n_grids, 6)
             done += len(batch)
             self._progress(done, total or done, "solve")
 
     def _solve_batch(self, batch: list[LoadCase]) -> Floats:
         start = time.perf_counter()
-        load = self._transform.T @ self._operators.load(np.stack([case.temperature for case in batch], axis=1))
+        temperature = np.stack([case.temperature for case in batch], axis=1)
+        load = self._transform.T @ self._thermal.forces(temperature)
         unknown = self._factors.solve(load)
         size = np.linalg.norm(load, axis=0)
         error = np.linalg.norm(self._stiffness @ unknown - load, axis=0)
@@ -137,9 +141,14 @@ class StaticSolution:
                 hint="the stiffness is too badly conditioned; look for elements much stiffer than their neighbours",
             )
         self._residual = max(self._residual, float(residual[worst]))
+        self._sums.add(unknown, temperature)
         motion = np.asarray(self._transform @ unknown)
         self._solve_seconds += time.perf_counter() - start
         return motion
+
+    def bending_change(self) -> float | None:
+        """How much bubble functions would change the cases solved so far; see `tedm_cli.fem.bending`."""
+        return bending_change(self._structure, self._transform, self._factors, self._sums)
 
     @property
     def report(self) -> StaticReport:
@@ -147,13 +156,13 @@ class StaticSolution:
         return StaticReport(
             n_dof=self._stiffness.shape[0],
             solver=self._factors.name,
+            assemble_seconds=self._assemble_seconds,
             factor_seconds=self._factor_seconds,
             solve_seconds=self._solve_seconds,
             max_relative_residual=self._residual,
             expansion_residual=self._expansion_residual,
             smallest_scaled_eigenvalue=self._eigenvalue,
             unattached_grids=tuple(int(grid) for grid in self._unattached),
-            single_layer_solids=self._single_layer,
         )
 
 

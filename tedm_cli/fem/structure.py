@@ -23,28 +23,41 @@ def no_floats(*shape: int) -> Floats:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class HexBlock:
-    """Eight-node solids of isotropic material; E elements.
+class SolidMaterials:
+    """Linear elastic materials of solids in the basic frame; M materials.
 
     Attributes
     ----------
-    element_id : [E].
-    connectivity : [E, 8], rows of `Structure.position`, in Nastran's corner order (four corners of one face
-        counter-clockwise seen from the opposite face, then the four above them).
-    youngs_modulus : [E], Pa.
-    poisson_ratio : [E].
-    density : [E], kg/m³ (carried along; statics do not use it).
-    expansion : [E], coefficient of thermal expansion, 1/K.
-    reference_temperature : [E], K, at which the element is free of thermal strain.
+    stiffness : [M, 6, 6], Pa, in the order xx, yy, zz, xy, yz, zx with engineering shear strains.
+    expansion : [M, 6], 1/K, thermal strain per kelvin in the same order.
+    reference_temperature : [M], K, at which the material is free of thermal strain.
     """
 
-    element_id: Ints = field(default_factory=lambda: no_ints(0))
-    connectivity: Ints = field(default_factory=lambda: no_ints(0, 8))
-    youngs_modulus: Floats = field(default_factory=lambda: no_floats(0))
-    poisson_ratio: Floats = field(default_factory=lambda: no_floats(0))
-    density: Floats = field(default_factory=lambda: no_floats(0))
-    expansion: Floats = field(default_factory=lambda: no_floats(0))
-    reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
+    stiffness: Floats
+    expansion: Floats
+    reference_temperature: Floats
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SolidBlock:
+    """Solids of one kind; E elements of n nodes.
+
+    Attributes
+    ----------
+    card : CHEXA, CPENTA or CTETRA.
+    element_id : [E].
+    connectivity : [E, n], rows of `Structure.position` in Nastran's order: 8 or 20, 6 or 15, 4 or 10 nodes.
+    material : [E], rows of `materials`.
+    materials : their table.
+    bubble : whether linear hexahedra and pentahedra have incompatible modes (Nastran's bubble functions).
+    """
+
+    card: str
+    element_id: Ints
+    connectivity: Ints
+    material: Ints
+    materials: SolidMaterials
+    bubble: bool = False
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -183,7 +196,8 @@ class Structure:
     displacement_frame : [N, 3, 3], unit vectors (columns, in the frame of the positions) along which each grid's
         components 1 to 3 of rigid elements and constraints count, and about which 4 to 6; None where all grids use the
         frame of the positions.
-    hexes, bars, rods, quads, trias : element blocks.
+    solids : blocks of solid elements.
+    bars, rods, quads, trias : blocks of the other elements.
     rbe2, rbe3, mpc : rigid and interpolation elements, and equations among displacements.
     spc_grid : [S], rows of `position`.
     spc_component : [S], 1 to 6; the constrained displacement is zero.
@@ -193,7 +207,7 @@ class Structure:
     grid_id: Ints
     position: Floats
     displacement_frame: Floats | None = None
-    hexes: HexBlock = field(default_factory=HexBlock)
+    solids: tuple[SolidBlock, ...] = ()
     bars: BarBlock = field(default_factory=BarBlock)
     rods: RodBlock = field(default_factory=RodBlock)
     quads: ShellBlock = field(default_factory=ShellBlock)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import resource
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +11,7 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
 from tedm_cli.fem.static import StaticReport, StaticSolution
+from tedm_cli.fem.structure import SolidBlock
 from tedm_cli.nastran.op2_writer import write_op2
 from tedm_cli.nastran.solver.deck import read_solver_deck
 from tedm_cli.progress import Step
@@ -16,14 +19,26 @@ from tedm_cli.progress import Step
 
 @dataclass(frozen=True, kw_only=True)
 class SolveReport:
-    """Size of the model and quality of its solution."""
+    """Size of the model and quality of its solution.
+
+    Attributes
+    ----------
+    n_grids, n_cases : numbers.
+    solids : number of solids by kind, such as "CHEXA8 with bubbles".
+    others : number of bars, rods, CQUAD4 and CTRIA3.
+    bending_change : relative change of the displacements if all linear hexahedra and pentahedra had bubble functions;
+        None where they all have them.
+    linear_tetrahedra : number of tetrahedra of four grids.
+    peak_bytes : largest memory that the process has held.
+    """
 
     n_grids: int
-    n_solids: int
-    n_bars: int
-    n_rods: int
-    n_shells: int
+    solids: dict[str, int]
+    others: dict[str, int]
     n_cases: int
+    bending_change: float | None
+    linear_tetrahedra: int
+    peak_bytes: int
     static: StaticReport
 
 
@@ -52,15 +67,32 @@ def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveRepo
         structure.grid_id,
         ((number, labels[number], structure.in_displacement_frames(motion)) for number, motion in motions),
     )
+    solids = {_kind(block): len(block.element_id) for block in structure.solids}
     return SolveReport(
         n_grids=structure.n_grids,
-        n_solids=len(structure.hexes.element_id),
-        n_bars=len(structure.bars.element_id),
-        n_rods=len(structure.rods.element_id),
-        n_shells=len(structure.quads.element_id) + len(structure.trias.element_id),
+        solids=solids,
+        others={
+            "bars": len(structure.bars.element_id),
+            "rods": len(structure.rods.element_id),
+            "CQUAD4": len(structure.quads.element_id),
+            "CTRIA3": len(structure.trias.element_id),
+        },
         n_cases=len(cases),
+        bending_change=solution.bending_change(),
+        linear_tetrahedra=solids.get("CTETRA4", 0),
+        peak_bytes=_peak_bytes(),
         static=solution.report,
     )
+
+
+def _peak_bytes() -> int:
+    """Largest resident memory of the process; the system counts it in kilobytes, macOS in bytes."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak
+
+
+def _kind(block: SolidBlock) -> str:
+    return f"{block.card}{block.connectivity.shape[1]}" + (" with bubbles" if block.bubble else "")
 
 
 def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, SolveReport]:

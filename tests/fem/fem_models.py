@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tedm_cli.fem.elasticity import isotropic_stiffness
+from tedm_cli.fem.shapes import shape_of
 from tedm_cli.fem.static import StaticSolution
-from tedm_cli.fem.structure import BarBlock, HexBlock, LoadCase, Structure
+from tedm_cli.fem.structure import BarBlock, LoadCase, SolidBlock, SolidMaterials, Structure
 
 YOUNG, NU, ALPHA = 7.0e10, 0.33, 2.3e-5
 
@@ -37,17 +39,60 @@ def block_mesh(cells: tuple[int, int, int], size: tuple[float, float, float], di
     return position + shift * inner[:, None], corners
 
 
-def hexes(corners, young=YOUNG, nu=NU, alpha=ALPHA, tref=0.0) -> HexBlock:
-    full = lambda value: np.broadcast_to(np.asarray(value, float), len(corners)).copy()  # noqa: E731
-    return HexBlock(
-        element_id=np.arange(1, len(corners) + 1),
-        connectivity=corners,
-        youngs_modulus=full(young),
-        poisson_ratio=full(nu),
-        density=full(2700.0),
-        expansion=full(alpha),
-        reference_temperature=full(tref),
+def materials(young=YOUNG, nu=NU, alpha=ALPHA, tref=0.0) -> SolidMaterials:
+    """Isotropic materials, one for each entry of the arguments."""
+    young, nu, alpha, tref = (np.ravel(a).astype(float) for a in np.broadcast_arrays(young, nu, alpha, tref))
+    return SolidMaterials(
+        stiffness=np.array([isotropic_stiffness(e, n) for e, n in zip(young, nu, strict=True)]),
+        expansion=np.outer(alpha, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
+        reference_temperature=tref,
     )
+
+
+def solids(card, connectivity, *, bubble=False, table=None, material=0) -> SolidBlock:
+    """A block of solids; `material` are rows of the table, one for all or one for each."""
+    return SolidBlock(
+        card=card,
+        element_id=np.arange(1, len(connectivity) + 1),
+        connectivity=np.asarray(connectivity),
+        material=np.broadcast_to(np.asarray(material), len(connectivity)).copy(),
+        materials=table or materials(),
+        bubble=bubble,
+    )
+
+
+def hexes(corners, young=YOUNG, nu=NU, alpha=ALPHA, tref=0.0, bubble=False) -> tuple[SolidBlock]:
+    """Linear hexahedra with material constants for all or for each of them."""
+    each = np.zeros(len(corners))
+    table = materials(young + each, nu + each, alpha + each, tref + each)
+    return (solids("CHEXA", corners, bubble=bubble, table=table, material=np.arange(len(corners))),)
+
+
+# A hexahedron as six tetrahedra about its main diagonal (neighbours match), and as two pentahedra.
+_TETRAHEDRA = [[0, a, b, 6] for a, b in ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))]
+_PENTAHEDRA = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]]
+KINDS = [
+    *(("CHEXA", 8, False), ("CHEXA", 8, True), ("CHEXA", 20, False)),
+    *(("CPENTA", 6, False), ("CPENTA", 6, True), ("CPENTA", 15, False)),
+    *(("CTETRA", 4, False), ("CTETRA", 10, False)),
+]
+"""Card, nodes and bubble functions of every solid."""
+
+
+def solid_mesh(card, nodes, cells, size, distortion=0.0):
+    """Positions and connectivity of a box of any solids; midside nodes lie at the middles of straight edges."""
+    position, corners = block_mesh(cells, size, distortion)
+    if card == "CTETRA":
+        corners = corners[:, _TETRAHEDRA].reshape(-1, 4)
+    elif card == "CPENTA":
+        corners = corners[:, _PENTAHEDRA].reshape(-1, 6)
+    shape = shape_of(card, nodes)
+    if not shape.edges:
+        return position, corners
+    edges = np.sort(corners[:, np.array(shape.edges)], axis=2)
+    unique, inverse = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
+    middle = len(position) + inverse.reshape(len(corners), -1)
+    return np.vstack([position, position[unique].mean(axis=1)]), np.hstack([corners, middle])
 
 
 def bars(

@@ -29,7 +29,7 @@ def test_fem_bar_between_walls_stays_and_pushes_with_the_full_thermal_force():
     model = structure(position, bars=block, held=[(0, "123456"), (4, "123456")])
     (uniform, half, single), _ = solve(model, 2.0, np.where(np.arange(5) <= 2, 2.0, 0.0), [0, 0, 0, 0, 2.0])
     assert np.abs(uniform).max() < 1e-18
-    force = assemble(model).load(np.full((5, 1), 2.0)).reshape(5, 6)
+    force = assemble(model).thermal.forces(np.full((5, 1), 2.0)).reshape(5, 6)
     assert force[[0, 4], 0] == pytest.approx(YOUNG * 1e-4 * ALPHA * 2.0 * np.array([-1.0, 1.0]), rel=1e-14)
     # Strains alpha T - eps0 with the mean temperature of each bar; the ends do not move apart.
     mean = np.array([2.0, 2.0, 1.0, 0.0])

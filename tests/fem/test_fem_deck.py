@@ -8,67 +8,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from fem_models import YOUNG, block_mesh, nearest
+from deck_models import CASE_CONTROL, SIZE, bulk, write_deck
+from fem_models import ALPHA, NU, YOUNG, block_mesh, nearest
 from pyNastran.op2.op2 import read_op2
 from pyNastran.op2.writer import op2_writer
 
 from tedm_cli.errors import InputError
+from tedm_cli.fem.elasticity import isotropic_stiffness
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.nastran.op2_writer import write_op2
 from tedm_cli.nastran.solver.deck import read_solver_deck
 from tedm_cli.stages.solve import solve_deck
-
-SIZE = (0.3, 0.2, 0.1)
-CASE_CONTROL = """SOL 101
-CEND
-SPC = 4
-DISPLACEMENT(PLOT) = ALL
-SUBCASE 3
-  LABEL = Left_Half, mixed Case
-  TEMPERATURE(LOAD) = 31
-SUBCASE 7
-  LABEL = STRUT
-  TEMP(LOAD) = 32
-SUBCASE 99
-  LABEL = UNIFORM
-  TEMPERATURE = 99
-BEGIN BULK
-"""
-
-
-def bulk() -> list[str]:
-    """A block, a rigid hub (80) with a bar to a clamped foot (81), an optical grid (90), a plain grid for G0 (95)."""
-    position, corners = block_mesh((2, 2, 2), SIZE)
-    cards = [f"GRID,{k},,{x:.6f},{y:.6f},{z:.6f}" for k, (x, y, z) in enumerate(position, 1)]
-    cards += ["GRID,80,,.15,.1,-.05", "GRID,81,,.15,.1,-.25,,123456", "GRID,90,,.1,.1,.2", "GRID,95,,1.,1.,-.05"]
-    for k, nodes in enumerate(corners + 1, 1):
-        cards.append(f"CHEXA,{k},1,{','.join(map(str, nodes[:6]))},\n,{nodes[6]},{nodes[7]}")
-    bottom = [nearest(position, p) + 1 for p in ((0, 0, 0), (0.3, 0, 0), (0, 0.2, 0))]
-    top = [nearest(position, p) + 1 for p in ((0, 0, 0.1), (0.3, 0, 0.1), (0, 0.2, 0.1), (0.3, 0.2, 0.1))]
-    cards += [
-        "PSOLID,1,1",
-        "MAT1,1,7.+10,,.33,2700.,2.3-5,20.",
-        "MAT1,2,4.5+10,,.28,1900.,4.-6,20.",
-        "CONM2,70,80,,.15",
-    ]
-    cards += ["CBAR,60,2,80,81,95", "PBAR,2,2,1.131-4,4.637-9,3.-9,9.274-9", "CORD2R,5,,0.,0.,0.,0.,0.,1.,\n,1.,0.,0."]
-    cards += [
-        f"RBE2,61,80,123,{','.join(map(str, bottom))}",
-        f"RBE3,62,,90,123456,1.,123,{top[0]},{top[1]},\n,2.,123,{top[2]},{top[3]}",
-    ]
-    cards += ["PARAM,POST,-1", "PARAM,AUTOSPC,YES", "SPCADD,4,5", "FORCE,12,1,0,1.,1.,0.,0."]
-    cards += [
-        f"SPC1,5,1,{nearest(position, (0.3, 0.2, 0.1)) + 1}",
-        f"SPC,5,{nearest(position, (0, 0.2, 0.1)) + 1},1,0.",
-    ]
-    cards += ["TEMPD,31,20.", *(f"TEMP,31,{k},21." for k in range(1, 10)), "TEMPD,32,20.", "TEMP,32,80,21.,81,21."]
-    return [*cards, "TEMPD,99,21."]
-
-
-def write_deck(folder, cards=None, control=CASE_CONTROL):
-    path = folder / "deck.bdf"
-    path.write_text(control + "\n".join(bulk() if cards is None else cards) + "\nENDDATA\n")
-    return path
 
 
 def displacements(path):
@@ -80,9 +30,12 @@ def test_fem_deck_is_read_completely(tmp_path):
     position, corners = block_mesh((2, 2, 2), SIZE)
     np.testing.assert_array_equal(structure.grid_id, [*range(1, 28), 80, 81, 90, 95])
     np.testing.assert_allclose(structure.position[:27], position, atol=1e-12)
-    np.testing.assert_array_equal(structure.hexes.connectivity, corners)
-    np.testing.assert_array_equal(structure.hexes.youngs_modulus, YOUNG)
-    assert set(structure.hexes.reference_temperature) == {20.0}
+    np.testing.assert_array_equal(structure.solids[0].connectivity, corners)
+    (block,) = structure.solids
+    assert (block.card, block.bubble, set(block.material)) == ("CHEXA", True, {0})
+    np.testing.assert_allclose(block.materials.stiffness, [isotropic_stiffness(YOUNG, NU)])
+    np.testing.assert_array_equal(block.materials.expansion, [[ALPHA] * 3 + [0.0] * 3])
+    np.testing.assert_array_equal(block.materials.reference_temperature, [20.0])
     bar = structure.bars
     assert (bar.area[0], bar.inertia_1[0], bar.inertia_2[0], bar.torsion_constant[0]) == (
         1.131e-4,
@@ -107,7 +60,8 @@ def test_fem_deck_to_op2_keeps_labels_ids_and_motion(tmp_path):
     deck, op2 = write_deck(tmp_path), tmp_path / "deck.op2"
     seen = []
     report = solve_deck(deck, op2, lambda done, total, what: seen.append((done, total, what)))
-    assert (report.n_grids, report.n_solids, report.n_bars, report.n_cases) == (31, 8, 1, 3)
+    assert (report.n_grids, report.n_cases) == (31, 3)
+    assert (report.solids, report.others["bars"]) == ({"CHEXA8 with bubbles": 8}, 1)
     assert report.static.unattached_grids == (95,)
     assert seen[-1] == (3, 3, "solve")
     structure, cases = read_solver_deck(deck)
@@ -126,7 +80,7 @@ def test_fem_includes_are_followed(tmp_path):
     (tmp_path / "mesh.bdf").write_text("\n".join(cards[:40]) + "\n")
     whole, _ = read_solver_deck(write_deck(tmp_path))
     split, _ = read_solver_deck(write_deck(tmp_path, ["INCLUDE 'mesh.bdf'", *cards[40:]]))
-    np.testing.assert_array_equal(whole.hexes.connectivity, split.hexes.connectivity)
+    np.testing.assert_array_equal(whole.solids[0].connectivity, split.solids[0].connectivity)
 
 
 def test_fem_unmodelled_cards_are_named_all_at_once(tmp_path):
@@ -170,9 +124,9 @@ def test_fem_unmodelled_cards_are_named_all_at_once(tmp_path):
         ("SPC1,5,1,", "SPC1,5,1,4444,", "SPC set 4: grid 4444"),
         ("RBE2,61,80", "RBE2,61,880", "RBE2 61: grid 880"),
         ("CBAR,60,2,80,81", "CBAR,60,2,80,818", "CBAR and CBEAM: grid 818"),
-        ("PSOLID,1,1", "PSOLID,1,17", "PSOLID 1: MAT1 17"),
+        ("PSOLID,1,1", "PSOLID,1,17", "PSOLID 1: MAT1 or MAT9 or MAT11 17"),
         ("PSOLID,1,1", "PSOLID,14,1", "elements: PSOLID 1"),
-        ("MAT1,1,7.+10,,", "MAT1,1,7.+10,2.+10,", "E, G and NU of a solid do not agree"),
+        ("MAT1,1,7.+10,,.33", "MAT1,1,7.+10,,.5", r"MAT1 1: E = 7e\+10 and NU = 0.5 are not those of a solid"),
         ("TEMPD,32,20.", "TEMPD,33,20.", r"TEMP set 32: 27 grid\(s\) of elements have no temperature"),
         ("TEMP,31,1,21.", "TEMP,31,1,21.\nTEMP,31,1,22.", "grid 1 has two different temperatures"),
         ("TEMP,31,1,21.", "TEMP,31,4001,21.", "do not exist, the first is 4001"),

@@ -23,7 +23,9 @@ from fem_models import (
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.linear import factorise
-from tedm_cli.fem.structure import HexBlock, Rbe2, Rbe3, Structure
+from tedm_cli.fem.structure import Rbe2, Rbe3, Structure
+from tedm_cli.nastran.solver.finder import Finder
+from tedm_cli.nastran.solver.solids import read_solids
 
 SIZE = (0.4, 0.2, 0.1)
 
@@ -52,7 +54,7 @@ def bench(alpha=None, **changes) -> Structure:
     expansion = ALPHA if alpha is not None else np.where(np.arange(len(corners)) % 3, 2e-8, 8.6e-6)
     struts = bars([[n + k, n + 4 + k] for k in range(4)], (0.1, 0.0, 1.0), alpha=4e-6 if alpha is None else alpha)
     parts = {
-        "hexes": hexes(corners, alpha=expansion),
+        "solids": hexes(corners, alpha=expansion),
         "bars": struts,
         "rbe2": tuple(rbe2),
         "rbe3": (rbe3,),
@@ -79,7 +81,7 @@ def test_fem_areas_add_up_to_the_uniform_case_across_batches():
 def test_fem_rotations_of_grids_of_solids_are_written_as_zero_and_of_others_are_not():
     model = bench()
     (motion,), report = solve(model, areas(model, 3)[0])
-    solid = np.unique(model.hexes.connectivity)
+    solid = np.unique(model.solids[0].connectivity)
     assert (motion[solid, 3:] == 0.0).all()
     assert (np.abs(motion[len(solid) : len(solid) + 4, 3:]) > 0.0).any(axis=1).all()
     assert np.abs(motion[-1, 3:]).max() > 0.0
@@ -118,9 +120,11 @@ def test_fem_reference_temperatures_and_initial_field():
     model = bench()
     heat = areas(model, 2)[0]
     plain = solve(model, heat)[0]
+    (block,) = model.solids
+    table = block.materials
     warm = replace(
         model,
-        hexes=replace(model.hexes, reference_temperature=np.full(len(model.hexes.element_id), 293.0)),
+        solids=(replace(block, materials=replace(table, reference_temperature=table.reference_temperature + 293.0)),),
         bars=replace(model.bars, reference_temperature=np.full(4, 293.0)),
     )
     assert np.abs(solve(warm, heat + 293.0)[0] - plain).max() < 1e-9 * np.abs(plain).max()
@@ -131,7 +135,7 @@ def test_fem_reference_temperatures_and_initial_field():
 
 def box_model(held, **parts):
     position, corners = block_mesh((2, 2, 2), (0.3, 0.2, 0.1))
-    return position, structure(position, hexes=hexes(corners), held=held(position), **parts)
+    return position, structure(position, solids=hexes(corners), held=held(position), **parts)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +164,7 @@ def test_fem_a_loose_part_beside_a_held_one_is_named():
     position, corners = block_mesh((2, 1, 1), (0.2, 0.1, 0.1))
     both = np.vstack([position, position + np.array([1.0, 0.0, 0.0])])
     model = structure(
-        both, hexes=hexes(np.vstack([corners, corners + 12])), held=determinate(position, (0.2, 0.1, 0.1))
+        both, solids=hexes(np.vstack([corners, corners + 12])), held=determinate(position, (0.2, 0.1, 0.1))
     )
     with pytest.raises(PhysicsError, match=r"the 12 grid\(s\) from 13 to 24 keep 6 of 6"):
         solve(model, 1.0)
@@ -177,7 +181,7 @@ def test_fem_mechanisms_are_refused_and_located(solver, direction):
     everything = np.vstack([position, position[foot] + 0.3 * np.array(direction)])
     model = structure(
         everything,
-        hexes=hexes(corners),
+        solids=hexes(corners),
         bars=bars([[foot, 27]], (1.0, 0.0, 0.0)),
         held=determinate(position, (0.3, 0.2, 0.1)),
     )
@@ -200,7 +204,7 @@ def test_fem_hub_in_line_with_its_grids_does_not_spin():
     line = [nearest(position, (x, 0.2, 0.1)) for x in (0.0, 0.15, 0.3)]
     everything = np.vstack([position, [0.2, np.nextafter(0.2, 1.0), np.nextafter(0.1, 1.0)]])
     hub = Rbe2(element_id=1, independent=27, dependents=np.array(line), components="123")
-    model = structure(everything, hexes=hexes(corners), rbe2=(hub,), held=determinate(position, (0.3, 0.2, 0.1)))
+    model = structure(everything, solids=hexes(corners), rbe2=(hub,), held=determinate(position, (0.3, 0.2, 0.1)))
     (motion,), _ = solve(model, everything[:, 2])
     assert motion[27, 3] == 0.0
     assert np.abs(motion[27, 4:]).max() > 0.0
@@ -223,19 +227,11 @@ def test_fem_inner_grids_agree_with_mystran():
     deck = BDF(debug=None)
     deck.read_bdf(str(folder / "mini_ltp.bdf"), xref=False)
     grids = np.array(sorted(deck.nodes))
-    solid = [e for e in deck.elements.values() if e.type == "CHEXA"]
+    blocks = read_solids(deck, Finder(grids, folder))
+    assert [(block.card, block.bubble) for block in blocks] == [("CHEXA", False), ("CPENTA", False)]
+    solid = [e for e in deck.elements.values() if e.type in ("CHEXA", "CPENTA")]
     strut = [e for e in deck.elements.values() if e.type == "CBAR" and e.pid == 7]
-    material = [deck.materials[deck.properties[e.pid].mid] for e in solid]
     tube, fibre = deck.properties[7], deck.materials[deck.properties[7].mid]
-    block = HexBlock(
-        element_id=np.array([e.eid for e in solid]),
-        connectivity=np.searchsorted(grids, [e.nodes for e in solid]),
-        youngs_modulus=np.array([m.e for m in material]),
-        poisson_ratio=np.array([m.nu for m in material]),
-        density=np.array([m.rho for m in material]),
-        expansion=np.array([m.a for m in material]),
-        reference_temperature=np.array([m.tref for m in material]),
-    )
     struts = bars(
         np.searchsorted(grids, [e.nodes for e in strut]), [e.x for e in strut], i1=tube.i1, i2=tube.i2, area=tube.A
     )
@@ -248,7 +244,7 @@ def test_fem_inner_grids_agree_with_mystran():
         expansion=fibre.a * full,
         reference_temperature=fibre.tref * full,
     )
-    model = Structure(grid_id=grids, position=np.array([deck.nodes[g].xyz for g in grids]), hexes=block, bars=struts)
+    model = Structure(grid_id=grids, position=np.array([deck.nodes[g].xyz for g in grids]), solids=blocks, bars=struts)
     operators = assemble(model)
     tables = read_op2(str(folder / "mini_ltp.op2"), include_results="displacements", debug=None).displacements
     motion = np.stack([table.data[0].reshape(-1) for table in tables.values()], axis=1).astype(float)
@@ -271,7 +267,7 @@ def test_fem_inner_grids_agree_with_mystran():
         rows = np.searchsorted(grids, sorted(members))
         inner = (6 * rows[:, None] + np.array(components)).reshape(-1)
         outer = np.setdiff1d(np.arange(6 * len(grids)), inner)
-        right = operators.load(temperature)[inner] - operators.stiffness[inner][:, outer] @ motion[outer]
+        right = operators.thermal.forces(temperature)[inner] - operators.stiffness[inner][:, outer] @ motion[outer]
         solution = factorise(operators.stiffness[inner][:, inner]).solve(right)
         assert len(rows) > 20
         gap = np.abs(solution - motion[inner]).reshape(len(rows), len(components), -1)

@@ -24,7 +24,7 @@ from tedm_cli.nastran.solver.refusals import refuse_unsupported
 from tedm_cli.nastran.solver.rigid import read_rigid_elements
 from tedm_cli.nastran.solver.rods import read_rods
 from tedm_cli.nastran.solver.shells import read_shells
-from tedm_cli.nastran.solver.solids import read_hexes
+from tedm_cli.nastran.solver.solids import read_solids
 
 
 def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
@@ -50,7 +50,7 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
     if not model.elements:
         raise InputError("no elements", where=str(path), hint="a unit-load deck holds the whole model")
     finder = Finder(grid_id, path)
-    hexes, bars = read_hexes(model, finder), read_bars(model, finder, position, frame)
+    solids, bars = read_solids(model, finder), read_bars(model, finder, position, frame)
     rods = read_rods(model, finder)
     quads, trias = read_shells(model, finder, "CQUAD4"), read_shells(model, finder, "CTRIA3")
     rbe2, rbe3 = read_rigid_elements(model, finder)
@@ -66,14 +66,15 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
     finder.refuse_missing()
 
     heated = np.zeros(len(grid_id), dtype=bool)
-    for block in (hexes, bars, rods, quads, trias):
-        heated[block.connectivity.reshape(-1)] = True
+    lines_and_shells = (bars.connectivity, rods.connectivity, quads.connectivity, trias.connectivity)
+    for connectivity in (*(block.connectivity for block in solids), *lines_and_shells):
+        heated[connectivity.reshape(-1)] = True
     initial, cases = read_load_cases(model, sets, grid_id, heated, path)
     structure = Structure(
         grid_id=grid_id,
         position=position,
         displacement_frame=frame,
-        hexes=hexes,
+        solids=solids,
         bars=bars,
         rods=rods,
         quads=quads,

@@ -19,6 +19,11 @@ class Finder:
         self._path = path
         self._missing: list[str] = []
 
+    @property
+    def where(self) -> str:
+        """The deck's path, for messages."""
+        return str(self._path)
+
     def rows(self, ids: Any, who: str) -> Ints:
         wanted = np.asarray(ids, dtype=np.int64)
         row = np.searchsorted(self._grid_id, wanted).clip(max=len(self._grid_id) - 1)

@@ -8,18 +8,22 @@ from typing import Any
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.solver.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
+from tedm_cli.nastran.solver.solids import count_refused_solids
 
 _HINT = "run Nastran on the written deck instead of the embedded solver"
 
 _MODELLED = {
     "GRID",
     "CHEXA",
+    "CPENTA",
+    "CTETRA",
     "PSOLID",
     *("CBAR", "PBAR", "PBARL", "CBEAM", "PBEAM", "PBEAML"),
     *("CROD", "PROD", "CONROD", "CTUBE", "PTUBE"),
     *("CQUAD4", "CTRIA3", "PSHELL"),
     *("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"),
     "MAT1",
+    *("MAT9", "MAT11"),
     *("RBE2", "RBE3", "RBAR", "MPC", "MPCADD"),
     "SPC",
     "SPC1",
@@ -44,9 +48,8 @@ def refuse_unsupported(model: Any, path: Path) -> None:
             found[name] += count
     used = set()
     for element in model.elements.values():
-        if element.type == "CHEXA":
-            found["CHEXA with 20 nodes"] += len(element.nodes) > 8
         used.add(element.pid if element.type != "CONROD" else 0)
+    count_refused_solids(model, found)
     found.update(line_refusals(model, used))
     found.update(shell_refusals(model, used))
     found.update(rigid_refusals(model))
