@@ -282,9 +282,7 @@ def optics_lines(done: OpticsSummary) -> list[str]:
 def solve_lines(path: Path, done: SolveReport) -> list[str]:
     """Size of the model, quality of the solution, and what the elements do badly."""
     s = done.static
-    elements = ", ".join(
-        f"{number:,} {kind}" for kind, number in (done.solids | {"CBAR": done.n_bars}).items() if number
-    )
+    elements = ", ".join(f"{number:,} {kind}" for kind, number in (done.solids | done.others).items() if number)
     lines = [
         f"{path}: {done.n_cases} load cases, {done.n_grids:,} grids, {elements}",
         f"{s.solver}: {s.n_dof:,} unknowns, assembled in {s.assemble_seconds:.1f} s, factorised in"

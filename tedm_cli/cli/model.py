@@ -61,9 +61,10 @@ def solve(
 ) -> None:
     """Solve the unit-load deck, write an OP2.
 
-    The embedded solver takes CHEXA, CBAR, RBE2, RBE3, CONM2 and SPC; anything else is refused by name: run Nastran
-    on the deck then, yourself or with --run. The command runs in the folder of the deck, without a shell, has to wait
-    for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says; -v shows what it prints.
+    The embedded solver takes solids, shells, bars, rods, rigid elements, equations and grids in any frame; anything
+    else is refused by name: run Nastran on the deck then, yourself or with --run. The command runs in the folder of the
+    deck, without a shell, has to wait for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says; -v
+    shows what it prints.
     """
     from tedm_cli.progress import progress, waiting
     from tedm_cli.say import solve_lines

@@ -10,6 +10,8 @@ import scipy.sparse as sp
 
 from tedm_cli.fem.bars import bar_matrices
 from tedm_cli.fem.elements import ElementMatrices
+from tedm_cli.fem.rods import rod_matrices
+from tedm_cli.fem.shells import shell_matrices
 from tedm_cli.fem.solids import solid_matrices
 from tedm_cli.fem.structure import Floats, Ints, Structure
 
@@ -77,6 +79,10 @@ def _element_matrices(structure: Structure) -> Iterator[ElementMatrices]:
         yield from solid_matrices(structure.position, block)
     if len(structure.bars.element_id):
         yield bar_matrices(structure.position, structure.bars)
+    if len(structure.rods.element_id):
+        yield rod_matrices(structure.position, structure.rods)
+    for shells in (structure.quads, structure.trias):
+        yield from shell_matrices(structure.position, shells)
 
 
 class _BlockSum:

@@ -1,8 +1,8 @@
-"""Stiffness and thermal coupling of straight Euler-Bernoulli bars.
+"""Stiffness and thermal coupling of straight bars.
 
 Local axes: x from end A to end B, plane 1 spanned by x and the orientation vector, z normal to plane 1. Each end has
-three translations and three rotations (Przemieniecki, Theory of Matrix Structural Analysis, section 5.6, with a product
-of inertia added to the bending energy).
+three translations and three rotations (Przemieniecki, Theory of Matrix Structural Analysis, section 5.6, shear
+deformation included, with a product of inertia added to the bending energy).
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.constraints import rigid_motion
 from tedm_cli.fem.elements import ElementMatrices, dof_of
 from tedm_cli.fem.structure import BarBlock, Bools, Floats, Ints
 
@@ -18,10 +19,13 @@ from tedm_cli.fem.structure import BarBlock, Bools, Floats, Ints
 _PLANE_1 = np.array([1, 5, 7, 11])
 _PLANE_2 = np.array([2, 4, 8, 10])
 _SIGN_2 = np.array([1.0, -1.0, 1.0, -1.0])
+# Released freedoms between which the bar has less than this share of its stiffness are free of each other.
+_RANK_TOLERANCE = 1e-10
+_ROUNDING = 1e-13
 
 
 def bar_matrices(position: Floats, block: BarBlock) -> ElementMatrices:
-    """Element matrices of all bars.
+    """Element matrices of all bars; the thermal strain is that of the mean of the two end temperatures.
 
     Raises
     ------
@@ -35,43 +39,81 @@ def bar_matrices(position: Floats, block: BarBlock) -> ElementMatrices:
         "I12² not below I1 I2",
     )
     n = len(length)
-    local = np.zeros((n, 12, 12))
+    local = _local_stiffness(length, block)
+    thrust = block.youngs_modulus * block.area
+    push = np.zeros((n, 12))
+    push[:, 0], push[:, 6] = -thrust, thrust
+    local, push = _release(local, push, block.released)
+
+    turn = np.zeros((n, 12, 12))  # motions of the grids in the basic frame to motions of the ends along the bar's axes
+    for k in range(0, 12, 3):
+        turn[:, k : k + 3, k : k + 3] = axes
+    for number, end in enumerate((slice(0, 6), slice(6, 12))):
+        turn[:, end, end] = turn[:, end, end] @ rigid_motion(block.offset[:, number])
+    back = turn.transpose(0, 2, 1)
+    half = 0.5 * block.expansion[:, None] * (back @ push[:, :, None])[..., 0]
+    # The uniform expansion that tests the elements is of everything, rigid arms included.
+    arms = np.zeros((n, 12))
+    arms[:, 0:3] = (axes @ block.offset[:, 0, :, None])[..., 0]
+    arms[:, 6:9] = (axes @ block.offset[:, 1, :, None])[..., 0]
+    return ElementMatrices(
+        dof=dof_of(block.connectivity, 6),
+        grids=block.connectivity,
+        stiffness=back @ local @ turn,
+        coupling=np.stack([half, half], axis=2),
+        expansion_load=(back @ (push[:, :, None] - local @ arms[:, :, None]))[..., 0],
+        reference_temperature=block.reference_temperature,
+    )
+
+
+def _local_stiffness(length: Floats, block: BarBlock) -> Floats:
+    """Stiffness along the bars' axes, [B, 12, 12]."""
+    local = np.zeros((len(length), 12, 12))
     axial = block.youngs_modulus * block.area / length
     torsion = block.shear_modulus * block.torsion_constant / length
     for stiffness, first in ((axial, 0), (torsion, 3)):
         for i, j, sign in ((0, 0, 1.0), (6, 6, 1.0), (0, 6, -1.0), (6, 0, -1.0)):
             local[:, first + i, first + j] = sign * stiffness
-
-    bending = _bending(length) * block.youngs_modulus[:, None, None]
-    for rows, row_sign, columns, column_sign, inertia in (
-        (_PLANE_1, np.ones(4), _PLANE_1, np.ones(4), block.inertia_1),
-        (_PLANE_2, _SIGN_2, _PLANE_2, _SIGN_2, block.inertia_2),
-        (_PLANE_1, np.ones(4), _PLANE_2, _SIGN_2, block.inertia_12),
-        (_PLANE_2, _SIGN_2, _PLANE_1, np.ones(4), block.inertia_12),
+    for rows, row_sign, columns, column_sign, inertia, plane in (
+        (_PLANE_1, np.ones(4), _PLANE_1, np.ones(4), block.inertia_1, 0),
+        (_PLANE_2, _SIGN_2, _PLANE_2, _SIGN_2, block.inertia_2, 1),
+        (_PLANE_1, np.ones(4), _PLANE_2, _SIGN_2, block.inertia_12, None),
+        (_PLANE_2, _SIGN_2, _PLANE_1, np.ones(4), block.inertia_12, None),
     ):
-        local[:, rows[:, None], columns] += inertia[:, None, None] * bending * np.outer(row_sign, column_sign)
+        rigidity = block.youngs_modulus * inertia
+        shear = np.zeros_like(length)  # shear over bending flexibility
+        if plane is not None:
+            carrying = block.shear_modulus * block.shear_factor[:, plane] * block.area
+            np.divide(
+                12.0 * rigidity, carrying * length**2, out=shear, where=(block.inertia_12 == 0.0) & (rigidity > 0.0)
+            )
+        bending = rigidity[:, None, None] * _bending(length, shear)
+        local[:, rows[:, None], columns] += bending * np.outer(row_sign, column_sign)
+    return local
 
-    rotation = np.zeros((n, 12, 12))  # basic to local, one 3x3 per translation and rotation of each end
-    for k in range(0, 12, 3):
-        rotation[:, k : k + 3, k : k + 3] = axes
-    expansion_load = np.zeros((n, 12))
-    thrust = (block.youngs_modulus * block.area)[:, None] * axes[:, 0]
-    expansion_load[:, :3], expansion_load[:, 6:9] = -thrust, thrust
-    # The thermal strain is that of the mean of the two end temperatures.
-    half = 0.5 * block.expansion[:, None] * expansion_load
-    return ElementMatrices(
-        dof=dof_of(block.connectivity, 6),
-        grids=block.connectivity,
-        stiffness=rotation.transpose(0, 2, 1) @ local @ rotation,
-        coupling=np.stack([half, half], axis=2),
-        expansion_load=expansion_load,
-        reference_temperature=block.reference_temperature,
-    )
+
+def _release(local: Floats, push: Floats, released: Bools) -> tuple[Floats, Floats]:
+    """Stiffness [B, 12, 12] and forces [B, 12] after the released freedoms have followed the others freely."""
+    local, push = local.copy(), push.copy()
+    for k in np.flatnonzero(released.any(axis=1)):
+        whole, thrust = np.sqrt(np.diagonal(local[k])), np.abs(push[k]).max()
+        out = np.flatnonzero(released[k] & (whole > 0.0))
+        size = np.outer(whole[out], whole[out])
+        inverse = np.linalg.pinv(local[k][np.ix_(out, out)] / size, rcond=_RANK_TOLERANCE, hermitian=True) / size
+        follow = local[k][:, out] @ inverse
+        push[k] -= follow @ push[k][out]
+        local[k] -= follow @ local[k][out]
+        local[k][released[k]] = local[k][:, released[k]] = push[k][released[k]] = 0.0
+        # What cancels leaves rounding, which would be a stiffness where there is none.
+        local[k][np.abs(local[k]) < _ROUNDING * np.outer(whole, whole)] = 0.0
+        push[k][np.abs(push[k]) < _ROUNDING * thrust] = 0.0
+    return local, push
 
 
 def _local_axes(position: Floats, block: BarBlock) -> tuple[Floats, Floats]:
     """Lengths [B] and unit axes [B, 3 axes, 3] in the basic frame."""
-    span = position[block.connectivity[:, 1]] - position[block.connectivity[:, 0]]
+    ends = position[block.connectivity] + block.offset
+    span = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(span, axis=1)
     _require(length > 0.0, block.element_id, "no length")
     x = span / length[:, None]
@@ -83,15 +125,15 @@ def _local_axes(position: Floats, block: BarBlock) -> tuple[Floats, Floats]:
     return length, np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def _bending(length: Floats) -> Floats:
-    """Integral of the products of the cubic shape functions' curvatures, [B, 4, 4]."""
+def _bending(length: Floats, shear: Floats) -> Floats:
+    """Bending stiffness over the rigidity E I, [B, 4, 4]; `shear` is 12 E I / (K A G L²)."""
     one = np.ones_like(length)
     first = [12.0 * one, 6.0 * length, -12.0 * one, 6.0 * length]
-    second = [first[1], 4.0 * length**2, -first[1], 2.0 * length**2]
+    second = [first[1], (4.0 + shear) * length**2, -first[1], (2.0 - shear) * length**2]
     third = [-entry for entry in first]
     fourth = [first[1], second[3], -first[1], second[1]]
     table = np.array([first, second, third, fourth])  # [4, 4, B]
-    return np.asarray(np.moveaxis(table, 2, 0) / length[:, None, None] ** 3)
+    return np.asarray(np.moveaxis(table, 2, 0) / ((1.0 + shear) * length**3)[:, None, None])
 
 
 def _require(good: Bools, element_id: Ints, fact: str) -> None:

@@ -1,7 +1,7 @@
-"""Rigid (RBE2) and interpolation (RBE3) elements as one linear map u = T u_independent.
+"""Rigid (RBE2) and interpolation (RBE3) elements and equations (MPC) as one linear map u = T u_independent.
 
-A degree of freedom is 6 n + c with n the grid's row and c = 0 to 5. Displacements are small: the end of a
-rigid arm r moves by u + theta x r.
+A degree of freedom is 6 n + c with n the grid's row and c = 0 to 5, along and about the axes of the grid's displacement
+frame. Displacements are small: the end of a rigid arm r moves by u + theta x r.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tedm_cli.errors import InputError
-from tedm_cli.fem.structure import Floats, Ints, Rbe2, Rbe3, Structure
+from tedm_cli.fem.structure import Floats, Ints, Mpc, Rbe2, Rbe3, Structure
 
 # An RBE3 whose least-squares problem is worse conditioned than this does not determine the motion it is asked for.
 _RANK_TOLERANCE = 1e-10
@@ -53,17 +53,31 @@ def rigid_motion(arm: Floats) -> Floats:
     return motion
 
 
-def rbe3_coefficients(position: Floats, element: Rbe3) -> tuple[Ints, Floats]:
+def to_basic(structure: Structure) -> sp.csr_matrix:
+    """Motions in the grids' displacement frames to motions in the frame of the positions, sparse [6 N, 6 N]."""
+    if structure.displacement_frame is None:
+        return sp.identity(6 * structure.n_grids, format="csr")
+    blocks = np.repeat(structure.displacement_frame, 2, axis=0)
+    where = np.arange(len(blocks) + 1)
+    return sp.csr_matrix(sp.bsr_matrix((blocks, where[:-1], where), shape=(6 * structure.n_grids,) * 2))
+
+
+def rbe3_coefficients(position: Floats, element: Rbe3, frame: Floats | None = None) -> tuple[Ints, Floats]:
     """Weighted least-squares motion of an RBE3's dependent grid.
 
     The rigid motion of the dependent grid that fits the independent displacements best, in the sense of the weights, is
     taken; rotations of independent grids are weighted with the square of the mean arm, and so made lengths (MSC Nastran
     Linear Static Analysis User's Guide, on RBE3). Rigid motions are reproduced exactly.
 
+    Parameters
+    ----------
+    position : [N, 3], m.
+    frame : [N, 3, 3], see `Structure.displacement_frame`, or None.
+
     Returns
     -------
     sources : [k] degrees of freedom of the independent grids.
-    coefficients : [6, k], the six motions of the dependent grid (basic frame, m and rad).
+    coefficients : [6, k], the six motions of the dependent grid (m and rad); all in the grids' displacement frames.
 
     Raises
     ------
@@ -75,7 +89,8 @@ def rbe3_coefficients(position: Floats, element: Rbe3) -> tuple[Ints, Floats]:
     to_length = np.array([1.0, 1.0, 1.0, scale, scale, scale])
     grid, component = _expand(element.independent_components)
     weight = np.sqrt(element.weights[grid]) * to_length[component]
-    design = weight[:, None] * rigid_motion(arm)[grid, component] / to_length
+    motion = to_displacement_frames(frame, element.independents) @ rigid_motion(arm)
+    design = weight[:, None] * motion[grid, component] / to_length
     left, singular, right = np.linalg.svd(design, full_matrices=False)
     rank = int((singular > _RANK_TOLERANCE * singular[0]).sum())
     if rank < 6:
@@ -83,12 +98,15 @@ def rbe3_coefficients(position: Floats, element: Rbe3) -> tuple[Ints, Floats]:
             f"RBE3 {element.element_id} determines only {rank} of the 6 motions of its dependent grid",
             hint="give it three independent grids that are not on one line",
         )
-    inverse = (right.T / singular) @ left.T
-    return 6 * element.independents[grid] + component, inverse * weight / to_length[:, None]
+    inverse = (right.T / singular) @ left.T * weight / to_length[:, None]
+    return (
+        6 * element.independents[grid] + component,
+        to_displacement_frames(frame, np.array([element.dependent]))[0] @ inverse,
+    )
 
 
 def eliminate(structure: Structure) -> Elimination:
-    """Resolve all rigid and interpolation elements, chains included, into one map.
+    """Resolve all rigid and interpolation elements and equations, chains included, into one map.
 
     Raises
     ------
@@ -96,8 +114,9 @@ def eliminate(structure: Structure) -> Elimination:
         For a degree of freedom that two elements make dependent, a single-point constraint on a dependent degree of
         freedom, a loop of elements, or an RBE3 without enough independent components.
     """
-    equations = [_rbe2_equations(structure.position, element) for element in structure.rbe2]
-    equations += [_rbe3_equations(structure.position, element) for element in structure.rbe3]
+    equations = [_rbe2_equations(structure, element) for element in structure.rbe2]
+    equations += [_rbe3_equations(structure, element) for element in structure.rbe3]
+    equations += [_mpc_equation(number, one) for number, one in enumerate(structure.mpc, 1)]
     owner = _owners(structure, equations)
     _refuse_loops(equations, owner)
 
@@ -127,21 +146,42 @@ def _expand(components: tuple[str, ...]) -> tuple[Ints, Ints]:
     return table[:, 0], table[:, 1]
 
 
-def _rbe2_equations(position: Floats, element: Rbe2) -> _Equations:
+def to_displacement_frames(frame: Floats | None, grids: Ints) -> Floats:
+    """Six motions in the frame of the positions to motions in the displacement frames of `grids` [M], [M, 6, 6]."""
+    out = np.tile(np.eye(6), (len(grids), 1, 1))
+    if frame is not None:
+        out[:, :3, :3] = out[:, 3:, 3:] = frame[grids].transpose(0, 2, 1)
+    return out
+
+
+def _rbe2_equations(structure: Structure, element: Rbe2) -> _Equations:
+    position, frame = structure.position, structure.displacement_frame
     motion = rigid_motion(position[element.dependents] - position[element.independent])
+    motion = (
+        to_displacement_frames(frame, element.dependents)
+        @ motion
+        @ to_displacement_frames(frame, np.array([element.independent]))[0].T
+    )
     grid, component = _expand((element.components,) * len(element.dependents))
     return _Equations(
-        f"RBE2 {element.element_id}",
+        f"{element.kind} {element.element_id}",
         6 * element.dependents[grid] + component,
         6 * element.independent + np.arange(6),
         motion[grid, component],
     )
 
 
-def _rbe3_equations(position: Floats, element: Rbe3) -> _Equations:
-    sources, coefficients = rbe3_coefficients(position, element)
+def _rbe3_equations(structure: Structure, element: Rbe3) -> _Equations:
+    sources, coefficients = rbe3_coefficients(structure.position, element, structure.displacement_frame)
     _, component = _expand((element.components,))
     return _Equations(f"RBE3 {element.element_id}", 6 * element.dependent + component, sources, coefficients[component])
+
+
+def _mpc_equation(number: int, element: Mpc) -> _Equations:
+    dof = 6 * element.grids + element.components - 1
+    return _Equations(
+        f"equation {number} of the MPC set", dof[:1], dof[1:], -element.coefficients[None, 1:] / element.coefficients[0]
+    )
 
 
 def _owners(structure: Structure, equations: list[_Equations]) -> Ints:

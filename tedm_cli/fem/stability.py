@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from tedm_cli.errors import PhysicsError
-from tedm_cli.fem.constraints import rigid_motion
+from tedm_cli.fem.constraints import rigid_motion, to_displacement_frames
 from tedm_cli.fem.linear import Factorisation, SolverName, factorise
 from tedm_cli.fem.structure import Bools, Floats, Ints, Structure
 
@@ -18,13 +18,15 @@ _SINGULAR = 1e-14
 _SHIFT = 1e-9
 
 
-def require_supported(structure: Structure, stiffness: sp.csr_matrix, active: Ints, constrained: Ints) -> None:
+def require_supported(
+    structure: Structure, stiffness: sp.csr_matrix, active: Ints, constrained: Ints, measure: Floats
+) -> None:
     """Refuse a structure of which a connected part can move as a rigid body.
 
     Parameters
     ----------
     stiffness : sparse [6 N, 6 N], with rigid elements eliminated and supports not yet applied.
-    active : degrees of freedom with stiffness.
+    active, measure : degrees of freedom with stiffness, see `stiff_components`.
     constrained : degrees of freedom held by single-point constraints.
 
     Raises
@@ -44,7 +46,7 @@ def require_supported(structure: Structure, stiffness: sp.csr_matrix, active: In
     bounds = np.flatnonzero(np.diff(active_part[order])) + 1
     loose = []
     for dofs in np.split(active[order], bounds) if len(active) else []:
-        motions = _free_motions(structure.position, dofs, held[dofs])
+        motions = _free_motions(structure, dofs, held[dofs], measure[dofs])
         if motions:
             grids = np.unique(structure.grid_id[dofs // 6])
             loose.append(f"the {len(grids)} grid(s) from {grids[0]} to {grids[-1]} keep {_count(motions)}")
@@ -59,12 +61,15 @@ def _count(motions: list[str]) -> str:
     return f"{len(motions)} of 6 rigid-body modes ({', '.join(motions)})"
 
 
-def _free_motions(position: Floats, dofs: Ints, held: Bools) -> list[str]:
+def _free_motions(structure: Structure, dofs: Ints, held: Bools, measure: Floats) -> list[str]:
     """Names of the rigid motions of a part that its constrained degrees of freedom do not stop."""
     points, where = np.unique(dofs // 6, return_inverse=True)
-    arm = position[points] - position[points].mean(axis=0)
+    arm = structure.position[points] - structure.position[points].mean(axis=0)
     size = float(np.linalg.norm(arm, axis=1).max()) or 1.0
-    modes = rigid_motion(arm / size)[where.reshape(-1), dofs % 6]  # rotations as displacements at the outermost grid
+    # rotations as displacements at the outermost grid
+    motion = to_displacement_frames(structure.displacement_frame, points) @ rigid_motion(arm / size)
+    triples = motion.reshape(len(points), 2, 3, 6)[where.reshape(-1), dofs % 6 // 3]
+    modes = np.einsum("di,dij->dj", measure, triples)
     free = _null_space(modes[held])
     # A straight part without rotational stiffness has no sixth motion: drop motions that move nothing.
     moving = free @ _row_space(modes @ free)

@@ -8,22 +8,20 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-import scipy.sparse as sp
 
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import Operators, assemble
+from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.bending import RandomSums, bending_change
-from tedm_cli.fem.constraints import Elimination, eliminate
+from tedm_cli.fem.constraints import eliminate, to_basic
 from tedm_cli.fem.linear import SolverName
 from tedm_cli.fem.stability import factorise_supported, require_supported
-from tedm_cli.fem.structure import Floats, Ints, LoadCase, Structure
+from tedm_cli.fem.structure import Floats, LoadCase, Structure
 
 Progress = Callable[[int, int, str], None]
 
 # Right-hand sides solved together: enough for the solver's blocked substitution, few enough to bound the memory.
 _BATCH = 16
-# A diagonal stiffness below this share of the largest of its grid's translations (or rotations) holds nothing.
-_ZERO_STIFFNESS = 1e-12
 _MAX_RESIDUAL = 1e-6
 
 
@@ -83,13 +81,13 @@ class StaticSolution:
 
         self._progress(1, 3, "constrain")
         elimination = eliminate(structure)
-        transform = elimination.transform
+        transform = to_basic(structure) @ elimination.transform
         reduced = (transform.T @ operators.stiffness @ transform).tocsr()
         self._thermal = operators.thermal
         del operators  # the unconstrained stiffness is as large as the constrained one
-        active = _active(reduced, elimination)
         constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
-        require_supported(structure, reduced, active, constrained)
+        active, measure = stiff_components(reduced, elimination.dependent, constrained)
+        require_supported(structure, reduced, active, constrained, measure)
         free = np.setdiff1d(active, constrained)
         self._stiffness = reduced[free][:, free]
         self._transform = transform[:, free]
@@ -166,14 +164,6 @@ class StaticSolution:
             smallest_scaled_eigenvalue=self._eigenvalue,
             unattached_grids=tuple(int(grid) for grid in self._unattached),
         )
-
-
-def _active(reduced: sp.csr_matrix, elimination: Elimination) -> Ints:
-    """Independent degrees of freedom that have stiffness (the others are what Nastran's AUTOSPC removes)."""
-    diagonal = reduced.diagonal()
-    diagonal[elimination.dependent] = 0.0
-    triple = diagonal.reshape(-1, 3)
-    return np.flatnonzero((triple > _ZERO_STIFFNESS * triple.max(axis=1, keepdims=True)).reshape(-1))
 
 
 def _expansion_residual(structure: Structure, operators: Operators) -> float:

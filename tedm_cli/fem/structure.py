@@ -62,7 +62,7 @@ class SolidBlock:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BarBlock:
-    """Straight prismatic bars between two grids, without offsets, pins or shear flexibility; B bars.
+    """Straight prismatic bars between two grids; B bars.
 
     Attributes
     ----------
@@ -72,10 +72,15 @@ class BarBlock:
     inertia_1, inertia_2, inertia_12 : [B], m⁴: bending in plane 1 (bar axis and orientation vector), in plane 2,
         and their product of inertia.
     torsion_constant : [B], m⁴.
+    shear_factor : [B, 2], share of the area that carries the shear force of plane 1 and of plane 2; infinite where
+        shear does not deform. Without effect where `inertia_12` is not zero.
     youngs_modulus, shear_modulus : [B], Pa.
     expansion : [B], 1/K.
     reference_temperature : [B], K.
     orientation : [B, 3], vector that spans plane 1 together with the bar axis (any length).
+    offset : [B, 2, 3], m, from the grids to the bar's ends: rigid arms that do not expand.
+    released : bool [B, 12], freedoms that an end does not pass on to its grid: along and about the bar's axes x, y, z
+        (three translations, three rotations), end A then end B.
     """
 
     element_id: Ints = field(default_factory=lambda: no_ints(0))
@@ -85,24 +90,71 @@ class BarBlock:
     inertia_2: Floats = field(default_factory=lambda: no_floats(0))
     inertia_12: Floats = field(default_factory=lambda: no_floats(0))
     torsion_constant: Floats = field(default_factory=lambda: no_floats(0))
+    shear_factor: Floats = field(default_factory=lambda: no_floats(0, 2))
     youngs_modulus: Floats = field(default_factory=lambda: no_floats(0))
     shear_modulus: Floats = field(default_factory=lambda: no_floats(0))
     expansion: Floats = field(default_factory=lambda: no_floats(0))
     reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
     orientation: Floats = field(default_factory=lambda: no_floats(0, 3))
+    offset: Floats = field(default_factory=lambda: no_floats(0, 2, 3))
+    released: Bools = field(default_factory=lambda: np.zeros((0, 12), dtype=np.bool_))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RodBlock:
+    """Straight rods that resist stretch and twist alone; R rods, attributes as those of `BarBlock`."""
+
+    element_id: Ints = field(default_factory=lambda: no_ints(0))
+    connectivity: Ints = field(default_factory=lambda: no_ints(0, 2))
+    area: Floats = field(default_factory=lambda: no_floats(0))
+    torsion_constant: Floats = field(default_factory=lambda: no_floats(0))
+    youngs_modulus: Floats = field(default_factory=lambda: no_floats(0))
+    shear_modulus: Floats = field(default_factory=lambda: no_floats(0))
+    expansion: Floats = field(default_factory=lambda: no_floats(0))
+    reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ShellBlock:
+    """Flat isotropic shells of one shape, triangles or quadrilaterals; E shells with n = 3 or 4 grids.
+
+    Attributes
+    ----------
+    element_id : [E].
+    connectivity : [E, n], rows of `Structure.position`, around the shell.
+    membrane_stiffness : [E, 3, 3], N/m: forces per length over the strains xx, yy and the engineering shear strain.
+    bending_stiffness : [E, 3, 3], N·m: moments per length over the curvatures, in the same order.
+    shear_stiffness : [E], N/m, transverse force per length over the shear angle; infinite where shear does not deform.
+    drilling_stiffness : [E], N/m, weight of (rotation about the normal - rotation of the mid-surface)².
+    offset : [E], m, of the mid-surface from the grids along the normal.
+    expansion : [E], 1/K.
+    reference_temperature : [E], K.
+    """
+
+    element_id: Ints = field(default_factory=lambda: no_ints(0))
+    connectivity: Ints = field(default_factory=lambda: no_ints(0, 4))
+    membrane_stiffness: Floats = field(default_factory=lambda: no_floats(0, 3, 3))
+    bending_stiffness: Floats = field(default_factory=lambda: no_floats(0, 3, 3))
+    shear_stiffness: Floats = field(default_factory=lambda: no_floats(0))
+    drilling_stiffness: Floats = field(default_factory=lambda: no_floats(0))
+    offset: Floats = field(default_factory=lambda: no_floats(0))
+    expansion: Floats = field(default_factory=lambda: no_floats(0))
+    reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Rbe2:
     """Rigid body: the listed components of the dependent grids follow the six of the independent grid.
 
-    `independent` and `dependents` [M] are rows of `Structure.position`; `components` are digits 1 to 6.
+    `independent` and `dependents` [M] are rows of `Structure.position`; `components` are digits 1 to 6. `kind` is its
+    card, for messages.
     """
 
     element_id: int
     independent: int
     dependents: Ints
     components: str
+    kind: str = "RBE2"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -122,6 +174,18 @@ class Rbe3:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Mpc:
+    """One equation among displacements: the sum of `coefficients` [M] times the motions is zero.
+
+    `grids` [M] are rows of `Structure.position`, `components` [M] 1 to 6; the first motion is the dependent one.
+    """
+
+    grids: Ints
+    components: Ints
+    coefficients: Floats
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Structure:
     """Everything the stiffness, the thermal coupling and the constraints are made of.
 
@@ -129,9 +193,12 @@ class Structure:
     ----------
     grid_id : [N].
     position : [N, 3], m.
+    displacement_frame : [N, 3, 3], unit vectors (columns, in the frame of the positions) along which each grid's
+        components 1 to 3 of rigid elements and constraints count, and about which 4 to 6; None where all grids use the
+        frame of the positions.
     solids : blocks of solid elements.
-    bars : block of bars.
-    rbe2, rbe3 : rigid and interpolation elements.
+    bars, rods, quads, trias : blocks of the other elements.
+    rbe2, rbe3, mpc : rigid and interpolation elements, and equations among displacements.
     spc_grid : [S], rows of `position`.
     spc_component : [S], 1 to 6; the constrained displacement is zero.
     initial_temperature : [N], K, or None. Where given it replaces the elements' reference temperatures.
@@ -139,10 +206,15 @@ class Structure:
 
     grid_id: Ints
     position: Floats
+    displacement_frame: Floats | None = None
     solids: tuple[SolidBlock, ...] = ()
     bars: BarBlock = field(default_factory=BarBlock)
+    rods: RodBlock = field(default_factory=RodBlock)
+    quads: ShellBlock = field(default_factory=ShellBlock)
+    trias: ShellBlock = field(default_factory=lambda: ShellBlock(connectivity=no_ints(0, 3)))
     rbe2: tuple[Rbe2, ...] = ()
     rbe3: tuple[Rbe3, ...] = ()
+    mpc: tuple[Mpc, ...] = ()
     spc_grid: Ints = field(default_factory=lambda: no_ints(0))
     spc_component: Ints = field(default_factory=lambda: no_ints(0))
     initial_temperature: Floats | None = None
@@ -151,6 +223,13 @@ class Structure:
     def n_grids(self) -> int:
         """Number of grids N; each has six degrees of freedom, 6 n + component - 1."""
         return len(self.grid_id)
+
+    def in_displacement_frames(self, motion: Floats) -> Floats:
+        """Motions [N, 6] given in the frame of the positions, in each grid's displacement frame."""
+        if self.displacement_frame is None:
+            return motion
+        pairs = motion.reshape(-1, 2, 3) @ self.displacement_frame
+        return np.asarray(pairs.reshape(motion.shape))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

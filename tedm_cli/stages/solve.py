@@ -25,8 +25,9 @@ class SolveReport:
 
     Attributes
     ----------
-    n_grids, n_bars, n_cases : numbers.
+    n_grids, n_cases : numbers.
     solids : number of solids by kind, such as "CHEXA8 with bubbles".
+    others : number of bars, rods, CQUAD4 and CTRIA3.
     bending_change : relative change of the displacements if all linear hexahedra and pentahedra had bubble functions;
         None where they all have them.
     linear_tetrahedra : number of tetrahedra of four grids.
@@ -35,7 +36,7 @@ class SolveReport:
 
     n_grids: int
     solids: dict[str, int]
-    n_bars: int
+    others: dict[str, int]
     n_cases: int
     bending_change: float | None
     linear_tetrahedra: int
@@ -62,12 +63,22 @@ def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveRepo
     structure, cases = read_solver_deck(deck)
     labels = {case.id: case.label for case in cases}
     solution = StaticSolution(structure, progress=progress)
-    write_op2(op2, structure.grid_id, ((number, labels[number], motion) for number, motion in solution.solve(cases)))
+    motions = solution.solve(cases)
+    write_op2(
+        op2,
+        structure.grid_id,
+        ((number, labels[number], structure.in_displacement_frames(motion)) for number, motion in motions),
+    )
     solids = {_kind(block): len(block.element_id) for block in structure.solids}
     return SolveReport(
         n_grids=structure.n_grids,
         solids=solids,
-        n_bars=len(structure.bars.element_id),
+        others={
+            "bars": len(structure.bars.element_id),
+            "rods": len(structure.rods.element_id),
+            "CQUAD4": len(structure.quads.element_id),
+            "CTRIA3": len(structure.trias.element_id),
+        },
         n_cases=len(cases),
         bending_change=solution.bending_change(),
         linear_tetrahedra=solids.get("CTETRA4", 0),

@@ -95,7 +95,21 @@ def solid_mesh(card, nodes, cells, size, distortion=0.0):
     return np.vstack([position, position[unique].mean(axis=1)]), np.hstack([corners, middle])
 
 
-def bars(ends, orientation, *, i1=3.0e-9, i2=5.0e-9, i12=0.0, area=1.0e-4, alpha=ALPHA, tref=0.0) -> BarBlock:
+def bars(
+    ends,
+    orientation,
+    *,
+    i1=3.0e-9,
+    i2=5.0e-9,
+    i12=0.0,
+    area=1.0e-4,
+    alpha=ALPHA,
+    tref=0.0,
+    shear=np.inf,
+    offset=0.0,
+    pins=(),
+) -> BarBlock:
+    """`pins` are the zero-based freedoms released in all bars."""
     ends = np.asarray(ends)
     full = lambda value: np.broadcast_to(np.asarray(value, float), len(ends)).copy()  # noqa: E731
     return BarBlock(
@@ -111,6 +125,9 @@ def bars(ends, orientation, *, i1=3.0e-9, i2=5.0e-9, i12=0.0, area=1.0e-4, alpha
         expansion=full(alpha),
         reference_temperature=full(tref),
         orientation=np.broadcast_to(np.asarray(orientation, float), (len(ends), 3)).copy(),
+        shear_factor=np.broadcast_to(np.asarray(shear, float), (len(ends), 2)).copy(),
+        offset=np.broadcast_to(np.asarray(offset, float), (len(ends), 2, 3)).copy(),
+        released=np.tile(np.isin(np.arange(12), pins), (len(ends), 1)),
     )
 
 
@@ -157,5 +174,5 @@ def rotated(model: Structure, matrix) -> Structure:
     return replace(
         model,
         position=model.position @ matrix.T,
-        bars=replace(model.bars, orientation=model.bars.orientation @ matrix.T),
+        bars=replace(model.bars, orientation=model.bars.orientation @ matrix.T, offset=model.bars.offset @ matrix.T),
     )

@@ -12,7 +12,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import Bools, Floats, Ints, LoadCase
 
 # Case control that selects a load, a constraint or a matrix that is not modelled.
-_REFUSED = ("LOAD", "CLOAD", "DEFORM", "MPC", "SUPORT1", "K2GG", "P2G", "NLPARM", "NONLINEAR")
+_REFUSED = ("LOAD", "CLOAD", "DEFORM", "SUPORT1", "K2GG", "P2G", "NLPARM", "NONLINEAR")
 _REFUSED_SUBCASES = ("SUBCOM", "SUBSEQ", "SYM", "SYMCOM", "REPCASE")
 
 
@@ -20,11 +20,12 @@ _REFUSED_SUBCASES = ("SUBCOM", "SUBSEQ", "SYM", "SYMCOM", "REPCASE")
 class SelectedSets:
     """Set numbers that the case control selects.
 
-    `constraint` and `initial` are common to all subcases (None where not selected); `loads` holds per subcase its id,
-    label and temperature set.
+    `constraint` (SPC), `equations` (MPC) and `initial` are common to all subcases (None where not selected); `loads`
+    holds per subcase its id, label and temperature set.
     """
 
     constraint: int | None
+    equations: int | None
     initial: int | None
     loads: tuple[tuple[int, str, int], ...]
 
@@ -46,7 +47,7 @@ def selected_sets(model: Any, path: Path) -> SelectedSets:
         if word and word[0].upper() in _REFUSED_SUBCASES:
             raise InputError(f"case control combines subcases: {line.strip()!r}", where=where, hint="use SUBCASE only")
     numbers = sorted(number for number in model.subcases if number) or [0]
-    loads, constraints, initials, problems = [], set(), set(), []
+    loads, constraints, equations, initials, problems = [], set(), set(), set(), []
     for number in numbers:
         params = model.subcases[number].params
         refused = [key for key in _REFUSED if key in params]
@@ -59,15 +60,17 @@ def selected_sets(model: Any, path: Path) -> SelectedSets:
         label = str(params["LABEL"][0]) if "LABEL" in params else ""
         loads.append((int(number) or 1, label, temperature))
         constraints.add(_selected(params, "SPC"))
+        equations.add(_selected(params, "MPC"))
         initials.add(_selected(params, "TEMPERATURE(INITIAL)"))
-    if len(constraints) > 1:
-        problems.append("subcases select different SPC sets; one factorisation serves them all")
+    for name, selected in (("SPC", constraints), ("MPC", equations)):
+        if len(selected) > 1:
+            problems.append(f"subcases select different {name} sets; one factorisation serves them all")
     if len(initials) > 1:
         problems.append("subcases select different TEMPERATURE(INITIAL) sets")
     if problems:
         some = "; ".join(problems[:10]) + (" ..." if len(problems) > 10 else "")
         raise InputError(some, where=where, hint="write one thermal subcase per area with `tedm write-deck`")
-    return SelectedSets(constraints.pop(), initials.pop(), tuple(loads))
+    return SelectedSets(constraints.pop(), equations.pop(), initials.pop(), tuple(loads))
 
 
 def read_load_cases(

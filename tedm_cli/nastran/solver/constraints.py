@@ -1,4 +1,4 @@
-"""Single-point constraints of a deck."""
+"""Single-point and multipoint constraints of a deck."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.fem.structure import Ints
+from tedm_cli.fem.structure import Ints, Mpc
 from tedm_cli.nastran.solver.finder import Finder
 
 
@@ -31,6 +31,24 @@ def read_constraints(model: Any, constraint: int | None, finder: Finder) -> tupl
             pairs.update((int(node), int(digit)) for digit in str(digits) if digit != "0")
     table = np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
     return finder.rows(table[:, 0], f"SPC set {constraint}"), table[:, 1]
+
+
+def read_equations(model: Any, equations: int | None, finder: Finder) -> tuple[Mpc, ...]:
+    """The equations of the selected MPC set."""
+    if equations is None:
+        return ()
+    sids = {equations}
+    for one in model.mpcadds.get(equations, []):
+        sids.update(one.mpc_ids)
+    return tuple(
+        Mpc(
+            grids=finder.rows(card.nodes, f"MPC set {card.conid}"),
+            components=np.array([int(digit) for digit in card.components], dtype=np.int64),
+            coefficients=np.array(card.coefficients, dtype=np.float64),
+        )
+        for sid in sorted(sids)
+        for card in model.mpcs.get(sid, [])
+    )
 
 
 def _spc_cards(model: Any, constraint: int) -> list[Any]:

@@ -30,11 +30,11 @@ class Finder:
         self._missing += [f"{who}: grid {grid}" for grid in np.unique(wanted[self._grid_id[row] != wanted])]
         return np.asarray(row, dtype=np.int64)
 
-    def card(self, table: dict[int, Any], key: int, kind: str, who: str) -> Any:
-        """The card `key` of type `kind`, or None after noting that it is missing."""
+    def card(self, table: dict[int, Any], key: int, *kinds: str, who: str) -> Any:
+        """The card `key` of one of the types `kinds`, or None after noting that it is missing."""
         found = table.get(key)
-        if found is None or found.type != kind:
-            self._missing.append(f"{who}: {kind} {key}")
+        if found is None or found.type not in kinds:
+            self._missing.append(f"{who}: {' or '.join(kinds)} {key}")
             return None
         return found
 
@@ -46,8 +46,8 @@ class Finder:
             )
 
 
-def material_of(model: Any, finder: Finder, pid: int, kind: str) -> tuple[Any, Any]:
+def material_of(model: Any, finder: Finder, pid: int, *kinds: str) -> tuple[Any, Any]:
     """Property and MAT1 of an element, each None where missing."""
-    prop = finder.card(model.properties, pid, kind, "elements")
-    mat = finder.card(model.materials, prop.mid, "MAT1", f"{kind} {pid}") if prop else None
+    prop = finder.card(model.properties, pid, *kinds, who="elements")
+    mat = finder.card(model.materials, prop.mid, "MAT1", who=f"{prop.type} {pid}") if prop else None
     return prop, mat

@@ -6,9 +6,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.solver.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
 from tedm_cli.nastran.solver.solids import count_refused_solids
 
 _HINT = "run Nastran on the written deck instead of the embedded solver"
@@ -18,31 +17,28 @@ _MODELLED = {
     "CHEXA",
     "CPENTA",
     "CTETRA",
-    "CBAR",
     "PSOLID",
-    "PBAR",
+    *("CBAR", "PBAR", "PBARL", "CBEAM", "PBEAM", "PBEAML"),
+    *("CROD", "PROD", "CONROD", "CTUBE", "PTUBE"),
+    *("CQUAD4", "CTRIA3", "PSHELL"),
+    *("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"),
     "MAT1",
-    "MAT9",
-    "MAT11",
-    "RBE2",
-    "RBE3",
+    *("MAT9", "MAT11"),
+    *("RBE2", "RBE3", "RBAR", "MPC", "MPCADD"),
     "SPC",
     "SPC1",
     "SPCADD",
     "TEMP",
     "TEMPD",
 }
-# Cards without influence on static thermal displacements: masses, coordinate systems (grids that use one are refused),
-# plotting, sets, and loads that no subcase selects (a selection is refused).
+# Cards without influence on static thermal displacements: masses, plotting, sets, and loads that no subcase selects (a
+# selection is refused).
 _WITHOUT_INFLUENCE = {
     *("ENDDATA", "PARAM", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
-    *("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"),
     *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "PMASS", "NSM", "NSM1", "NSML", "NSML1", "NSMADD"),
     *("LOAD", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4"),
     *("GRAV", "ACCEL", "ACCEL1", "RFORCE"),
 }
-# PBAR's shear factors default to zero in Nastran, "infinitely stiff"; pyNastran writes that as 1e8.
-_RIGID_IN_SHEAR = 1e7
 
 
 def refuse_unsupported(model: Any, path: Path) -> None:
@@ -50,23 +46,13 @@ def refuse_unsupported(model: Any, path: Path) -> None:
     for name, count in model.card_count.items():
         if name not in _MODELLED and name not in _WITHOUT_INFLUENCE:
             found[name] += count
-    for grid in model.nodes.values():
-        found["GRID with a position frame CP"] += grid.cp != 0
-        found["GRID with a displacement frame CD"] += grid.cd != 0
     used = set()
     for element in model.elements.values():
-        if element.type == "CBAR":
-            found["CBAR with pin flags PA/PB"] += bool(element.pa or element.pb)
-            found["CBAR with end offsets WA/WB"] += bool(np.any(element.wa) or np.any(element.wb))
-            used.add(element.pid)
+        used.add(element.pid if element.type != "CONROD" else 0)
     count_refused_solids(model, found)
-    for pid in used & model.properties.keys():
-        prop = model.properties[pid]
-        if prop.type == "PBAR":
-            found["PBAR with shear factors K1/K2"] += any(0.0 < k < _RIGID_IN_SHEAR for k in (prop.k1, prop.k2))
-    for element in model.rigid_elements.values():
-        found[f"{element.type} with thermal expansion ALPHA"] += bool(element.alpha)
-        found["RBE3 with moved dependents UM"] += element.type == "RBE3" and bool(element.Gmi)
+    found.update(line_refusals(model, used))
+    found.update(shell_refusals(model, used))
+    found.update(rigid_refusals(model))
     for constraints in model.spcs.values():
         for one in constraints:
             found["SPC with a displacement other than zero"] += one.type == "SPC" and any(one.enforced)

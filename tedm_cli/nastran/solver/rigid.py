@@ -23,6 +23,8 @@ def read_rigid_elements(model: Any, finder: Finder) -> tuple[tuple[Rbe2, ...], t
                     components=str(element.cm),
                 )
             )
+        elif element.type == "RBAR":
+            rbe2.append(_rigid_bar(element, finder))
         else:
             counts = [len(grids) for grids in element.Gijs]
             rbe3.append(
@@ -38,3 +40,22 @@ def read_rigid_elements(model: Any, finder: Finder) -> tuple[tuple[Rbe2, ...], t
                 )
             )
     return tuple(rbe2), tuple(rbe3)
+
+
+def leading_end(bar: Any) -> str | None:
+    """The end of an RBAR, "a" or "b", that has all six independent freedoms; None where they are spread over both."""
+    if set(bar.cna) == set("123456") and not bar.cnb:
+        return "a"
+    return "b" if set(bar.cnb) == set("123456") and not bar.cna else None
+
+
+def _rigid_bar(bar: Any, finder: Finder) -> Rbe2:
+    who = f"RBAR {bar.eid}"
+    ends = (bar.ga, bar.gb, bar.cmb) if leading_end(bar) == "a" else (bar.gb, bar.ga, bar.cma)
+    return Rbe2(
+        element_id=int(bar.eid),
+        independent=int(finder.rows(ends[0], who)),
+        dependents=finder.rows([ends[1]], who),
+        components=str(ends[2] or "123456"),
+        kind="RBAR",
+    )

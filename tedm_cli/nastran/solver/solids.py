@@ -96,11 +96,11 @@ def _refused(model: Any, element: Any, prop: Any) -> list[str]:
 
 def _material(model: Any, finder: Finder, pid: int) -> tuple[Floats, Floats, float]:
     """Stiffness, expansion (basic frame) and reference temperature of a property; any where cards are missing."""
-    prop = finder.card(model.properties, pid, "PSOLID", "elements")
+    prop = finder.card(model.properties, pid, "PSOLID", who="elements")
     found = None if prop is None else model.materials.get(prop.mid)
     if prop is None or found is None or found.type not in _MATERIALS:
         if prop is not None:
-            finder.card(model.materials, prop.mid, "MAT1, MAT9 or MAT11", f"PSOLID {pid}")
+            finder.card(model.materials, prop.mid, *_MATERIALS, who=f"PSOLID {pid}")
         return np.eye(6), np.zeros(6), 0.0
     if found.type == "MAT1":
         if not (found.e > 0.0 and -1.0 < found.nu < 0.5):
@@ -115,7 +115,7 @@ def _material(model: Any, finder: Finder, pid: int) -> tuple[Floats, Floats, flo
         raise InputError(f"{found.type} {found.mid}: the stiffness is not positive definite", where=finder.where)
     if prop.cordm > 0:
         if prop.cordm not in model.coords:
-            finder.card(model.coords, prop.cordm, "CORD1R or CORD2R", f"PSOLID {pid}")
+            finder.card(model.coords, prop.cordm, "CORD1R", "CORD2R", who=f"PSOLID {pid}")
         else:
             stiffness, expansion = rotated(stiffness, expansion, _axes(model, prop.cordm))
     return stiffness, expansion, float(found.tref)
