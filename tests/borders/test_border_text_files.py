@@ -89,6 +89,6 @@ def test_solver_refuses_by_name(finished: Project, tmp_path: Path) -> None:
     replace(
         project.deck,
         "ENDDATA",
-        "CROD    999001       1       1       2\nCELAS1  999002       1       1       1\nENDDATA",
+        "RROD    999001       1       2       1\nCELAS1  999002       1       1       1\nENDDATA",
     )
-    project.stage("solve").refused(4, "CROD", hint="Nastran")
+    project.stage("solve").refused(4, "CELAS1 (1), RROD (1)", hint="Nastran")
