@@ -50,10 +50,13 @@ def area_lines(done: AreaSummary) -> list[str]:
     total = ("total", f"{done.grids.sum():,}", f"{done.mass_kg.sum():.6g}", *[""] * 6)
     head = ("area", "grids", "kg", "x m", "y m", "z m", "group", "shield", "side")
     left = len(done.found.left)
+    elsewhere = done.total_kg - float(done.mass_kg.sum())
+    if abs(elsewhere) < 1e-12 * done.total_kg:  # rounding of the sum
+        elsewhere = 0.0
     return [
         f"{done.source}: areas of {done.origin}",
         *table(head, [*rows, total], right=(1, 2, 3, 4, 5)),
-        f"centroid: mean of the grids; mass: shared among grids, {done.total_kg - done.mass_kg.sum():.6g} of"
+        f"centroid: mean of the grids; mass: shared among grids, {elsewhere:.6g} of"
         f" {done.total_kg:.6g} kg on grids of no area",
         *(f"note: {line}" for line in done.found.lines()),
         f"{done.structural - left:,} of {done.structural:,} structural grids are in exactly one area"
