@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
 from benchmarks.optics import against_optiland, derivative
 from benchmarks.scale import op2_reading, streaming
+from benchmarks.solver import assembly
 from benchmarks.timing import Result, timed
 
 
@@ -73,6 +74,7 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "S_BW 40 x 144, analytic / complex step of the same trace": derivative,
     "one case, 24 outputs, 4,096 frequencies / k x k per frequency": cases,
     "small sample, default solver / SuperLU": solver,
+    "solver, 66,256 grids: assembly / factorisation": assembly,
     "tedm --help / python -c pass": command_line,
 }
 if find_spec("choclo"):
