@@ -1,7 +1,7 @@
 """The embedded solver at the size of a flight model: assembly against factorisation, memory, and the fallback.
 
-python -m benchmarks.solver: 66,256 grids; with SuperLU as argument: 11,077 grids. A process for each, because the peak of
-memory is that of the process.
+python -m benchmarks.solver: 66,256 grids; with SuperLU as argument: 11,077. A process for each, for its peak is that
+of the process.
 """
 
 from __future__ import annotations
