@@ -6,7 +6,7 @@ from tedm_cli.contracts.spec import AREAS, LAYOUT, Dataset, FileKind
 
 OPTICS = FileKind(
     "optics",
-    1,
+    2,
     "tedm build-optics",
     {
         **AREAS,
@@ -15,6 +15,34 @@ OPTICS = FileKind(
         "/O_ideal": Dataset(("laser_output", "test_mass_dof"), "float", None, "test mass motion to laser read-out"),
         "/D": Dataset(("laser_output", "area"), "float", None, "laser read-out per kelvin of an area"),
         "/N/{set}": Dataset(("read_out", "area"), "float", None, "read-out noise per kelvin of an area"),
+        "/N_rigid/{set}": Dataset(
+            ("read_out", "area"), "float", None, "part of N: the bench moves as one against the test masses"
+        ),
+        "/N_distortion/{set}": Dataset(("read_out", "area"), "float", None, "part of N: the rest, the bench distorts"),
+        "/motion": Dataset(
+            ("element_dof", "area"),
+            "float",
+            None,
+            "motion of the elements at their grids per kelvin of an area; of a test mass that of its expanding face",
+            LAYOUT,
+        ),
+        "/rigid_motion": Dataset(
+            ("element_dof", "area"), "float", None, "the part of it in which the bench moves as one", LAYOUT
+        ),
+        "/inverse/{set}": Dataset(
+            ("read_out", "laser_output"), "float", None, "laser read-out to test mass motion: N = inverse D"
+        ),
+        "/gain/{set}": Dataset(
+            ("read_out", "element_dof"), "float", None, "motion of an element at its grid to read-out: N = gain motion"
+        ),
+        "/common_mode/motion": Dataset(
+            ("rigid_motion", "area"),
+            "float",
+            None,
+            "rigid motion nearest to that of the bench: ux uy uz rx ry rz",
+            LAYOUT,
+        ),
+        "/common_mode/about": Dataset(("xyz",), "float", "m", "point whose translation that is", LAYOUT),
         "/label/ray_output": Dataset(("ray_output",), "str", "1", "rows of S_BW"),
         "/label/ray_output_unit": Dataset(("ray_output",), "str", "1", "unit of the rows of S_BW"),
         "/label/element_dof": Dataset(("element_dof",), "str", "1", "columns of S_BW (m, rad)"),
@@ -34,4 +62,5 @@ OPTICS = FileKind(
         ),
         "/optical/name": Dataset(("optical",), "str", "1", "optical element"),
     },
+    fixed_dims={"xyz": 3, "rigid_motion": 6},
 )

@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from random_layouts import Ray, random_layout
+from random_layouts import Ray, random_layout, with_tilted_photodiodes
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.errors import PhysicsError
-from tedm_cli.optics.chain import law_matrix, optics_chain
+from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels
+from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.layout_checks import check_layout, failures
 from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
@@ -27,6 +28,8 @@ RANDOM = {
     "two test masses, planar": lambda: random_layout(1, 2, planar=True),
     "two test masses": lambda: random_layout(3, 2),
     "three test masses": lambda: random_layout(1, 3),
+    "two test masses, planar, tilted photodiodes": lambda: with_tilted_photodiodes(random_layout(4, 2, planar=True), 4),
+    "three test masses, tilted photodiodes": lambda: with_tilted_photodiodes(random_layout(1, 3), 5),
 }
 
 
@@ -205,7 +208,7 @@ def test_a_mass_that_no_beam_meets_makes_the_layout_singular() -> None:
     two = RANDOM["two test masses"]()
     blind = replace(two.elements[two.index("TM2")], name="TM3")
     idle = replace(two, elements=(*two.elements, blind), sets={"A": two.photodiodes})
-    with pytest.raises(PhysicsError, match=r"set A .*rank 6 for 9 .*lost: TM3_x, TM3_eta, TM3_phi"):
+    with pytest.raises(PhysicsError, match=r"set A .*rank 6 for 9 .*does not see TM3_x, TM3_eta and TM3_phi"):
         optics_chain(idle, sensitivity_matrix(idle), np.zeros((1, len(idle.bench), 6)))
 
 
