@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -231,3 +232,25 @@ def test_central_differences_in_extended_precision(bench: OpticalLayout, S: Matr
 
 def test_labels_fit_any_layout(bench: OpticalLayout, S: Matrix) -> None:
     assert S.shape == (len(output_labels(bench).names), len(input_labels(bench).names))
+
+
+def test_a_set_of_one_interferometer_names_the_combination_it_does_not_see() -> None:
+    """The last interferometer meets the first and the last mass: it reads a difference, weighed by incidence."""
+    three = RANDOM["three test masses"]()
+    poor = replace(three, sets={"C": ("PD3A",)}, read_out=("x",))
+    with pytest.raises(PhysicsError) as caught:
+        optics_chain(poor, sensitivity_matrix(poor), np.zeros((1, len(poor.bench), 6)))
+    text = str(caught.value)
+    assert "rank 1 for 3" in text
+    assert "the set does not see TM2_x; it cannot tell TM1_x from TM3_x (TM1_x " in text
+    sign, size = re.search(r"TM1_x ([+-]) ([\d.]*) ?TM3_x changes nothing", text).groups()  # type: ignore[union-attr]
+    row = (law_matrix(three) @ sensitivity_matrix(three))[laser_labels(three).names.index("PD3A_OPD")]
+    by_mass = [row[three.columns(name)][0] for name in ("TM1", "TM3")]
+    assert float(f"{sign}{size or 1}") == pytest.approx(-by_mass[0] / by_mass[1], rel=6e-3)
+
+
+def test_a_set_without_one_interferometer_does_not_see_its_mass() -> None:
+    three = RANDOM["three test masses, tilted photodiodes"]()
+    poor = replace(three, sets={"C": ("PD1A", "PD1B", "PD3A")})
+    with pytest.raises(PhysicsError, match=r"rank 6 for 9 .* does not see TM2_x, TM2_eta and TM2_phi$"):
+        optics_chain(poor, sensitivity_matrix(poor), np.zeros((1, len(poor.bench), 6)))
