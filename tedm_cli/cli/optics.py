@@ -67,7 +67,7 @@ def build_optics(
 @app.command()
 def explain(
     read_out: Annotated[
-        str | None, typer.Argument(metavar="[READOUT]", help="TM1_x, TM2_eta, ...; all unless given.")
+        str | None, typer.Argument(metavar="READOUT", help="TM1_x, TM2_eta, ...; all unless given.")
     ] = None,
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,

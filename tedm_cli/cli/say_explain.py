@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from tedm_cli.optics.shares import SAME
 from tedm_cli.say import table
 
@@ -120,10 +122,12 @@ def _comparison_lines(done: Explanation) -> list[str]:
             for i, (name, unit) in enumerate(zip(done.names, done.units, strict=True))
         ]
         head = ("read-out", "unit", a, b, f"{a}-{b} %", "mean", "best", f"weight of {a}")
-        gain = 1.0 - float((c.best / c.amplitudes[0]).min(initial=1.0, where=c.amplitudes[0] > 0))
+        better = np.minimum(*c.amplitudes)
+        left = np.divide(c.best, better, out=np.ones_like(better), where=better > 0).min()
         lines += [
             "",
-            f"sets {a} and {b} differ (size over all areas): {b} lowers the noise of {a} by up to {100 * gain:.3g} %",
+            f"sets {a} and {b} differ: their best weighted mean is at most {100 * (1 - left):.2g} % less noisy than"
+            " the better one (sizes over all areas)",
             *table(head, rows, right=range(2, 8)),
         ]
     return lines

@@ -58,8 +58,10 @@ class SetComparison:
     """Two redundant sets, per read-out [n_dof] each.
 
     Amplitudes (m/K, rad/K) are roots of the sum of squares over the areas: what areas that fluctuate alike and
-    independently make. `mean` is that of the mean of the two sets; `best` of `weight * first + (1 - weight) * second`,
-    the weight that makes it least. `difference` [n_dof, k] is N of the first minus N of the second.
+    independently make. `mean` is that of the mean of the two sets; `best` of `weight * first + (1 - weight) * second`
+    with the weight between 0 and 1 that makes it least: sets that hardly differ could be played off against each other
+    with large weights of opposite sign, but these would amplify the photodiodes' own noise as much. `difference`
+    [n_dof, k] is N of the first minus N of the second.
     """
 
     first: str
@@ -88,7 +90,7 @@ def compare_sets(first: str, N_first: Matrix, second: str, N_second: Matrix) -> 
     # minimum over w of |N_second + w difference|^2; sets that agree leave the weight open, and half is as good as any
     weight = np.full(len(difference), 0.5)
     apart = _amplitude(difference) > SAME * _amplitude(N_second)
-    weight[apart] = -np.sum(N_second * difference, axis=1)[apart] / squared[apart]
+    weight[apart] = np.clip(-np.sum(N_second * difference, axis=1)[apart] / squared[apart], 0.0, 1.0)
     return SetComparison(
         first,
         second,

@@ -130,7 +130,7 @@ def _explained(
     elements = [label.rpartition("_")[0] for label in labels]
     order = list(dict.fromkeys(elements))
     belongs = np.array([[e == name for e in elements] for name in order], dtype=np.float64)
-    beams = [label.rpartition("_")[0].replace("_", " ") for label in file.strings("/label/ray_output")[::N_OUTPUTS]]
+    beams = [" ".join(label.rsplit("_", 2)[:2]) for label in file.strings("/label/ray_output")[::N_OUTPUTS]]
     by_motion = motion_terms(gain, motion)
     by_beam = beam_terms(inverse, file.array("/P"), file.array("/S_BW"), motion)
     out = []

@@ -206,17 +206,30 @@ def test_the_separation_fades_with_the_radius(layout: OpticalLayout, S_BW: Matri
     assert apart[0] / apart[1] == pytest.approx(10.0, rel=1e-2)
 
 
-def test_the_best_combination_is_no_worse_than_any_other(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_the_best_weighted_mean_is_no_worse_than_any_other(layout: OpticalLayout, S_BW: Matrix) -> None:
     D_opt = 1e-8 * np.random.default_rng(28).normal(size=(9, len(layout.bench), 6))
-    a, b = optics_chain(with_curvature(layout, 0.5), S_BW, D_opt).sets
+    a, b = optics_chain(with_curvature(layout, 0.1), S_BW, D_opt).sets
     found = compare_sets("A", a.N, "B", b.N)
     assert np.array_equal(found.difference, a.N - b.N)
     assert found.relative.max() > 0.1
     best = np.linalg.norm(found.weight[:, None] * a.N + (1 - found.weight[:, None]) * b.N, axis=1)
     assert found.best == pytest.approx(best, rel=1e-12)
-    for w in np.linspace(-2, 3, 101):
+    for w in np.linspace(0, 1, 101):
         assert (found.best <= (1 + 1e-12) * np.linalg.norm(w * a.N + (1 - w) * b.N, axis=1)).all()
-    assert (found.best < 0.99 * np.minimum(*found.amplitudes)).any()
+    inside = (found.weight > 0) & (found.weight < 1)
+    assert inside.any()
+    assert not inside.all()
+    assert (found.best[inside] < np.minimum(*found.amplitudes)[inside]).all()
+
+
+def test_independent_sets_average_and_equal_ones_do_not() -> None:
+    one, other = np.array([[3.0, 0.0]]), np.array([[0.0, 4.0]])
+    found = compare_sets("A", one, "B", other)
+    assert found.weight == pytest.approx([16 / 25])
+    assert found.best == pytest.approx([12 / 5])
+    assert found.mean == pytest.approx([2.5])
+    assert found.relative == pytest.approx([5 / 4])
+    assert compare_sets("A", one, "B", one).best == pytest.approx([3.0])
 
 
 AREAS = ["STRUT_1", "IS1_EH_DOWN", "IS2_EH_DOWN"]
