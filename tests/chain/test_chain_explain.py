@@ -59,9 +59,9 @@ def test_the_uniform_load_is_the_sum_of_the_areas(small: Project) -> None:
 
 
 def test_struts_move_the_bench_as_one(small: Project) -> None:
-    """Clamped outside, each strut pushes the stiff bench along x: hardly a thousandth is distortion."""
+    """Clamped outside, each strut pushes the stiff bench along x: 98 % of what it reads is that, 2 % distortion."""
     r = explain(small, "TM1_x", area="STRUT_2").read_outs[0]
-    assert r.rigid_share == pytest.approx(1.0, abs=0.05)
+    assert r.rigid_share == pytest.approx(0.982, abs=5e-3)
     left = explain(small, "TM1_x", area="STRUT_2", distortion_only=True).read_outs[0]
     assert abs(left.value[0]) == pytest.approx(r.distortion_size, rel=1e-9)
     assert left.rigid_size == 0
