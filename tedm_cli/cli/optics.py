@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+import typer
+
 from tedm_cli.cli.app import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -58,3 +62,34 @@ def build_optics(
 
     done = stage(open_project(config, build_dir, verbose), output)
     say(quiet, *optics_lines(done), *warning_lines(done.warnings))
+
+
+@app.command()
+def explain(
+    read_out: Annotated[
+        str | None, typer.Argument(metavar="READOUT", help="TM1_x, TM2_eta, ...; all unless given.")
+    ] = None,
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    set_name: Annotated[str | None, typer.Option("--set", help="Set of photodiodes; the first unless given.")] = None,
+    area: Annotated[str | None, typer.Option("--area", help="One thermal area instead of all of them.")] = None,
+    uniform: Annotated[bool, typer.Option("--uniform", help="All areas together by one kelvin.")] = False,
+    distortion: Annotated[bool, typer.Option("--distortion", help="Without the rigid motion of the bench.")] = False,
+    most: Annotated[int, typer.Option("-n", "--most", min=1, help="Entries per table.")] = 10,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """What a read-out is made of.
+
+    The largest areas, elements, motions and beams, the bench moving as one against its distortion, and what each
+    redundant set adds.
+    """
+    import json
+
+    from tedm_cli.cli.say_explain import explain_dict, explain_lines
+    from tedm_cli.stages.explain import explain as stage
+
+    project = open_project(config, build_dir, verbose)
+    done = stage(project, read_out, set_name, area, uniform=uniform, distortion_only=distortion)
+    say(quiet, *([json.dumps(explain_dict(done, most), indent=2)] if as_json else explain_lines(done, most)))

@@ -11,7 +11,16 @@ from tedm_cli.config.base import read_toml, validate
 from tedm_cli.config.optics_checks import Problems, cross_checks
 from tedm_cli.config.optics_tables import ElementTable, OpticsTables, PathTable, TolerancesTable
 from tedm_cli.errors import ConfigError
-from tedm_cli.optics.layout import BeamPath, Element, OpticalLayout, Recombination, Step, Tolerances, Vec3
+from tedm_cli.optics.layout import (
+    BeamPath,
+    Element,
+    MassExpansion,
+    OpticalLayout,
+    Recombination,
+    Step,
+    Tolerances,
+    Vec3,
+)
 from tedm_cli.provenance import ConfigFile
 
 
@@ -48,6 +57,7 @@ def _layout(tables: OpticsTables) -> OpticalLayout:
         frame_origin_m=_vec3(tables.frame.origin_m),
         frame_axes=(_vec3(tables.frame.axes[0]), _vec3(tables.frame.axes[1]), _vec3(tables.frame.axes[2])),
         tolerances=Tolerances(tables.tolerances.clearance_m, tables.tolerances.reference_point_m),
+        expansions=tuple(MassExpansion(x.test_mass, x.expansion_per_K, x.area) for x in tables.test_mass_expansion),
     )
 
 

@@ -58,6 +58,7 @@ def cross_checks(data: dict[str, Any]) -> Problems:
                 out.append((f"element[{i}]", f"photodiode {raw.get('name')} has {n} paths with beam {beam}, not one"))
     if read_out is not None:
         out += _duplicates("read_out", "", read_out)
+    out += _expansion_problems(_entries(data.get("test_mass_expansion")), known)
     for set_name, photodiodes in sets.items():
         out += _set_problems(f"sets.{set_name}", photodiodes or [], known)
         if photodiodes and (n_out := N_LASER * len(photodiodes)) < (n_dof := n_tm * len(read_out or ())):
@@ -139,6 +140,16 @@ def _path_problems(at: str, path: PathTable, known: dict[str, ElementTable | Non
         out.append((f"{at}.photodiode", f"unknown element {path.photodiode!r}{_near(path.photodiode, known)}"))
     if path.wavefront_radius_m == 0.0:
         out.append((f"{at}.wavefront_radius_m", "zero; leave the key out for a plane wave"))
+    return out
+
+
+def _expansion_problems(raw: list[dict[str, Any]], known: Mapping[str, ElementTable | None]) -> Problems:
+    out = _duplicates("test_mass_expansion", "test_mass", [entry.get("test_mass") for entry in raw])
+    masses = [name for name, element in known.items() if element is None or element.kind == "test_mass"]
+    for i, entry in enumerate(raw):
+        name = entry.get("test_mass")
+        if isinstance(name, str) and name not in masses:
+            out.append((f"test_mass_expansion[{i}].test_mass", f"no test_mass is called {name!r}{_near(name, masses)}"))
     return out
 
 

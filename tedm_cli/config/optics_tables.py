@@ -86,6 +86,14 @@ class TolerancesTable(Strict):
     path_mismatch_m: PositiveFloat | None = None
 
 
+class ExpansionTable(Strict):
+    """One `[[test_mass_expansion]]`: a test mass that follows the temperature of a thermal area."""
+
+    test_mass: str
+    expansion_per_K: float
+    area: str
+
+
 class OpticsTables(Strict):
     """The whole layout file."""
 
@@ -98,3 +106,4 @@ class OpticsTables(Strict):
     sets: Sets
     element: Annotated[list[ElementTable], Field(min_length=1)]
     path: Annotated[list[PathTable], Field(min_length=1)]
+    test_mass_expansion: list[ExpansionTable] = Field(default_factory=list)

@@ -11,110 +11,64 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.errors import InputError, PhysicsError
-from tedm_cli.optics.labels import read_out_labels
-from tedm_cli.optics.layout import N_LASER, N_MOTIONS, N_OUTPUTS, OpticalLayout
+from tedm_cli.errors import InputError
+from tedm_cli.optics.common_mode import CommonMode, common_mode
+from tedm_cli.optics.law import law_matrix
+from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
+from tedm_cli.optics.read_out import RANK_TOLERANCE, ReadOutInverse, read_out_inverse
 from tedm_cli.optics.sensitivity import check_shape
 
 Matrix = NDArray[np.float64]
 
-#: Singular values up to this fraction of the largest one count as zero; tolerates matrices printed with seven digits.
-RANK_TOLERANCE = 1e-6
-_LOST = 0.01  # share of a degree of freedom inside the null space from which it is named as lost
-
-
-@dataclass(frozen=True, eq=False)
-class ReadOutInverse:
-    """Law of one set on the measured degrees of freedom, and its (least-squares) inverse.
-
-    `O` [3 * n_pd, n_dof] (m, rad by m, rad), `inverse` [n_dof, 3 * n_pd], `condition` in the 2-norm of those units.
-    """
-
-    O: Matrix  # noqa: E741 - the matrix has this name in the field
-    inverse: Matrix
-    singular_values: Matrix
-    condition: float
-
 
 @dataclass(frozen=True, eq=False)
 class SetReadOut:
-    """Read-out of one set: its law, the read-out per bench motion and per thermal area.
+    """Read-out of one set: its law, the read-out per motion of an element and per thermal area.
 
-    `gain` [n_dof, 6 * n_bench] (m, rad by m, rad; bench elements in layout order, layout frame), `N` [n_dof, k] (m/K,
-    rad/K).
+    `inverse` [n_dof, 3 * n_pd]: that of `law`, with zeros for the photodiodes of other sets, so that `N = inverse D`.
+    `gain` [n_dof, 6 * n_elements] (m, rad by m, rad; layout order and frame), `N` [n_dof, k] (m/K, rad/K), of which
+    `N_rigid` is the bench moving as one and `N_distortion` the rest.
     """
 
     name: str
     photodiodes: tuple[str, ...]
     law: ReadOutInverse
+    inverse: Matrix
     gain: Matrix
     N: Matrix
+    N_rigid: Matrix
+
+    @property
+    def N_distortion(self) -> Matrix:
+        return self.N - self.N_rigid
 
 
 @dataclass(frozen=True, eq=False)
 class OpticsChain:
     """All matrices of the optical chain.
 
-    `P` [3 * n_pd, 5 * n_paths]; `O_ideal` [3 * n_pd, 6 * n_tm] with its `singular_values` and `rank`; `D` [3 * n_pd, k]
-    (m/K, rad/K); one `SetReadOut` per set.
+    `P` [3 * n_pd, 5 * n_paths]; `O_ideal` [3 * n_pd, 6 * n_tm] with its `singular_values` and `rank`; `motion`
+    [6 * n_elements, k] of all elements in the layout frame, of a test mass that of its face; `D` [3 * n_pd, k]
+    (m/K, rad/K); the rigid part of the motion; one `SetReadOut` per set.
     """
 
     P: Matrix
     O_ideal: Matrix
     singular_values: Matrix
     rank: int
+    motion: Matrix
     D: Matrix
+    rigid: CommonMode
     sets: tuple[SetReadOut, ...]
 
 
-def law_matrix(layout: OpticalLayout, *, curved: bool = True) -> Matrix:
-    """P, [3 * n_pd, 5 * n_paths]: OPD (m), WFT1, WFT2 (rad) of each photodiode as measurement minus reference beam.
-
-    A beam with wave-front radius Rc at the photodiode contributes the slope at the photodiode's centre, `z - x / Rc`.
-    `curved=False` takes all beams as plane.
-    """
-    matrix = np.zeros((N_LASER * len(layout.photodiodes), N_OUTPUTS * len(layout.paths)))
-    for path in layout.paths:
-        sign = 1.0 if path.beam == "meas" else -1.0
-        curvature = 1.0 / path.wavefront_radius_m if curved and path.wavefront_radius_m else 0.0
-        first = N_LASER * layout.photodiodes.index(path.photodiode)
-        matrix[first : first + N_LASER, layout.rows(path)] = sign * np.array(
-            [[0, 0, 1, 0, 0], [-curvature, 0, 0, 1, 0], [0, -curvature, 0, 0, 1]]
-        )
-    return matrix
-
-
-def read_out_inverse(layout: OpticalLayout, set_name: str, PS: Matrix) -> ReadOutInverse:
-    """Law of the set `set_name` on the measured degrees of freedom, and its inverse.
-
-    Parameters
-    ----------
-    PS : P S_BW, [3 * n_pd, 6 * n_elements].
-
-    Raises
-    ------
-    PhysicsError : the set cannot tell all measured degrees of freedom apart; those lost are named.
-    """
-    law = PS[np.ix_(layout.laser_rows(layout.sets[set_name]), layout.read_out_columns)]
-    left, found, right = np.linalg.svd(law, full_matrices=True)
-    n_dof = law.shape[1]
-    values = np.zeros(n_dof)
-    values[: found.size] = found
-    lost = values <= RANK_TOLERANCE * values[0]
-    if lost.any():
-        share = np.sum(right[lost] ** 2, axis=0)
-        names = [name for name, s in zip(read_out_labels(layout).names, share, strict=True) if s > _LOST]
-        raise PhysicsError(
-            f"the read-out matrix has rank {n_dof - np.count_nonzero(lost)} for {n_dof} degrees of freedom; "
-            f"lost: {', '.join(names)}",
-            where=f"read-out set {set_name} ({', '.join(layout.sets[set_name])})",
-            hint="give the set a photodiode of every interferometer, or measure fewer degrees of freedom",
-        )
-    inverse = right.T @ (left[:, :n_dof].T / values[:, None])
-    return ReadOutInverse(law, inverse, values, float(values[0] / values[-1]))
-
-
-def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsChain:
+def optics_chain(
+    layout: OpticalLayout,
+    S_BW: Matrix,
+    D_opt: Matrix,
+    node_positions_m: Matrix | None = None,
+    face_m: Matrix | None = None,
+) -> OpticsChain:
     """Optical chain for all read-out sets.
 
     Parameters
@@ -123,13 +77,38 @@ def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsCh
         `move_reference_points`).
     D_opt : motion of the bench elements in layout order per thermal area, [k, n_bench, 6] in m/K and rad/K, basic
         frame.
+    node_positions_m : the points that `D_opt` moves, [n_bench, 3] m, basic frame; None for the reference points.
+    face_m : how far the face of each test mass moves along its normal, [n_tm, k] m/K (see `face_motion`); None: not.
 
     Raises
     ------
     InputError : an array does not fit the layout or is not finite.
-    PhysicsError : the read-out matrix of a set is singular.
+    PhysicsError : the read-out matrix of a set is singular, or a nominal ray misses.
     """
     check_shape(S_BW, layout)
+    motion = _motion(layout, D_opt, face_m)
+    rigid = common_mode(layout, motion, node_positions_m)
+    P = law_matrix(layout)
+    PS = P @ S_BW
+    O_ideal = PS[:, layout.columns_of(layout.test_masses)]
+    values = np.linalg.svd(O_ideal, compute_uv=False)
+    sets = []
+    for name, photodiodes in layout.sets.items():
+        law = read_out_inverse(layout, name, PS)
+        inverse = np.zeros((len(layout.read_out_columns), len(P)))
+        inverse[:, layout.laser_rows(photodiodes)] = law.inverse
+        gain = inverse @ PS
+        sets.append(SetReadOut(name, photodiodes, law, inverse, gain, gain @ motion, gain @ rigid.motion))
+    rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
+    return OpticsChain(P, O_ideal, values, rank, motion, PS @ motion, rigid, tuple(sets))
+
+
+def _motion(layout: OpticalLayout, D_opt: Matrix, face_m: Matrix | None) -> Matrix:
+    """Motions of all elements, [6 * n_elements, k] in the layout frame.
+
+    A plane that moves along its normal reflects as if its body had moved, so a test mass that expands stands here with
+    the motion of its face.
+    """
     n_bench = len(layout.bench)
     if D_opt.ndim != 3 or D_opt.shape[1:] != (n_bench, N_MOTIONS) or not np.isfinite(D_opt).all():
         raise InputError(
@@ -137,17 +116,13 @@ def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsCh
             where="D_opt",
         )
     k = D_opt.shape[0]
-    motion = (D_opt.reshape(k, n_bench, 2, 3) @ layout.axes.T).reshape(k, n_bench * N_MOTIONS).T
-
-    P = law_matrix(layout)
-    PS = P @ S_BW
-    PS_bench = PS[:, layout.columns_of(layout.bench)]
-    O_ideal = PS[:, layout.columns_of(layout.test_masses)]
-    values = np.linalg.svd(O_ideal, compute_uv=False)
-    sets = []
-    for name, photodiodes in layout.sets.items():
-        law = read_out_inverse(layout, name, PS)
-        gain = law.inverse @ PS_bench[layout.laser_rows(photodiodes)]
-        sets.append(SetReadOut(name, photodiodes, law, gain, gain @ motion))
-    rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
-    return OpticsChain(P, O_ideal, values, rank, PS_bench @ motion, tuple(sets))
+    motion = np.zeros((N_MOTIONS * len(layout.elements), k))
+    turned = (D_opt.reshape(k, n_bench, 2, 3) @ layout.axes.T).reshape(k, n_bench * N_MOTIONS)
+    motion[layout.columns_of(layout.bench)] = turned.T
+    if face_m is not None:
+        shape = (len(layout.test_masses), k)
+        if face_m.shape != shape or not np.isfinite(face_m).all():
+            raise InputError(f"motions of the faces have shape {face_m.shape}; finite ones {shape} are needed")
+        for mass, along in zip(layout.test_masses, face_m, strict=True):
+            motion[layout.columns(mass.name)][:3] = np.outer(mass.normal, along)
+    return motion

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.optics.chain import law_matrix, read_out_inverse
+from tedm_cli.optics.common_mode import rigid_motion
 from tedm_cli.optics.labels import Labels, input_labels, laser_labels, output_labels, read_out_labels
-from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
-from tedm_cli.optics.sensitivity import check_shape, cross_matrix
+from tedm_cli.optics.law import law_matrix
+from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.read_out import read_out_inverse
+from tedm_cli.optics.sensitivity import check_shape
 
 Matrix = NDArray[np.float64]
 
@@ -32,7 +34,7 @@ class InvarianceResiduals:
     bench_motion : per set, read-out of a rigid motion of the bench with the test masses at rest, plus that motion;
         largest entry, motions of unit size (1 L, 1 rad).
     photodiode_columns : largest effect of a photodiode's own motion on the laser outputs for plane waves, as a fraction
-        of the largest entry of P S_BW. It is not rounding where the two beams do not meet on the photodiode.
+        of the largest entry of P S_BW. It is not rounding where the two beams of a photodiode arrive at an angle.
     slope_translation : largest slope per translation, as a fraction of the largest entry of S_BW.
     untouched_elements : largest effect of an element on a path that does not meet it, as a fraction of the largest
         entry.
@@ -76,7 +78,7 @@ def invariance_residuals(
     across which the beams cannot tell bench from test masses (x, when neither y nor z is read).
     """
     check_shape(S_BW, layout)
-    size = _size(layout)
+    size = layout.size_m
     outputs, inputs = output_labels(layout), input_labels(layout)
     S = S_BW * (_in_units_of(outputs, size)[:, None] / _in_units_of(inputs, size))
     motion = rigid_motion(layout, node_positions_m)
@@ -102,19 +104,6 @@ def invariance_residuals(
     )
 
 
-def rigid_motion(layout: OpticalLayout, node_positions_m: Matrix | None = None) -> Matrix:
-    """Motions of all elements under the six rigid motions about the elements' centroid, [6 * n_elements, 6].
-
-    Columns: translations along, then rotations about, the layout axes. `node_positions_m` as in `invariance_residuals`.
-    """
-    pivots = layout.pivots_m(node_positions_m)
-    motion = np.zeros((len(pivots), N_MOTIONS, N_MOTIONS))
-    motion[:, :3, :3] = np.eye(3)
-    motion[:, 3:, 3:] = np.eye(3)
-    motion[:, :3, 3:] = -cross_matrix(pivots - layout.refs_m.mean(axis=0))
-    return motion.reshape(-1, N_MOTIONS)
-
-
 def _bench_motion(layout: OpticalLayout, PS: Matrix, motion: Matrix, size: float) -> dict[str, float]:
     bench = layout.columns_of(layout.bench)
     expected = -motion[layout.read_out_columns]
@@ -124,10 +113,6 @@ def _bench_motion(layout: OpticalLayout, PS: Matrix, motion: Matrix, size: float
         read = inverse @ PS[np.ix_(layout.laser_rows(photodiodes), bench)] @ motion[bench]
         out[name] = float(np.abs(_scaled(read - expected, read_out_labels(layout), size)).max())
     return out
-
-
-def _size(layout: OpticalLayout) -> float:
-    return float(np.linalg.norm(layout.refs_m[:, None] - layout.refs_m[None], axis=2).max())
 
 
 def _in_units_of(labels: Labels, size: float) -> Matrix:

@@ -128,6 +128,15 @@ class BeamPath:
 
 
 @dataclass(frozen=True)
+class MassExpansion:
+    """A test mass that expands by `expansion_per_K` (1/K) and follows the temperature of a thermal area."""
+
+    test_mass: str
+    expansion_per_K: float
+    area: str
+
+
+@dataclass(frozen=True)
 class OpticalLayout:
     """Elements, beam paths and read-out sets, with the layout frame against the model's basic frame.
 
@@ -140,6 +149,7 @@ class OpticalLayout:
     frame_origin_m : origin of the layout frame in the basic frame, m.
     frame_axes : rows are the layout axes x, y, z in the basic frame.
     tolerances : what the checks of the layout allow.
+    expansions : test masses that expand, at most one entry each.
     """
 
     title: str
@@ -151,6 +161,7 @@ class OpticalLayout:
     frame_origin_m: Vec3 = (0.0, 0.0, 0.0)
     frame_axes: tuple[Vec3, Vec3, Vec3] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     tolerances: Tolerances = Tolerances()
+    expansions: tuple[MassExpansion, ...] = ()
 
     @cached_property
     def _element_index(self) -> dict[str, int]:
@@ -213,6 +224,11 @@ class OpticalLayout:
     def refs_m(self) -> NDArray[np.float64]:
         """Reference points of all elements, [n_elements, 3] m."""
         return np.array([e.ref_m for e in self.elements])
+
+    @cached_property
+    def size_m(self) -> float:
+        """Largest distance between two reference points, m."""
+        return float(np.linalg.norm(self.refs_m[:, None] - self.refs_m[None], axis=2).max())
 
     @cached_property
     def axes(self) -> NDArray[np.float64]:

@@ -18,7 +18,6 @@ from tedm_cli.optics.obstruction import lateral_excess, obstructions
 from tedm_cli.optics.trace import Hit, Poses, RayLostError, encounters, nominal_poses, output_of, step_label
 
 Array = NDArray[np.float64]
-INCIDENCE_RAD = 1e-3  # on a photodiode: a spot that moves by 1 mm then counts 1 um of length
 
 Check = Literal[
     "trace",
@@ -26,7 +25,6 @@ Check = Literal[
     "transmission",
     "overlap",
     "angle",
-    "incidence",
     "path_mismatch",
     "reference_point",
     "obstruction",
@@ -165,7 +163,6 @@ def _recombination(layout: OpticalLayout, traced: list[_TracedPath], poses: Pose
         d1, d2 = meas.hits[-1].direction, ref.hits[-1].direction
         angle = float(np.arctan2(np.linalg.norm(np.cross(d1, d2)), d1 @ d2))
         yield _judged("angle", where, name, angle, allowed.angle_rad, "rad", "its two beams meet at an angle of", "")
-        yield _incidence(where, name, float(np.arccos(min(1.0, -(d1 @ poses.normal[layout.index(name)])))))
         if allowed.path_mismatch_m is not None:
             lengths = [_opl(layout, t, poses) for t in (meas, ref)]
             yield _judged(
@@ -178,18 +175,6 @@ def _recombination(layout: OpticalLayout, traced: list[_TracedPath], poses: Pose
                 "its optical paths differ by",
                 f"(measurement {lengths[0]:.6g} m, reference {lengths[1]:.6g} m)",
             )
-
-
-def _incidence(where: str, element: str, angle: float) -> Finding:
-    """Tilt of a photodiode: the paths end on its plane, where a spot that moves changes its path by the tilt."""
-    if angle <= INCIDENCE_RAD:
-        return Finding("incidence", where, element, angle, INCIDENCE_RAD, "rad", True)
-    fact = (
-        f"the measurement beam meets {element} {_angle(angle)} off its normal: the motion of its spot counts as length,"
-        f" {np.tan(angle):.2g} m/m"
-    )
-    hint = "turn normal towards the beam; the photodiode's own tilt is of no consequence for the read-out"
-    return Finding("incidence", where, element, angle, INCIDENCE_RAD, "rad", False, fact, hint, "warning")
 
 
 def _judged(

@@ -13,6 +13,7 @@ from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import OPTICS as KIND
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.optics.chain import optics_chain
+from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
@@ -57,7 +58,8 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         motion = np.concatenate([distortion.array("/D_opt/translation"), distortion.array("/D_opt/rotation")], axis=2)
         matrix = move_reference_points(sensitivity_matrix(layout), layout, position)
         residuals = invariance_residuals(layout, matrix, position).named()
-        chain = optics_chain(layout, matrix, motion)
+        face = face_motion(layout, distortion.strings("/area/name"))
+        chain = optics_chain(layout, matrix, motion, position, face)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
         inputs, outputs, laser, read_out = (
@@ -70,8 +72,15 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write("/P", chain.P, units="m or rad per m or rad, see /label")
         writer.write("/O_ideal", chain.O_ideal, units="m or rad per m or rad, see /label")
         writer.write("/D", chain.D, units="m/K or rad/K, see /label/laser_output_unit")
+        writer.write("/motion", chain.motion, units="m/K or rad/K, see /label/element_dof")
+        writer.write("/rigid_motion", chain.rigid.motion, units="m/K or rad/K, see /label/element_dof")
+        writer.write("/common_mode/motion", chain.rigid.amplitude, units="m/K (three), rad/K (three)")
+        writer.write("/common_mode/about", chain.rigid.about)
         for read in chain.sets:
-            writer.write(f"/N/{read.name}", read.N, units="m/K or rad/K, see /label/read_out_unit")
+            for part, per_kelvin in (("N", read.N), ("N_rigid", read.N_rigid), ("N_distortion", read.N_distortion)):
+                writer.write(f"/{part}/{read.name}", per_kelvin, units="m/K or rad/K, see /label/read_out_unit")
+            writer.write(f"/inverse/{read.name}", read.inverse, units="m or rad per m or rad, see /label")
+            writer.write(f"/gain/{read.name}", read.gain, units="m or rad per m or rad, see /label")
         writer.write("/label/ray_output", outputs.names)
         writer.write("/label/ray_output_unit", outputs.units)
         writer.write("/label/element_dof", inputs.names)
@@ -101,7 +110,7 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
 
 
 def _judge(residuals: dict[str, float], where: str) -> None:
-    # Photodiode columns are not judged: they are rounding only where both beams meet at the photodiode's centre.
+    # Photodiode columns are not judged: they are rounding only where the two beams of a photodiode are parallel.
     bad = {k: v for k, v in residuals.items() if k != "photodiode_columns" and v > RESIDUAL_LIMIT}
     if bad:
         listed = ", ".join(f"{k} {v:.2g}" for k, v in bad.items())

@@ -11,6 +11,7 @@ from dataclasses import replace as changed
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from tedm_cli.optics.layout import Beam, BeamPath, Element, OpticalLayout, Recombination, Step
 
@@ -154,7 +155,7 @@ class Builder:
             ray.follow(element, op)
 
     def photodiode(self, ray: Ray, name: str) -> Element:
-        n = -ray.direction  # the optical path to a tilted photodiode would count the motion of the spot as length
+        n = -ray.direction
         y = Z if self.planar else unit(np.cross(n, self.rng.normal(size=3)))
         ref = ray.point + self.distance() * ray.direction + 0.1 * self.tangential(n)
         return self.add(
@@ -229,3 +230,17 @@ def random_layout(
         sets={letter: tuple(d + letter for d in diodes) for letter in sets},
         read_out=("x", "eta", "phi"),
     )
+
+
+def with_tilted_photodiodes(layout: OpticalLayout, seed: int) -> OpticalLayout:
+    """The layout with every photodiode turned about its reference point by 10 to 40 degrees; a planar one stays so."""
+    rng = np.random.default_rng(seed)
+    planar = all(e.ref_m[2] == 0 == e.normal[2] for e in layout.elements)
+    elements = []
+    for e in layout.elements:
+        if e.kind == "photodiode":
+            axis = Z * rng.choice([-1, 1]) if planar else unit(np.cross(e.normal, rng.normal(size=3)))
+            turn = Rotation.from_rotvec(np.radians(rng.uniform(10, 40)) * axis)
+            e = changed(e, normal=tuple(turn.apply(e.normal)), local_y=tuple(turn.apply(e.local_y)))
+        elements.append(e)
+    return changed(layout, elements=tuple(elements))

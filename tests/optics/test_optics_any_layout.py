@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from random_layouts import Ray, random_layout
+from random_layouts import Ray, random_layout, with_tilted_photodiodes
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.errors import PhysicsError
-from tedm_cli.optics.chain import law_matrix, optics_chain
+from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels
+from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.layout_checks import check_layout, failures
 from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
@@ -27,6 +29,8 @@ RANDOM = {
     "two test masses, planar": lambda: random_layout(1, 2, planar=True),
     "two test masses": lambda: random_layout(3, 2),
     "three test masses": lambda: random_layout(1, 3),
+    "two test masses, planar, tilted photodiodes": lambda: with_tilted_photodiodes(random_layout(4, 2, planar=True), 4),
+    "three test masses, tilted photodiodes": lambda: with_tilted_photodiodes(random_layout(1, 3), 5),
 }
 
 
@@ -205,7 +209,7 @@ def test_a_mass_that_no_beam_meets_makes_the_layout_singular() -> None:
     two = RANDOM["two test masses"]()
     blind = replace(two.elements[two.index("TM2")], name="TM3")
     idle = replace(two, elements=(*two.elements, blind), sets={"A": two.photodiodes})
-    with pytest.raises(PhysicsError, match=r"set A .*rank 6 for 9 .*lost: TM3_x, TM3_eta, TM3_phi"):
+    with pytest.raises(PhysicsError, match=r"set A .*rank 6 for 9 .*does not see TM3_x, TM3_eta and TM3_phi"):
         optics_chain(idle, sensitivity_matrix(idle), np.zeros((1, len(idle.bench), 6)))
 
 
@@ -228,3 +232,25 @@ def test_central_differences_in_extended_precision(bench: OpticalLayout, S: Matr
 
 def test_labels_fit_any_layout(bench: OpticalLayout, S: Matrix) -> None:
     assert S.shape == (len(output_labels(bench).names), len(input_labels(bench).names))
+
+
+def test_a_set_of_one_interferometer_names_the_combination_it_does_not_see() -> None:
+    """The last interferometer meets the first and the last mass: it reads a difference, weighed by incidence."""
+    three = RANDOM["three test masses"]()
+    poor = replace(three, sets={"C": ("PD3A",)}, read_out=("x",))
+    with pytest.raises(PhysicsError) as caught:
+        optics_chain(poor, sensitivity_matrix(poor), np.zeros((1, len(poor.bench), 6)))
+    text = str(caught.value)
+    assert "rank 1 for 3" in text
+    assert "the set does not see TM2_x; it cannot tell TM1_x from TM3_x (TM1_x " in text
+    sign, size = re.search(r"TM1_x ([+-]) ([\d.]*) ?TM3_x changes nothing", text).groups()  # type: ignore[union-attr]
+    row = (law_matrix(three) @ sensitivity_matrix(three))[laser_labels(three).names.index("PD3A_OPD")]
+    by_mass = [row[three.columns(name)][0] for name in ("TM1", "TM3")]
+    assert float(f"{sign}{size or 1}") == pytest.approx(-by_mass[0] / by_mass[1], rel=6e-3)
+
+
+def test_a_set_without_one_interferometer_does_not_see_its_mass() -> None:
+    three = RANDOM["three test masses, tilted photodiodes"]()
+    poor = replace(three, sets={"C": ("PD1A", "PD1B", "PD3A")})
+    with pytest.raises(PhysicsError, match=r"rank 6 for 9 .* does not see TM2_x, TM2_eta and TM2_phi$"):
+        optics_chain(poor, sensitivity_matrix(poor), np.zeros((1, len(poor.bench), 6)))

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from tedm_cli.config.optics import load_layout
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.optics.layout import OpticalLayout, Recombination
+from tedm_cli.optics.layout import MassExpansion, OpticalLayout, Recombination
 
 ELEMENT = {
     name: i
@@ -235,3 +235,37 @@ def test_no_junk_gets_past_as_anything_but_a_configuration_error(
     file.write_text("\n".join(f'"{k}" = {_toml(v)}' for k, v in tables.items()))
     with suppress(ConfigError):
         load_layout(file)
+
+
+EXPANSION = """
+[[test_mass_expansion]]
+test_mass = "TM1"
+expansion_per_K = 1.65e-5
+area = "IS1_EH"
+"""
+
+
+def test_test_masses_may_expand(text: str, tmp_path: Path, layout: OpticalLayout) -> None:
+    file = tmp_path / "optics.toml"
+    file.write_text(text + EXPANSION + EXPANSION.replace("TM1", "TM2"))
+    found = load_layout(file)[1]
+    assert found.expansions == (MassExpansion("TM1", 1.65e-5, "IS1_EH"), MassExpansion("TM2", 1.65e-5, "IS1_EH"))
+    assert layout.expansions == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "where", "fact"),
+    [
+        ("TM1", "TM3", "test_mass_expansion[0].test_mass", "no test_mass is called 'TM3'; did you mean TM"),
+        ("TM1", "W1", "test_mass_expansion[0].test_mass", "no test_mass is called 'W1'"),
+        ("1.65e-5", '"a"', "test_mass_expansion[0].expansion_per_K", "valid number"),
+        ("area", "aera", "test_mass_expansion[0].aera", "unknown key; did you mean area?"),
+    ],
+)
+def test_expansions_that_are_wrong(text: str, tmp_path: Path, old: str, new: str, where: str, fact: str) -> None:
+    assert fact in problems(text + EXPANSION.replace(old, new), tmp_path)[where]
+
+
+def test_a_test_mass_follows_one_temperature(text: str, tmp_path: Path) -> None:
+    found = problems(text + EXPANSION + EXPANSION, tmp_path)
+    assert "'TM1' is already" in found["test_mass_expansion[1].test_mass"]

@@ -48,7 +48,6 @@ def test_the_shipped_layout_has_nothing_to_complain_about(layout: OpticalLayout)
         "aperture",
         "overlap",
         "angle",
-        "incidence",
         "path_mismatch",
         "reference_point",
     }
@@ -98,12 +97,9 @@ def test_paths_of_unlike_length(layout: OpticalLayout) -> None:
     assert lines(replace(longer, elements=free)) == []
 
 
-def test_a_tilted_photodiode_is_a_warning(layout: OpticalLayout) -> None:
-    tilted = with_element(layout, "PD1A", lambda e: turned(e, 0.05))
-    assert lines(tilted) == []
-    assert "PD1A 0.05 rad (2.86 deg) off its normal: the motion of its spot counts as length, 0.05 m/m" in "".join(
-        lines(tilted, "warning")
-    )
+def test_a_tilted_photodiode_is_as_good_as_any(layout: OpticalLayout) -> None:
+    tilted = with_element(layout, "PD1A", lambda e: turned(e, 0.3))
+    assert lines(tilted) == lines(tilted, "warning") == []
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,8 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.errors import InputError
-from tedm_cli.optics.invariances import invariance_residuals, rigid_motion
+from tedm_cli.optics.common_mode import rigid_motion
+from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import (
     cross_matrix,

@@ -74,11 +74,11 @@ def write_random(
 ) -> None:
     """A file of `kind` with the datasets in `given`, and made-up numbers and names everywhere else."""
     rng = np.random.default_rng(seed)
-    templates = {"/N/{set}": ["/N/A", "/N/B"]}
+    sizes = SIZES | kind.fixed_dims
     with create(path, kind, trace) as writer:
         for pattern, spec in kind.datasets.items():
-            for name in templates.get(pattern, [pattern]):
-                shape = tuple(SIZES[d] for d in spec.dims)
+            for name in [pattern.format(set=s) for s in "AB"] if "{set}" in pattern else [pattern]:
+                shape = tuple(sizes[d] for d in spec.dims)
                 value: Any = rng.normal(size=shape) * 1e-9
                 if spec.dtype == "str" and shape:
                     value = [f"{name.rsplit('/', 1)[-1]}_{i}" for i in range(shape[0])]

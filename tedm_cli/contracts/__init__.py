@@ -1,0 +1,35 @@
+"""One table per kind of HDF5 file: its datasets, their dimensions, type, unit, frame and meaning.
+
+The reader and the writer in `tedm_cli.store` both check against these tables; `docs/files.md` is printed from them.
+A path with a name in braces (`/psd/{output}`) stands for one dataset per name. A unit of `None` is given by the writer.
+Changing a table in a way that older files do not fit raises the kind's `version`.
+"""
+
+from __future__ import annotations
+
+from tedm_cli.contracts.case import CASE
+from tedm_cli.contracts.distortion import DISTORTION
+from tedm_cli.contracts.document import document
+from tedm_cli.contracts.optics import OPTICS
+from tedm_cli.contracts.sensitivity import SENSITIVITY
+from tedm_cli.contracts.spec import Dataset, FileKind
+from tedm_cli.contracts.unit_loads import UNIT_LOADS
+
+__all__ = [
+    "CASE",
+    "DISTORTION",
+    "KINDS",
+    "OPTICS",
+    "SENSITIVITY",
+    "UNIT_LOADS",
+    "Dataset",
+    "FileKind",
+    "markdown",
+]
+
+KINDS = {kind.name: kind for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE)}
+
+
+def markdown() -> str:
+    """The tables as the text of docs/files.md."""
+    return document(KINDS.values())

@@ -1,0 +1,5 @@
+"""Print docs/files.md."""
+
+from tedm_cli.contracts import markdown
+
+print(markdown(), end="")

@@ -1,0 +1,69 @@
+"""caseNN.h5: spectra, bounds and verdicts of a correlation case."""
+
+from __future__ import annotations
+
+from tedm_cli.contracts.spec import AREAS, Dataset, FileKind
+
+CASE = FileKind(
+    "case",
+    1,
+    "tedm run-case",
+    {
+        **AREAS,
+        "/case/id": Dataset((), "str", "1", "case number"),
+        "/case/title": Dataset((), "str", "1", "which temperatures move together"),
+        "/case/safety_factor": Dataset((), "float", "1", "factor on amplitudes when judged (not applied to /psd)"),
+        "/case/block": Dataset(("area",), "int", "1", "correlated block of each area; -1: silent"),
+        "/frequency": Dataset(("frequency",), "float", "Hz", "frequency"),
+        "/temperature/spectrum": Dataset(("area",), "int", "1", "row of /temperature/asd that each area has"),
+        "/temperature/asd": Dataset(
+            ("spectrum", "frequency"), "float", "K/sqrt(Hz)", "one-sided amplitude spectral densities of the areas"
+        ),
+        "/temperature/model": Dataset((), "str", "1", "temperature model and its parameters"),
+        "/output/label": Dataset(("output",), "str", "1", "outputs"),
+        "/output/unit": Dataset(("output",), "str", "1", "unit of the output"),
+        "/output/kind": Dataset(("output",), "str", "1", "quantity of the output"),
+        "/psd/{output}": Dataset(("frequency",), "float", None, "one-sided power spectral density of the output"),
+        "/bounds/maximum/{output}": Dataset(
+            ("frequency",), "float", None, "largest PSD over all correlations of the active areas"
+        ),
+        "/bounds/maximum_non_negative/{output}": Dataset(
+            ("frequency",), "float", None, "largest PSD over all correlations without a negative entry"
+        ),
+        "/bounds/known_blocks/{output}": Dataset(
+            ("frequency",), "float", None, "largest PSD when only the correlation between the blocks is unknown"
+        ),
+        "/bounds/minimum/{output}": Dataset(("frequency",), "float", None, "smallest PSD over all correlations"),
+        "/contribution/frequency": Dataset(("output",), "float", "Hz", "frequency the contributions are given at"),
+        "/contribution/amplitude/{output}": Dataset(
+            ("area",), "float", None, "signed contribution: sensitivity times amplitude spectral density"
+        ),
+        "/contribution/share": Dataset(
+            ("output", "area"), "float", "1", "share of the PSD; the shares of a row sum to 1"
+        ),
+        "/contribution/band": Dataset(("output", "band_edge"), "float", "Hz", "band of band_share"),
+        "/contribution/band_share": Dataset(("output", "area"), "float", "1", "share of the power in the band"),
+        "/verdict/requirement": Dataset(("verdict",), "str", "1", "requirement"),
+        "/verdict/output": Dataset(("verdict",), "str", "1", "output that is judged"),
+        "/verdict/ratio": Dataset(
+            ("verdict",), "float", "1", "largest ratio of safety factor x ASD to the requirement"
+        ),
+        "/verdict/binding_frequency": Dataset(("verdict",), "float", "Hz", "frequency of the largest ratio"),
+        "/verdict/passed": Dataset(("verdict",), "int", "1", "1 where the ratio is at most 1"),
+        "/filter_sensitivity/order": Dataset(("order",), "float", "1", "order of the low-pass filter", optional=True),
+        "/filter_sensitivity/corner": Dataset(
+            ("corner",), "float", "Hz", "corner of the low-pass filter", optional=True
+        ),
+        "/filter_sensitivity/ratio": Dataset(
+            ("verdict", "order", "corner"), "float", "1", "ratio of each verdict with that filter", optional=True
+        ),
+        "/requirement/name": Dataset(("requirement",), "str", "1", "requirement"),
+        "/requirement/source": Dataset(("requirement",), "str", "1", "where the requirement comes from"),
+        "/requirement/unit": Dataset(("requirement",), "str", "1", "unit of the amplitude"),
+        "/requirement/band": Dataset(("requirement", "band_edge"), "float", "Hz", "band of the requirement"),
+        "/requirement/amplitude": Dataset(
+            ("requirement", "frequency"), "float", None, "amplitude spectral density; NaN outside the band"
+        ),
+    },
+    fixed_dims={"band_edge": 2},
+)

@@ -1,0 +1,106 @@
+"""What each element, degree of freedom, beam and thermal area carries of a read-out.
+
+The read-out is `N = gain @ motion`, so it is the sum of `gain[r, m] * motion[m, j]` over the motions m of the elements,
+and, with `gain = inverse P S_BW`, of one term per beam on a photodiode.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.optics.layout import N_OUTPUTS
+
+Matrix = NDArray[np.float64]
+
+
+def motion_terms(gain: Matrix, motion: Matrix) -> Matrix:
+    """Terms [n_dof, n_motions, k] of the read-out; their sum over the second axis is N.
+
+    Parameters
+    ----------
+    gain : [n_dof, n_motions] (m, rad by m, rad).
+    motion : [n_motions, k] (m/K, rad/K).
+    """
+    return np.asarray(gain[:, :, None] * motion)
+
+
+def beam_terms(inverse: Matrix, P: Matrix, S_BW: Matrix, motion: Matrix) -> Matrix:
+    """Terms [n_dof, n_paths, k] of the read-out by the beam that carries them; their sum over the paths is N.
+
+    Parameters
+    ----------
+    inverse : [n_dof, 3 * n_pd], zero for photodiodes out of the set.
+    P : [3 * n_pd, 5 * n_paths].
+    S_BW, motion : [5 * n_paths, n_motions] and [n_motions, k].
+    """
+    outputs = (S_BW @ motion).reshape(-1, N_OUTPUTS, motion.shape[1])
+    law = (inverse @ P).reshape(len(inverse), -1, N_OUTPUTS)
+    return np.asarray(np.einsum("rpo,pok->rpk", law, outputs))
+
+
+def shares(terms: Matrix, total: Matrix) -> Matrix:
+    """Signed shares [n_terms] of the terms [n_terms, k] in their sum `total` [k] over the areas; they sum to 1.
+
+    With one area the term over the sum. With several, `sum_j terms_j total_j / sum_j total_j^2`: the share of the
+    variance when the areas' temperatures fluctuate alike and independently. Nothing at all has shares of nought.
+    """
+    power = float(total @ total)
+    if power == 0.0:
+        return np.zeros(len(terms))
+    return np.asarray(terms @ total / power)
+
+
+@dataclass(frozen=True, eq=False)
+class SetComparison:
+    """Two redundant sets, per read-out [n_dof] each.
+
+    Amplitudes (m/K, rad/K) are roots of the sum of squares over the areas: what areas that fluctuate alike and
+    independently make. `mean` is that of the mean of the two sets; `best` of `weight * first + (1 - weight) * second`
+    with the weight between 0 and 1 that makes it least: sets that hardly differ could be played off against each other
+    with large weights of opposite sign, but these would amplify the photodiodes' own noise as much. `difference`
+    [n_dof, k] is N of the first minus N of the second.
+    """
+
+    first: str
+    second: str
+    difference: Matrix
+    amplitudes: tuple[Matrix, Matrix]
+    mean: Matrix
+    best: Matrix
+    weight: Matrix
+
+    @property
+    def relative(self) -> Matrix:
+        """Amplitude of the difference over the larger one of the two sets, [n_dof]."""
+        larger = np.maximum(*self.amplitudes)
+        return np.asarray(_amplitude(self.difference) / np.where(larger > 0, larger, 1.0))
+
+
+#: Sets whose relative difference is below this read the same: what is left is rounding.
+SAME = 1e-9
+
+
+def compare_sets(first: str, N_first: Matrix, second: str, N_second: Matrix) -> SetComparison:
+    """What the set `second` adds to the set `first`, from their read-outs [n_dof, k] (m/K, rad/K)."""
+    difference = N_first - N_second
+    squared = np.sum(difference**2, axis=1)
+    # minimum over w of |N_second + w difference|^2; sets that agree leave the weight open, and half is as good as any
+    weight = np.full(len(difference), 0.5)
+    apart = _amplitude(difference) > SAME * _amplitude(N_second)
+    weight[apart] = np.clip(-np.sum(N_second * difference, axis=1)[apart] / squared[apart], 0.0, 1.0)
+    return SetComparison(
+        first,
+        second,
+        difference,
+        (_amplitude(N_first), _amplitude(N_second)),
+        _amplitude((N_first + N_second) / 2),
+        _amplitude(N_second + weight[:, None] * difference),
+        weight,
+    )
+
+
+def _amplitude(N: Matrix) -> Matrix:
+    return np.asarray(np.sqrt(np.sum(N**2, axis=1)))
