@@ -15,6 +15,7 @@ import numpy as np
 
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import Floats, Ints, LoadCase, Structure
+from tedm_cli.nastran.cards import refuse_lost_fields
 from tedm_cli.nastran.reading import any_encoding
 from tedm_cli.nastran.solver.bars import read_bars
 from tedm_cli.nastran.solver.cases import read_load_cases, selected_sets
@@ -83,11 +84,14 @@ def _read(path: Path) -> Any:
     if not path.is_file():
         raise InputError("no such file", where=str(path), hint="write it with `tedm write-deck`")
     model = BDF(log=SimpleLogger(level="critical"))
+    refuse_lost_fields(model, path)
     dump = Path("pyNastran_crash.bdf")
     is_ours = not dump.exists()
     try:
         with redirect_stdout(StringIO()):  # pyNastran prints the cards that it cannot parse
             model.read_bdf(str(path), xref=False, validate=False, encoding=any_encoding(model))
+    except InputError:
+        raise
     except Exception as error:  # of many kinds; all mean that the deck is not readable
         if is_ours:  # pyNastran leaves a copy of the deck in the working directory when an include is missing
             dump.unlink(missing_ok=True)
