@@ -39,7 +39,9 @@ def main() -> None:
             for (_, outcome), count in outcomes.items():
                 total[outcome] += count
             seconds = time.monotonic() - begin
-            print(f"{kind}: {sum(total.values())} mutations in {seconds:.0f} s: {dict(total.most_common())}", flush=True)
+            print(
+                f"{kind}: {sum(total.values())} mutations in {seconds:.0f} s: {dict(total.most_common())}", flush=True
+            )
     sys.exit(failed > 0)
 
 

@@ -220,7 +220,9 @@ def header_word(random: Random, payloads: list[bytes]) -> None:
 @records
 def label(random: Random, payloads: list[bytes]) -> None:
     at = random.choice(_tables(payloads)[0])
-    new = random.choice((b"", b"ROOT", b"WAIST", b"TIP", b"UNIFORM", b"tip", b"TIPP", b"\xff\xfe", b"SUBCASE 1", b"  TIP  "))
+    new = random.choice(
+        (b"", b"ROOT", b"WAIST", b"TIP", b"UNIFORM", b"tip", b"TIPP", b"\xff\xfe", b"SUBCASE 1", b"  TIP  ")
+    )
     payloads[at] = payloads[at][: _HEADER - 128] + new.ljust(128)
 
 
@@ -241,7 +243,9 @@ def swapped_numbers(random: Random, payloads: list[bytes]) -> None:
 @records
 def table_name(random: Random, payloads: list[bytes]) -> None:
     at = random.choice([i for i, p in enumerate(payloads) if p[:3] == b"OUG"])
-    new = random.choice((b"BOUGV1", b"OUGV2", b"OUGV1PAT", b"OQG1", b"OES1X1", b"GEOM1", b"CASECC", b"XYZ", b"", b"\xff\xff"))
+    new = random.choice(
+        (b"BOUGV1", b"OUGV2", b"OUGV1PAT", b"OQG1", b"OES1X1", b"GEOM1", b"CASECC", b"XYZ", b"", b"\xff\xff")
+    )
     payloads[at] = new.ljust(8) + payloads[at][8:]
 
 

@@ -113,7 +113,11 @@ class Judge:
 
     def snapshot(self) -> dict[str, tuple[int, int]]:
         there = [*self.case.folder.rglob("*"), *Path.cwd().glob("*")]
-        return {str(p): (p.stat().st_size, p.stat().st_mtime_ns) for p in there if p not in self.files.values() and p.is_file()}
+        return {
+            str(p): (p.stat().st_size, p.stat().st_mtime_ns)
+            for p in there
+            if p not in self.files.values() and p.is_file()
+        }
 
     def judge(self, kind: str, number: int) -> Verdict:
         name, data = mutant(kind, number, self.sound[kind])
@@ -145,7 +149,9 @@ class Judge:
 
     def compare(self, made: MemoryFile, kind: str) -> tuple[str, str]:
         names = [str(n) for n in made.data["/area/name"]]
-        same = all(np.array_equal(made.data[k], v) for k, v in self.expected.items() if k.startswith(("/D", "/area", "/grid")))
+        same = all(
+            np.array_equal(made.data[k], v) for k, v in self.expected.items() if k.startswith(("/D", "/area", "/grid"))
+        )
         if kind == "op2":
             return ("same", "") if same else self.within_rounding(made)
         try:

@@ -10,7 +10,26 @@ Mutation = Callable[[Random, bytes], bytes]
 TEXT: dict[str, Mutation] = {}
 
 _NUMBERS = ("0", "-1", "1", "2147483648", "99999999999999999999", "1.", "-1.", "1.+38", "1.+400", "4.9-324", "1.d0")
-_WORDS = ("NaN", "nan", "Inf", "-inf", "1.2.3", "1e", "abc", "THRU", "ALL", "*", "+", "=", "'", '"', "$", "\t", "(", "1,2")
+_WORDS = (
+    "NaN",
+    "nan",
+    "Inf",
+    "-inf",
+    "1.2.3",
+    "1e",
+    "abc",
+    "THRU",
+    "ALL",
+    "*",
+    "+",
+    "=",
+    "'",
+    '"',
+    "$",
+    "\t",
+    "(",
+    "1,2",
+)
 _NAMES = ("GRID", "TEMP", "TEMPD", "CHEXA", "RBE2", "CORD2R", "SPC1", "MAT1", "CONM2", "XGRID", "CXYZ", "ENDDATA")
 _CONTROL = (
     "LABEL = ROOT",
@@ -121,7 +140,9 @@ def drop_bytes(random: Random, data: bytes) -> bytes:
 @raw
 def insert_garbage(random: Random, data: bytes) -> bytes:
     at = random.randrange(len(data))
-    return data[:at] + random.choice((random.randbytes(8), b"\n", b"7", b" ", b"-", b"\0" * 20, b"\xff\xfe")) + data[at:]
+    return (
+        data[:at] + random.choice((random.randbytes(8), b"\n", b"7", b" ", b"-", b"\0" * 20, b"\xff\xfe")) + data[at:]
+    )
 
 
 @raw
@@ -327,7 +348,9 @@ def float_for_integer(random: Random, lines: list[str]) -> None:
 
 @text
 def sign_or_exponent(random: Random, lines: list[str]) -> None:
-    _change_field(random, lines, lambda f: random.choice(("-" + f.strip(), f.strip() + "+9", f.strip() + "-9", f.strip() + "e5")))
+    _change_field(
+        random, lines, lambda f: random.choice(("-" + f.strip(), f.strip() + "+9", f.strip() + "-9", f.strip() + "e5"))
+    )
 
 
 @text
