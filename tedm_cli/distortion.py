@@ -67,9 +67,9 @@ _LOCAL, _ANYWHERE = 16.0, 4.0
 def superposition_excess(gap: FloatArray, size: FloatArray, floor: float = 0.0) -> FloatArray:
     """Error [n] of the sum over areas at each grid, over what single precision allows there; above 1 is an error.
 
-    A number of single precision is off by `ROUNDING` of itself, so a sum of k of them by `ROUNDING` of the sum of their
-    sizes (N. Higham, Accuracy and Stability of Numerical Algorithms, ch. 4). Allowed are 16 times that, and 4 times that
-    of the grid that moves most, for the error of the solution itself.
+    A number of single precision is off by `ROUNDING` of itself, so a sum of k of them by `ROUNDING` of the sum of
+    their sizes (N. Higham, Accuracy and Stability of Numerical Algorithms, ch. 4). Allowed are 16 times that, and 4
+    times that of the grid that moves most, for the error of the solution itself.
 
     Parameters
     ----------

@@ -112,8 +112,8 @@ class _Reductions:
 
     optical_translation, optical_rotation : [k,E,3]; largest : [k], largest component of any translation;
     rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over the areas, and size : [N], of the lengths;
-    lever_rows : [L], grids with a lever, total_turn : [L,3] and turn_size : [L] the same of their rotations; stiff : rows
-    of those that move and never turn.
+    lever_rows : [L], grids with a lever, total_turn : [L,3] and turn_size : [L] the same of their rotations; stiff :
+    rows of those that move and never turn.
     """
 
     optical_translation: FloatArray

@@ -86,6 +86,6 @@ def in_memory() -> Iterator[dict[str, MemoryFile]]:
         mock.patch("tedm_cli.stages.ingest.create", create),
         mock.patch("tedm_cli.stages.distortion.create", create),
         mock.patch("tedm_cli.stages.distortion.open_checked", open_checked),
-        mock.patch("tedm_cli.stages.distortion.provenance", lambda configs, inputs: Provenance((), (), "")),
+        mock.patch("tedm_cli.stages.distortion.provenance", return_value=Provenance((), (), "")),
     ):
         yield files

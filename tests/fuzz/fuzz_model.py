@@ -1,4 +1,4 @@
-"""The least model that has everything the inputs can get wrong: areas, frames, rigid elements, levers, a uniform load."""
+"""The least model that has all that inputs can get wrong: areas, frames, rigid elements, levers, a uniform load."""
 
 from __future__ import annotations
 

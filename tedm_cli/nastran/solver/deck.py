@@ -51,7 +51,10 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
             "no CHEXA and no CBAR elements", where=str(path), hint="a unit-load deck holds the whole model"
         )
     finder = Finder(grid_id, path)
-    hexes, bars = read_hexes(model, finder), read_bars(model, finder, position)
+    try:
+        hexes, bars = read_hexes(model, finder), read_bars(model, finder, position)
+    except InputError as error:  # of a material that is none, found where no file is known
+        raise InputError(error.fact, where=error.where or str(path), hint=error.hint) from error
     rbe2, rbe3 = read_rigid_elements(model, finder)
     sets = selected_sets(model, path)
     if sets.constraint is not None and not {sets.constraint} & (model.spcs.keys() | model.spcadds.keys()):
