@@ -56,3 +56,27 @@ def plausible_translation(expansion: FloatArray, position: FloatArray) -> float:
     alpha = np.abs(expansion[np.isfinite(expansion)])
     extent = float(np.linalg.norm(np.ptp(position, axis=0)))
     return float(alpha.max(initial=0.0)) * extent
+
+
+#: Half the distance of neighbouring numbers in single precision, over the numbers.
+ROUNDING = 2.0**-24
+# Of what single precision explains: solvers leave 0.5 of the first, and the second is for what they do themselves.
+_LOCAL, _ANYWHERE = 16.0, 4.0
+
+
+def superposition_excess(gap: FloatArray, size: FloatArray, floor: float = 0.0) -> FloatArray:
+    """Error [n] of the sum over areas at each grid, over what single precision allows there; above 1 is an error.
+
+    A number of single precision is off by `ROUNDING` of itself, so a sum of k of them by `ROUNDING` of the sum of
+    their sizes (N. Higham, Accuracy and Stability of Numerical Algorithms, ch. 4). Allowed are 16 times that, and 4
+    times that of the grid that moves most, for the error of the solution itself.
+
+    Parameters
+    ----------
+    gap : [n,3], sum over the areas minus the uniform load.
+    size : [n], sum over all loads, the uniform one too, of the length of the motion.
+    floor : a motion that counts like the largest `size`, where the grids given are not all.
+    """
+    allowed = ROUNDING * (_LOCAL * size + _ANYWHERE * max(float(size.max(initial=0.0)), floor))
+    error = np.linalg.norm(gap, axis=1)
+    return np.divide(error, allowed, out=np.where(error > 0.0, np.inf, 0.0), where=allowed > 0.0)

@@ -16,6 +16,7 @@ class TedmError(Exception):
     exit_code = 1
 
     def __init__(self, fact: str, *, where: str = "", hint: str = "") -> None:
+        fact = _printable(fact)
         super().__init__(f"{where}: {fact}" if where else fact)
         self.fact = fact
         self.where = where
@@ -49,3 +50,8 @@ class PhysicsError(TedmError):
     """A physical check failed: a residual, a rank, a singular structure, a model that reaches into a test mass."""
 
     exit_code = 5
+
+
+def _printable(text: str) -> str:
+    """What a message quotes of a damaged file must not move the cursor or ring the bell."""
+    return "".join(c if c.isprintable() or c == "\n" else "?" for c in text)

@@ -74,11 +74,12 @@ class Writer:
             raise TedmError(f"internal: {self._kind.name} {path}: {problem}")
         dtype: Any = h5py.string_dtype() if spec.dtype == "str" else np.float32 if single else DTYPES[spec.dtype]
         options: dict[str, Any] = {}
-        axis = next((i for i, dim in enumerate(spec.dims) if dim in _CHUNKED), None)
-        if axis is not None and 0 not in shape:
+        axis = next((i for i, dim in enumerate(spec.dims) if dim in _CHUNKED), 0)
+        if shape and 0 not in shape:
             options["chunks"] = tuple(
                 1 if i < axis else min(n, BLOCK_NODES) if i == axis else n for i, n in enumerate(shape)
             )
+            options["fletcher32"] = spec.dtype != "str"  # a checksum of every chunk; of strings it would not cover them
         dataset = self._file.create_dataset(path, shape=shape, dtype=dtype, track_times=False, **options)
         unit = spec.units if spec.units is not None else units
         if unit is None:
@@ -151,7 +152,8 @@ class Reader:
         return Blocks(self._file[path], self.path)
 
     def units(self, path: str) -> str:
-        return str(self._file[path].attrs["units"])
+        with reading(self.path, path):
+            return str(self._file[path].attrs["units"])
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -185,7 +187,8 @@ class Reader:
                     meaning = find_spec(self.kind, path).long_name
                     found.append((path, tuple(item.shape), str(item.attrs["units"]), meaning))
 
-        self._file.visititems(visit)
+        with reading(self.path):
+            self._file.visititems(visit)
         yield from found
 
 

@@ -33,7 +33,7 @@ def unit_load_displacements(
     Raises
     ------
     InputError : what `open_results` refuses, a load without result, a result without load, a result given twice,
-        missing grids, NaN or infinity.
+        labels and numbers of subcases that contradict each other, missing grids, NaN or infinity.
     """
     matched: list[tuple[Path, dict[int, UnitLoad]]] = []
     seen: dict[str, Path] = {}
@@ -48,6 +48,8 @@ def unit_load_displacements(
                 seen[load.label] = path
             matched.append((path, mine))
     _check_complete(loads, seen, op2_files)
+    if not subcase_table:
+        _check_numbers(matched, loads)
     axes = displacement_axes(geometry.position_m, geometry.displacement_frame, geometry.frames)
     for path, mine in matched:
         with open_results(path) as (tables, read):
@@ -107,6 +109,26 @@ def _check_complete(loads: Sequence[UnitLoad], seen: Mapping[str, Path], op2_fil
             f"no displacements for {len(missing)} of {len(loads)} unit loads: {names}{more}",
             where=", ".join(str(p) for p in op2_files),
             hint="is an OP2 missing from the list, or did the solver stop before its last subcase?",
+        )
+
+
+def _check_numbers(matched: Sequence[tuple[Path, Mapping[int, UnitLoad]]], loads: Sequence[UnitLoad]) -> None:
+    """Where the results have the deck's own numbers, these must say what the labels say.
+
+    Two loads that have changed places add up to the same uniform load: nothing else would tell.
+    """
+    found = [(path, number, load) for path, mine in matched for number, load in mine.items()]
+    if sorted(number for _, number, _ in found) != sorted(load.subcase for load in loads):
+        return  # numbered anew, in one file or in several
+    of_deck = {load.subcase: load.label for load in loads}
+    other = [(path, number, load) for path, number, load in found if load.subcase != number]
+    if other:
+        path, number, load = other[0]
+        raise InputError(
+            f"subcase {number} is labelled '{load.label}', and '{of_deck[number]}' in the deck"
+            f" ({len(other)} of {len(found)} subcases)",
+            where=str(path),
+            hint="were labels changed since? say which is which by [model.subcases] area = id",
         )
 
 

@@ -86,7 +86,7 @@ def grids(model: Any, files: list[Path]) -> Grids:
     rows = rows_of(ids, np.array(sorted(corners), dtype=np.int64), where=where, what="an element")
     structural = np.zeros(len(ids), dtype=bool)
     structural[rows] = True
-    return Grids(files, ids, structural, np.isin(ids, tied_grids(model)))
+    return Grids(files, ids, structural, np.isin(ids, tied_grids(model, where)))
 
 
 def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.cards import refuse_lost_fields
 from tedm_cli.nastran.quiet import fact_of, quiet
 
 _ON_GRIDS = "temperatures other than of grids are not read: load the grids with TEMP and TEMPD"
@@ -38,6 +39,7 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
         raise InputError("no such deck", where=str(path), hint="make one with `tedm write-deck`, or name your own")
     _scan(path)
     model = BDF(debug=None)
+    refuse_lost_fields(model, path)
     with quiet() as chatter:
         try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
@@ -45,6 +47,8 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
                 model.cross_reference(
                     xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
                 )
+        except InputError:
+            raise
         except Exception as exc:  # malformed decks make pyNastran raise almost anything, and classes of its own
             fact = fact_of(exc, chatter.getvalue())
             raise InputError(f"pyNastran cannot read the deck: {fact}", where=str(path)) from exc
@@ -114,9 +118,13 @@ def _included(lines: list[str], folder: Path, place: str) -> Path:
         card += [line.split("$")[0].strip() for line in lines[1 : last + 1]]
     try:
         name = str(get_include_filename(card, include_dir=str(folder.absolute())))
-    except SyntaxError as exc:
+    except (SyntaxError, IndexError) as exc:
         raise InputError("INCLUDE names no file", where=place) from exc
     included = folder.absolute() / name
-    if not included.is_file():
+    try:
+        there = included.is_file()
+    except (OSError, ValueError) as exc:  # a name that no file can have
+        raise InputError(f"INCLUDE names no file: {name[:80]}", where=place) from exc
+    if not there:
         raise InputError(f"INCLUDE of a file that does not exist: {included}", where=place)
     return included

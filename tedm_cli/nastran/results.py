@@ -7,7 +7,6 @@ table is passed over. Layout of table OUG: DMAP Programmer's Guide, data blocks 
 from __future__ import annotations
 
 import re
-import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.fortran_records import require_records
 from tedm_cli.nastran.quiet import fact_of, quiet
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# The first record of an OP2 has 4 or 8 bytes (32 or 64 bit), in either byte order.
-_RECORD_MARKERS = tuple(struct.pack(f"{order}i", size) for order in "<>" for size in (4, 8))
 _TABLES = ("OUGV1", "OUG1", "BOUGV1", "OUGV2", "OUG2", "BOUGV2", "OUGV1PAT", "OPHIG", "BOPHIG")
 _STRUCTURAL_GRID = 1  # grid type in the OP2; 2 marks scalar points
 _HEADER_WORDS = 146
@@ -66,22 +64,6 @@ class GridMotion:
     motion: FloatArray
 
 
-def require_results(path: Path) -> None:
-    """Refuse what is not an OP2 at first sight, before anything is spent on reading the deck."""
-    if not path.is_file():
-        raise InputError("no such OP2", where=str(path), hint="run `tedm solve`, or Nastran on the unit-load deck")
-    with open(path, "rb") as stream:
-        marker = stream.read(4)
-    if not marker:
-        raise InputError("empty file, not an OP2", where=str(path))
-    if marker not in _RECORD_MARKERS:
-        raise InputError(
-            "not an OP2 (it does not begin with a Fortran record)",
-            where=str(path),
-            hint="the deck needs PARAM,POST,-1 to write one",
-        )
-
-
 @contextmanager
 def open_results(path: Path) -> Iterator[tuple[list[SubcaseTable], Callable[[SubcaseTable], GridMotion]]]:
     """Open an OP2: the displacement tables in it, by subcase, and a function that reads one of them.
@@ -96,7 +78,7 @@ def open_results(path: Path) -> Iterator[tuple[list[SubcaseTable], Callable[[Sub
     from pyNastran.op2.op2 import OP2
     from pyNastran.op2.op2_interface.op2_scalar import OP2_Scalar
 
-    require_results(path)
+    require_records(path)
     model = OP2(debug=None)
     walk = _Walk(path)
     model.generalized_tables = walk
@@ -167,7 +149,7 @@ class _Walk(dict[bytes, Any]):
         reader.read_markers([-1])
         reader._skip_record()
         reader.read_3_markers([-2, 1, 0])
-        reader._skip_record()
+        self._check_name(name, reader._read_record()[: 2 * reader.size], reader.size)
         subtable = -3
         reader.read_3_markers([subtable, 1, 0])
         header, places = b"", list[int]()
@@ -182,6 +164,17 @@ class _Walk(dict[bytes, Any]):
             reader.read_3_markers([subtable, 1, 0])
         self._add(name, header, places, model)
         reader.read_markers([0])
+
+    def _check_name(self, name: str, again: bytes, size: int) -> None:
+        """A table has its name twice; OUG and BOUG are the same rows in other frames (OUG1 is the name of any)."""
+        inner = _text(again, size).decode("latin-1").strip(" \0")
+        is_basic = inner.startswith("BOUG")
+        if (is_basic or (inner.startswith("OUG") and inner != "OUG1")) and is_basic != name.startswith("B"):
+            raise InputError(
+                f"a table is named {name} and {inner}: the one is in the basic frame, the other is not",
+                where=str(self.path),
+                hint="the file is damaged: run the solver again",
+            )
 
     def _add(self, name: str, header: bytes, places: list[int], model: Any) -> None:
         if not header:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.errors import PhysicsError
+from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.nastran.frames import displacement_axes
 
 if TYPE_CHECKING:
@@ -42,11 +42,19 @@ class RigidLinks:
     extent_m: float
 
 
-def tied_grids(model: Any) -> list[int]:
-    """Ids of the grids in rigid elements (RBE2, RBE3, RBAR, ...) and multipoint constraints."""
+def tied_grids(model: Any, where: str) -> list[int]:
+    """Ids of the grids in rigid elements (RBE2, RBE3, RBAR, ...) and multipoint constraints.
+
+    Raises
+    ------
+    InputError : a blank between the grids of a rigid element.
+    """
     tied: set[int] = set()
-    for element in model.rigid_elements.values():
-        tied.update(int(n) for n in [*element.independent_nodes, *element.dependent_nodes] if n)
+    for eid, element in sorted(model.rigid_elements.items()):
+        try:
+            tied.update(int(n) for n in [*element.independent_nodes, *element.dependent_nodes] if n)
+        except TypeError as exc:  # pyNastran cannot sort what is not there
+            raise InputError(f"{element.type} {eid} has a blank between its grids", where=where) from exc
     for mpcs in model.mpcs.values():
         for mpc in mpcs:
             tied.update(int(n) for n in mpc.node_ids if n)

@@ -12,7 +12,7 @@ from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as KIND
 from tedm_cli.contracts import UNIT_LOADS as SOURCE
-from tedm_cli.distortion import RigidFit, plausible_translation, superposition_residual
+from tedm_cli.distortion import RigidFit, plausible_translation, superposition_excess, superposition_residual
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
@@ -28,8 +28,6 @@ from tedm_cli.stages.common import (
 )
 from tedm_cli.store import Reader, Writer, create, open_checked
 
-# OP2 files hold single precision: identities through them hold to about 1e-7 per load.
-SUPERPOSITION_LIMIT = 1e-4
 IMPLAUSIBLE = 100.0  # times the free growth of the whole model
 
 
@@ -94,7 +92,7 @@ def _scale_areas(
     writer.write("/check/max_translation", found.largest)
     writer.write("/check/rigid_translation", found.rigid_translation)
     writer.write("/check/rigid_rotation", found.rigid_rotation)
-    superposition = _superposition(unit, writer, found.total, found.optical_rotation.sum(axis=0), rows)
+    superposition = _superposition(unit, writer, found, rows)
     worst = int(found.largest.argmax())
     return DistortionSummary(
         out,
@@ -113,8 +111,9 @@ class _Reductions:
     """What one pass over the unit loads leaves besides [D], all per kelvin.
 
     optical_translation, optical_rotation : [k,E,3]; largest : [k], largest component of any translation;
-    rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over the areas; stiff : rows of the grids with a lever
-    that move and never turn.
+    rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over the areas, and size : [N], of the lengths;
+    lever_rows : [L], grids with a lever, total_turn : [L,3] and turn_size : [L] the same of their rotations; stiff :
+    rows of those that move and never turn.
     """
 
     optical_translation: FloatArray
@@ -123,6 +122,10 @@ class _Reductions:
     rigid_translation: FloatArray
     rigid_rotation: FloatArray
     total: FloatArray
+    size: FloatArray
+    lever_rows: IntArray
+    total_turn: FloatArray
+    turn_size: FloatArray
     stiff: IntArray
 
 
@@ -142,7 +145,8 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
     optical_t, optical_r = np.zeros((2, count, len(rows), 3))
     largest = np.zeros(count)
     rigid_t, rigid_r = np.zeros((2, count, 3))
-    total = np.zeros((n_nodes, 3))
+    total, size = np.zeros((n_nodes, 3)), np.zeros(n_nodes)
+    total_turn, turn_size = np.zeros((len(offset_nodes), 3)), np.zeros(len(offset_nodes))
     for i, name in enumerate(areas):
         moments = np.zeros((4, 3))
         for block in node_blocks(n_nodes):
@@ -152,6 +156,7 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
             target[i, block] = held
             moments += fit.moments(block, move)
             total[block] += move
+            size[block] += np.sqrt(np.einsum("ni,ni->n", move, move))
             at, local = optics.within(block)
             optical_t[i, at] = move[local]
             at, local = levers.within(block)
@@ -162,9 +167,23 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
             raise InputError(f"area '{name}': displacements are not finite", where=str(unit.path))
         turned |= np.any(turn != 0.0, axis=1)
         turning[i] = turn
+        total_turn += turn
+        turn_size += np.linalg.norm(turn, axis=1)
         rigid_t[i], rigid_r[i] = fit.motion(moments)
         step(i + 1, count, "scaling unit loads")
-    return _Reductions(optical_t, optical_r, largest, rigid_t, rigid_r, total, offset_nodes[moving & ~turned])
+    return _Reductions(
+        optical_translation=optical_t,
+        optical_rotation=optical_r,
+        largest=largest,
+        rigid_translation=rigid_t,
+        rigid_rotation=rigid_r,
+        total=total,
+        size=size,
+        lever_rows=offset_nodes,
+        total_turn=total_turn,
+        turn_size=turn_size,
+        stiff=offset_nodes[moving & ~turned],
+    )
 
 
 def _check_turning(unit: Reader, rows: IntArray) -> None:
@@ -193,20 +212,41 @@ def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> Non
         )
 
 
-def _superposition(
-    unit: Reader, writer: Writer, total: FloatArray, total_rotation: FloatArray, rows: IntArray
-) -> float | None:
+def _superposition(unit: Reader, writer: Writer, found: _Reductions, rows: IntArray) -> float | None:
+    """Write and judge what the areas' sum leaves of the uniform load: translations, and the rotations that are used."""
     if not unit.has("/uniform/translation"):
         return None
     load = unit.number("/uniform/load_K")
-    residual = superposition_residual(total, unit.array("/uniform/translation") / load)
-    optics = superposition_residual(total_rotation, unit.array("/uniform/rotation")[rows] / load)
-    writer.write("/check/superposition_translation", residual)
-    writer.write("/check/superposition_optics", optics)
-    if residual > SUPERPOSITION_LIMIT:
-        raise PhysicsError(
-            f"the areas' unit loads sum to something else than the uniform load (relative difference {residual:.2g})",
-            where=str(unit.path),
-            hint="is an area missing from the deck, or do the results belong to another deck?",
-        )
-    return residual
+    uniform, turn = unit.array("/uniform/translation") / load, unit.array("/uniform/rotation") / load
+    optics = found.optical_rotation.sum(axis=0)
+    translation = superposition_residual(found.total, uniform)
+    writer.write("/check/superposition_translation", translation)
+    writer.write("/check/superposition_optics", superposition_residual(optics, turn[rows]))
+    size = found.size + np.linalg.norm(uniform, axis=1)
+    _judge(unit, "translation", found.total - uniform, size, np.arange(len(size)), translation, 0.0)
+    used = np.concatenate([rows, found.lever_rows])
+    turned = np.concatenate([np.linalg.norm(found.optical_rotation, axis=2).sum(axis=0), found.turn_size])
+    total = np.concatenate([optics, found.total_turn])
+    extent = float(np.ptp(unit.array("/grid/position"), axis=0).max())
+    turned += np.linalg.norm(turn[used], axis=1)
+    if used.size:
+        rotation = superposition_residual(total, turn[used])
+        _judge(unit, "rotation", total - turn[used], turned, used, rotation, float(size.max()) / extent)
+    return translation
+
+
+def _judge(
+    unit: Reader, what: str, gap: FloatArray, size: FloatArray, rows: IntArray, residual: float, floor: float
+) -> None:
+    excess = superposition_excess(gap, size, floor)
+    if excess.max() <= 1.0:
+        return
+    worst = int(excess.argmax())
+    raise PhysicsError(
+        f"the areas' unit loads sum to something else than the uniform load: the {what} of grid"
+        f" {unit.array('/grid/id')[rows[worst]]} is off by {np.linalg.norm(gap[worst]):.2g}"
+        f" {'rad' if what == 'rotation' else 'm'}/K, {excess[worst]:.2g} times what single precision allows"
+        f" ({(excess > 1.0).sum()} of {len(excess)} grids; relative difference {residual:.2g})",
+        where=str(unit.path),
+        hint="is an area missing from the deck, do the results belong to another deck, or did the solver iterate?",
+    )

@@ -19,10 +19,10 @@ from tedm_cli.contracts import UNIT_LOADS as KIND
 from tedm_cli.errors import ConfigError
 from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.displacements import unit_load_displacements
+from tedm_cli.nastran.fortran_records import require_records
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
 from tedm_cli.nastran.reading import deck_files, read_deck
-from tedm_cli.nastran.results import require_results
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.progress import Step
@@ -67,7 +67,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     deck = project.resolve(config.model.deck)
     results = [project.resolve(p) for p in config.model.op2]
     for path in results:
-        require_results(path)
+        require_records(path)
     model = read_deck(deck)
     files = deck_files(model, deck)
     listed = area_csv(project, config)

@@ -225,21 +225,13 @@ def test_not_finite(tiny: Project, value: float) -> None:
 
 
 def test_cut_off_anywhere(tiny: Project) -> None:
-    """Only when no more than the end mark is missing is a file taken; its displacements are then those of the whole."""
     whole = tiny.op2.read_bytes()
-    with h5py.File(tiny.build / "unit_loads.h5") as file:
-        expected = file["/translation"][()]
     cuts = sorted(
         {1, 3, 4, 8, *np.linspace(12, len(whole) - 12, 28).astype(int) // 4 * 4, len(whole) - 4, len(whole) - 1}
     )
     for cut in cuts:
         tiny.op2.write_bytes(whole[:cut])
-        if cut < len(whole) - 8:
-            refuse(tiny, 4, "unit_loads.op2")
-        else:
-            tiny.run("ingest").ok()
-            with h5py.File(tiny.build / "unit_loads.h5") as file:
-                np.testing.assert_array_equal(file["/translation"][()], expected)
+        refuse(tiny, 4, "unit_loads.op2")
 
 
 @pytest.mark.parametrize(

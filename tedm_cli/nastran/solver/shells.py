@@ -33,10 +33,10 @@ def read_shells(model: Any, finder: Finder, card: str) -> ShellBlock:
             for mid in (prop.mid1, prop.mid2, prop.mid3)
         )
         if first is not None:
-            membrane[k] = thickness * _plane_stress(first)
+            membrane[k] = thickness * _plane_stress(first, finder.where)
             expansion[k], reference[k] = first.a, first.tref
         if second is not None:
-            bending[k] = prop.twelveIt3 * thickness**3 / 12.0 * _plane_stress(second)
+            bending[k] = prop.twelveIt3 * thickness**3 / 12.0 * _plane_stress(second, finder.where)
             shear[k] = np.inf if third is None else prop.tst * thickness * third.g
     k6rot = model.params.get("K6ROT")
     weight = _K6ROT_UNIT * (_K6ROT if k6rot is None else float(k6rot.values[0]))
@@ -60,9 +60,9 @@ def corner_thickness(shell: Any, prop: Any) -> list[float]:
     return [float(prop.t if value is None else unit * value) for value in given]
 
 
-def _plane_stress(material: Any) -> Floats:
+def _plane_stress(material: Any, where: str) -> Floats:
     """Stresses over strains in plane stress, [3, 3], Pa."""
     if abs(material.g * 2.0 * (1.0 + material.nu) / material.e - 1.0) > 0.01:
-        raise InputError(f"MAT1 {material.mid}: E, G and NU of a shell do not agree within 1 %")
+        raise InputError(f"MAT1 {material.mid}: E, G and NU of a shell do not agree within 1 %", where=where)
     direct = material.e / (1.0 - material.nu**2)
     return np.array([[direct, material.nu * direct, 0.0], [material.nu * direct, direct, 0.0], [0.0, 0.0, material.g]])

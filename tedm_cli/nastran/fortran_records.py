@@ -1,0 +1,59 @@
+"""The records of a Fortran file: each has its length before and behind it, which is the one redundancy an OP2 has."""
+
+from __future__ import annotations
+
+import mmap
+import struct
+from pathlib import Path
+
+from tedm_cli.errors import InputError
+
+# The first record of an OP2 has 4 or 8 bytes (32 or 64 bit), in either byte order.
+_ORDERS = {struct.pack(f"{order}i", size): order for order in "<>" for size in (4, 8)}
+
+
+def require_records(path: Path) -> None:
+    """Walk an OP2 from record to record: to its end, and no further.
+
+    Raises
+    ------
+    InputError : missing, empty, not an OP2, cut off, a record whose lengths differ or are impossible.
+    """
+    if not path.is_file():
+        raise InputError("no such OP2", where=str(path), hint="run `tedm solve`, or Nastran on the unit-load deck")
+    if not path.stat().st_size:
+        raise InputError("empty file, not an OP2", where=str(path))
+    with open(path, "rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        order = _ORDERS.get(data[:4])
+        if order is None:
+            raise InputError(
+                "not an OP2 (it does not begin with a Fortran record)",
+                where=str(path),
+                hint="the deck needs PARAM,POST,-1 to write one",
+            )
+        problem = _walk(data, struct.Struct(f"{order}i"))
+    if problem:
+        raise InputError(
+            f"truncated or damaged: {problem}",
+            where=str(path),
+            hint="is the file complete, and was it copied as binary? did the solver end without a FATAL message?",
+        )
+
+
+def _walk(data: mmap.mmap, count: struct.Struct) -> str:
+    """What is wrong with the first record that is not whole."""
+    at, end = 0, len(data)
+    while at < end:
+        if at + 8 > end:
+            return f"it ends within the record at byte {at:,}"
+        (size,) = count.unpack_from(data, at)
+        last = at + 4 + size
+        if size < 0:
+            return f"the record at byte {at:,} has a length of {size:,} bytes"
+        if last + 4 > end:
+            return f"the record at byte {at:,} is {size:,} bytes long, the file has {end:,}"
+        (again,) = count.unpack_from(data, last)
+        if again != size:
+            return f"the record at byte {at:,} begins with a length of {size:,} bytes and ends with {again:,}"
+        at = last + 4
+    return ""

@@ -1,0 +1,144 @@
+"""What mutated inputs brought to light, one test to a kind of fault."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from fuzz_binary import join, split
+from fuzz_model import Case
+
+from tedm_cli.contracts import DISTORTION
+from tedm_cli.distortion import ROUNDING, superposition_excess
+from tedm_cli.errors import InputError, PhysicsError, TedmError
+from tedm_cli.store import open_checked
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fact"),
+    [
+        ("\n,.9,.3,.2\nCHEXA", "\nCHEXA", "CORD2S 30: lacks its third point"),
+        ("\n,.9,.3,.2\nCHEXA", "\n,,,\nCHEXA", "CORD2S 30: lacks its third point"),
+        ("\n,.9,.3,.2\nCHEXA", "\n,.9,.3,.2\n,.9,.3,.2\nCHEXA", "CORD2S 30: has more fields than three points"),
+        (".5\n,.9,.3,.2\nCHEXA", ".5,.9,.3,.2\nCHEXA", "CORD2S 30: has 12 fields in a line, which holds 10"),
+        ("GRID,1,,0.0", "GRID,1,,nan", "GRID 1: nan is no number"),
+        ("GRID,1,,0.0", "GRID,1,,-Inf", "GRID 1: -Inf is no number"),
+        ("GRID,1,,0.0", "GRID,1,,1.+400", "GRID 1: 1.+400 is no number"),
+        ("ENDDATA", "SPOINT,500,THRU,99999999\nENDDATA", "500 THRU 99999999 names more ids"),
+        ("900002  123     10      11", "900002  123     10        ", "RBE2 52 has a blank between its grids"),
+        ("ENDDATA", "INCLUDE ''\nENDDATA", "INCLUDE names no file"),
+        ("ENDDATA", "INCLUDE '" + 300 * "x" + "'\nENDDATA", "INCLUDE names no file"),
+    ],
+)
+def test_what_pynastran_passes_over_in_a_deck(case: Case, old: str, new: str, fact: str) -> None:
+    replace(case.deck, old, new)
+    with pytest.raises(InputError, match=f"unit_loads.bdf.*{fact}"):
+        case.run()
+
+
+def test_a_message_has_no_control_characters() -> None:
+    assert str(InputError("label 'A\x1b[2J\x00'", where="f.op2")) == "f.op2: label 'A?[2J?'"
+
+
+def test_lengths_of_records_are_checked_before_anything_is_read(case: Case) -> None:
+    data = bytearray(case.op2.read_bytes())
+    data[12:16] = (12).to_bytes(4, "little")  # of the second record, the date
+    assert len(split(case.op2.read_bytes())[1]) == 12
+    data[12:16] = (2**31 - 1).to_bytes(4, "little")
+    case.op2.write_bytes(data)
+    with pytest.raises(InputError, match=r"record at byte 12 is 2,147,483,647 bytes long, the file has [\d,]+$"):
+        case.run()
+    data[12:16] = (-8).to_bytes(4, "little", signed=True)
+    case.op2.write_bytes(data)
+    with pytest.raises(InputError, match="byte 12 has a length of -8 bytes"):
+        case.run()
+
+
+def edit(case: Case, change: Callable[[list[bytes]], None]) -> None:
+    payloads = split(case.op2.read_bytes())
+    change(payloads)
+    case.op2.write_bytes(join(payloads))
+
+
+def test_labels_that_have_changed_places(case: Case) -> None:
+    """They leave the sum of the areas as it is."""
+
+    def swap(payloads: list[bytes]) -> None:
+        a, b = [i for i, p in enumerate(payloads) if len(p) == 584][:2]
+        x, y = payloads[a], payloads[b]
+        payloads[a], payloads[b] = x[:456] + y[456:], y[:456] + x[456:]
+
+    edit(case, swap)
+    with pytest.raises(InputError, match="subcase 1 is labelled 'WAIST', and 'ROOT' in the deck"):
+        case.run()
+    replace(
+        case.folder / "model.toml", "[areas]", "[model.subcases]\nROOT = 1\nWAIST = 2\nTIP = 3\nUNIFORM = 4\n\n[areas]"
+    )
+    case.run()
+
+
+def test_a_table_with_two_names(case: Case) -> None:
+    def rename(payloads: list[bytes]) -> None:
+        at = next(i for i, p in enumerate(payloads) if p.startswith(b"OUG1") and len(p) == 28)
+        payloads[at] = b"BOUGV1  " + payloads[at][8:]
+
+    edit(case, rename)
+    with pytest.raises(InputError, match="a table is named OUGV1 and BOUGV1"):
+        case.run()
+
+
+ROWS = 14  # two elements, no rigid element on 1, 5 and 9
+
+
+@pytest.mark.parametrize(("column", "what"), [(2, "translation"), (4, "translation"), (5, "rotation"), (7, "rotation")])
+@pytest.mark.parametrize("subcase", range(4))
+def test_one_wrong_number_is_found(case: Case, subcase: int, column: int, what: str) -> None:
+    """A change by 1e-5 of the largest motion, of a grid no rigid element ties; rotations of what is optical."""
+
+    def spoil(payloads: list[bytes]) -> None:
+        headers = [i for i, p in enumerate(payloads) if len(p) == 584]
+        at = next(j for j in range(headers[subcase] + 1, len(payloads)) if len(payloads[j]) > 4)
+        rows = np.frombuffer(payloads[at], "<f4").reshape(ROWS, 8).copy()
+        grid = 8 if what == "translation" else 13
+        rows[grid, column] += 1e-5 * np.abs(rows[:, 2:5] if what == "translation" else rows[:, 5:8]).max()
+        payloads[at] = rows.tobytes()
+
+    edit(case, spoil)
+    with pytest.raises(PhysicsError, match=f"the {what} of grid (9|900002) is off by .* times what single precision"):
+        case.run()
+
+
+def test_what_single_precision_explains_is_no_error() -> None:
+    """Sums of numbers rounded to single precision, of all sizes, stay within a tenth; a wrong number does not."""
+    random = np.random.default_rng(3)
+    for k in (2, 20, 200):
+        loads = random.normal(size=(k, 500, 3)) * 10.0 ** random.uniform(-9, -4, size=(1, 500, 1))
+        single = loads.astype(np.float32).astype(float)
+        uniform = loads.sum(axis=0).astype(np.float32).astype(float)
+        size = np.linalg.norm(single, axis=2).sum(axis=0) + np.linalg.norm(uniform, axis=1)
+        gap = single.sum(axis=0) - uniform
+        assert superposition_excess(gap, size).max() < 0.1
+        gap[7, 1] += 21 * ROUNDING * size.max()
+        assert superposition_excess(gap, size).argmax() == 7
+        assert superposition_excess(gap, size).max() > 1.0
+
+
+@pytest.mark.parametrize("path", ["/D/translation", "/D_opt/rotation", "/grid/id"])
+def test_a_flipped_bit_between_stages_is_found(case: Case, path: str) -> None:
+    with h5py.File(case.distortion) as file:
+        chunk = file[path].id.get_chunk_info(0)
+    data = bytearray(case.distortion.read_bytes())
+    data[chunk.byte_offset + chunk.size // 2] ^= 4
+    case.distortion.write_bytes(data)
+    with pytest.raises(TedmError, match=f"distortion.h5: {path}: cannot be read, the file is damaged"):
+        with open_checked(case.distortion, DISTORTION) as file:
+            file.array(path)
