@@ -21,7 +21,8 @@ from tedm_cli.figures.data import AreaMap, Areas, CaseNoise, first_largest, kind
 from tedm_cli.figures.inline import figure_sources
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import style, svg
-from tedm_cli.stages.plot import figure_specs, open_results, read_areas, read_case
+from tedm_cli.stages.plot import figure_specs
+from tedm_cli.stages.results import open_results, read_areas, read_case
 
 
 @pytest.fixture(scope="module")
