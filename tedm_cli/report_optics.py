@@ -33,7 +33,9 @@ def _worst_areas(file: Reader, read_out_set: str) -> list[dict[str, Any]]:
     """The area with the largest read-out for each degree of freedom, and all areas by root sum of squares."""
     areas, noise = file.strings("/area/name"), file.array(f"/N/{read_out_set}")
     rows = []
-    for label, unit, row in zip(file.strings("/label/read_out"), file.strings("/label/read_out_unit"), noise, strict=True):
+    for label, unit, row in zip(
+        file.strings("/label/read_out"), file.strings("/label/read_out_unit"), noise, strict=True
+    ):
         worst = first_largest(range(len(row)), [float(v) for v in np.abs(row)])
         rows.append(
             {

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from tedm_cli.figures.bench_shapes import (
     ABOVE,
     SIDE,
-    Segments,
     View,
     beam_segments,
     body,
@@ -75,9 +74,7 @@ def bench_figure(layout: OpticalLayout, bench: TracedBench) -> Figure:
         return figure
 
 
-def exaggerated_figure(
-    layout: OpticalLayout, benches: ExaggeratedBench, load: str, read_outs: Sequence[str]
-) -> Figure:
+def exaggerated_figure(layout: OpticalLayout, benches: ExaggeratedBench, load: str, read_outs: Sequence[str]) -> Figure:
     """The bench before (grey) and after a load whose motions are exaggerated; arrows show how elements move.
 
     `load` names the load in the title, `read_outs` says what is read, in words.
@@ -113,11 +110,10 @@ def factor_text(factor: float) -> str:
 
 
 def length_text(length_m: float) -> str:
-    """A length that is 1, 2 or 5 times a power of ten, with its unit."""
-    for unit, size in (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12)):
-        if length_m >= 0.9999 * size:
-            break
-    return f"{length_m / size:.3g} {unit}"
+    """A length with the unit that keeps its number small."""
+    units = (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12))
+    name, size = next((u for u in units if length_m >= 0.9999 * u[1]), units[-1])
+    return f"{length_m / size:.3g} {name}"
 
 
 def _canvas(
@@ -158,8 +154,8 @@ def _canvas(
             axes.set_title(view.title, fontsize=9, pad=3)
         panels.append(axes)
         top -= h + _GAP
-    figure.legend(handles=handles, loc="lower left", ncols=_LEGEND_COLUMNS, bbox_to_anchor=(0.04, 0.0), handlelength=2.6,
-                  columnspacing=1.6, labelspacing=0.35)  # fmt: skip
+    figure.legend(handles=handles, loc="lower left", ncols=_LEGEND_COLUMNS, bbox_to_anchor=(0.04, 0.0),
+                  handlelength=2.6, columnspacing=1.6, labelspacing=0.35)  # fmt: skip
     return figure, panels, per_inch / 72
 
 
@@ -176,14 +172,15 @@ def _line_style(beam: str, colour: str) -> dict[str, Any]:
 
 def _beam_handles(layout: OpticalLayout) -> list[Line2D]:
     groups = interferometers(layout)
-    names = [(i, f"to {', '.join(group)}") for i, group in enumerate(groups)]
-    names += [(-1, "of both" if len(groups) == 2 else "of several")] if len(groups) > 1 else []
+    names = [(i, f" to {', '.join(group)}") for i, group in enumerate(groups)]
+    names += [(-1, ", shared")] if len(groups) > 1 else []
     handles = []
     for owner, name in names:
         for beam, word in (("meas", "measurement beam"), ("ref", "reference beam")):
             look = _line_style(beam, _colour(owner))
-            handles.append(Line2D([], [], label=f"{word} {name}", color=look["edgecolor"], linewidth=look["linewidth"],
-                                  linestyle=look["linestyle"], solid_capstyle="butt", dash_capstyle="butt"))  # fmt: skip
+            handle = Line2D([], [], color=look["edgecolor"], linewidth=look["linewidth"], linestyle=look["linestyle"])
+            handle.set(label=word + name, dash_capstyle="butt")
+            handles.append(handle)
     return handles
 
 
@@ -203,9 +200,9 @@ def _draw_beams(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: Vie
             flat = view.flat(part.points[part.interferometer == owner])
             look = _line_style(part.beam, _colour(owner))
             zorder = 2.0 if part.beam == "ref" else 2.2
-            axes.add_patch(PathPatch(_path(flat), fill=False, zorder=zorder, gid=f"{part.beam} {owner}", **look))
+            axes.add_artist(PathPatch(_path(flat), fill=False, zorder=zorder, gid=f"{part.beam} {owner}", **look))
             heads = _path(_arrow_heads(flat, per_pt, 0.38 if part.beam == "ref" else 0.6), closed=True)
-            axes.add_patch(PathPatch(heads, facecolor=_colour(owner), edgecolor="none", zorder=2.4))
+            axes.add_artist(PathPatch(heads, facecolor=_colour(owner), edgecolor="none", zorder=2.4))
 
 
 def _path(pieces: Sequence[Array] | Array, *, closed: bool = False) -> Path:
@@ -237,7 +234,7 @@ def _draw_bodies(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: Vi
         glass = element.kind in ("window", "beamsplitter")  # beams are seen inside
         if view is SIDE:  # where a bench is seen edge-on, one stands before the other
             fill = (*to_rgb(fill), 0.35)
-        axes.add_patch(Polygon(shape, closed=True, facecolor=fill, edgecolor=edge, linewidth=0.8, gid=element.name,
+        axes.add_artist(Polygon(shape, closed=True, facecolor=fill, edgecolor=edge, linewidth=0.8, gid=element.name,
                                linestyle=":" if assumed else "-", zorder=1.8 if glass else 2.6))  # fmt: skip
         shapes.append(shape)
     return shapes
@@ -247,20 +244,22 @@ def _draw_ghost(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: Vie
     beams = np.concatenate([view.flat(part.points) for part in beam_segments(layout, bench)])
     shapes = [outline(view.flat(body(layout, i, bench.poses))) for i in range(len(layout.elements))]
     look: dict[str, Any] = {"fill": False, "edgecolor": GHOST, "linewidth": 0.8}
-    axes.add_patch(PathPatch(_path(beams), zorder=1.2, gid="before: beams", **look))
-    axes.add_patch(PathPatch(_path(shapes, closed=True), zorder=1.3, gid="before: bodies", **look))
+    axes.add_artist(PathPatch(_path(beams), zorder=1.2, gid="before: beams", **look))
+    axes.add_artist(PathPatch(_path(shapes, closed=True), zorder=1.3, gid="before: bodies", **look))
 
 
 def _draw_arrows(axes: Axes, before: TracedBench, after: TracedBench, view: View) -> None:
     start, end = view.flat(before.poses.ref), view.flat(after.poses.ref)
-    still = np.all(start == end, axis=1)
-    way = (end - start)[~still]
-    axes.quiver(*start[~still].T, *way.T, angles="xy", scale_units="xy", scale=1.0, units="inches", width=0.018,
-                color=INK, zorder=3.0, headwidth=4.5, headlength=5.5, headaxislength=5.0, minlength=0.5)  # fmt: skip
+    moved = np.any(start != end, axis=1)
+    if moved.any():
+        axes.quiver(*start[moved].T, *(end - start)[moved].T, angles="xy", scale_units="xy", scale=1.0, units="inches",
+                    width=0.018, color=INK, zorder=3.0, headwidth=4.5, headlength=5.5, headaxislength=5.0,
+                    minlength=0.5)  # fmt: skip
 
 
 def _draw_names(
-    axes: Axes, layout: OpticalLayout, shapes: Sequence[Array], benches: Sequence[TracedBench], view: View, per_pt: float
+    axes: Axes, layout: OpticalLayout, shapes: Sequence[Array], benches: Sequence[TracedBench], view: View,
+    per_pt: float,
 ) -> None:  # fmt: skip
     """Names of all elements; from the side only of those at the ends of beams, since a bench is seen edge-on there."""
     chosen = [i for i, e in enumerate(layout.elements)
@@ -274,11 +273,12 @@ def _draw_names(
     places = place_labels(names, [shapes[i] for i in chosen], shapes, lines, _NAME_PT, per_pt, room)
     for i, name, place in zip(chosen, names, places, strict=True):
         if place.far:
-            middle = (shapes[i].min(axis=0) + shapes[i].max(axis=0)) / 2
-            near = middle + np.clip(place.centre - middle, -np.ptp(shapes[i], axis=0) / 2, np.ptp(shapes[i], axis=0) / 2)
+            low_edge, high_edge = shapes[i].min(axis=0), shapes[i].max(axis=0)
+            near = np.clip(place.centre, low_edge, high_edge)
             edge = place.centre + np.clip(near - place.centre, -place.half, place.half)
             axes.plot(*np.stack([edge, near]).T, color=INK, linewidth=0.5, zorder=3.5)
-        axes.text(*place.centre, name, fontsize=_NAME_PT, ha="center", va="center_baseline", zorder=4.0)
+        x, y = place.centre
+        axes.text(x, y, name, fontsize=_NAME_PT, ha="center", va="center_baseline", zorder=4.0)
 
 
 def _scale_bar(axes: Axes, per_pt: float, factor: float | None = None) -> None:

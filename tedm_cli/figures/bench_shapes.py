@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 
 _RIM = 32  # points on the edge of a round element
 _ASSUMED = 0.02  # half-size where no aperture is given, of the size of the bench
-# Depth behind the surface where the layout gives none, and half-size at the front, of the half-size: they tell the kinds
-# apart, a mirror as a bar, an injector as a nozzle.
+# Depth behind the surface where the layout gives none, and half-size of an injector's nose, of the half-size: they tell
+# the kinds apart.
 _DEPTH = {"mirror": 0.35, "beamsplitter": 0.35, "window": 0.35, "photodiode": 1.2, "injector": 2.5}
 _NOSE = 0.35
 
@@ -42,7 +42,7 @@ SIDE = View("from the side", ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), ("x", "z"))
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Straight pieces of beams, each once: `points` [n, 2, 3] m; `interferometer` of them, -1 where several share it."""
+    """Straight pieces of beams, each once: `points` [n, 2, 3] m, `interferometer` [n], -1 where several share it."""
 
     beam: Beam
     points: Array
@@ -111,7 +111,7 @@ def interferometers(layout: OpticalLayout) -> list[tuple[str, ...]]:
     """Photodiodes that see the same two beams: their paths meet the same elements but for the photodiode."""
     found: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for name in layout.photodiodes:
-        paths = [layout.paths[layout.path_index(name, beam)] for beam in ("meas", "ref")]  # type: ignore[arg-type]
+        paths = [layout.paths[layout.path_index(name, beam)] for beam in ("meas", "ref")]
         found.setdefault(tuple(tuple(s.element for s in p.steps[:-1]) for p in paths), []).append(name)
     return [tuple(names) for names in found.values()]
 

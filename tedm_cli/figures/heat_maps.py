@@ -22,7 +22,9 @@ from tedm_cli.optics.scaling import bench_size_m, dimensionless
 Array = NDArray[np.float64]
 
 #: Negative blue, positive vermilion, zero white; darker ends widen the range that can be told apart.
-SIGNED = LinearSegmentedColormap.from_list("signed", ["#00304D", BLUE, "#A6D1EA", "#FFFFFF", "#F6C39B", VERMILION, "#5C2800"])
+SIGNED = LinearSegmentedColormap.from_list(
+    "signed", ["#00304D", BLUE, "#A6D1EA", "#FFFFFF", "#F6C39B", VERMILION, "#5C2800"]
+)
 _OUTPUTS, _MOTIONS = ("x", "y", "opl", "z1", "z2"), ("ux", "uy", "uz", "rx", "ry", "rz")
 _PANEL = 12  # elements beside each other
 _CELL = 0.14  # inches
@@ -58,14 +60,16 @@ def sensitivity_map(layout: OpticalLayout, S_BW: Array) -> Figure:
                 axes.axvline(edge - 0.5, color="black", linewidth=0.8)
             for i, path in enumerate(layout.paths):
                 x = -0.32 / (len(shown) * N_MOTIONS * _CELL)
-                axes.text(x, (i + 0.5) * N_OUTPUTS - 0.5, path.label, transform=axes.get_yaxis_transform(), fontsize=8.5,
-                          ha="right", va="center")  # fmt: skip
+                axes.text(x, (i + 0.5) * N_OUTPUTS - 0.5, path.label, transform=axes.get_yaxis_transform(),
+                          fontsize=8.5, ha="right", va="center")  # fmt: skip
                 if i:
                     axes.axhline(i * N_OUTPUTS - 0.5, color="black", linewidth=0.8)
         size = 1e3 * bench_size_m(layout)
-        figure.text(0.012, 1 - 0.1 / height, f"S_BW, lengths in units of the bench size L = {size:.4g} mm", fontsize=11.5,
-                    fontweight="bold", va="top")  # fmt: skip
-        _colour_bar(figure, image, (left, height - 0.86, min(4.5, width - left - 0.2)), "change of output per motion (1)")
+        title = f"S_BW, lengths in units of the bench size L = {size:.4g} mm"
+        figure.text(0.012, 1 - 0.1 / height, title, fontsize=11.5, fontweight="bold", va="top")
+        _colour_bar(
+            figure, image, (left, height - 0.86, min(4.5, width - left - 0.2)), "change of output per motion (1)"
+        )
         return figure
 
 
@@ -93,7 +97,9 @@ def noise_map(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
             norm = signed_norm(value)
             image = _image(axes, value, norm)
             _write_values(axes, value, norm)
-            axes.set_xticks(range(len(panel.labels)), panel.labels, rotation=60, ha="right", rotation_mode="anchor", fontsize=8)
+            axes.set_xticks(
+                range(len(panel.labels)), panel.labels, rotation=60, ha="right", rotation_mode="anchor", fontsize=8
+            )
             axes.set_yticks(range(k) if number == 0 else [], [areas.name[i] for i in order] if number == 0 else [],
                             fontsize=7.5)  # fmt: skip
             axes.tick_params(length=0)
@@ -120,7 +126,7 @@ def _image(axes: Axes, value: Array, norm: SymLogNorm) -> Any:
 
 def _write_values(axes: Axes, value: Array, norm: SymLogNorm) -> None:
     for (row, column), v in np.ndenumerate(value):
-        r, g, b, _ = SIGNED(float(norm(v)))
+        r, g, b, _ = SIGNED(float(np.asarray(norm(v))))
         dark = 0.2126 * r + 0.7152 * g + 0.0722 * b < 0.45
         axes.text(column, row, number_text(float(v)), fontsize=6.5, ha="center", va="center_baseline",
                   color="white" if dark else "black")  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,7 @@ Array = NDArray[np.float64]
 
 _ANGLES = np.arange(24) * np.pi / 12
 _GAPS = (2.5, 6.0, 11.0, 18.0, 27.0, 40.0)  # between name and outline, points
+_FAR = 8.0  # gap from which a leader is of use
 _COST_LABEL, _COST_BODY, _COST_LINE, _COST_OUTSIDE = 1000.0, 60.0, 25.0, 500.0
 
 
@@ -26,6 +28,7 @@ class Placed:
     far: bool
 
 
+@functools.cache
 def text_size(text: str, size_pt: float) -> Array:
     """Width and height of a text in points."""
     box = TextPath((0, 0), text, prop=FontProperties(family="DejaVu Sans", size=size_pt), usetex=False).get_extents()
@@ -46,6 +49,8 @@ def place_labels(
     limits : lower and upper corner of the room there is.
     """
     edges = np.concatenate([np.stack([s, np.roll(s, -1, axis=0)], axis=1) for s in obstacles])
+    gap, angle = (a.reshape(-1) for a in np.meshgrid(_GAPS, _ANGLES, indexing="ij"))
+    way = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     done: list[Placed] = []
     for name, shape in zip(names, shapes, strict=True):
         half = per_pt * (text_size(name, size_pt) / 2 + 1.0)
@@ -53,21 +58,16 @@ def place_labels(
         if _inside(shape, middle - 1.3 * half, middle + 1.3 * half):
             done.append(Placed(middle, half, False))
             continue
-        best: tuple[float, Placed] | None = None
-        for gap in _GAPS:
-            for angle in _ANGLES:
-                way = np.array([np.cos(angle), np.sin(angle)])
-                reach = float(((shape - middle) @ way).max()) + gap * per_pt + float(np.abs(way) @ half)
-                option = Placed(middle + reach * way, half, gap > 8.0)
-                low, high = option.centre - half, option.centre + half
-                cost = 0.35 * gap + _COST_LINE * int(crossing(lines, low, high).sum())
-                cost += _COST_BODY * int(crossing(edges, low, high).sum())
-                cost += _COST_LABEL * sum(overlap(option, other) for other in done)
-                cost += _COST_OUTSIDE * bool((low < limits[0]).any() or (high > limits[1]).any())
-                if best is None or cost < best[0]:
-                    best = (cost, option)
-        assert best is not None
-        done.append(best[1])
+        reach = ((shape - middle) @ way.T).max(axis=0) + gap * per_pt + np.abs(way) @ half
+        centre = middle + reach[:, None] * way
+        low, high = centre - half, centre + half
+        cost = 0.35 * gap + _COST_LINE * crossing(lines, low, high).sum(axis=1)
+        cost += _COST_BODY * crossing(edges, low, high).sum(axis=1)
+        cost += _COST_OUTSIDE * ((low < limits[0]).any(axis=1) | (high > limits[1]).any(axis=1))
+        for other in done:
+            cost += _COST_LABEL * np.all(np.abs(centre - other.centre) < half + other.half, axis=1)
+        best = int(cost.argmin())
+        done.append(Placed(centre[best], half, bool(gap[best] > _FAR)))
     return done
 
 
@@ -79,18 +79,18 @@ def _inside(shape: Array, low: Array, high: Array) -> bool:
     return bool(np.all(way[:, 0] * out[..., 1] - way[:, 1] * out[..., 0] >= 0.0))
 
 
-def overlap(a: Placed, b: Placed) -> bool:
-    """Whether the boxes of two names overlap."""
-    return bool(np.all(np.abs(a.centre - b.centre) < a.half + b.half))
-
-
 def crossing(segments: Array, low: Array, high: Array) -> NDArray[np.bool_]:
-    """Which segments [n, 2, 2] have a part inside the box: cut by its slabs one after the other (Liang and Barsky 1984)."""
-    start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        first, last = (low - start) / way, (high - start) / way
-    still = way == 0.0
-    inside = (start >= low) & (start <= high)
-    enter = np.where(still, np.where(inside, -np.inf, np.inf), np.minimum(first, last)).max(axis=1)
-    leave = np.where(still, np.where(inside, np.inf, -np.inf), np.maximum(first, last)).min(axis=1)
-    return np.asarray(np.maximum(enter, 0.0) <= np.minimum(leave, 1.0))
+    """Which segments [n, 2, 2] have a part inside which boxes [m, 2], as [m, n] (Liang and Barsky 1984)."""
+    enter, leave = np.zeros((2, len(low), len(segments)))
+    leave += 1.0
+    for axis in (0, 1):
+        start, way = segments[:, 0, axis], segments[:, 1, axis] - segments[:, 0, axis]
+        below, above = low[:, None, axis] - start, high[:, None, axis] - start
+        still = way == 0.0
+        scale = 1.0 / np.where(still, 1.0, way)
+        first, last = below * scale, above * scale
+        # A segment that stands still along this axis is inside its slab all the time, or never.
+        beside = still & ((below > 0.0) | (above < 0.0))
+        np.maximum(enter, np.where(still, np.where(beside, np.inf, 0.0), np.minimum(first, last)), out=enter)
+        np.minimum(leave, np.where(still, 1.0, np.maximum(first, last)), out=leave)
+    return np.asarray(enter <= leave)

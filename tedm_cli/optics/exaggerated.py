@@ -110,7 +110,8 @@ def exaggerated_bench(layout: OpticalLayout, motion: Array) -> ExaggeratedBench:
 def round_down(value: float) -> float:
     """A positive number with its first digit kept and the others made zero."""
     decade = math.floor(math.log10(value))
-    return float(f"{max(1, math.floor(value / 10.0**decade))}e{decade}")
+    digit = math.floor(value / 10.0**decade * (1 + 1e-9))  # 2 that became 1.999... by rounding is 2
+    return float(f"{max(1, digit)}e{decade}")
 
 
 def _largest_shift(before: TracedBench, after: TracedBench) -> float:

@@ -27,4 +27,4 @@ def dimensionless(S_BW: Array, layout: OpticalLayout) -> Array:
         np.array([size if unit == "m" else 1.0 for unit in labels(layout).units])
         for labels in (output_labels, input_labels)
     )
-    return S_BW * motion / output[:, None]
+    return np.asarray(S_BW * motion / output[:, None])

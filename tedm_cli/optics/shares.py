@@ -1,7 +1,8 @@
 """Which motion of which element makes a read-out: the product `gain @ motion` before its sum is taken.
 
-With the read-out of a set `n = O^-1 P S_BW m` (Montemurro 2004, eqs. 10.3 to 10.11), `gain` is `O^-1 P S_BW` on the columns
-of the bench and m the motion of its elements; every term of that product belongs to one degree of freedom of one element.
+With the read-out of a set `n = O^-1 P S_BW m` (Montemurro 2004, eqs. 10.3 to 10.11), `gain` is `O^-1 P S_BW` on the
+columns of the bench and m the motion of its elements; every term of that product belongs to one degree of freedom of
+one element.
 """
 
 from __future__ import annotations

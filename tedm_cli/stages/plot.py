@@ -31,10 +31,7 @@ def plot(project: Project, output_dir: Path | None, step: Step, areas: Sequence[
     folder = output_dir if output_dir is not None else project.build_dir / FIGURES
     done = []
     with open_results(project) as results:
-        if areas:
-            specs = area_specs(results, areas)
-        else:
-            specs = figure_specs(results, [read_case(r) for r in results.cases])
+        specs = area_specs(results, areas) if areas else figure_specs(results, list(map(read_case, results.cases)))
         for number, spec in enumerate(specs, start=1):
             data = svg(spec.draw(), spec.caption, spec.sources)
             with replacing(folder / spec.name) as temporary:

@@ -43,15 +43,15 @@ def optics_specs(results: Results) -> list[FigureSpec]:
         "s_bw.svg",
         "optics",
         "Optical sensitivity matrix S_BW: five outputs of every beam by six motions of every element, about its"
-        " finite-element grid. Lengths count in units of the bench size, so that entries in m/m, m/rad and rad/rad compare;"
-        " white is zero.",
+        " finite-element grid. Lengths count in units of the bench size, so that entries in m/m, m/rad and rad/rad"
+        " compare; white is zero.",
         lambda: _maps_room().sensitivity_map(layout, file.array("/S_BW")),
     )
     add(
         "read_out_by_area.svg",
         "read-out",
-        f"Read-out N of photodiode set{'s' if len(layout.sets) > 1 else ''} {' and '.join(layout.sets)} per kelvin of each"
-        " thermal area, with its sign; the colour scale is logarithmic.",
+        f"Read-out N of photodiode set{'s' if len(layout.sets) > 1 else ''} {' and '.join(layout.sets)} per kelvin of"
+        " each thermal area, with its sign; the colours are logarithmic.",
         lambda: _maps_room().noise_map(read_out_maps(file), areas, "Read-out by area"),
     )
     for unit, (shown, _) in _SHOWN.items():
@@ -59,9 +59,9 @@ def optics_specs(results: Results) -> list[FigureSpec]:
             add(
                 f"shares_{_QUANTITY[unit]}.svg",
                 "read-out",
-                f"Read-outs of {_QUANTITY[unit]} of set {first} ({shown}/K): the areas that matter most, and the elements and"
-                " their motions that make the read-out under the first of these areas. Contributions have signs; they sum to"
-                " the read-out.",
+                f"Read-outs of {_QUANTITY[unit]} of set {first} ({shown}/K): the areas that matter most, and the"
+                " elements and their motions that make the read-out under the first of these areas. Contributions have"
+                " signs; they sum to the read-out.",
                 lambda unit=unit: _shares_figure(results, areas, unit),  # type: ignore[misc]
             )
     worst: dict[int, list[str]] = {}
@@ -115,7 +115,11 @@ def _shares_figure(results: Results, areas: Areas, unit: str) -> Any:
 
     file, layout = results.optics, results.layout
     name = next(iter(layout.sets))
-    noise, labels, units = file.array(f"/N/{name}"), file.strings("/label/read_out"), file.strings("/label/read_out_unit")
+    noise, labels, units = (
+        file.array(f"/N/{name}"),
+        file.strings("/label/read_out"),
+        file.strings("/label/read_out_unit"),
+    )
     PS = law_matrix(layout) @ file.array("/S_BW")
     gain = read_out_inverse(layout, name, PS).inverse @ PS[layout.laser_rows(layout.sets[name])]
     worst = [worst_area(row) for row in noise]
@@ -139,8 +143,8 @@ def _area_spec(results: Results, areas: Areas, area: int, remark: str) -> Figure
     return FigureSpec(
         f"bench_area{number:02d}_{safe}.svg",
         "load",
-        f"The bench under 1 K of {name}, before (grey) and after, motions exaggerated.{remark} Beams are traced through the"
-        " exaggerated poses, surfaces extended where a beam misses them; test masses stay where they are.",
+        f"The bench under 1 K of {name}, before (grey) and after, motions exaggerated.{remark} Beams are traced through"
+        " the exaggerated poses, surfaces extended where a beam misses them; test masses stay where they are.",
         (f"{results.optics_file.path.name} {results.optics_file.sha256}",),
         lambda: _load_figure(results, area, name),
     )
@@ -149,7 +153,7 @@ def _area_spec(results: Results, areas: Areas, area: int, remark: str) -> Figure
 def _load_figure(results: Results, area: int, name: str) -> Any:
     layout, file = results.layout, results.optics
     motion = motion_of_elements(layout, _motion(results)[area], results.distortion.array("/optical/position"))
-    lines = []
+    by_text: dict[str, list[str]] = {}
     units = file.strings("/label/read_out_unit")
     for read_out_set in layout.sets:
         values = file.array(f"/N/{read_out_set}")[:, area]
@@ -159,7 +163,11 @@ def _load_figure(results: Results, area: int, name: str) -> Any:
                 file.strings("/label/read_out"), values, (_SHOWN[u] for u in units), strict=True
             )
         ]
-        lines.append(f"set {read_out_set} reads {', '.join(parts)}")
+        by_text.setdefault(", ".join(parts), []).append(read_out_set)
+    lines = [
+        f"{'sets' if len(sets) > 1 else 'set'} {' and '.join(sets)} read{'' if len(sets) > 1 else 's'} {text}"
+        for text, sets in by_text.items()
+    ]
     return _room().exaggerated_figure(layout, exaggerated_bench(layout, motion), f"1 K on {name}", lines)
 
 

@@ -1,4 +1,4 @@
-"""What figures and report are made from: all results of a build folder, open and found to fit together, and its cases."""
+"""What figures and report are made from: the results of a build folder, open and found to fit together."""
 
 from __future__ import annotations
 
@@ -68,7 +68,9 @@ def open_results(project: Project) -> Iterator[Results]:
             case = stack.enter_context(open_checked(path, CASE))
             _require_current(case, case_id, used, file)
             cases.append(case)
-        yield Results(distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)))
+        yield Results(
+            distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths))
+        )
 
 
 def _layout(project: Project, optics: Reader) -> OpticalLayout:
@@ -190,5 +192,3 @@ def read_temperature(file: Reader) -> TemperatureSpectra:
         parts = [f"{side} the thermal shield ({n} areas)" for side, n in zip(sides, counts, strict=True)]
         names.append(", ".join(parts) or "no area")
     return TemperatureSpectra(file.array("/frequency"), asd, names)
-
-
