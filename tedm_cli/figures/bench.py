@@ -200,7 +200,7 @@ def _draw_beams(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: Vie
             flat = view.flat(part.points[part.interferometer == owner])
             look = _line_style(part.beam, _colour(owner))
             zorder = 2.0 if part.beam == "ref" else 2.2
-            axes.add_artist(PathPatch(_path(flat), fill=False, zorder=zorder, gid=f"{part.beam} {owner}", **look))
+            axes.add_artist(PathPatch(_path(flat), fill=False, zorder=zorder, label=f"{part.beam} {owner}", **look))
             heads = _path(_arrow_heads(flat, per_pt, 0.38 if part.beam == "ref" else 0.6), closed=True)
             axes.add_artist(PathPatch(heads, facecolor=_colour(owner), edgecolor="none", zorder=2.4))
 
@@ -234,7 +234,7 @@ def _draw_bodies(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: Vi
         glass = element.kind in ("window", "beamsplitter")  # beams are seen inside
         if view is SIDE:  # where a bench is seen edge-on, one stands before the other
             fill = (*to_rgb(fill), 0.35)
-        axes.add_artist(Polygon(shape, closed=True, facecolor=fill, edgecolor=edge, linewidth=0.8, gid=element.name,
+        axes.add_artist(Polygon(shape, closed=True, facecolor=fill, edgecolor=edge, linewidth=0.8, label=element.name,
                                linestyle=":" if assumed else "-", zorder=1.8 if glass else 2.6))  # fmt: skip
         shapes.append(shape)
     return shapes
@@ -244,8 +244,8 @@ def _draw_ghost(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: Vie
     beams = np.concatenate([view.flat(part.points) for part in beam_segments(layout, bench)])
     shapes = [outline(view.flat(body(layout, i, bench.poses))) for i in range(len(layout.elements))]
     look: dict[str, Any] = {"fill": False, "edgecolor": GHOST, "linewidth": 0.8}
-    axes.add_artist(PathPatch(_path(beams), zorder=1.2, gid="before: beams", **look))
-    axes.add_artist(PathPatch(_path(shapes, closed=True), zorder=1.3, gid="before: bodies", **look))
+    axes.add_artist(PathPatch(_path(beams), zorder=1.2, label="before: beams", **look))
+    axes.add_artist(PathPatch(_path(shapes, closed=True), zorder=1.3, label="before: bodies", **look))
 
 
 def _draw_arrows(axes: Axes, before: TracedBench, after: TracedBench, view: View) -> None:
@@ -288,7 +288,7 @@ def _scale_bar(axes: Axes, per_pt: float, factor: float | None = None) -> None:
     length = max(m * decade for m in (1, 2, 5) if m * decade <= wide)
     right, low = axes.get_xlim()[1] - 8 * per_pt, axes.get_ylim()[0] + 7 * per_pt
     ends = [right - length, right]
-    axes.plot(ends, [low, low], color=INK, linewidth=2.2, solid_capstyle="butt", zorder=4.0, gid="scale")
+    axes.plot(ends, [low, low], color=INK, linewidth=2.2, solid_capstyle="butt", zorder=4.0, label="scale")
     text = length_text(length * 1e-3)
     if factor is not None:
         text = f"bench {text}, motion {length_text(length * 1e-3 / factor)}"

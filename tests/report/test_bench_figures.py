@@ -69,14 +69,14 @@ def under_load(layout: OpticalLayout, loaded: ExaggeratedBench) -> Figure:
 
 def pieces(axes: Axes, gid: str) -> Array:
     """Segments [n, 2, 2] (mm) of what is drawn under a name."""
-    found = [p for p in axes.patches if p.get_gid() == gid]
+    found = [p for p in axes.patches if p.get_label() == gid]
     assert len(found) == 1
     assert isinstance(found[0], PathPatch)
     return np.asarray(found[0].get_path().vertices).reshape(-1, 2, 2)
 
 
 def bodies(axes: Axes) -> dict[str, Polygon]:
-    return {str(p.get_gid()): p for p in axes.get_children() if isinstance(p, Polygon) and p.get_gid()}
+    return {str(p.get_label()): p for p in axes.get_children() if isinstance(p, Polygon) and p.get_label()}
 
 
 def test_photodiodes_of_one_recombiner_are_one_interferometer(layout: OpticalLayout) -> None:
@@ -197,7 +197,7 @@ def test_legends_and_units(bench: Figure, under_load: Figure) -> None:
 
 def test_scale_bar_is_as_long_as_it_says(bench: Figure, under_load: Figure, loaded: ExaggeratedBench) -> None:
     for figure in (bench, under_load):
-        bar = next(line for line in figure.axes[0].get_lines() if line.get_gid() == "scale")
+        bar = next(line for line in figure.axes[0].get_lines() if line.get_label() == "scale")
         length = float(np.ptp(np.asarray(bar.get_xdata())))
         text = next(t.get_text() for t in figure.axes[0].texts if f"{length:g} mm" in t.get_text())
         if figure is under_load:
