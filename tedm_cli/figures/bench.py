@@ -62,12 +62,13 @@ KINDS: dict[Kind, tuple[Any, str, str]] = {
 def bench_figure(layout: OpticalLayout, bench: TracedBench) -> Figure:
     """The bench from above, and from the side where it leaves the plane."""
     with style():
-        views = [ABOVE, SIDE] if out_of_plane(layout, bench) else [ABOVE]
+        solid = out_of_plane(layout, bench)
+        views = [ABOVE, SIDE] if solid else [ABOVE]
         handles = _beam_handles(layout) + _kind_handles(layout)
         figure, panels, per_pt = _canvas(layout, [bench], views, handles)
         for axes, view in zip(panels, views, strict=True):
             _draw_beams(axes, layout, bench, view, per_pt)
-            shapes = _draw_bodies(axes, layout, bench, view)
+            shapes = _draw_bodies(axes, layout, bench, view, solid)
             _draw_names(axes, layout, shapes, [bench], view, per_pt)
         _scale_bar(panels[0], per_pt)
         _title(figure, layout.title)
@@ -81,8 +82,8 @@ def exaggerated_figure(layout: OpticalLayout, benches: ExaggeratedBench, load: s
     """
     with style():
         before, after = benches.before, benches.after
-        moved = out_of_plane(layout, after)
-        views = [ABOVE, SIDE] if moved else [ABOVE]
+        solid = out_of_plane(layout, before)
+        views = [ABOVE, SIDE] if out_of_plane(layout, after) else [ABOVE]
         handles = [
             *_beam_handles(layout),
             *_kind_handles(layout),
@@ -93,7 +94,7 @@ def exaggerated_figure(layout: OpticalLayout, benches: ExaggeratedBench, load: s
         for axes, view in zip(panels, views, strict=True):
             _draw_ghost(axes, layout, before, view)
             _draw_beams(axes, layout, after, view, per_pt)
-            shapes = _draw_bodies(axes, layout, after, view)
+            shapes = _draw_bodies(axes, layout, after, view, solid or view is SIDE)
             _draw_arrows(axes, before, after, view)
             _draw_names(axes, layout, shapes, [before, after], view, per_pt)
         _scale_bar(panels[0], per_pt, benches.factor)
@@ -225,14 +226,15 @@ def _arrow_heads(flat: Array, per_pt: float, place: float) -> list[Array]:
     return heads
 
 
-def _draw_bodies(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: View) -> list[Array]:
+def _draw_bodies(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: View, through: bool) -> list[Array]:
+    """Outlines of all elements, drawn; `through`: beams are seen through them, where one stands before the other."""
     shapes = []
     for i, element in enumerate(layout.elements):
         shape = outline(view.flat(body(layout, i, bench.poses)))
         fill, edge, _ = KINDS[element.kind]
         assumed = element.aperture_m is None and element.kind != "test_mass"
         glass = element.kind in ("window", "beamsplitter")  # beams are seen inside
-        if view is SIDE:  # where a bench is seen edge-on, one stands before the other
+        if through:
             fill = (*to_rgb(fill), 0.35)
         axes.add_artist(Polygon(shape, closed=True, facecolor=fill, edgecolor=edge, linewidth=0.8, label=element.name,
                                linestyle=":" if assumed else "-", zorder=1.8 if glass else 2.6))  # fmt: skip
