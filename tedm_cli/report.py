@@ -29,6 +29,7 @@ from tedm_cli.figures.data import (
 from tedm_cli.figures.inline import inline_svg
 from tedm_cli.provenance import relative_name
 from tedm_cli.report_field import field_at_rest
+from tedm_cli.report_optics import optics_of
 from tedm_cli.store import Reader
 
 _TOP = 5  # areas listed for each judged output
@@ -90,7 +91,7 @@ def render(inputs: ReportInputs) -> str:
         limits=[q for q in inputs.cases[0].limits if any(j.requirement == q.name for j in inputs.cases[0].judged)],
         contributors=_contributors(inputs.cases, areas),
         field=field_at_rest(inputs.sensitivity),
-        optics=_optics(inputs.optics),
+        optics=optics_of(inputs.optics),
         distortion=_distortion(inputs.distortion),
         model=_model(inputs.unit_loads),
         figures=_figures(inputs.figures),
@@ -189,22 +190,6 @@ def _contributors(cases: Sequence[CaseNoise], areas: Areas) -> list[dict[str, An
     return found
 
 
-def _optics(file: Reader) -> dict[str, Any]:
-    shape = file.dataset("/S_BW").shape
-    sigma = file.array("/singular_values")
-    rank = int(file.number("/rank"))
-    return {
-        "shape": shape,
-        "rank": rank,
-        "read_outs": len(file.strings("/label/read_out")),
-        "singular_values": [float(v) for v in sigma[:rank]],
-        "next_singular_value": float(sigma[rank]) if rank < len(sigma) else None,
-        "sets": list(zip(file.strings("/set/name"), file.array("/set/condition"), strict=True)),
-        "residuals": list(zip(file.strings("/residual/name"), file.array("/residual/value"), strict=True)),
-        "offset": float(np.abs(file.array("/reference_point_offset")).max()),
-    }
-
-
 def _distortion(file: Reader) -> dict[str, Any]:
     names = file.strings("/area/name")
     largest, rigid = (
@@ -248,9 +233,8 @@ def _model(file: Reader) -> dict[str, Any]:
 
 
 def _figures(figures: Sequence[ReportFigure]) -> dict[str, list[dict[str, Any]]]:
-    sections: dict[str, list[dict[str, Any]]] = {
-        name: [] for name in ("verdict", "all cases", "contributors", "sensitivity", "cases")
-    }
+    names = ("verdict", "all cases", "contributors", "sensitivity", "bench", "optics", "read-out", "load", "cases")
+    sections: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
     for number, figure in enumerate(figures):
         svg = Markup(inline_svg(figure.svg, f"f{number}-", figure.caption))
         sections[figure.section].append({"caption": figure.caption, "svg": svg})

@@ -28,17 +28,21 @@ def plot(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the figures.")] = None,
+    area: Annotated[
+        list[str] | None,
+        typer.Option("--area", metavar="NAME", help="Only the bench under 1 K of this thermal area; may be repeated."),
+    ] = None,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Draw the figures of all cases run."""
+    """Draw the figures of all cases run, of the optics, and of the bench under its worst areas."""
     from tedm_cli.progress import progress
     from tedm_cli.stages.plot import plot as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
-        paths = stage(project, output, step)
-    say(quiet, f"{paths[0].parent}: {len(paths)} figures")
+        paths = stage(project, output, step, area or ())
+    say(quiet, f"{paths[0].parent}: {len(paths)} figure{'s' if len(paths) > 1 else ''}")
 
 
 @app.command()

@@ -35,7 +35,7 @@ def map_figure(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
         for axes, panel in zip(panels, maps, strict=True):
             _map_panel(figure, axes, panel, areas, order)
         panels[0].set_yticks(np.arange(k) + 0.5, [areas.name[i] for i in order], fontsize=7.5)
-        _group_names(figure, panels[0], [areas.group[i] for i in order], left)
+        group_names(figure, panels[0], [areas.group[i] for i in order], left)
         for axes in panels[1:]:
             axes.set_yticks([])
         height = figure.get_size_inches()[1]
@@ -57,7 +57,7 @@ def _map_panel(figure: Figure, axes: Axes, panel: AreaMap, areas: Areas, order: 
     axes.set_xticks(np.arange(len(panel.labels)) + 0.5, panel.labels, rotation=60, ha="right", rotation_mode="anchor")
     axes.tick_params(length=0)
     axes.tick_params(axis="x", labelsize=8)
-    for edge in _group_edges([areas.group[i] for i in order])[1:-1]:
+    for edge in group_edges([areas.group[i] for i in order])[1:-1]:
         axes.axhline(edge, color="black", linewidth=1.1)
     box = axes.get_position()
     height = figure.get_size_inches()[1]
@@ -71,19 +71,21 @@ def _map_panel(figure: Figure, axes: Axes, panel: AreaMap, areas: Areas, order: 
     bar.set_label(f"{panel.title} ({unit_text(panel.unit)})", fontsize=9)
 
 
-def _group_edges(groups: Sequence[str]) -> list[int]:
+def group_edges(groups: Sequence[str]) -> list[int]:
     """First row of every group, and the end."""
     return [i for i in range(len(groups)) if i == 0 or groups[i] != groups[i - 1]] + [len(groups)]
 
 
-def _group_names(figure: Figure, axes: Axes, groups: Sequence[str], left: float) -> None:
-    edges = _group_edges(groups)
+def group_names(figure: Figure, axes: Axes, groups: Sequence[str], left: float, shift: float = 0.0) -> None:
+    """Names of groups of rows with brackets, `left` inches from the panel; row i spans i to i + 1, plus `shift`."""
+    edges = group_edges(groups)
     width = axes.get_position().width * figure.get_size_inches()[0]
     x = -(left - 0.38) / width
     for start, end in itertools.pairwise(edges):
-        axes.plot([x, x], [start + 0.2, end - 0.2], transform=axes.get_yaxis_transform(), clip_on=False, color="black",
+        low, high = start + shift, end + shift
+        axes.plot([x, x], [low + 0.2, high - 0.2], transform=axes.get_yaxis_transform(), clip_on=False, color="black",
                   linewidth=1.2)  # fmt: skip
-        axes.text(x - 0.04 / width, (start + end) / 2, groups[start], transform=axes.get_yaxis_transform(), rotation=90,
+        axes.text(x - 0.04 / width, (low + high) / 2, groups[start], transform=axes.get_yaxis_transform(), rotation=90,
                   ha="right", va="center", fontsize=9)  # fmt: skip
 
 

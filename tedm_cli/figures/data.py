@@ -172,6 +172,14 @@ def ratio_text(ratio: float) -> str:
     return f"{ratio!r}"
 
 
+def number_text(value: float) -> str:
+    """About three digits, for a narrow cell."""
+    size = abs(value)
+    digits = 0 if size >= 100 else 1 if size >= 10 else 2 if size >= 1 else 3
+    text = f"{value:.{digits}f}"
+    return "0" if float(text) == 0.0 else text.replace("-", "−")
+
+
 def mhz_text(frequency_hz: float) -> str:
     return f"{frequency_hz * 1e3:.3g} mHz"
 

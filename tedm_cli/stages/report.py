@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import DISTORTION, UNIT_LOADS
+from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.figures.inline import read_figure
 from tedm_cli.provenance import input_files
 from tedm_cli.report import ReportFigure, ReportFile, ReportInputs, render
-from tedm_cli.stages.common import DISTORTION as DISTORTION_FILE
 from tedm_cli.stages.common import UNIT_LOADS as UNIT_LOADS_FILE
 from tedm_cli.stages.common import out_path, require_input
-from tedm_cli.stages.plot import FIGURES, figure_specs, open_results, read_case
+from tedm_cli.stages.plot import FIGURES, figure_specs
+from tedm_cli.stages.results import open_results, read_case
 from tedm_cli.store import open_checked, replacing
 
 
@@ -24,15 +24,14 @@ def report(project: Project, output: Path | None) -> Path:
     InputError : a result or a figure is missing, or does not stem from the others as they are now.
     """
     build = project.build_dir
-    paths = [build / UNIT_LOADS_FILE, build / DISTORTION_FILE]
+    loads = build / UNIT_LOADS_FILE
     out = out_path(project, "report.html", output)
     with (
         open_results(project) as results,
-        open_checked(paths[0], UNIT_LOADS) as unit_loads,
-        open_checked(paths[1], DISTORTION) as distortion,
+        open_checked(loads, UNIT_LOADS) as unit_loads,
     ):
-        upstream = input_files(paths)
-        for file in (distortion, results.sensitivity, results.optics):
+        upstream = [*input_files([loads]), results.distortion_file]
+        for file in (results.distortion, results.sensitivity, results.optics):
             for used in upstream:
                 require_input(file, used)
         cases = [read_case(r) for r in results.cases]
@@ -40,13 +39,13 @@ def report(project: Project, output: Path | None) -> Path:
             ReportFigure(s.section, s.caption, read_figure(build / FIGURES / s.name, s.sources))
             for s in figure_specs(results, cases)
         ]
-        readers = [unit_loads, distortion, results.sensitivity, results.optics, *results.cases]
+        readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
         hashes = [*upstream, results.sensitivity_file, results.optics_file, *results.case_files]
         page = render(
             ReportInputs(
                 title=project.title,
                 unit_loads=unit_loads,
-                distortion=distortion,
+                distortion=results.distortion,
                 sensitivity=results.sensitivity,
                 optics=results.optics,
                 cases=cases,

@@ -139,6 +139,8 @@ def test_a_flipped_bit_between_stages_is_found(case: Case, path: str) -> None:
     data = bytearray(case.distortion.read_bytes())
     data[chunk.byte_offset + chunk.size // 2] ^= 4
     case.distortion.write_bytes(data)
-    with pytest.raises(TedmError, match=f"distortion.h5: {path}: cannot be read, the file is damaged"):
-        with open_checked(case.distortion, DISTORTION) as file:
-            file.array(path)
+    with (
+        pytest.raises(TedmError, match=f"distortion.h5: {path}: cannot be read, the file is damaged"),
+        open_checked(case.distortion, DISTORTION) as file,
+    ):
+        file.array(path)

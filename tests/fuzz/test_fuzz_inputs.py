@@ -54,9 +54,13 @@ def test_the_command_says_one_line_and_keeps_the_old_file(case: Case, kind: str,
         before = {p.name: p.read_bytes() for p in case.unit_loads.parent.iterdir()}
         out, err = io.StringIO(), io.StringIO()
         argv = ["tedm", "ingest", "-c", str(case.folder / "tedm.toml"), "-d", str(case.unit_loads.parent)]
-        with mock.patch.object(sys, "argv", argv), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            with pytest.raises(SystemExit) as left:
-                main()
+        with (
+            mock.patch.object(sys, "argv", argv),
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+            pytest.raises(SystemExit) as left,
+        ):
+            main()
         after = {p.name: p.read_bytes() for p in case.unit_loads.parent.iterdir()}
         what = f"{kind} {number + 100_000} ({name}): {err.getvalue()}"
         assert left.value.code in (None, 0, 4, 5), what

@@ -1,4 +1,4 @@
-"""A made-up project: random matrices that fit the contracts, and real cases run on them."""
+"""A made-up project: random matrices that fit the contracts, the shipped bench moved at random, and real cases."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.config.base import read_toml
+from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, FileKind
 from tedm_cli.gravity.requirements import UNITS, dc_quantities, judge
+from tedm_cli.optics.chain import optics_chain
+from tedm_cli.optics.labels import read_out_labels
+from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.sensitivity import sensitivity_matrix
 from tedm_cli.progress import silent
 from tedm_cli.provenance import Provenance, input_files
 from tedm_cli.stages.case import run_cases, select_cases
@@ -49,6 +54,7 @@ id = "4b"
 title = "Inside the thermal shield only"
 blocks = [{ shield = ["inside"] }]
 """
+LAYOUT = Path(__file__).parents[2] / "configs" / "optics.toml"
 # Names as users may write them: markup and mathematical type must come out as text.
 AREAS = {
     "/area/id": [1, 2, 3, 4, 5],
@@ -60,11 +66,10 @@ AREAS = {
 MASSES = ["TM1", "TM2"]
 ROWS = [f"{tm}_{q}_{c}" for q in ("a", "omegadot") for tm in MASSES for c in "xyz"]
 MOTION_ROWS = [f"{tm}_{q}_{c}" for tm in MASSES for q in ("a", "omegadot") for c in "xyz"]
-READ_OUT = [f"{tm}_{c}" for tm in MASSES for c in ("x", "eta", "phi")]
 SIZES = {
-    "node": 7, "area": 5, "optical": 3, "row": 12, "test_mass": 2, "source": 3, "element": 4, "area_edge": 6,
-    "area_member": 7, "element_edge": 5, "element_member": 12, "concentrated": 1, "ray_output": 8, "element_dof": 18,
-    "laser_output": 8, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
+    "node": 7, "area": 5, "optical": 22, "row": 12, "test_mass": 2, "source": 3, "element": 4, "area_edge": 6,
+    "area_member": 7, "element_edge": 5, "element_member": 12, "concentrated": 1, "ray_output": 40, "element_dof": 144,
+    "laser_output": 12, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
 }  # fmt: skip
 
@@ -110,13 +115,44 @@ def field_at_rest(rng: np.random.Generator) -> dict[str, Any]:
     }
 
 
+def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Random motions of the bench's grids, which lie at the reference points, and the optics that follow from them."""
+    motion = 1e-8 * rng.normal(size=(5, len(layout.bench), 6))
+    motion[2] *= 10.0  # one area is the worst for most read-outs: few figures of the bench under load
+    matrix = sensitivity_matrix(layout)
+    chain = optics_chain(layout, matrix, motion)
+    labels = read_out_labels(layout)
+    names = [e.name for e in layout.bench]
+    position = np.array([e.ref_m for e in layout.bench])
+    moves = {
+        "/optical/name": names,
+        "/optical/position": position,
+        "/D_opt/translation": motion[..., :3],
+        "/D_opt/rotation": motion[..., 3:],
+    }
+    return moves, {
+        "/S_BW": matrix,
+        "/P": chain.P,
+        "/O_ideal": chain.O_ideal,
+        "/D": chain.D,
+        **{f"/N/{read.name}": read.N for read in chain.sets},
+        "/label/read_out": list(labels.names),
+        "/label/read_out_unit": list(labels.units),
+        "/set/name": [read.name for read in chain.sets],
+        "/set/condition": np.array([read.law.condition for read in chain.sets]),
+        "/rank": chain.rank,
+        "/singular_values": chain.singular_values,
+        "/optical/name": names,
+    }
+
+
 def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] | None = None) -> None:
     """Unit loads, distortion, sensitivities and optics, chained by their hashes as the stages chain them.
 
     `changed` replaces datasets of the sensitivities.
     """
     build = project.build_dir
-    model, optics = read_toml(project.model)[0], read_toml(project.optics)[0]
+    model, (optics, layout) = read_toml(project.model)[0], load_layout(project.optics)
     rng = np.random.default_rng(seed)
     unit_loads, distortion = build / "unit_loads.h5", build / "distortion.h5"
 
@@ -126,7 +162,8 @@ def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] |
     element = {"/element/type": ["CHEXA", "CBAR", "CHEXA", "CHEXA"], "/element/mass": [1.0, 0.5, 2.0, 3.0]}
     loads = {**AREAS, **element, "/mass/total": 6.5, "/area/mass": [0.25, 0.25, 3.0, 1.0, 2.0]}
     write_random(unit_loads, UNIT_LOADS, trace(model), loads, seed, {})
-    write_random(distortion, DISTORTION, trace(optics, unit_loads), AREAS, seed, {})
+    moves, matrices = moved_bench(layout, rng)
+    write_random(distortion, DISTORTION, trace(optics, unit_loads), {**AREAS, **moves}, seed, {})
     labels = {
         **AREAS,
         "/row/label": ROWS,
@@ -143,23 +180,14 @@ def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] |
         **(changed or {}),
     }
     write_random(build / "sensitivity.h5", SENSITIVITY, trace(model, unit_loads, distortion), labels, seed, {})
-    read_out = {
-        **AREAS,
-        "/label/read_out": READ_OUT,
-        "/label/read_out_unit": ["m", "rad", "rad"] * 2,
-        "/set/name": ["A", "B"],
-        "/N/A": rng.normal(size=(6, 5)) * 1e-8,
-        "/N/B": rng.normal(size=(6, 5)) * 1e-8,
-        "/rank": 6,
-    }
-    write_random(build / "optics.h5", OPTICS, trace(optics, distortion), read_out, seed, {})
+    write_random(build / "optics.h5", OPTICS, trace(optics, distortion), {**AREAS, **matrices}, seed, {})
 
 
 def make_project(folder: Path, cases: str = CASES, changed: Mapping[str, Any] | None = None) -> Project:
     """A project with all results up to its cases."""
     (folder / "tedm.toml").write_text('title = "Made up & <small>"\n', encoding="utf-8")
     (folder / "model.toml").write_text("# model of <nothing> & all\n", encoding="utf-8")
-    (folder / "optics.toml").write_text("# optics\n", encoding="utf-8")
+    (folder / "optics.toml").write_text(LAYOUT.read_text(encoding="utf-8"), encoding="utf-8")
     (folder / "cases.toml").write_text(cases, encoding="utf-8")
     project = load_project(folder / "tedm.toml", folder / "build")
     write_matrices(project, changed=changed)

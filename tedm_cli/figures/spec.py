@@ -1,0 +1,18 @@
+"""What a figure is called, where it stands, and how it is drawn when it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class FigureSpec:
+    """A figure: name of its file, section of the report, caption, what it is drawn from, and how."""
+
+    name: str
+    section: str
+    caption: str
+    sources: tuple[str, ...]
+    draw: Callable[[], Any]

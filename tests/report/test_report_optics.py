@@ -1,0 +1,92 @@
+"""The optics section of the report, and refusals of results that do not belong to the bench."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from report_project import write_matrices
+
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import OPTICS
+from tedm_cli.errors import InputError
+from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.progress import silent
+from tedm_cli.stages.case import run_cases
+from tedm_cli.stages.plot import plot
+from tedm_cli.stages.plot_optics import optics_specs
+from tedm_cli.stages.report import report
+from tedm_cli.stages.results import open_results
+from tedm_cli.store import open_checked
+
+
+@pytest.fixture(scope="module")
+def section(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> str:
+    text = report(finished, tmp_path_factory.mktemp("optics") / "page.html").read_text(encoding="utf-8")
+    start = text.index('<section id="optics">')
+    return text[start : text.index("</section>", start)]
+
+
+def specs_of(project: Project) -> list[FigureSpec]:
+    with open_results(project) as results:
+        return optics_specs(results)
+
+
+def test_every_figure_of_the_optics_is_in_its_section(finished: Project, section: str) -> None:
+    captions = [re.sub("<[^>]*>", "", c) for c in re.findall(r"<figcaption>(.*?)</figcaption>", section, re.DOTALL)]
+    specs = specs_of(finished)
+    assert len(captions) == len(specs) == section.count("<svg")
+    for caption, spec in zip(captions, specs, strict=True):
+        assert caption[:60] == spec.caption.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")[:60]
+    loads = sum(s.section == "load" for s in specs)
+    assert loads >= 2, "the made-up motions must have several worst areas"
+    assert section.count("<details>") == loads - 1, "the first is seen at once"
+
+
+def test_worst_areas_are_those_of_n(finished: Project, section: str) -> None:
+    with open_checked(finished.build_dir / "optics.h5", OPTICS) as file:
+        noise, areas = {s: file.array(f"/N/{s}") for s in ("A", "B")}, file.strings("/area/name")
+        read_outs = file.strings("/label/read_out")
+    body = section[section.index("Worst area of each read-out") :]
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", body)]
+    rows = [row for row in rows if len(row) == 6]
+    assert [row[0] for row in rows] == [f"{s}_{r}" for s in noise for r in read_outs]
+
+    def number(text: str) -> float:
+        return float(text.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")).replace(" × 10", "e"))
+
+    for row, values in zip(rows, np.concatenate(list(noise.values())), strict=True):
+        worst = int(np.abs(values).argmax())
+        assert row[1] == areas[worst].replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+        shown = [number(cell) for cell in row[2:5]]
+        np.testing.assert_allclose(shown, [values[worst], values.sum(), np.linalg.norm(values)], rtol=6e-3)
+
+
+def test_each_read_out_is_named_under_its_worst_area(finished: Project) -> None:
+    captions = " ".join(s.caption for s in specs_of(finished) if s.section == "load")
+    for read_out in ("TM1_x", "TM1_eta", "TM1_phi", "TM2_x", "TM2_eta", "TM2_phi"):
+        assert captions.count(read_out) == 1
+
+
+def test_figures_of_another_bench_are_refused(copy: Project) -> None:
+    text = copy.optics.read_text(encoding="utf-8")
+    copy.optics.write_text(text.replace("wavelength_m = 1.064e-6", "wavelength_m = 1.55e-6"), encoding="utf-8")
+    for stage in (lambda: plot(copy, None, silent), lambda: report(copy, None)):
+        with pytest.raises(InputError, match=r"stale: not made from .*optics\.toml as it is now") as caught:
+            stage()
+        assert caught.value.where.endswith("optics.h5")
+        assert "tedm build-optics" in caught.value.hint
+
+
+def test_motions_that_the_optics_were_not_made_of_are_refused(copy: Project, tmp_path: Path) -> None:
+    """Sensitivities and optics agree with each other, but the distortion has been made anew since."""
+    files = {name: (copy.build_dir / name).read_bytes() for name in ("sensitivity.h5", "optics.h5", "unit_loads.h5")}
+    write_matrices(copy, seed=2)
+    for name, data in files.items():
+        (copy.build_dir / name).write_bytes(data)
+    run_cases(copy, ["1", "2", "4b"], None, silent)
+    with pytest.raises(InputError, match=r"stale: made from another version of .*distortion\.h5") as caught:
+        plot(copy, None, silent)
+    assert caught.value.where.endswith("optics.h5")
