@@ -116,12 +116,9 @@ class Judge:
             self.motions = {t.label: read(t) for t in tables}
 
     def snapshot(self) -> dict[str, tuple[int, int]]:
-        there = [*self.case.folder.parent.rglob("*"), *Path.cwd().glob("*")]
-        return {
-            str(p): (p.stat().st_size, p.stat().st_mtime_ns)
-            for p in there
-            if p not in self.files.values() and p.is_file()
-        }
+        kept = [p for p in self.case.folder.parent.rglob("*") if p not in self.files.values() and p.is_file()]
+        found = {str(p): (p.stat().st_size, p.stat().st_mtime_ns) for p in kept}
+        return found | {str(p): (0, 0) for p in Path.cwd().glob("*")}  # others may work in the working folder
 
     def judge(self, kind: str, number: int) -> Verdict:
         name, data = mutant(kind, number, self.sound[kind])

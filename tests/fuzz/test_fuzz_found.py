@@ -34,7 +34,7 @@ def replace(path: Path, old: str, new: str) -> None:
         ("GRID,1,,0.0", "GRID,1,,-Inf", "GRID 1: -Inf is no number"),
         ("GRID,1,,0.0", "GRID,1,,1.+400", "GRID 1: 1.+400 is no number"),
         ("ENDDATA", "SPOINT,500,THRU,99999999\nENDDATA", "500 THRU 99999999 names more ids"),
-        ("123     10      11      12", "123     10              12", "RBE2 52 has a blank between its grids"),
+        ("123     10      11      12", "123     00      11      12", "RBE2 52 has a zero or a blank among its grids"),
         ("ENDDATA", "INCLUDE ''\nENDDATA", "INCLUDE names no file"),
         ("ENDDATA", "INCLUDE '" + 300 * "x" + "'\nENDDATA", "INCLUDE names no file"),
     ],
