@@ -47,14 +47,14 @@ def tied_grids(model: Any, where: str) -> list[int]:
 
     Raises
     ------
-    InputError : a blank between the grids of a rigid element.
+    InputError : a zero or a blank among the grids of a rigid element.
     """
     tied: set[int] = set()
     for eid, element in sorted(model.rigid_elements.items()):
         try:
             tied.update(int(n) for n in [*element.independent_nodes, *element.dependent_nodes] if n)
-        except TypeError as exc:  # pyNastran cannot sort what is not there
-            raise InputError(f"{element.type} {eid} has a blank between its grids", where=where) from exc
+        except TypeError as exc:  # pyNastran cannot sort what is no grid
+            raise InputError(f"{element.type} {eid} has a zero or a blank among its grids", where=where) from exc
     for mpcs in model.mpcs.values():
         for mpc in mpcs:
             tied.update(int(n) for n in mpc.node_ids if n)
