@@ -182,6 +182,6 @@ def write_deck(path: Path, model: Block, loads: UnitLoads) -> None:
 
 
 def write_results(path: Path, model: Block, loads: UnitLoads) -> None:
-    """An OP2 with the displacements of all loads; memory grows with it."""
+    """An OP2 with the displacements of all loads."""
     cases = motions(loads, len(model.grid_id))
     write_op2(path, model.grid_id, ((load.subcase, load.label, np.hstack([t, r])) for load, t, r in cases))
