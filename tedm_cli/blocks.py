@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -82,6 +84,29 @@ class Blocks:
         with reading(self._file, self._dataset.name):
             return np.asarray(self._dataset[index])
 
+    def read_into(self, out: NDArray[Any], index: Any) -> None:
+        """Fill `out`, contiguous and in the precision of the file (`empty`), with a piece of its shape."""
+        with reading(self._file, self._dataset.name):
+            self._dataset.read_direct(out, index)
+
+    def empty(self, shape: tuple[int, ...]) -> NDArray[Any]:
+        """An array for `read_into`, in the precision of the file."""
+        return np.empty(shape, self._dataset.dtype)
+
+    def expect(self, areas: slice, nodes: slice) -> None:
+        """Have the system read whole chunks of a dataset [k,N,3] from the disk meanwhile, where it can do that."""
+        if self._dataset.chunks is None or not hasattr(os, "posix_fadvise"):
+            return
+        with reading(self._file, self._dataset.name):
+            descriptor = self._dataset.file.id.get_vfd_handle()
+            places = itertools.product(
+                range(areas.start, areas.stop), range(nodes.start, nodes.stop, self._dataset.chunks[1])
+            )
+            for area, node in places:
+                chunk = self._dataset.id.get_chunk_info_by_coord((area, node, 0))
+                if chunk.byte_offset is not None:
+                    os.posix_fadvise(descriptor, chunk.byte_offset, chunk.size, os.POSIX_FADV_WILLNEED)
+
 
 class SomeNodes:
     """Some grids of an array that comes in `node_blocks`, in an order of their own."""
@@ -89,6 +114,9 @@ class SomeNodes:
     def __init__(self, rows: NDArray[np.int64]) -> None:
         self._order = np.argsort(rows, kind="stable")
         self._sorted = rows[self._order]
+        chunk = self._sorted // BLOCK_NODES
+        cuts = [*np.flatnonzero(np.diff(chunk, prepend=-1)).tolist(), len(rows)]
+        self._runs = [slice(*ends) for ends in itertools.pairwise(cuts)]
 
     def within(self, block: slice) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Which of them a block holds, and where in the block they are."""
@@ -96,12 +124,12 @@ class SomeNodes:
         return self._order[first:last], self._sorted[first:last] - block.start
 
     def read(self, dataset: Blocks, area: int) -> NDArray[np.float64]:
-        """Their rows [n,3] of one area of a dataset [k,N,3]; blocks without any of them stay unread."""
+        """Their rows [n,3] of one area of a dataset [k,N,3]; of each chunk no more than from the first to the last."""
         out = np.empty((len(self._order), 3))
-        for block in node_blocks(dataset.shape[1]):
-            at, local = self.within(block)
-            if at.size:
-                out[at] = dataset[area, block][local]
+        for run in self._runs:
+            rows = self._sorted[run]
+            first = int(rows[0])
+            out[self._order[run]] = dataset[area, first : int(rows[-1]) + 1][rows - first]
         return out
 
 

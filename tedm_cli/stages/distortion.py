@@ -141,16 +141,15 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
     moving, turned = np.zeros((2, len(offset_nodes)), dtype=bool)
     optical_t, optical_r = np.zeros((2, count, len(rows), 3))
     largest = np.zeros(count)
-    rigid_t, rigid_r = np.zeros((2, count, 3))
+    moments = np.zeros((count, 4, 3))
     total = np.zeros((n_nodes, 3))
     for i, name in enumerate(areas):
-        moments = np.zeros((4, 3))
         for block in node_blocks(n_nodes):
             held = source.held((i, block)) if as_held else source[i, block] / load[i]
             move = held.astype(np.float64, copy=False)
             largest[i] = np.maximum(largest[i], np.maximum(held.max(), -held.min()))  # keeps what is not a number
             target[i, block] = held
-            moments += fit.moments(block, move)
+            moments[i] += fit.moments(block, move)
             total[block] += move
             at, local = optics.within(block)
             optical_t[i, at] = move[local]
@@ -162,9 +161,9 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
             raise InputError(f"area '{name}': displacements are not finite", where=str(unit.path))
         turned |= np.any(turn != 0.0, axis=1)
         turning[i] = turn
-        rigid_t[i], rigid_r[i] = fit.motion(moments)
         step(i + 1, count, "scaling unit loads")
-    return _Reductions(optical_t, optical_r, largest, rigid_t, rigid_r, total, offset_nodes[moving & ~turned])
+    rigid = fit.motions(moments)
+    return _Reductions(optical_t, optical_r, largest, *rigid, total, offset_nodes[moving & ~turned])
 
 
 def _check_turning(unit: Reader, rows: IntArray) -> None:
