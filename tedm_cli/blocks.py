@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -92,20 +91,6 @@ class Blocks:
     def empty(self, shape: tuple[int, ...]) -> NDArray[Any]:
         """An array for `read_into`, in the precision of the file."""
         return np.empty(shape, self._dataset.dtype)
-
-    def expect(self, areas: slice, nodes: slice) -> None:
-        """Have the system read whole chunks of a dataset [k,N,3] from the disk meanwhile, where it can do that."""
-        if self._dataset.chunks is None or not hasattr(os, "posix_fadvise"):
-            return
-        with reading(self._file, self._dataset.name):
-            descriptor = self._dataset.file.id.get_vfd_handle()
-            places = itertools.product(
-                range(areas.start, areas.stop), range(nodes.start, nodes.stop, self._dataset.chunks[1])
-            )
-            for area, node in places:
-                chunk = self._dataset.id.get_chunk_info_by_coord((area, node, 0))
-                if chunk.byte_offset is not None:
-                    os.posix_fadvise(descriptor, chunk.byte_offset, chunk.size, os.POSIX_FADV_WILLNEED)
 
 
 class SomeNodes:

@@ -1,8 +1,6 @@
-"""S = -G D, with D read in tiles of some areas and grids, while the system reads the next ones from the disk."""
+"""S = -G D, with D read in tiles of some areas and grids."""
 
 from __future__ import annotations
-
-from itertools import product
 
 import numpy as np
 
@@ -15,7 +13,6 @@ from tedm_cli.stages.common import FloatArray, IntArray
 from tedm_cli.store import Reader, Writer
 
 TILE_AREAS = 32  # areas of D held at a time
-_AHEAD = 4  # tiles on their way from the disk
 
 
 def sensitivity_matrix(
@@ -45,18 +42,13 @@ def sensitivity_matrix(
         d, n_nodes = distortion.dataset(path), operators[0].shape[2]
         g = writer.allocate(target, (len(total), n_nodes, 3), units=f"{unit}, see /row/label")
         room = d.empty((min(areas, TILE_AREAS) * min(n_nodes, BLOCK_NODES) * 3,))
-        tiles = list(product(node_blocks(n_nodes, BLOCK_NODES), node_blocks(areas, TILE_AREAS)))
-        for block, some in tiles[: _AHEAD - 1]:
-            d.expect(some, block)
-        for i, (block, some) in enumerate(tiles):
-            for later, others in tiles[i + _AHEAD - 1 : i + _AHEAD]:
-                d.expect(others, later)
-            if some.start == 0:
-                g_block = stack_rows([part[:, :, block] for part in operators])
-                g[:, block] = g_block
-            shape = (some.stop - some.start, block.stop - block.start, 3)
-            tile = room[: shape[0] * shape[1] * 3].reshape(shape)
-            d.read_into(tile, np.s_[some, block])
-            total[:, some] += contract(g_block, tile)
-            advance(shape[0] * shape[1])
+        for block in node_blocks(n_nodes, BLOCK_NODES):
+            g_block = stack_rows([part[:, :, block] for part in operators])
+            g[:, block] = g_block
+            for some in node_blocks(areas, TILE_AREAS):
+                shape = (some.stop - some.start, block.stop - block.start, 3)
+                tile = room[: shape[0] * shape[1] * 3].reshape(shape)
+                d.read_into(tile, np.s_[some, block])
+                total[:, some] += contract(g_block, tile)
+                advance(shape[0] * shape[1])
     return total
