@@ -228,7 +228,11 @@ def _by_area(unit: Reader, found: list[StructureGravity]) -> dict[str, FloatArra
     """Field at rest by the mass that each area's grids carry, quantity by quantity, [test mass, area, ...]."""
     offset, index = unit.array("/area/node_offset"), unit.array("/area/node_index")
     grids = [index[start:stop] for start, stop in itertools.pairwise(offset)]
-    return {name: np.array([[s.nodal[name][rows].sum(axis=0) for rows in grids] for s in found]) for name in BY_AREA}
+
+    def sums(share: FloatArray) -> list[FloatArray]:
+        return [share[rows].sum(axis=0) for rows in grids]
+
+    return {name: np.array([sums(s.nodal(name)) for s in found]) for name in BY_AREA}
 
 
 def _verdicts(

@@ -34,7 +34,7 @@ def test_fields_and_operators_are_those_of_one_thread_to_the_bit(tmp_path_factor
         alone = structure_gravity(masses, tm, tolerance=1e-3)
         np.testing.assert_array_equal(found.operator, alone.operator)
         np.testing.assert_array_equal(found.field.acceleration, alone.field.acceleration)
-        np.testing.assert_array_equal(found.nodal["gamma_lin"], alone.nodal["gamma_lin"])
+        np.testing.assert_array_equal(found.nodal("gamma_lin"), alone.nodal("gamma_lin"))
 
 
 def test_whoever_listens_hears_one_thread_at_a_time() -> None:
