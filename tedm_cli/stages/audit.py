@@ -121,7 +121,7 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
     if moves.exists():
         with open_checked(moves, DISTORTION_KIND) as distortion:
             require_input(distortion, input_files([source])[0])
-            motion = _motion(distortion, masses)
+            motion = element_motion(distortion, masses)
             found = audit_mesh(masses, test_masses, motion, tolerance=tolerance, G=g, advance=advance)
     else:
         found = audit_mesh(masses, test_masses, None, tolerance=tolerance, G=g, advance=advance)
@@ -145,7 +145,7 @@ def _draw(done: AuditSummary, path: Path, source: Path) -> None:
         temporary.write_bytes(data)
 
 
-def _motion(distortion: Reader, masses: MassDistribution) -> Motion:
+def element_motion(distortion: Reader, masses: MassDistribution) -> Motion:
     """Displacements, read for a few elements at a time; the last ones are kept, since they are asked for again."""
     d, rotation = distortion.dataset("/D/translation"), distortion.dataset("/D/rotation")
     kept: list[tuple[IntArray, FloatArray, FloatArray]] = []
