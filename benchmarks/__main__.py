@@ -67,7 +67,7 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "G and field by quadrature, 68,000 grids, one test mass / lumped": partial(operator, (64, 38, 26)),
     "G and field by quadrature, 683,000 grids, one test mass / lumped": partial(operator, (140, 84, 56)),
     "S = -G D, 66,000 grids x 78 areas / copy of D": contraction,
-    "displacements to unit_loads.h5, 68,000 grids x 80 areas / plain write": partial(streaming, "displacements"),
+    "OP2 to unit_loads.h5, without a deck, 68,000 grids x 80 areas / plain write": partial(streaming, "displacements"),
     "build-distortion, 68,000 grids x 80 areas / plain copy of [D]": partial(streaming, "build-distortion"),
     "contraction with D from the disk, 68,000 x 80 / plain read": partial(streaming, "build-sensitivity"),
     "displacements of an OP2, 68,000 grids x 20 subcases / plain read": op2_reading,

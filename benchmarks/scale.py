@@ -1,7 +1,8 @@
-"""Time and peak memory of the stages on models of any size: `python -m benchmarks.scale AREAS CELLS CELLS CELLS`.
+"""Time and peak memory of the stages, from an OP2 to S: `python -m benchmarks.scale AREAS CELLS CELLS CELLS [deck]`.
 
-Every stage runs in a process of its own, on files that are not in the page cache; its peer, in another such process,
-reads or writes the same bytes plainly.
+With `deck`, the deck is written and ingested as well, which takes pyNastran kilobytes per grid; without, the model is
+made up. Every stage runs in a process of its own, on files that are not in the page cache; its peer, in another such
+process, reads or writes the same bytes plainly.
 """
 
 from __future__ import annotations
@@ -48,6 +49,16 @@ def measure(task: str, folder: Path, areas: int, cells: tuple[int, int, int]) ->
     return Measured(**json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
 
 
+def _written(target: Path, size: int) -> None:
+    """A plain file of zeros on the disk."""
+    block = bytes(1 << 24)
+    with open(target, "wb") as stream:
+        for start in range(0, size, len(block)):
+            stream.write(block[: size - start])
+        os.fsync(stream.fileno())
+    target.unlink()
+
+
 def _copied(source: Path, names: tuple[str, ...], *, read: bool) -> None:
     """A plain contiguous copy by h5py to the disk, area by area; without `read` of the first area again and again."""
     target = source.with_suffix(".copy")
@@ -75,19 +86,26 @@ def _run(task: str, folder: Path, areas: int, cells: tuple[int, int, int]) -> Me
     from tedm_cli.stages.sensitivity import build_sensitivity
 
     unit, distortion = folder / "unit_loads.h5", folder / "distortion.h5"
-    project, marks = synthetic.project(folder), []
+    deck, op2 = folder / "unit_loads.bdf", folder / "unit_loads.op2"
+    project, marks = synthetic.project(folder, "lumped" if task.endswith("lumped") else "quadrature"), []
+    model = synthetic.block(cells)
+    loads = synthetic.unit_loads(model, areas)
 
     def step(done: int, total: int, what: str) -> None:
         if what.startswith(("contracting", "reading")) or (what.startswith("summing") and done == total):
             marks.append(time.perf_counter())
 
     tasks: dict[str, Callable[[], object]] = {
-        "displacements": lambda: synthetic.write_unit_loads(project, synthetic.block(cells), areas, step),
+        "write OP2": lambda: synthetic.write_results(op2, model, loads),
+        "plain file": lambda: _written(op2.with_suffix(".copy"), op2.stat().st_size),
+        "write deck": lambda: synthetic.write_deck(deck, model, loads),
+        "displacements": lambda: synthetic.write_unit_loads(project, model, areas, step, [op2]),
         "plain write": lambda: _copied(unit, ("translation", "rotation"), read=False),
         "ingest": lambda: ingest(project, None, step),
         "build-distortion": lambda: build_distortion(project, None, step),
         "plain copy": lambda: _copied(unit, ("translation",), read=True),
         "build-sensitivity": lambda: build_sensitivity(project, None, step),
+        "build-sensitivity, lumped": lambda: build_sensitivity(project, None, step),
         "plain read": lambda: _read(distortion),
     }
     start = time.perf_counter()
@@ -96,23 +114,35 @@ def _run(task: str, folder: Path, areas: int, cells: tuple[int, int, int]) -> Me
     # of this program alone; ru_maxrss counts the process that started it as well
     status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
     peak = float(status["VmHWM"].split()[0]) / 1e3
-    streaming = (end - marks[0] if task == "displacements" else marks[-1] - marks[0]) if marks else 0.0
+    streaming = (end - marks[0] if task in ("displacements", "ingest") else marks[-1] - marks[0]) if marks else 0.0
     return Measured(end - start, streaming, peak)
 
 
-PEERS = (("displacements", "plain write"), ("build-distortion", "plain copy"), ("build-sensitivity", "plain read"))
+RESULTS = (("write OP2", "plain file"), ("displacements", "plain write"))
+DECK = (("write deck", None), ("ingest", "plain write"))
+STAGES = (
+    ("build-distortion", "plain copy"),
+    ("build-sensitivity", "plain read"),
+    ("build-sensitivity, lumped", "plain read"),
+)
 
 
-def run(areas: int, cells: tuple[int, int, int]) -> Iterator[tuple[str, Measured, Measured]]:
-    """Every stage and its peer, in turn, in a folder that is removed afterwards."""
+def run(
+    areas: int, cells: tuple[int, int, int], deck: bool = False
+) -> Iterator[tuple[str, str | None, Measured, Measured | None]]:
+    """Every stage and its peer, in turn, in a folder that is removed afterwards; the OP2 goes as soon as it is read."""
     with tempfile.TemporaryDirectory() as name:
-        for task, peer in PEERS:
-            yield task, *(measure(t, Path(name), areas, cells) for t in (task, peer))
+        folder = Path(name)
+        for task, peer in (*RESULTS, *(DECK if deck else ()), *STAGES):
+            ours = measure(task, folder, areas, cells)
+            if task == ("ingest" if deck else "displacements"):
+                (folder / "unit_loads.op2").unlink()
+            yield task, peer, ours, None if peer is None else measure(peer, folder, areas, cells)
 
 
 @cache
 def _small() -> dict[str, tuple[Measured, Measured]]:
-    return {task: (ours, peer) for task, ours, peer in run(80, CELLS)}
+    return {task: (ours, plain) for task, _, ours, plain in run(80, CELLS) if plain is not None}
 
 
 def streaming(task: str) -> Result:
@@ -141,13 +171,14 @@ def main() -> None:
         nx, ny, nz = map(int, cells)
         print(json.dumps(asdict(_run(task, Path(folder), int(areas), (nx, ny, nz)))))
         return
-    areas, nx, ny, nz = map(int, sys.argv[1:])
+    areas, nx, ny, nz = map(int, sys.argv[1:5])
     grids = (nx + 1) * (ny + 1) * (nz + 1)
     print(f"{grids:,} grids, {areas} areas, {grids * areas * 12 / 1e9:.2f} GB for each of /translation, /rotation, [D]")
-    print(f"{'stage / peer':40} {'seconds':>9} {'streaming':>9} {'peak MB':>9} {'peer s':>9} {'peer MB':>9}")
-    for (task, peer), (_, ours, plain) in zip(PEERS, run(areas, (nx, ny, nz)), strict=True):
-        numbers = (ours.seconds, ours.streaming_s, ours.peak_mb, plain.seconds, plain.peak_mb)
-        print(f"{task + ' / ' + peer:40} " + " ".join(f"{x:9.2f}" for x in numbers), flush=True)
+    print(f"{'stage / peer':40} {'seconds':>9} {'streaming':>9} {'peak MB':>9} {'peer s':>9} {'load':>5}", flush=True)
+    for task, peer, ours, plain in run(areas, (nx, ny, nz), deck="deck" in sys.argv[5:]):
+        numbers = (ours.seconds, ours.streaming_s, ours.peak_mb, plain.seconds if plain else 0.0)
+        text = " ".join(f"{x:9.2f}" for x in numbers)
+        print(f"{f'{task} / {peer}' if peer else task:40} {text} {os.getloadavg()[0]:5.1f}", flush=True)
 
 
 if __name__ == "__main__":

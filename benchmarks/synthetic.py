@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +16,10 @@ from tedm_cli.config.base import read_toml
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.nastran.displacements import unit_load_displacements
+from tedm_cli.nastran.geometry import ModelGeometry
 from tedm_cli.nastran.op2_writer import write_op2
+from tedm_cli.nastran.positions import Frames
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads
 from tedm_cli.progress import Step, silent
 from tedm_cli.provenance import Provenance
@@ -100,6 +106,7 @@ def project(folder: Path, mass_model: str = "quadrature") -> Project:
     for line in ('deck = "', 'op2 = ["'):
         model = model.replace(f"# {line}", f"{line}{{build_dir}}/")
     model = model.replace('mass_model = "quadrature"', f'mass_model = "{mass_model}"')
+    model = re.sub(r"^areas_csv = .*\n|^ *\{ match = \"(?!OB_).*\n|^TM\d = \[\"IS.*\n", "", model, flags=re.MULTILINE)
     (folder / "model.toml").write_text(model, encoding="utf-8")
     names = "".join(f'{name} = "{CONFIGS / name}.toml"\n' for name in ("optics", "cases"))
     (folder / "tedm.toml").write_text(f'title = "made up"\n{names}', encoding="utf-8")
@@ -113,8 +120,10 @@ def _inertia(position: FloatArray, kg: FloatArray) -> FloatArray:
     return np.asarray(np.trace(second) * np.eye(3) - second)
 
 
-def write_unit_loads(where: Project, model: Block, areas: int, step: Step = silent) -> Path:
-    """unit_loads.h5 of the block, its displacements written as `ingest` writes them."""
+def write_unit_loads(
+    where: Project, model: Block, areas: int, step: Step = silent, results: Sequence[Path] = ()
+) -> Path:
+    """unit_loads.h5 of the block, its displacements (of `results`, or made up) written as `ingest` writes them."""
     loads = unit_loads(model, areas)
     n, elements = len(model.grid_id), len(model.nodes)
     share = np.full(8 * elements, MASS_KG / (8 * elements))
@@ -156,8 +165,27 @@ def write_unit_loads(where: Project, model: Block, areas: int, step: Step = sile
             "/mass/centre_of_gravity": lumped @ model.position / MASS_KG,
         }.items():
             writer.write(name, value)
-        write_motions(writer, motions(loads, n), loads, n, single=True, step=step)
+        source = _of_results(results, loads, model) if results else motions(loads, n)
+        write_motions(writer, source, loads, n, single=True, step=step)
     return path
+
+
+def _of_results(
+    results: Sequence[Path], loads: UnitLoads, model: Block
+) -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
+    """Displacements as `ingest` reads them, without a deck: all that is asked of the geometry, in the basic frame."""
+    nowhere = np.zeros(len(model.grid_id), dtype=np.int64)
+    geometry = SimpleNamespace(
+        grid_id=model.grid_id,
+        position_m=model.position,
+        displacement_frame=nowhere,
+        frames=Frames({}),
+        structural=np.arange(len(nowhere)) >= model.optical,
+        tied=nowhere > 0,
+        lumped_kg=nowhere,
+    )
+    every = [*loads.areas, *([loads.uniform] if loads.uniform else [])]
+    return unit_load_displacements(results, every, cast(ModelGeometry, geometry))
 
 
 def write_deck(path: Path, model: Block, loads: UnitLoads) -> None:
@@ -182,6 +210,6 @@ def write_deck(path: Path, model: Block, loads: UnitLoads) -> None:
 
 
 def write_results(path: Path, model: Block, loads: UnitLoads) -> None:
-    """An OP2 with the displacements of all loads; memory grows with it."""
+    """An OP2 with the displacements of all loads."""
     cases = motions(loads, len(model.grid_id))
     write_op2(path, model.grid_id, ((load.subcase, load.label, np.hstack([t, r])) for load, t, r in cases))

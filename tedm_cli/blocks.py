@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -82,6 +83,15 @@ class Blocks:
         with reading(self._file, self._dataset.name):
             return np.asarray(self._dataset[index])
 
+    def read_into(self, out: NDArray[Any], index: Any) -> None:
+        """Fill `out`, contiguous and in the precision of the file (`empty`), with a piece of its shape."""
+        with reading(self._file, self._dataset.name):
+            self._dataset.read_direct(out, index)
+
+    def empty(self, shape: tuple[int, ...]) -> NDArray[Any]:
+        """An array for `read_into`, in the precision of the file."""
+        return np.empty(shape, self._dataset.dtype)
+
 
 class SomeNodes:
     """Some grids of an array that comes in `node_blocks`, in an order of their own."""
@@ -89,6 +99,9 @@ class SomeNodes:
     def __init__(self, rows: NDArray[np.int64]) -> None:
         self._order = np.argsort(rows, kind="stable")
         self._sorted = rows[self._order]
+        chunk = self._sorted // BLOCK_NODES
+        cuts = [*np.flatnonzero(np.diff(chunk, prepend=-1)).tolist(), len(rows)]
+        self._runs = [slice(*ends) for ends in itertools.pairwise(cuts)]
 
     def within(self, block: slice) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Which of them a block holds, and where in the block they are."""
@@ -96,12 +109,12 @@ class SomeNodes:
         return self._order[first:last], self._sorted[first:last] - block.start
 
     def read(self, dataset: Blocks, area: int) -> NDArray[np.float64]:
-        """Their rows [n,3] of one area of a dataset [k,N,3]; blocks without any of them stay unread."""
+        """Their rows [n,3] of one area of a dataset [k,N,3]; of each chunk no more than from the first to the last."""
         out = np.empty((len(self._order), 3))
-        for block in node_blocks(dataset.shape[1]):
-            at, local = self.within(block)
-            if at.size:
-                out[at] = dataset[area, block][local]
+        for run in self._runs:
+            rows = self._sorted[run]
+            first = int(rows[0])
+            out[self._order[run]] = dataset[area, first : int(rows[-1]) + 1][rows - first]
         return out
 
 

@@ -32,12 +32,12 @@ class RigidFit:
         """Sums [4,3] of w u and of w (p - centre) times u over some grids, whose `translation` is [n,3], m or m/K."""
         return np.asarray((translation.T @ self._weights[grids]).T)
 
-    def motion(self, moments: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Translation [3] at the centre and rotation [3] (rad or rad/K), from the `moments` of all grids, added."""
-        twice = moments[1:] - moments[1:].T
-        right = np.concatenate([moments[0], [twice[1, 2], twice[2, 0], twice[0, 1]]])
-        solution = np.linalg.solve(self._normal, right)
-        return solution[:3], solution[3:]
+    def motions(self, moments: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Translations [k,3] at the centre and rotations [k,3] (rad or rad/K), from `moments` [k,4,3] of all grids."""
+        twice = moments[:, 1:] - moments[:, 1:].swapaxes(1, 2)
+        right = np.column_stack([moments[:, 0], twice[:, 1, 2], twice[:, 2, 0], twice[:, 0, 1]])
+        solution = np.linalg.solve(self._normal, right.T).T
+        return solution[:, :3], solution[:, 3:]
 
 
 def _cross_matrix(v: FloatArray) -> FloatArray:

@@ -11,8 +11,10 @@ from tedm_cli.gravity.testmass import TestMass
 
 Array = NDArray[np.float64]
 
+_NODES = 512  # of some ten cases: what is multiplied together stays in a processor's cache
 
-def contract(operator: Array, displacement: Array) -> Array:
+
+def contract(operator: Array, displacement: Array | NDArray[np.float32]) -> Array:
     """Sensitivity of the accelerations to the load cases, ``S = -G D``.
 
     Nodes may be passed block by block and the results added.
@@ -20,7 +22,8 @@ def contract(operator: Array, displacement: Array) -> Array:
     Parameters
     ----------
     operator : [rows, n, 3], from `tedm_cli.gravity.structure`.
-    displacement : [k, n, 3], nodal displacements per kelvin in the basic frame [m/K].
+    displacement : [k, n, 3], nodal displacements per kelvin in the basic frame [m/K]; summed in double precision
+        whatever they come in.
 
     Returns
     -------
@@ -28,8 +31,13 @@ def contract(operator: Array, displacement: Array) -> Array:
     """
     if operator.shape[1:] != displacement.shape[1:]:
         raise ValueError(f"operator of shape {operator.shape} does not match displacements {displacement.shape}")
-    (rows, nodes, _), cases = operator.shape, displacement.shape[0]
-    return np.asarray(-(operator.reshape(rows, 3 * nodes) @ displacement.reshape(cases, 3 * nodes).T))
+    rows, cases = operator.shape[0], displacement.shape[0]
+    total = np.zeros((rows, cases))
+    for start in range(0, operator.shape[1], _NODES):
+        part = slice(start, start + _NODES)
+        move = displacement[:, part].astype(np.float64)
+        total -= operator[:, part].reshape(rows, -1) @ move.reshape(cases, -1).T
+    return total
 
 
 def sensitivity_row_labels(test_masses: Sequence[TestMass]) -> list[str]:

@@ -29,16 +29,27 @@ class StructureGravity:
     operator : [2, 3, N, 3], acceleration and angular acceleration rows of G (frame of the test mass) per displacement
     of the grids (basic frame), 1/s² and 1/(m s²): ``S = -Σ G D``.
     rotation : [2, 3, L, 3], the same per rotation of the grids `lever_node` of the distribution.
-    nodal : acceleration, angular_acceleration [N, 3] and gamma_lin [N, 3, 3] (frame of the test mass) by the share of
-    the mass that each grid carries; their sums over the grids are those of `field`.
+    acceleration, angular_acceleration : [N, 3], see `nodal`; views of one array with `operator`, 192 bytes per grid.
+    axes : [3, 3] of the test mass.
     sources : number of points summed.
     """
 
     field: SelfGravity
     operator: Array
     rotation: Array
-    nodal: dict[str, Array]
+    acceleration: Array
+    angular_acceleration: Array
+    axes: Array
     sources: int
+
+    def nodal(self, quantity: str) -> Array:
+        """Acceleration, angular_acceleration [N, 3] or gamma_lin [N, 3, 3] by the share of the mass of each grid.
+
+        In the frame of the test mass; their sums over the grids are those of `field`.
+        """
+        if quantity == "gamma_lin":
+            return np.asarray(self.operator[0].swapaxes(0, 1) @ self.axes.T)
+        return {"acceleration": self.acceleration, "angular_acceleration": self.angular_acceleration}[quantity]
 
 
 def structure_gravity(
@@ -86,15 +97,16 @@ def structure_gravity(
             _add_levers(levers, distribution.lever_node, block, moment)
     gyration = test_mass.inertia_kg_m2 / test_mass.mass_kg
     scale = G / np.stack([np.ones(3), gyration])[:, :, None, None]
+    nodal[:, :18] *= scale.repeat(3, axis=2).ravel()
+    nodal[:, 18:] *= G
+    nodal[:, 21:] /= gyration
     return StructureGravity(
         field=total.result(test_mass, G),
-        operator=scale * nodal[:, :18].reshape(n_nodes, 2, 3, 3).transpose(1, 2, 0, 3),
+        operator=nodal[:, :18].reshape(n_nodes, 2, 3, 3).transpose(1, 2, 0, 3),
         rotation=scale * levers.reshape(len(levers), 2, 3, 3).transpose(1, 2, 0, 3),
-        nodal={
-            "acceleration": G * nodal[:, 18:21],
-            "angular_acceleration": G * nodal[:, 21:] / gyration,
-            "gamma_lin": G * nodal[:, :9].reshape(n_nodes, 3, 3) @ test_mass.axes.T,
-        },
+        acceleration=nodal[:, 18:21],
+        angular_acceleration=nodal[:, 21:],
+        axes=test_mass.axes,
         sources=count,
     )
 

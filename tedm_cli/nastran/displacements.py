@@ -160,6 +160,8 @@ def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: s
             where=place,
             hint="did the solver fail in this subcase?",
         )
+    if np.array_equal(ids, geometry.grid_id):  # as Nastran writes them
+        return got.motion
     rows = np.searchsorted(geometry.grid_id, ids)
     rows[rows == len(geometry.grid_id)] = 0
     unknown = ids[geometry.grid_id[rows] != ids]

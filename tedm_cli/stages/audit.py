@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.blocks import Blocks, SomeNodes
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
@@ -120,7 +121,7 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
     if moves.exists():
         with open_checked(moves, DISTORTION_KIND) as distortion:
             require_input(distortion, input_files([source])[0])
-            motion = _motion(distortion, masses)
+            motion = element_motion(distortion, masses)
             found = audit_mesh(masses, test_masses, motion, tolerance=tolerance, G=g, advance=advance)
     else:
         found = audit_mesh(masses, test_masses, None, tolerance=tolerance, G=g, advance=advance)
@@ -144,24 +145,31 @@ def _draw(done: AuditSummary, path: Path, source: Path) -> None:
         temporary.write_bytes(data)
 
 
-def _motion(distortion: Reader, masses: MassDistribution) -> Motion:
+def element_motion(distortion: Reader, masses: MassDistribution) -> Motion:
     """Displacements, read for a few elements at a time; the last ones are kept, since they are asked for again."""
-    d, rotation = distortion.dataset("/D/translation"), distortion.array("/D/rotation")
-    kept: list[tuple[IntArray, FloatArray]] = []
+    d, rotation = distortion.dataset("/D/translation"), distortion.dataset("/D/rotation")
+    kept: list[tuple[IntArray, FloatArray, FloatArray]] = []
 
     def motion(nodes: IntArray, lever: FloatArray) -> FloatArray:
-        if not (kept and np.array_equal(kept[0][0], nodes)):
-            first, last = int(nodes.min()), int(nodes.max()) + 1
-            kept[:] = [(nodes, np.stack([d[k, first:last][nodes - first] for k in range(d.shape[0])]))]
-        move = kept[0][1]
+        if kept and np.array_equal(kept[0][0], nodes) and np.array_equal(kept[0][1], lever):
+            return kept[0][2]
+        kept.clear()
+        move = _at(d, nodes)
         on = np.any(lever != 0.0, axis=-1)
         if on.any():
-            move = move.copy()
-            turn = rotation[:, np.searchsorted(masses.lever_node, nodes[on])]
+            turn = _at(rotation, np.searchsorted(masses.lever_node, nodes[on]))
             move[:, on] += np.cross(turn, lever[on])
+        kept.append((nodes, lever, move))
         return move
 
     return motion
+
+
+def _at(dataset: Blocks, rows: IntArray) -> FloatArray:
+    """Some rows of a dataset [k,N,3], area by area: [k, *rows, 3]."""
+    wanted, place = np.unique(rows, return_inverse=True)
+    some = SomeNodes(wanted)
+    return np.stack([some.read(dataset, area)[place.reshape(rows.shape)] for area in range(dataset.shape[0])])
 
 
 def _write_csv(done: AuditSummary, path: Path) -> None:

@@ -144,17 +144,16 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
     moving, turned = np.zeros((2, len(offset_nodes)), dtype=bool)
     optical_t, optical_r = np.zeros((2, count, len(rows), 3))
     largest = np.zeros(count)
-    rigid_t, rigid_r = np.zeros((2, count, 3))
+    moments = np.zeros((count, 4, 3))
     total, size = np.zeros((n_nodes, 3)), np.zeros(n_nodes)
     total_turn, turn_size = np.zeros((len(offset_nodes), 3)), np.zeros(len(offset_nodes))
     for i, name in enumerate(areas):
-        moments = np.zeros((4, 3))
         for block in node_blocks(n_nodes):
             held = source.held((i, block)) if as_held else source[i, block] / load[i]
             move = held.astype(np.float64, copy=False)
             largest[i] = np.maximum(largest[i], np.maximum(held.max(), -held.min()))  # keeps what is not a number
             target[i, block] = held
-            moments += fit.moments(block, move)
+            moments[i] += fit.moments(block, move)
             total[block] += move
             size[block] += np.sqrt(np.einsum("ni,ni->n", move, move))
             at, local = optics.within(block)
@@ -169,8 +168,8 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
         turning[i] = turn
         total_turn += turn
         turn_size += np.linalg.norm(turn, axis=1)
-        rigid_t[i], rigid_r[i] = fit.motion(moments)
         step(i + 1, count, "scaling unit loads")
+    rigid_t, rigid_r = fit.motions(moments)
     return _Reductions(
         optical_translation=optical_t,
         optical_rotation=optical_r,

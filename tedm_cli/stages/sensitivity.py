@@ -10,21 +10,18 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.blocks import BLOCK_NODES, node_blocks
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
-from tedm_cli.errors import InputError
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import SelfGravity, self_gravity
-from tedm_cli.gravity.masses import MassDistribution
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
-from tedm_cli.gravity.operator import contract, sensitivity_row_labels, sensitivity_row_units
+from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units
 from tedm_cli.gravity.requirements import UNITS, DcVerdict, dc_quantities, judge
-from tedm_cli.gravity.structure import StructureGravity, stack_rows, structure_gravity
+from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.stages.common import (
@@ -40,9 +37,10 @@ from tedm_cli.stages.common import (
     require_input,
 )
 from tedm_cli.stages.compensation import compensation_file, compensation_masses
+from tedm_cli.stages.contraction import sensitivity_matrix
 from tedm_cli.store import Reader, Writer, create, open_checked
+from tedm_cli.threads import side_by_side
 
-TILE_AREAS = 32  # areas of D held at a time
 STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
 BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")
 STIFFNESS = ("gamma_lin", "omega_lin", "gamma_ang", "omega_ang")
@@ -121,7 +119,9 @@ def _build(
     masses = mass_of(unit, lumped=model == "lumped")
     elements = sum(len(block.id) for block in masses.elements)
     advance = counter(step, len(test_masses) * elements, "summing the structure")
-    found = [structure_gravity(masses, tm, tolerance=tolerance, G=g, advance=advance) for tm in test_masses]
+    found = side_by_side(
+        lambda tm, on: structure_gravity(masses, tm, tolerance=tolerance, G=g, advance=on), test_masses, advance
+    )
     mutual = _mutual(test_masses, g, config.gravity.other_test_mass_points)
     sources = _sources(found, test_masses, blocks, mutual, config)
     writer.write("/source/name", sources.names)
@@ -141,7 +141,7 @@ def _build(
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write("/row/label", labels)
     writer.write("/row/unit", units)
-    sensitivity = _sensitivity(masses, found, distortion, writer, step)
+    sensitivity = sensitivity_matrix(found, masses.lever_node, distortion, writer, step)
     writer.write("/S", sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
     names = distortion.strings("/area/name")
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
@@ -228,7 +228,11 @@ def _by_area(unit: Reader, found: list[StructureGravity]) -> dict[str, FloatArra
     """Field at rest by the mass that each area's grids carry, quantity by quantity, [test mass, area, ...]."""
     offset, index = unit.array("/area/node_offset"), unit.array("/area/node_index")
     grids = [index[start:stop] for start, stop in itertools.pairwise(offset)]
-    return {name: np.array([[s.nodal[name][rows].sum(axis=0) for rows in grids] for s in found]) for name in BY_AREA}
+
+    def sums(share: FloatArray) -> list[FloatArray]:
+        return [share[rows].sum(axis=0) for rows in grids]
+
+    return {name: np.array([sums(s.nodal(name)) for s in found]) for name in BY_AREA}
 
 
 def _verdicts(
@@ -259,39 +263,3 @@ def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
         writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts], units="see /dc_verdict/unit")
     writer.write("/dc_verdict/ratio", [v.ratio for v in verdicts])
     writer.write("/dc_verdict/passed", [int(v.passed) for v in verdicts])
-
-
-def _sensitivity(
-    masses: MassDistribution, found: list[StructureGravity], distortion: Reader, writer: Writer, step: Step
-) -> FloatArray:
-    """S = -G D, with D read in tiles of some areas and grids; the operator is held, 24 numbers per grid and test mass.
-
-    An element's mass acts on all its grids, so no block of G is complete before the last element.
-    """
-    offset_nodes = distortion.array("/D/offset_node")
-    if not np.array_equal(offset_nodes, masses.lever_node):
-        raise InputError(
-            "lacks the rotations of the grids that carry offset masses",
-            where=str(distortion.path),
-            hint=f"rebuild it with `{distortion.kind.made_by}`",
-        )
-    writer.write("/operator/offset_node", offset_nodes)
-    parts = (
-        ("/D/rotation", [s.rotation for s in found], "/operator/G_rotation", "m/s^2 (a) or 1/s^2 (omegadot) per rad"),
-        ("/D/translation", [s.operator for s in found], "/operator/G", "1/s^2 (a) or 1/(m s^2) (omegadot)"),
-    )
-    areas = distortion.dataset("/D/translation").shape[0]
-    total = np.zeros((6 * len(found), areas))
-    work = sum(part[0].shape[2] for _, part, _, _ in parts) * areas
-    advance = counter(step, work, "contracting S = -G D")
-    for path, operators, target, unit in parts:
-        d, n_nodes = distortion.dataset(path), operators[0].shape[2]
-        g = writer.allocate(target, (len(total), n_nodes, 3), units=f"{unit}, see /row/label")
-        for block in node_blocks(n_nodes, BLOCK_NODES):
-            g_block = stack_rows([part[:, :, block] for part in operators])
-            g[:, block] = g_block
-            for first in range(0, areas, TILE_AREAS):
-                tile = slice(first, min(first + TILE_AREAS, areas))
-                total[:, tile] += contract(g_block, d[tile, block])
-                advance((tile.stop - tile.start) * (block.stop - block.start))
-    return total

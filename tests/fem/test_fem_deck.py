@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import os
-from datetime import date
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from deck_models import CASE_CONTROL, SIZE, bulk, write_deck
 from fem_models import ALPHA, NU, YOUNG, block_mesh, nearest
 from pyNastran.op2.op2 import read_op2
-from pyNastran.op2.writer import op2_writer
 
 from tedm_cli.errors import InputError
 from tedm_cli.fem.elasticity import isotropic_stiffness
 from tedm_cli.fem.static import StaticSolution
-from tedm_cli.nastran.op2_writer import write_op2
 from tedm_cli.nastran.solver.deck import read_solver_deck
 from tedm_cli.stages.solve import solve_deck
 
@@ -178,56 +174,3 @@ def test_fem_unreadable_decks_leave_no_output_and_no_files(tmp_path, monkeypatch
             read_solver_deck(write_deck(tmp_path, cards))
     assert capfd.readouterr() == ("", "")
     assert os.listdir(tmp_path) == ["deck.bdf"]
-
-
-def test_fem_op2_is_reproducible_and_holds_the_largest_ids(tmp_path, monkeypatch):
-    ids = np.array([1, 4711, 99_999_999])
-    motion = np.random.default_rng(0).standard_normal((3, 6)) * 1e-6
-    cases = [(1, "STRUT_1", motion), (12_345_678, "mixed Case, and - signs", -motion), (5, "", 0 * motion)]
-    first, second = tmp_path / "a.op2", tmp_path / "b.op2"
-    write_op2(first, ids, cases)
-    another_day = SimpleNamespace(datetime=SimpleNamespace(today=lambda: date(2031, 7, 9)))
-    monkeypatch.setattr(op2_writer, "datetime", another_day)
-    write_op2(second, ids, iter(cases))
-    assert first.read_bytes() == second.read_bytes()
-    assert sorted(os.listdir(tmp_path)) == ["a.op2", "b.op2"]
-    tables = displacements(first)
-    assert {int(k): t.label for k, t in tables.items()} == {n: label for n, label, _ in cases}
-    for number, _, data in cases:
-        np.testing.assert_array_equal(tables[number].node_gridtype[:, 0], ids)
-        np.testing.assert_array_equal(tables[number].data[0], data.astype(np.float32))
-
-
-@pytest.mark.parametrize(
-    ("ids", "cases", "fact"),
-    [
-        ([1, 100_000_000], [(1, "a", np.zeros((2, 6)))], "between 1 and 99,999,999"),
-        ([1], [(1, "a", np.zeros((1, 6))), (1, "b", np.zeros((1, 6)))], "used twice"),
-        ([1], [(1, "Bänke", np.zeros((1, 6)))], "plain ASCII"),
-        ([1], [(1, "a" * 129, np.zeros((1, 6)))], "128 characters"),
-        ([1], [(1, "a", np.full((1, 6), 1e39))], "not finite in single precision"),
-        ([1], [], "no subcase"),
-    ],
-)
-@pytest.mark.filterwarnings("ignore:overflow encountered")
-def test_fem_op2_refusals_leave_the_old_file(tmp_path, ids, cases, fact):
-    target = tmp_path / "old.op2"
-    target.write_bytes(b"old")
-    with pytest.raises(InputError, match=fact):
-        write_op2(target, np.array(ids), cases)
-    assert target.read_bytes() == b"old"
-    assert os.listdir(tmp_path) == ["old.op2"]
-
-
-def test_fem_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
-    target = tmp_path / "old.op2"
-    target.write_bytes(b"old")
-
-    def full(descriptor):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(InputError, match="no room left"):
-        write_op2(target, np.array([1]), [(1, "a", np.zeros((1, 6)))])
-    assert target.read_bytes() == b"old"
-    assert os.listdir(tmp_path) == ["old.op2"]

@@ -118,3 +118,12 @@ def test_labels_and_units_of_the_rows():
 def test_shapes_that_do_not_match_are_refused():
     with pytest.raises(ValueError, match="does not match"):
         contract(np.zeros((12, 5, 3)), np.zeros((2, 4, 3)))
+
+
+def test_single_precision_is_summed_in_double():
+    rng = np.random.default_rng(2)
+    operator, move = rng.normal(size=(12, 1300, 3)), rng.normal(size=(5, 1300, 3)).astype(np.float32)
+    found = contract(operator, move)
+    np.testing.assert_array_equal(found, contract(operator, move.astype(np.float64)))
+    wanted = -np.einsum("rnc,knc->rk", operator, move.astype(np.longdouble))
+    np.testing.assert_allclose(found, wanted.astype(np.float64), rtol=0, atol=1e-12)

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tedm_cli.blocks import PrecisionLossError, SomeNodes, narrowed, node_blocks
+from tedm_cli.blocks import Blocks, PrecisionLossError, SomeNodes, narrowed, node_blocks
 from tedm_cli.config.project import load_project
 from tedm_cli.contracts import Dataset, FileKind
 from tedm_cli.distortion import RigidFit
@@ -95,6 +95,20 @@ def test_some_nodes_are_found_in_whatever_block_they_are(rows: list[int], length
     np.testing.assert_array_equal(found, wanted)
 
 
+@given(st.lists(st.integers(0, 49_999), max_size=40))
+def test_some_nodes_are_read_in_their_order(dataset: Blocks, rows: list[int]) -> None:
+    wanted = np.array(rows, dtype=np.int64)
+    np.testing.assert_array_equal(SomeNodes(wanted).read(dataset, 1), dataset[()][1, wanted].reshape(-1, 3))
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Blocks]:
+    path = tmp_path_factory.mktemp("blocks") / "file.h5"
+    with h5py.File(path, "w") as file:
+        file["d"] = np.random.default_rng(0).normal(size=(2, 50_000, 3))
+        yield Blocks(file["d"], path)
+
+
 def test_rigid_fit_finds_a_rigid_motion_from_parts_and_removes_it_from_any_other() -> None:
     rng = np.random.default_rng(4)
     p, w, centre = rng.normal(size=(50, 3)), rng.uniform(0.1, 1.0, 50), np.array([0.3, -0.2, 0.1])
@@ -102,7 +116,9 @@ def test_rigid_fit_finds_a_rigid_motion_from_parts_and_removes_it_from_any_other
     fit = RigidFit(p, w, centre)
 
     def motion(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return fit.motion(sum(fit.moments(s, u[s]) for s in (slice(0, 13), slice(13, 50))))
+        moments = sum(fit.moments(s, u[s]) for s in (slice(0, 13), slice(13, 50)))
+        (_, translation), (_, rotation) = fit.motions(np.stack([0.0 * moments, moments]))
+        return translation, rotation
 
     u = shift + np.cross(turn, p - centre)
     np.testing.assert_allclose(np.concatenate(motion(u)), np.concatenate([shift, turn]), rtol=1e-12)
