@@ -114,7 +114,7 @@ def read_out_inverse(layout: OpticalLayout, set_name: str, PS: Matrix) -> ReadOu
     return ReadOutInverse(law, inverse, values, float(values[0] / values[-1]))
 
 
-def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsChain:
+def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix, P: Matrix | None = None) -> OpticsChain:
     """Optical chain for all read-out sets.
 
     Parameters
@@ -123,6 +123,7 @@ def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsCh
         `move_reference_points`).
     D_opt : motion of the bench elements in layout order per thermal area, [k, n_bench, 6] in m/K and rad/K, basic
         frame.
+    P : law [3 * n_pd, 5 * n_paths] in place of `law_matrix`.
 
     Raises
     ------
@@ -139,7 +140,7 @@ def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsCh
     k = D_opt.shape[0]
     motion = (D_opt.reshape(k, n_bench, 2, 3) @ layout.axes.T).reshape(k, n_bench * N_MOTIONS).T
 
-    P = law_matrix(layout)
+    P = law_matrix(layout) if P is None else P
     PS = P @ S_BW
     PS_bench = PS[:, layout.columns_of(layout.bench)]
     O_ideal = PS[:, layout.columns_of(layout.test_masses)]

@@ -140,6 +140,8 @@ class OpticalLayout:
     frame_origin_m : origin of the layout frame in the basic frame, m.
     frame_axes : rows are the layout axes x, y, z in the basic frame.
     tolerances : what the checks of the layout allow.
+    has_geometry : False where surfaces and steps need not be known because S_BW is imported; such a layout cannot be
+        traced, its normals are zero and its paths may be without steps.
     """
 
     title: str
@@ -151,6 +153,7 @@ class OpticalLayout:
     frame_origin_m: Vec3 = (0.0, 0.0, 0.0)
     frame_axes: tuple[Vec3, Vec3, Vec3] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     tolerances: Tolerances = Tolerances()
+    has_geometry: bool = True
 
     @cached_property
     def _element_index(self) -> dict[str, int]:
