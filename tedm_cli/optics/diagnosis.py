@@ -39,7 +39,7 @@ class Explanation:
 
 
 def explain_defect(layout: OpticalLayout, matrix: ImportedSensitivity, node_positions_m: Matrix) -> str:
-    """The defect of an imported S_BW in words; where nothing simple explains it, where the residual is largest.
+    """The defect of an imported S_BW in words; empty when no single slip explains what fails.
 
     Parameters
     ----------
@@ -55,12 +55,14 @@ def explain_defect(layout: OpticalLayout, matrix: ImportedSensitivity, node_posi
         if found:
             best = max(floor, min(h.left for h in found))
             return next(h.text for h in found if h.left <= _AS_GOOD * best)
-    rows = row_defect(layout, matrix) or stray_entry(layout, S)
-    if rows:
-        return rows
-    i, j = np.unravel_index(np.abs(trial.residual).argmax(), trial.residual.shape)
-    motion = ("shift along ", "turn about ")[j // 3] + "xyz"[j % 3]
-    return f"no single slip explains it; {output_labels(layout).names[i]} changes most, for a {motion} of everything"
+    return row_defect(layout, matrix) or stray_entry(layout, S)
+
+
+def most_changed(layout: OpticalLayout, matrix: ImportedSensitivity) -> str:
+    """The output that changes most when everything moves together, and the motion, in words."""
+    residual = _trial(layout, matrix, matrix.points_m).residual
+    i, j = np.unravel_index(np.abs(residual).argmax(), residual.shape)
+    return f"{output_labels(layout).names[i]} when all {('shift along', 'turn about')[j // 3]} {'xyz'[j % 3]}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +157,7 @@ def _other_frames(trial: _Trial) -> Iterator[Explanation]:
 
 
 def _rotations(layout: OpticalLayout) -> Iterator[tuple[Matrix, str]]:
-    """Rotations from the declared axes to others, in words: along other axes, or layout and basic taken for each other."""
+    """Rotations from the declared axes to others, in words: along other axes, or of layout and basic frame."""
     for places in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             turn = np.zeros((3, 3))

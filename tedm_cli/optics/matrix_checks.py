@@ -39,6 +39,30 @@ class Judged:
         return self.value <= self.limit
 
 
+@dataclass(frozen=True)
+class BlockDifference:
+    """Largest difference of two matrices in the rows of a path and the columns of an element.
+
+    A fraction of the largest entry of the second, lengths in units of the layout's size.
+    """
+
+    path: str
+    element: str
+    value: float
+
+
+def block_differences(layout: OpticalLayout, S_BW: Matrix, other: Matrix) -> tuple[BlockDifference, ...]:
+    """Differences of all blocks of two matrices [5 * n_paths, 6 * n_elements], largest first."""
+    scaled = scaled_matrix(layout, other)
+    difference = np.abs(scaled_matrix(layout, S_BW) - scaled) / np.abs(scaled).max()
+    blocks = [
+        BlockDifference(path.label, e.name, float(difference[layout.rows(path), layout.columns(e.name)].max()))
+        for path in layout.paths
+        for e in layout.elements
+    ]
+    return tuple(sorted(blocks, key=lambda b: -b.value))
+
+
 def judge_matrix(
     layout: OpticalLayout,
     S_BW: Matrix,
