@@ -84,7 +84,7 @@ def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
             file.array("/S"),
             file.strings("/row/label"),
             areas,
-            file.strings("/row/unit"),
+            [unit.removesuffix("/K") for unit in file.strings("/row/unit")],
             ["K"] * len(areas),
             "self-gravity on the test masses per kelvin of an area, frames of the test masses",
         ),

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.optics.imported import ImportedSensitivity, in_frame
-from tedm_cli.optics.invariances import layout_size, rigid_motion_about, scaled_matrix, scaled_motion
+from tedm_cli.optics.invariances import layout_size, rigid_motion_about, scaled_matrix
 from tedm_cli.optics.labels import input_labels, output_labels
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.row_defects import named_factor, row_defect, stray_entry
@@ -47,7 +47,7 @@ def explain_defect(layout: OpticalLayout, matrix: ImportedSensitivity, node_posi
     """
     trial = _trial(layout, matrix, matrix.points_m)
     S, M, before = trial.S, trial.M, float(np.linalg.norm(trial.residual))
-    noise = float(np.linalg.norm(np.abs(scaled_matrix(layout, matrix.given_error)) @ np.abs(M)))
+    noise = float(np.linalg.norm((_row_units(layout)[:, None] * matrix.given_error) @ np.abs(M)))
     floor = max(noise, 1e-12 * float(np.linalg.norm(np.abs(S) @ np.abs(M))))
     if before > floor:
         enough = min(max(floor, RESTORED * before), _NEEDED * before)
@@ -55,7 +55,7 @@ def explain_defect(layout: OpticalLayout, matrix: ImportedSensitivity, node_posi
         if found:
             best = max(floor, min(h.left for h in found))
             return next(h.text for h in found if h.left <= _AS_GOOD * best)
-    return row_defect(layout, matrix) or stray_entry(layout, S)
+    return row_defect(layout, matrix) or stray_entry(layout, scaled_matrix(layout, matrix.given))
 
 
 def most_changed(layout: OpticalLayout, matrix: ImportedSensitivity) -> str:
@@ -67,7 +67,11 @@ def most_changed(layout: OpticalLayout, matrix: ImportedSensitivity) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """Dimensionless matrix S and rigid motions M of all elements, in the maker's frame, about the declared points."""
+    """Matrix S and rigid motions M of all elements, in the maker's frame, about the declared points.
+
+    Rows of S and columns of M are in units of the layout's size; the motions between them stay in m and rad, so that
+    columns given as others keep the size they were given with.
+    """
 
     layout: OpticalLayout
     S: Matrix
@@ -79,8 +83,14 @@ class _Trial:
 
 
 def _trial(layout: OpticalLayout, matrix: ImportedSensitivity, points_m: Matrix) -> _Trial:
-    motion = rigid_motion_about(points_m, points_m.mean(axis=0))
-    return _Trial(layout, scaled_matrix(layout, matrix.given), scaled_motion(layout, motion))
+    size = layout_size(layout)
+    motion = rigid_motion_about(points_m, points_m.mean(axis=0)) * np.repeat([size, 1.0], 3)
+    return _Trial(layout, _row_units(layout)[:, None] * matrix.given, motion)
+
+
+def _row_units(layout: OpticalLayout) -> Matrix:
+    """Factors that measure the outputs in units of the layout's size."""
+    return np.array([1 / layout_size(layout) if unit == "m" else 1.0 for unit in output_labels(layout).units])
 
 
 def _hypotheses(trial: _Trial, matrix: ImportedSensitivity, node_positions_m: Matrix) -> Iterator[Explanation]:
@@ -225,7 +235,7 @@ def _moved_points(trial: _Trial) -> Iterator[Explanation]:
         for k in range(3):
             effect[:, 3:, k] = -shift @ cross_matrix(np.eye(3)[k])
         r, *_ = np.linalg.lstsq(effect.reshape(-1, 3), -trial.residual.reshape(-1), rcond=1e-9)
-        mm = ", ".join(f"{1e3 * layout_size(layout) * v:.4g}" for v in r)
+        mm = ", ".join(f"{1e3 * v:.4g}" for v in r)
         yield Explanation(
             f"{what} to be ({mm}) mm off the declared one", float(np.linalg.norm(trial.residual + effect @ r))
         )

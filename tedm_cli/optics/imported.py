@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.errors import InputError
+from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.labels import Labels, input_labels, laser_labels, output_labels
 from tedm_cli.optics.layout import N_OUTPUTS, Beam, OpticalLayout, Vec3
 from tedm_cli.optics.sensitivity import cross_matrix, turned_about
@@ -57,7 +58,8 @@ class Conventions:
     slopes : z1, z2 are slopes of the wave front (an angle), or its Zernike tilts, lengths `R z` (unnormalised) or
         `R z / 2` (Noll), R the pupil radius.
     pupil_radius_m : R; None for angles.
-    accuracy : error of the entries as a fraction of the largest of their kind, where it is not that of their digits.
+    accuracy : error of the entries where it is not that of their digits, as a fraction of the largest entry (lengths in
+        units of the layout's size).
     """
 
     beams: Mapping[Beam, str]
@@ -126,9 +128,13 @@ def import_sensitivity(
     expected = output_labels(layout, outputs.beams)
     lengths = outputs.slopes != "angle"
     rows = Labels(expected.names, tuple("m" if lengths else unit for unit in expected.units))
-    values, error, digits = _arranged(matrix, rows, input_labels(layout), outputs.accuracy)
+    values, error, digits = _arranged(matrix, rows, input_labels(layout))
     slope = _slopes(layout, outputs)[:, None]
     given, given_error = slope * values, slope * error
+    if outputs.accuracy is not None:
+        unit = scaled_matrix(layout, np.ones_like(given))
+        given_error = np.maximum(given_error, outputs.accuracy * np.abs(unit * given).max() / unit)
+        digits = f"declared accuracy {outputs.accuracy:g}"
     points = _reference_points(layout, motions, node_positions_m)
     offsets = points - layout.pivots_m(node_positions_m)
     axes = layout.axes if motions.frame == "basic" else np.eye(3)
@@ -157,7 +163,7 @@ def import_law(layout: OpticalLayout, matrix: LabelledMatrix, outputs: Conventio
     expected = output_labels(layout, outputs.beams)
     lengths = outputs.slopes != "angle"
     columns = Labels(expected.names, tuple("m" if lengths else unit for unit in expected.units))
-    values, _, _ = _arranged(matrix, laser_labels(layout), columns, None)
+    values, _, _ = _arranged(matrix, laser_labels(layout), columns)
     return np.asarray(values / _slopes(layout, outputs))
 
 
@@ -191,9 +197,7 @@ def _rounded(values: Matrix, decimals: Matrix) -> Matrix:
     return np.asarray(np.round(values / down * up) / up * down)
 
 
-def _arranged(
-    matrix: LabelledMatrix, rows: Labels, columns: Labels, accuracy: float | None
-) -> tuple[Matrix, Matrix, str]:
+def _arranged(matrix: LabelledMatrix, rows: Labels, columns: Labels) -> tuple[Matrix, Matrix, str]:
     """Values and errors of the wanted rows and columns in their order, in SI."""
     problems = [
         *_label_problems("row", matrix.rows, rows),
@@ -207,23 +211,7 @@ def _arranged(
     error, digits = printed_accuracy(matrix.values)
     factors = _sizes(matrix.rows)[:, None] / _sizes(matrix.columns)
     order = np.ix_(_places(matrix.rows, rows), _places(matrix.columns, columns))
-    values, error = (matrix.values * factors)[order], (error * factors)[order]
-    if accuracy is not None:
-        error = np.maximum(error, accuracy * _largest_of_kind(values, rows, columns))
-        digits = f"declared accuracy {accuracy:g}"
-    return values, error, digits
-
-
-def _largest_of_kind(values: Matrix, rows: Labels, columns: Labels) -> Matrix:
-    """For each entry the largest magnitude among the rows and columns of the same outputs and units."""
-    out = np.zeros_like(values)
-    kinds = np.array([name.rpartition("_")[2] for name in rows.names])
-    units = np.array(columns.units)
-    for kind in set(kinds):
-        for unit in set(units):
-            block = np.ix_(kinds == kind, units == unit)
-            out[block] = np.abs(values[block]).max(initial=0.0)
-    return out
+    return (matrix.values * factors)[order], (error * factors)[order], digits
 
 
 def _label_problems(axis: str, found: Labels, wanted: Labels) -> list[str]:

@@ -97,8 +97,8 @@ def row_factors(layout: OpticalLayout, S_BW: Matrix) -> Matrix:
     """Factor by which each output looks scaled, [n_paths, 5]: x, y, opl, z1, z2; all are 1 in a sound matrix.
 
     A photodiode that moves alone gives the scale away, at any incidence. With its axes ex, ey, ez and the direction d
-    of the beam, x moves by -ex.u, y by -ey.u, opl by ez.u / (ez.d), z1 by theta.(ex x d), z2 by theta.(ey x d), and d
-    is a unit vector. NaN where the photodiode's own columns do not fit this form at all.
+    of the beam, a unit vector, x moves by (ez (ex.d) / (ez.d) - ex).u, y alike, opl by ez.u / (ez.d), z1 by
+    theta.(ex x d) and z2 by theta.(ey x d). NaN where the photodiode's own columns do not fit this form at all.
     """
     out = np.full((len(layout.paths), 5), np.nan)
     for i, path in enumerate(layout.paths):
@@ -115,8 +115,10 @@ def row_factor_error(layout: OpticalLayout, error: Matrix) -> float:
 
 
 def _factors(shift: Matrix, turn: Matrix) -> Matrix:
-    x, y = np.linalg.norm(shift[:2], axis=1)
-    ex, ey = -shift[0] / x, -shift[1] / y
+    normal = shift[2] / np.linalg.norm(shift[2])
+    across = shift[:2] - np.outer(shift[:2] @ normal, normal)
+    x, y = np.linalg.norm(across, axis=1)
+    ex, ey = -across[0] / x, -across[1] / y
     ez = np.cross(ex, ey)
     dy, dx = -(turn[0] @ ez) / (turn[0] @ ey), -(turn[1] @ ez) / (turn[1] @ ex)  # over dz
     dz = -1.0 / np.sqrt(1.0 + dx**2 + dy**2)

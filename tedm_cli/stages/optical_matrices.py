@@ -140,8 +140,6 @@ def _read(path: Path, name: str) -> tuple[Matrix, dict[str, Any], str, str]:
         raise InputError(
             "is neither CSV, NPZ nor MAT by its name", where=str(path), hint=f"known: {', '.join(_READERS)}"
         )
-    if not path.is_file():
-        raise InputError(f"no such file; [imported] names it as {name}", where=str(path))
     side = beside(path)
     own: dict[str, Any] = {}
     if side.is_file():
