@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, PositiveFloat
 
 from tedm_cli.config.base import Strict, validate
@@ -13,6 +15,7 @@ from tedm_cli.optics.imported import Conventions, Frame, LabelledMatrix, MotionC
 from tedm_cli.optics.labels import Labels
 from tedm_cli.optics.layout import Vec3
 
+Matrix = NDArray[np.float64]
 Units = list[str] | dict[str, str]
 Point = Literal["layout", "grid"]
 
@@ -45,18 +48,20 @@ class SensitivityTable(LawTable):
     accuracy: Annotated[float, Field(gt=0, le=1e-2)] | None = None
 
 
-def law_of(values: Any, declared: dict[str, Any], *, where: str, hint: str) -> tuple[LabelledMatrix, Conventions]:
+T = TypeVar("T", bound=LawTable)
+
+
+def law_of(values: Matrix, declared: dict[str, Any], *, where: str, hint: str) -> tuple[LabelledMatrix, Conventions]:
     """P and what its entries mean; `ConfigError` lists all that is missing or wrong in the declaration."""
     table = _checked(LawTable, values, declared, where, hint)
     return _labelled(values, table), _outputs(table, None)
 
 
 def sensitivity_of(
-    values: Any, declared: dict[str, Any], *, where: str, hint: str
+    values: Matrix, declared: dict[str, Any], *, where: str, hint: str
 ) -> tuple[LabelledMatrix, Conventions, MotionConventions]:
     """S_BW and what its entries mean; `ConfigError` lists all that is missing or wrong in the declaration."""
     table = _checked(SensitivityTable, values, declared, where, hint)
-    assert isinstance(table, SensitivityTable)
     points = table.reference_points
     given: dict[str, str | Vec3] | str = (
         points
@@ -66,9 +71,9 @@ def sensitivity_of(
     return _labelled(values, table), _outputs(table, table.accuracy), MotionConventions(table.frame, given)
 
 
-def _checked(model: type[LawTable], values: Any, declared: dict[str, Any], where: str, hint: str) -> LawTable:
+def _checked(model: type[T], values: Matrix, declared: dict[str, Any], where: str, hint: str) -> T:
     problems: list[tuple[str, str]] = []
-    table: LawTable | None = None
+    table: T | None = None
     try:
         table = validate(model, declared, where=where)
     except ConfigError as exc:
@@ -78,11 +83,11 @@ def _checked(model: type[LawTable], values: Any, declared: dict[str, Any], where
         problems.append(("pupil_radius_m", f"missing; slopes = {slopes!r} needs it"))
     if slopes == "angle" and radius is not None:
         problems.append(("pupil_radius_m", "slopes that are angles have none"))
-    for axis, (key, size) in enumerate(zip(("rows", "columns"), values.shape, strict=True)):
+    for key, size in zip(("rows", "columns"), values.shape, strict=True):
         labels, units = declared.get(key), declared.get(f"{key[:-1]}_units")
         if isinstance(labels, list) and len(labels) != size:
             problems.append((key, f"{len(labels)} labels for {size} {key}"))
-        if isinstance(units, list) and len(units) != values.shape[axis]:
+        if isinstance(units, list) and len(units) != size:
             problems.append((f"{key[:-1]}_units", f"{len(units)} units for {size} {key}"))
         if isinstance(units, dict) and isinstance(labels, list):
             absent = dict.fromkeys(k for name in labels if (k := _quantity(str(name))) not in units)
@@ -96,7 +101,7 @@ def _quantity(label: str) -> str:
     return label.rpartition("_")[2]
 
 
-def _labelled(values: Any, table: LawTable) -> LabelledMatrix:
+def _labelled(values: Matrix, table: LawTable) -> LabelledMatrix:
     return LabelledMatrix(values, _labels(table.rows, table.row_units), _labels(table.columns, table.column_units))
 
 
@@ -106,5 +111,4 @@ def _labels(names: list[str], units: Units) -> Labels:
 
 
 def _outputs(table: LawTable, accuracy: float | None) -> Conventions:
-    beams = {"meas": table.beams.meas, "ref": table.beams.ref}
-    return Conventions({"meas": beams["meas"], "ref": beams["ref"]}, table.slopes, table.pupil_radius_m, accuracy)
+    return Conventions({"meas": table.beams.meas, "ref": table.beams.ref}, table.slopes, table.pupil_radius_m, accuracy)
