@@ -17,6 +17,7 @@ from tedm_cli.errors import PhysicsError
 from tedm_cli.optics.chain import law_matrix
 from tedm_cli.optics.diagnosis import explain_defect
 from tedm_cli.optics.imported import ImportedSensitivity, MotionConventions, import_sensitivity
+from tedm_cli.optics.invariances import rigid_motion
 from tedm_cli.optics.labels import input_labels
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.matrix_checks import judge_matrix
@@ -116,6 +117,18 @@ def test_exchanged_columns(layout: OpticalLayout, S_BW: Matrix, nodes: Matrix, c
     if a % 6 >= 3 and b % 6 == a % 6:
         # All elements turn alike: a rotation about the same axis only shows by the other matrix entries.
         accepted += ["responds to", ""]
+    if match := re.fullmatch(r"columns (of )?(\S+) and (\S+) look exchanged", text):
+        # Another pair may explain it as well, such as those of two parallel mirrors: it must mend the matrix.
+        one, other = match[2], match[3]
+        places = [layout.columns(n) if match[1] else slice(k := labels.index(n), k + 1) for n in (one, other)]
+        mended = wrong.copy()
+        mended[:, places[0]], mended[:, places[1]] = wrong[:, places[1]], wrong[:, places[0]]
+        rigid = [
+            float(np.abs(matrix.S_BW @ rigid_motion(layout, nodes)).max())
+            for matrix in (found, imported(layout, mended, nodes))
+        ]
+        assert rigid[1] < 1e-3 * rigid[0], text
+        return
     assert any(piece in text for piece in accepted), text
 
 
