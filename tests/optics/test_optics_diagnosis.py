@@ -98,7 +98,7 @@ def test_scaled_rows_of_any_path(layout: OpticalLayout, S_BW: Matrix, nodes: Mat
     assert float(match[1]) == pytest.approx(factor, rel=1e-4, abs=0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(columns=st.lists(st.integers(0, 143), min_size=2, max_size=2, unique=True))
 def test_exchanged_columns(layout: OpticalLayout, S_BW: Matrix, nodes: Matrix, columns: list[int]) -> None:
     """Either nothing changes under any motion of everything, or the two are named, or no slip is claimed wrongly."""
@@ -110,13 +110,11 @@ def test_exchanged_columns(layout: OpticalLayout, S_BW: Matrix, nodes: Matrix, c
         return  # columns that do the same
     labels = input_labels(layout).names
     text = explain_defect(layout, found, nodes)
-    element = layout.elements[a // 6].name
-    accepted = [f"columns {labels[a]} and {labels[b]} look exchanged", f"columns of {element} look to be in the order"]
-    # An empty column that takes the place of another one is a column that is missing, too.
-    accepted += [f"{labels[k]}" for k in (a, b)]
+    # An empty column in the place of another is one that is missing, too; at 45 degrees ux for uy is a change of sign.
+    accepted = [*(labels[k] for k in (a, b)), *(f"of {layout.elements[k // 6].name} look" for k in (a, b))]
     if a % 6 >= 3 and b % 6 == a % 6:
         # All elements turn alike: a rotation about the same axis only shows by the other matrix entries.
-        accepted += ["responds to", ""]
+        return
     if match := re.fullmatch(r"columns (of )?(\S+) and (\S+) look exchanged", text):
         # Another pair may explain it as well, such as those of two parallel mirrors: it must mend the matrix.
         one, other = match[2], match[3]
