@@ -110,7 +110,7 @@ $(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML)
 $(BUILD)/sensitivity.h5: $(BUILD)/distortion.h5 $(MODEL_TOML) $(GRAVITY_SOURCES)
 	$(TEDM) build-sensitivity $(OPTIONS)
 
-$(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML)
+$(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML) $(OPTICS_SOURCES)
 	$(TEDM) build-optics $(OPTIONS)
 
 define CASE_RULE

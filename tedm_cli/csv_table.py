@@ -30,14 +30,7 @@ def read_table(path: Path, header: Sequence[str], *, text: Sequence[str] = ()) -
     InputError : no such file, not a CSV in UTF-8, another header, a line with another number of fields, an empty word,
         a field that is no finite number; names the line and the column.
     """
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream, strict=True)
-            lines = [(reader.line_num, [field.strip() for field in fields]) for fields in reader]
-    except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
-    except (UnicodeDecodeError, csv.Error) as exc:
-        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+    lines = csv_lines(path)
     wanted = ",".join(header)
     if not lines or lines[0][1] != list(header):
         found = ",".join(lines[0][1]) if lines else ""
@@ -57,14 +50,32 @@ def read_table(path: Path, header: Sequence[str], *, text: Sequence[str] = ()) -
                 if not field:
                     raise InputError(f"{column} is empty", where=f"{path}:{number}")
             else:
-                numbers[column] = _number(column, field, f"{path}:{number}")
+                numbers[column] = finite_number(column, field, f"{path}:{number}")
         rows.append(Row(number, words, numbers))
     if not rows:
         raise InputError("holds a header and nothing else", where=str(path))
     return rows
 
 
-def _number(column: str, field: str, where: str) -> float:
+def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
+    """Lines of a CSV file in UTF-8, each with its number in the file and its fields without surrounding blanks.
+
+    Raises
+    ------
+    InputError : no such file, or not a CSV in UTF-8.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            reader = csv.reader(stream, strict=True)
+            return [(reader.line_num, [field.strip() for field in fields]) for fields in reader]
+    except OSError as exc:
+        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
+    except (UnicodeDecodeError, csv.Error) as exc:
+        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+
+
+def finite_number(column: str, field: str, where: str) -> float:
+    """The number in a field of the column, or an `InputError` that names both."""
     try:
         # Python reads 1_000 as a number; nobody means it in a table.
         value = math.nan if "_" in field else float(field)

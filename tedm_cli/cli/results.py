@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
@@ -21,6 +22,12 @@ from tedm_cli.cli.app import (
     open_project,
     say,
 )
+
+
+class _Format(Enum):
+    csv = "csv"
+    npz = "npz"
+    mat = "mat"
 
 
 @app.command()
@@ -102,6 +109,31 @@ def check(
             where=str(build_dir),
             hint="run make all",
         )
+
+
+@app.command()
+def export(
+    what: Annotated[
+        list[str] | None, typer.Argument(help="optics, sensitivity, distortion; all that are there, if none is named.")
+    ] = None,
+    fmt: Annotated[
+        _Format, typer.Option("--format", help="csv: a file per matrix; npz, mat: all in one.")
+    ] = _Format.mat,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder, or a .npz or .mat file. Default: BUILD_DIR/export.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the matrices for other programs.
+
+    S_BW, P, O_ideal, D, N; S_SG, stiffness; D_opt: with labels and units, as CSV, NPZ (NumPy) or MAT (MATLAB).
+    """
+    from tedm_cli.stages.export import export as stage
+
+    done = stage(build_dir, what or [], fmt.value, output)
+    held = [f"{m.name} {m.values.shape[0]} x {m.values.shape[1]}: {m.description}" for m in done.matrices]
+    say(quiet, *(str(path) for path in done.paths), *held)
 
 
 @app.command("make-rules", hidden=True)

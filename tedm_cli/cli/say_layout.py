@@ -39,7 +39,9 @@ def layout_lines(done: LayoutReport) -> list[str]:
         *warning_lines(done.findings),
         f"{len(done.findings)} checks, {n_errors} failed",
     ]
-    if blind:
+    if not layout.has_geometry:
+        lines.append("the layout has no complete geometry: beams are not traced, S_BW is imported")
+    if blind and layout.has_geometry:
         lines.append(f"no aperture_m, so neither hits nor obstruction judged: {', '.join(blind)}")
     return lines
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from tedm_cli.config.base import read_toml, validate
-from tedm_cli.config.optics_checks import Problems, cross_checks
+from tedm_cli.config.optics_checks import Problems, cross_checks, imported_problems, lacks_geometry
 from tedm_cli.config.optics_tables import ElementTable, OpticsTables, PathTable, TolerancesTable
 from tedm_cli.errors import ConfigError
 from tedm_cli.optics.layout import (
@@ -24,7 +25,36 @@ from tedm_cli.optics.layout import (
 from tedm_cli.provenance import ConfigFile
 
 
+@dataclass(frozen=True)
+class OpticsConfig:
+    """The layout file: what was read, the layout, and the files of imported matrices, with the largest difference that
+    an imported S_BW may have from the traced one (None: not judged)."""
+
+    file: ConfigFile
+    layout: OpticalLayout
+    S_BW: Path | None
+    P: Path | None
+    largest_difference: float | None
+
+    @property
+    def matrices(self) -> tuple[Path, ...]:
+        """The imported files that are there, with what is declared beside them."""
+        files = [path for path in (self.S_BW, self.P) if path is not None]
+        return tuple(dict.fromkeys(f for path in files for f in (path, beside(path)) if f == path or f.is_file()))
+
+
+def beside(path: Path) -> Path:
+    """The file that declares what the matrices in `path` mean: S_BW.csv.toml for S_BW.csv."""
+    return path.with_name(path.name + ".toml")
+
+
 def load_layout(path: Path) -> tuple[ConfigFile, OpticalLayout]:
+    """The layout alone; see `load_optics`."""
+    config = load_optics(path)
+    return config.file, config.layout
+
+
+def load_optics(path: Path) -> OpticsConfig:
     """Read and check the layout file at `path`.
 
     Raises
@@ -41,9 +71,18 @@ def load_layout(path: Path) -> tuple[ConfigFile, OpticalLayout]:
         problems += exc.problems
     # A malformed table must not hide what is wrong in the others, so the checks run on whatever part is well formed.
     problems += cross_checks(data)
+    if tables is not None:
+        problems += imported_problems(tables)
     if problems or tables is None:
         raise ConfigError(problems, where=str(path))
-    return file, _layout(tables)
+    table = tables.imported
+    return OpticsConfig(
+        file,
+        _layout(tables),
+        None if table.S_BW is None else path.parent / table.S_BW,
+        None if table.P is None else path.parent / table.P,
+        table.largest_difference,
+    )
 
 
 def _layout(tables: OpticsTables) -> OpticalLayout:
@@ -56,6 +95,7 @@ def _layout(tables: OpticsTables) -> OpticalLayout:
         read_out=tuple(tables.read_out),
         frame_origin_m=_vec3(tables.frame.origin_m),
         frame_axes=(_vec3(tables.frame.axes[0]), _vec3(tables.frame.axes[1]), _vec3(tables.frame.axes[2])),
+        has_geometry=not lacks_geometry(tables),
         tolerances=Tolerances(tables.tolerances.clearance_m, tables.tolerances.reference_point_m),
         expansions=tuple(MassExpansion(x.test_mass, x.expansion_per_K, x.area) for x in tables.test_mass_expansion),
     )
@@ -66,7 +106,7 @@ def _element(e: ElementTable, tables: OpticsTables) -> Element:
         name=e.name,
         kind=e.kind,
         ref_m=_vec3(e.ref_m),
-        normal=_vec3(_normalised(e.normal)),
+        normal=(0.0, 0.0, 0.0) if e.normal is None else _vec3(_normalised(e.normal)),
         front_offset_m=e.front_offset_m or 0.0,
         thickness_m=e.thickness_m or 0.0,
         index=1.0 if e.index is None else e.index,
@@ -88,6 +128,8 @@ def _recombination(e: ElementTable, common: TolerancesTable) -> Recombination:
 
 
 def _path(p: PathTable) -> BeamPath:
+    if p.steps is None:
+        return BeamPath(p.photodiode, p.beam, (), p.wavefront_radius_m)
     steps = [Step(p.steps[0], "emit")]
     for text in p.steps[1:-1]:
         name, _, op = text.partition(":")

@@ -11,7 +11,15 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from tedm_cli.config.base import Strict
-from tedm_cli.config.optics_tables import KEYS, OPTIONAL_KEYS, ElementTable, FrameTable, PathTable, ReadOut
+from tedm_cli.config.optics_tables import (
+    KEYS,
+    OPTIONAL_KEYS,
+    ElementTable,
+    FrameTable,
+    OpticsTables,
+    PathTable,
+    ReadOut,
+)
 from tedm_cli.optics.layout import N_LASER
 
 UNIT_TOLERANCE = 1e-9  # of the length of a unit vector and the right angle between axes
@@ -22,6 +30,7 @@ T = TypeVar("T", bound=Strict)
 
 def cross_checks(data: dict[str, Any]) -> Problems:
     """Problems between keys and between tables, in the parts of `data` that are well formed."""
+    imported = isinstance(data.get("imported"), dict) and "S_BW" in data["imported"]
     raw_elements, raw_paths = _entries(data.get("element")), _entries(data.get("path"))
     elements = [_salvaged(ElementTable, raw) for raw in raw_elements]
     paths = [_salvaged(PathTable, raw)[0] for raw in raw_paths]
@@ -43,14 +52,14 @@ def cross_checks(data: dict[str, Any]) -> Problems:
     for i, (element, whole) in enumerate(elements):
         if element is not None:
             out += _vector_problems(f"element[{i}]", element)
-            out += _key_problems(f"element[{i}]", element, grids) if whole else []
+            out += _key_problems(f"element[{i}]", element, grids, imported) if whole else []
     out += _grid_problems(grids, known)
     n_tm = sum(raw.get("kind") == "test_mass" for raw in raw_elements)
     if raw_elements and n_tm == 0:
         out.append(("element", "none is a test_mass"))
     for i, path in enumerate(paths):
         if path is not None:
-            out += _path_problems(f"path[{i}]", path, known)
+            out += _path_problems(f"path[{i}]", path, known, imported)
     beams = Counter((str(raw.get("photodiode")), str(raw.get("beam"))) for raw in raw_paths)
     for i, raw in enumerate(raw_elements):
         for beam in ("meas", "ref") if raw.get("kind") == "photodiode" else ():
@@ -70,8 +79,35 @@ def cross_checks(data: dict[str, Any]) -> Problems:
     return out
 
 
-def _key_problems(at: str, e: ElementTable, grids: Mapping[str, Any]) -> Problems:
+def lacks_geometry(tables: OpticsTables) -> list[str]:
+    """What a valid layout would still need to be traced, as dotted paths."""
+    missing = [
+        f"element[{i}].{key}"
+        for i, e in enumerate(tables.element)
+        for key in OPTIONAL_KEYS
+        if key in KEYS[e.kind][0] - {"grid"} and getattr(e, key) is None
+    ]
+    return missing + [f"path[{i}].steps" for i, path in enumerate(tables.path) if path.steps is None]
+
+
+def imported_problems(tables: OpticsTables) -> Problems:
+    """Of `[imported]`, which can be judged once the rest is valid."""
+    table = tables.imported
+    out: Problems = []
+    if "imported" in tables.model_fields_set and table.S_BW is None and table.P is None:
+        out.append(("imported", "names neither S_BW nor P"))
+    if table.largest_difference is not None and table.S_BW is None:
+        out.append(("imported.largest_difference", "is judged on an imported S_BW; none is named"))
+    elif table.largest_difference is not None and (missing := lacks_geometry(tables)):
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        out.append(("imported.largest_difference", f"the layout cannot be traced: {missing[0]} is missing{more}"))
+    return out
+
+
+def _key_problems(at: str, e: ElementTable, grids: Mapping[str, Any], imported: bool) -> Problems:
     needed, allowed = KEYS[e.kind]
+    if imported:  # its surfaces need not be known
+        needed, allowed = needed & {"grid"}, needed | allowed
     given = {key for key in OPTIONAL_KEYS if getattr(e, key) is not None}
     absent = needed - given - ({"grid"} if e.name in grids else set())
     out = [(f"{at}.{key}", f"missing; a {e.kind} ({e.name}) needs it") for key in OPTIONAL_KEYS if key in absent]
@@ -108,15 +144,22 @@ def _vector_problems(at: str, e: ElementTable) -> Problems:
     for key, vector in (("normal", e.normal), ("local_y", e.local_y)):
         if vector is not None and abs((length := float(np.linalg.norm(vector))) - 1.0) > UNIT_TOLERANCE:
             out.append((f"{at}.{key}", f"not a unit vector: its length is {length:.12g}"))
-    if e.local_y is not None and abs(cosine := float(np.dot(e.local_y, e.normal))) > UNIT_TOLERANCE:
+    if (
+        e.local_y is not None
+        and e.normal is not None
+        and abs(cosine := float(np.dot(e.local_y, e.normal))) > UNIT_TOLERANCE
+    ):
         out.append((f"{at}.local_y", f"not perpendicular to normal: their product is {cosine:.3g}"))
     return out
 
 
-def _path_problems(at: str, path: PathTable, known: dict[str, ElementTable | None]) -> Problems:
+def _path_problems(at: str, path: PathTable, known: dict[str, ElementTable | None], imported: bool) -> Problems:
     out: Problems = []
-    last = len(path.steps) - 1
-    for i, text in enumerate(path.steps):
+    if path.steps is None and not imported:
+        out.append((f"{at}.steps", "missing"))
+    steps = path.steps or []
+    last = len(steps) - 1
+    for i, text in enumerate(steps):
         place = f"{at}.steps[{i}]"
         name, colon, op = text.partition(":")
         if name not in known:
@@ -134,7 +177,7 @@ def _path_problems(at: str, path: PathTable, known: dict[str, ElementTable | Non
             out.append((place, f"{text!r} does not say R (reflected) or T (transmitted), as in '{name}:R'"))
         elif 0 < i < last and kind in ("injector", "photodiode"):
             out.append((place, f"{kind} {name} cannot stand inside a path"))
-        elif op == "T" and element is not None and (element.thickness_m is None or element.index is None):
+        elif op == "T" and not imported and element is not None and None in (element.thickness_m, element.index):
             out.append((place, f"{kind} {name} cannot transmit: it has no thickness_m and index"))
     if path.photodiode not in known:
         out.append((f"{at}.photodiode", f"unknown element {path.photodiode!r}{_near(path.photodiode, known)}"))

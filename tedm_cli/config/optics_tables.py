@@ -20,16 +20,17 @@ ReadOut = Annotated[list[Dof], Field(min_length=1)]
 RECOMBINATION_KEYS = ("beam_overlap_m", "beam_angle_rad", "path_mismatch_m")
 _ANY = frozenset({"local_y", "aperture_m"})
 
-#: Keys beyond name, kind, ref_m and normal: (needed, allowed) by kind.
+#: Keys beyond name, kind and ref_m: (needed, allowed) by kind. An imported S_BW leaves `grid` alone needed.
 KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
-    "test_mass": (frozenset({"front_offset_m"}), _ANY),
-    "injector": (frozenset({"grid"}), _ANY | {"opl_offset_m"}),
-    "window": (frozenset({"grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
-    "beamsplitter": (frozenset({"grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
-    "mirror": (frozenset({"grid"}), _ANY | {"front_offset_m", "thickness_m", "index"}),
-    "photodiode": (frozenset({"grid", "local_y"}), _ANY | set(RECOMBINATION_KEYS)),
+    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY),
+    "injector": (frozenset({"normal", "grid"}), _ANY | {"opl_offset_m"}),
+    "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
+    "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
+    "mirror": (frozenset({"normal", "grid"}), _ANY | {"front_offset_m", "thickness_m", "index"}),
+    "photodiode": (frozenset({"normal", "grid", "local_y"}), _ANY | set(RECOMBINATION_KEYS)),
 }
 OPTIONAL_KEYS = (
+    "normal",
     "grid",
     "front_offset_m",
     "thickness_m",
@@ -42,12 +43,12 @@ OPTIONAL_KEYS = (
 
 
 class ElementTable(Strict):
-    """One `[[element]]`; which of the optional keys belong to it depends on its kind."""
+    """One `[[element]]`; which of the optional keys belong to it depends on its kind, and on S_BW being imported."""
 
     name: Name
     kind: Kind
     ref_m: Vector
-    normal: Vector
+    normal: Vector | None = None
     front_offset_m: float | None = None
     thickness_m: PositiveFloat | None = None
     index: Annotated[float, Field(ge=1.0)] | None = None
@@ -65,7 +66,7 @@ class PathTable(Strict):
 
     photodiode: str
     beam: Beam
-    steps: Annotated[list[str], Field(min_length=2)]
+    steps: Annotated[list[str], Field(min_length=2)] | None = None
     wavefront_radius_m: float | None = None
 
 
@@ -94,6 +95,14 @@ class ExpansionTable(Strict):
     area: str
 
 
+class ImportedTable(Strict):
+    """Matrices made elsewhere, relative to the layout file, in place of those that follow from the layout."""
+
+    S_BW: str | None = None
+    P: str | None = None
+    largest_difference: PositiveFloat | None = None
+
+
 class OpticsTables(Strict):
     """The whole layout file."""
 
@@ -107,3 +116,4 @@ class OpticsTables(Strict):
     element: Annotated[list[ElementTable], Field(min_length=1)]
     path: Annotated[list[PathTable], Field(min_length=1)]
     test_mass_expansion: list[ExpansionTable] = Field(default_factory=list)
+    imported: ImportedTable = ImportedTable()

@@ -57,8 +57,17 @@ OPTICS = FileKind(
         "/singular_values": Dataset(("test_mass_dof_singular",), "float", "1", "singular values of O_ideal"),
         "/residual/name": Dataset(("residual",), "str", "1", "invariance that the matrices must keep"),
         "/residual/value": Dataset(("residual",), "float", "1", "dimensionless residual of the invariance"),
+        "/residual/limit": Dataset(("residual",), "float", "1", "largest residual allowed; infinite: not judged"),
+        "/origin/S_BW": Dataset((), "str", "1", "where S_BW comes from: ray trace, or the name of an imported file"),
+        "/origin/P": Dataset((), "str", "1", "where P comes from: layout, or the name of an imported file"),
+        "/element/name": Dataset(
+            ("element",), "str", "1", "optical elements and test masses, six columns of S_BW each"
+        ),
+        "/element/pivot": Dataset(
+            ("element", "xyz"), "float", "m", "point that the rotations of each element are about", LAYOUT
+        ),
         "/reference_point_offset": Dataset(
-            ("optical", "xyz"), "float", "m", "finite-element grid minus layout reference point", LAYOUT
+            ("optical", "xyz"), "float", "m", "layout reference point minus finite-element grid", LAYOUT
         ),
         "/optical/name": Dataset(("optical",), "str", "1", "optical element"),
     },

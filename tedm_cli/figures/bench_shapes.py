@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from tedm_cli.optics.exaggerated import TracedBench
 from tedm_cli.optics.layout import Beam, Element, OpticalLayout
-from tedm_cli.optics.scaling import bench_size_m
 from tedm_cli.optics.trace import Poses
 
 Array = NDArray[np.float64]
@@ -82,7 +81,7 @@ def half_sizes(layout: OpticalLayout, element: Element) -> tuple[float, float]:
     if element.kind == "test_mass":
         return element.front_offset_m, element.front_offset_m
     if element.aperture_m is None:
-        return (_ASSUMED * bench_size_m(layout),) * 2
+        return (_ASSUMED * layout.size_m,) * 2
     if isinstance(element.aperture_m, tuple):
         return element.aperture_m[0], element.aperture_m[1]
     return element.aperture_m, element.aperture_m

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from tedm_cli.figures.areas import group_edges, group_names
 from tedm_cli.figures.data import AreaMap, Areas, number_text
 from tedm_cli.figures.style import BLUE, VERMILION, power_of_ten, style
+from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, OpticalLayout
-from tedm_cli.optics.scaling import bench_size_m, dimensionless
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ _DECADES = 3  # of each sign in colour; below it fades linearly to white
 def sensitivity_map(layout: OpticalLayout, S_BW: Array) -> Figure:
     """S_BW with lengths in units of the bench size: outputs by path, motions by element, 12 elements in a panel."""
     with style():
-        value = dimensionless(S_BW, layout)
+        value = scaled_matrix(layout, S_BW)
         rows, n = len(value), len(layout.elements)
         panels = -(-n // _PANEL)
         across = min(n, -(-n // panels))
@@ -64,7 +64,7 @@ def sensitivity_map(layout: OpticalLayout, S_BW: Array) -> Figure:
                           fontsize=8.5, ha="right", va="center")  # fmt: skip
                 if i:
                     axes.axhline(i * N_OUTPUTS - 0.5, color="black", linewidth=0.8)
-        size = 1e3 * bench_size_m(layout)
+        size = 1e3 * layout.size_m
         title = f"S_BW, lengths in units of the bench size L = {size:.4g} mm"
         figure.text(0.012, 1 - 0.1 / height, title, fontsize=11.5, fontweight="bold", va="top")
         _colour_bar(

@@ -68,6 +68,7 @@ def optics_chain(
     D_opt: Matrix,
     node_positions_m: Matrix | None = None,
     face_m: Matrix | None = None,
+    P: Matrix | None = None,
 ) -> OpticsChain:
     """Optical chain for all read-out sets.
 
@@ -79,6 +80,7 @@ def optics_chain(
         frame.
     node_positions_m : the points that `D_opt` moves, [n_bench, 3] m, basic frame; None for the reference points.
     face_m : how far the face of each test mass moves along its normal, [n_tm, k] m/K (see `face_motion`); None: not.
+    P : law [3 * n_pd, 5 * n_paths] in place of `law_matrix`.
 
     Raises
     ------
@@ -88,7 +90,7 @@ def optics_chain(
     check_shape(S_BW, layout)
     motion = _motion(layout, D_opt, face_m)
     rigid = common_mode(layout, motion, node_positions_m)
-    P = law_matrix(layout)
+    P = law_matrix(layout) if P is None else P
     PS = P @ S_BW
     O_ideal = PS[:, layout.columns_of(layout.test_masses)]
     values = np.linalg.svd(O_ideal, compute_uv=False)

@@ -43,12 +43,16 @@ def rigid_motion(
     node_positions_m : points the bench elements' rotations are about, [n_bench, 3] m, basic frame, layout order; None
         for the layout's reference points.
     """
-    pivots = layout.pivots_m(node_positions_m)
     centre = layout.refs_m.mean(axis=0) if about_m is None else about_m
-    motion = np.zeros((len(pivots), N_MOTIONS, N_MOTIONS))
+    return rigid_motion_about(layout.pivots_m(node_positions_m), centre)
+
+
+def rigid_motion_about(pivots_m: Matrix, centre_m: Matrix) -> Matrix:
+    """Motions of elements with pivots [n, 3] under the six rigid motions about `centre_m`, [6 * n, 6], same axes."""
+    motion = np.zeros((len(pivots_m), N_MOTIONS, N_MOTIONS))
     motion[:, :3, :3] = np.eye(3)
     motion[:, 3:, 3:] = np.eye(3)
-    motion[:, :3, 3:] = -cross_matrix(pivots - centre)
+    motion[:, :3, 3:] = -cross_matrix(pivots_m - centre_m)
     return motion.reshape(-1, N_MOTIONS)
 
 

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
-from tedm_cli.optics.scaling import bench_size_m
 from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.optics.trace import Poses, RayLostError, Trace, nominal_poses, trace_path
 
@@ -89,7 +88,7 @@ def exaggerated_bench(layout: OpticalLayout, motion: Array) -> ExaggeratedBench:
     PhysicsError : a ray of the nominal layout is lost.
     """
     before = traced_bench(layout)
-    size = bench_size_m(layout)
+    size = layout.size_m
     turn = float(np.abs(motion[:, 3:]).max())
     largest = max(float(np.abs(motion[:, :3]).max()) / size, turn)
     if largest == 0.0:

@@ -20,10 +20,16 @@ def face_motion(layout: OpticalLayout, areas: Sequence[str]) -> NDArray[np.float
 
     Raises
     ------
-    InputError : there is no such thermal area.
+    InputError : there is no such thermal area, or the layout does not say where the faces look.
     """
     names = [mass.name for mass in layout.test_masses]
     out = np.zeros((len(names), len(areas)))
+    if layout.expansions and not layout.has_geometry:
+        raise InputError(
+            "an expanding test mass needs the geometry of the layout",
+            where="test_mass_expansion",
+            hint="give the elements their normals and the paths their steps, or leave the expansion out",
+        )
     for e in layout.expansions:
         if e.area not in areas:
             near = difflib.get_close_matches(e.area, areas, n=1, cutoff=0.5)

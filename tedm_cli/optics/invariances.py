@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tedm_cli.optics.common_mode import rigid_motion
 from tedm_cli.optics.labels import Labels, input_labels, laser_labels, output_labels, read_out_labels
 from tedm_cli.optics.law import law_matrix
-from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, OpticalLayout
 from tedm_cli.optics.read_out import read_out_inverse
 from tedm_cli.optics.sensitivity import check_shape
 
@@ -37,7 +37,7 @@ class InvarianceResiduals:
         of the largest entry of P S_BW. It is not rounding where the two beams of a photodiode arrive at an angle.
     slope_translation : largest slope per translation, as a fraction of the largest entry of S_BW.
     untouched_elements : largest effect of an element on a path that does not meet it, as a fraction of the largest
-        entry.
+        entry; zero where the steps of the paths are not known.
     """
 
     rigid_body: float
@@ -58,7 +58,7 @@ class InvarianceResiduals:
 
 
 def invariance_residuals(
-    layout: OpticalLayout, S_BW: Matrix, node_positions_m: Matrix | None = None
+    layout: OpticalLayout, S_BW: Matrix, node_positions_m: Matrix | None = None, P: Matrix | None = None
 ) -> InvarianceResiduals:
     """Residuals of `S_BW` [5 * n_paths, 6 * n_elements].
 
@@ -66,6 +66,7 @@ def invariance_residuals(
     ----------
     node_positions_m : points the bench elements' rotations are about, [n_bench, 3] m, basic frame, layout order; None
         for the layout's reference points.
+    P : law [3 * n_pd, 5 * n_paths] in place of `law_matrix`.
 
     Raises
     ------
@@ -78,40 +79,64 @@ def invariance_residuals(
     across which the beams cannot tell bench from test masses (x, when neither y nor z is read).
     """
     check_shape(S_BW, layout)
-    size = layout.size_m
-    outputs, inputs = output_labels(layout), input_labels(layout)
-    S = S_BW * (_in_units_of(outputs, size)[:, None] / _in_units_of(inputs, size))
     motion = rigid_motion(layout, node_positions_m)
-
-    rigid = S @ _scaled(motion, inputs, size)
-    uncancelled = np.abs(S) @ np.abs(_scaled(motion, inputs, size))
-    slopes = np.array([unit == "rad" for unit in outputs.units])
-    translations = np.array([unit == "m" for unit in inputs.units])
-    untouched = np.ones_like(S, dtype=bool)
-    for path in layout.paths:
-        for name in {step.element for step in path.steps}:
-            untouched[layout.rows(path), layout.columns(name)] = False
-
-    plane = law_matrix(layout, curved=False) @ S_BW
-    plane *= _in_units_of(laser_labels(layout), size)[:, None] / _in_units_of(inputs, size)
+    S, M = scaled_matrix(layout, S_BW), scaled_motion(layout, motion)
+    slopes, translations = slopes_and_translations(layout)
+    size = layout.size_m
+    plane = (law_matrix(layout, curved=False) if P is None else P) @ S_BW
+    plane *= _in_units_of(laser_labels(layout), size)[:, None] / _in_units_of(input_labels(layout), size)
     diodes = layout.columns_of(tuple(e for e in layout.elements if e.kind == "photodiode"))
     return InvarianceResiduals(
-        rigid_body=_ratio(rigid, uncancelled),
-        bench_motion=_bench_motion(layout, law_matrix(layout) @ S_BW, motion, size),
+        rigid_body=_ratio(S @ M, np.abs(S) @ np.abs(M)),
+        bench_motion=_bench_motion(layout, (law_matrix(layout) if P is None else P) @ S_BW, motion),
         photodiode_columns=_ratio(plane[:, diodes], plane),
         slope_translation=_ratio(S[np.ix_(slopes, translations)], S),
-        untouched_elements=_ratio(S[untouched], S),
+        untouched_elements=_ratio(S[untouched_entries(layout)], S),
     )
 
 
-def _bench_motion(layout: OpticalLayout, PS: Matrix, motion: Matrix, size: float) -> dict[str, float]:
+def scaled_matrix(layout: OpticalLayout, S_BW: Matrix) -> Matrix:
+    """S_BW without dimension: lengths in units of the largest distance between two reference points."""
+    size = layout.size_m
+    return np.asarray(
+        S_BW * (_in_units_of(output_labels(layout), size)[:, None] / _in_units_of(input_labels(layout), size))
+    )
+
+
+def scaled_motion(layout: OpticalLayout, motion: Matrix) -> Matrix:
+    """`rigid_motion` [6 * n_elements, 6] in the same units."""
+    return _scaled(motion, input_labels(layout), layout.size_m)
+
+
+def scaled_read_out(layout: OpticalLayout, motion: Matrix) -> Matrix:
+    """Read-out [n_dof, 6] of the columns of `rigid_motion`, in the same units."""
+    return _scaled(motion, read_out_labels(layout), layout.size_m)
+
+
+def slopes_and_translations(layout: OpticalLayout) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Rows of S_BW that are slopes, and columns that are translations; the entries where both meet are zero."""
+    slopes = np.array([unit == "rad" for unit in output_labels(layout).units])
+    return slopes, np.array([unit == "m" for unit in input_labels(layout).units])
+
+
+def untouched_entries(layout: OpticalLayout) -> NDArray[np.bool_]:
+    """Entries of S_BW of elements that a path does not meet, as far as its steps are known; they are zero."""
+    untouched = np.zeros((N_OUTPUTS * len(layout.paths), N_MOTIONS * len(layout.elements)), dtype=bool)
+    for path in layout.paths:
+        untouched[layout.rows(path)] = bool(path.steps)
+        for name in {step.element for step in path.steps}:
+            untouched[layout.rows(path), layout.columns(name)] = False
+    return untouched
+
+
+def _bench_motion(layout: OpticalLayout, PS: Matrix, motion: Matrix) -> dict[str, float]:
     bench = layout.columns_of(layout.bench)
     expected = -motion[layout.read_out_columns]
     out = {}
     for name, photodiodes in layout.sets.items():
         inverse = read_out_inverse(layout, name, PS).inverse
         read = inverse @ PS[np.ix_(layout.laser_rows(photodiodes), bench)] @ motion[bench]
-        out[name] = float(np.abs(_scaled(read - expected, read_out_labels(layout), size)).max())
+        out[name] = float(np.abs(scaled_read_out(layout, read - expected)).max())
     return out
 
 

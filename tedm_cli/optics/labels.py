@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from tedm_cli.optics.layout import Element, OpticalLayout
+from tedm_cli.optics.layout import Beam, Element, OpticalLayout
 
 _OUTPUTS = {"x": "m", "y": "m", "opl": "m", "z1": "rad", "z2": "rad"}
 _MOTIONS = {"ux": "m", "uy": "m", "uz": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
@@ -21,9 +21,9 @@ class Labels:
     units: tuple[str, ...]
 
 
-def output_labels(layout: OpticalLayout) -> Labels:
-    """Rows of S_BW and columns of P, e.g. ``PD1A_meas_x``."""
-    return _product((f"{p.photodiode}_{p.beam}" for p in layout.paths), _OUTPUTS)
+def output_labels(layout: OpticalLayout, beams: Mapping[Beam, str] | None = None) -> Labels:
+    """Rows of S_BW and columns of P, e.g. ``PD1A_meas_x``; `beams` gives the two beams other names."""
+    return _product((f"{p.photodiode}_{beams[p.beam] if beams else p.beam}" for p in layout.paths), _OUTPUTS)
 
 
 def input_labels(layout: OpticalLayout, elements: tuple[Element, ...] | None = None) -> Labels:

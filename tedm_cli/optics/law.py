@@ -27,7 +27,8 @@ def law_matrix(layout: OpticalLayout, *, curved: bool = True) -> Matrix:
 
     to first order in s - q, which is nought where the beams meet. The path to the plane alone would count the motion of
     a spot on a tilted photodiode as length, tan(tilt) per metre, which the phase at a point of the detector does not.
-    For beams on the normal that meet at the centre this is `OPD = opl`, `WFT = z - x / Rc`, each as a difference.
+    For beams on the normal that meet at the centre this is `OPD = opl`, `WFT = z - x / Rc`, each as a difference; a
+    layout without geometry is taken to be such.
 
     Parameters
     ----------
@@ -37,8 +38,10 @@ def law_matrix(layout: OpticalLayout, *, curved: bool = True) -> Matrix:
     ------
     PhysicsError : a nominal ray misses an element.
     """
-    nominal = np.asarray(trace(layout), dtype=np.float64)
-    nominal[np.abs(nominal) < _ROUNDING] = 0.0
+    nominal = np.zeros((len(layout.paths), N_OUTPUTS))
+    if layout.has_geometry:
+        nominal = np.asarray(trace(layout), dtype=np.float64)
+        nominal[np.abs(nominal) < _ROUNDING] = 0.0
     matrix = np.zeros((N_LASER * len(layout.photodiodes), N_OUTPUTS * len(layout.paths)))
     for number, name in enumerate(layout.photodiodes):
         arriving = [i for i, path in enumerate(layout.paths) if path.photodiode == name]

@@ -150,6 +150,8 @@ class OpticalLayout:
     frame_axes : rows are the layout axes x, y, z in the basic frame.
     tolerances : what the checks of the layout allow.
     expansions : test masses that expand, at most one entry each.
+    has_geometry : False where surfaces and steps need not be known because S_BW is imported; such a layout cannot be
+        traced, its normals are zero and its paths may be without steps.
     """
 
     title: str
@@ -162,6 +164,7 @@ class OpticalLayout:
     frame_axes: tuple[Vec3, Vec3, Vec3] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     tolerances: Tolerances = Tolerances()
     expansions: tuple[MassExpansion, ...] = ()
+    has_geometry: bool = True
 
     @cached_property
     def _element_index(self) -> dict[str, int]:

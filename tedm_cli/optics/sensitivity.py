@@ -75,10 +75,14 @@ def move_reference_points(S_BW: Matrix, layout: OpticalLayout, node_positions_m:
     InputError : an array does not fit the layout.
     """
     check_shape(S_BW, layout)
+    return turned_about(S_BW, layout.refs_m - layout.pivots_m(node_positions_m))
+
+
+def turned_about(S_BW: Matrix, offsets_m: Matrix) -> Matrix:
+    """S_BW [rows, 6 * n_elements] for rotations about new points; `offsets_m` [n_elements, 3]: old minus new point."""
     moved = S_BW.copy()
-    for element, offset in zip(layout.bench, reference_offsets(layout, node_positions_m), strict=True):
-        columns = layout.columns(element.name)
-        moved[:, columns][:, 3:] -= S_BW[:, columns][:, :3] @ cross_matrix(offset)
+    columns = moved.reshape(len(moved), -1, 2, 3)  # a view: row, element, translation or rotation, axis
+    columns[:, :, 1] -= np.einsum("rei,eij->rej", columns[:, :, 0], cross_matrix(offsets_m))
     return moved
 
 

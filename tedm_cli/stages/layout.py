@@ -22,9 +22,12 @@ class LayoutReport:
 
 
 def inspect_layout(project: Project) -> LayoutReport:
-    """Check the project's layout; nothing is raised for what fails, see `refuse_failures`."""
+    """Check the project's layout; nothing is raised for what fails, see `refuse_failures`.
+
+    A layout without geometry, whose S_BW is imported, has nothing to be checked.
+    """
     _, layout = load_layout(project.optics)
-    return LayoutReport(project.optics, layout, check_layout(layout))
+    return LayoutReport(project.optics, layout, check_layout(layout) if layout.has_geometry else ())
 
 
 def refuse_failures(findings: tuple[Finding, ...], where: Path) -> None:

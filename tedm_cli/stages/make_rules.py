@@ -7,6 +7,7 @@ from pathlib import Path
 from tedm_cli.areas.configured import area_csv
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.model import load_model
+from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.stages.common import case_file_name
 from tedm_cli.stages.compensation import compensation_file
@@ -33,6 +34,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
         f"OP2 := {' '.join(str(r) for r in results)}",
         f"SOLVED_BY_TEDM := {'yes' if own else ''}",
         f"GRAVITY_SOURCES := {'' if blocks is None else blocks}",
+        f"OPTICS_SOURCES := {' '.join(str(f) for f in load_optics(project.optics).matrices)}",
         f"CASE_IDS := {' '.join(cases.ids)}",
         f"CASE_FILES := {' '.join(str(project.build_dir / case_file_name(c)) for c in cases.ids)}",
     ]

@@ -7,22 +7,21 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import OPTICS as KIND
-from tedm_cli.errors import InputError, PhysicsError
+from tedm_cli.errors import InputError
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.expansion import face_motion
-from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
-from tedm_cli.optics.sensitivity import move_reference_points, reference_offsets, sensitivity_matrix
+from tedm_cli.optics.matrix_checks import BlockDifference, Judged
+from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.stages.common import DISTORTION, OPTICS, copy_areas, out_path, provenance
 from tedm_cli.stages.layout import refuse_failures
+from tedm_cli.stages.optical_matrices import optical_matrices
 from tedm_cli.store import create, open_checked
-
-RESIDUAL_LIMIT = 1e-9  # rigid motions through an exact matrix leave rounding, about 1e-14
 
 
 @dataclass(frozen=True)
@@ -31,21 +30,24 @@ class OpticsSummary:
     shape: tuple[int, int]
     rank: int
     conditions: dict[str, float]
-    residuals: dict[str, float]
+    judged: tuple[Judged, ...]
+    origins: tuple[str, str]  # of S_BW and of P
+    differences: tuple[BlockDifference, ...]  # of an imported S_BW from the traced one, largest first
     largest_offset_m: float
     warnings: tuple[Finding, ...]
 
 
 def build_optics(project: Project, output: Path | None) -> OpticsSummary:
-    """Checks of the layout, its ray trace with the derivative, moved to the grids, then the chain for every set."""
-    optics_file, layout = load_layout(project.optics)
-    findings = check_layout(layout)
+    """Checks of the layout, S_BW traced or imported and judged, then the chain for every set."""
+    config = load_optics(project.optics)
+    layout = config.layout
+    findings = check_layout(layout) if layout.has_geometry else ()
     refuse_failures(findings, project.optics)
     source = project.build_dir / DISTORTION
     out = out_path(project, OPTICS, output)
     with (
         open_checked(source, DISTORTION_KIND) as distortion,
-        create(out, KIND, provenance([optics_file], [source])) as writer,
+        create(out, KIND, provenance([config.file], [source, *config.matrices])) as writer,
     ):
         names = [e.name for e in layout.bench]
         if distortion.strings("/optical/name") != names:
@@ -56,10 +58,10 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
             )
         position = distortion.array("/optical/position")
         motion = np.concatenate([distortion.array("/D_opt/translation"), distortion.array("/D_opt/rotation")], axis=2)
-        matrix = move_reference_points(sensitivity_matrix(layout), layout, position)
-        residuals = invariance_residuals(layout, matrix, position).named()
+        matrices = optical_matrices(config, position)
+        matrix, judged = matrices.S_BW, matrices.judged
         face = face_motion(layout, distortion.strings("/area/name"))
-        chain = optics_chain(layout, matrix, motion, position, face)
+        chain = optics_chain(layout, matrix, motion, position, face, matrices.P)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
         inputs, outputs, laser, read_out = (
@@ -93,25 +95,23 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write("/set/condition", [read.law.condition for read in chain.sets])
         writer.write("/rank", chain.rank)
         writer.write("/singular_values", chain.singular_values)
-        writer.write("/residual/name", list(residuals))
-        writer.write("/residual/value", list(residuals.values()))
+        writer.write("/residual/name", [j.name for j in judged])
+        writer.write("/residual/value", [j.value for j in judged])
+        writer.write("/residual/limit", [j.limit for j in judged])
+        writer.write("/origin/S_BW", matrices.origins[0])
+        writer.write("/origin/P", matrices.origins[1])
+        writer.write("/element/name", [e.name for e in layout.elements])
+        writer.write("/element/pivot", layout.pivots_m(position))
         writer.write("/optical/name", names)
         writer.write("/reference_point_offset", offsets)
-        _judge(residuals, str(project.optics))
     return OpticsSummary(
         out,
         (matrix.shape[0], matrix.shape[1]),
         chain.rank,
         {read.name: read.law.condition for read in chain.sets},
-        residuals,
+        judged,
+        matrices.origins,
+        matrices.differences,
         float(np.abs(offsets).max()),
         failures(findings, "warning"),
     )
-
-
-def _judge(residuals: dict[str, float], where: str) -> None:
-    # Photodiode columns are not judged: they are rounding only where the two beams of a photodiode are parallel.
-    bad = {k: v for k, v in residuals.items() if k != "photodiode_columns" and v > RESIDUAL_LIMIT}
-    if bad:
-        listed = ", ".join(f"{k} {v:.2g}" for k, v in bad.items())
-        raise PhysicsError(f"invariances of the optical sensitivity matrix fail: {listed}", where=where)

@@ -32,13 +32,15 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     def add(name: str, section: str, caption: str, draw: Callable[[], Any]) -> None:
         specs.append(FigureSpec(name, section, caption, source, draw))
 
-    add(
-        "bench.svg",
-        "bench",
-        "The optical bench to scale, layout frame. Where both beams of a photodiode coincide, the reference beam is the"
-        " light dashed line below the other; plates are drawn with their thickness, mirrors as far as their aperture.",
-        lambda: _room().bench_figure(layout, traced_bench(layout)),
-    )
+    if layout.has_geometry:  # else S_BW was made elsewhere, and where the beams run is not known
+        add(
+            "bench.svg",
+            "bench",
+            "The optical bench to scale, layout frame. Where both beams of a photodiode coincide, the reference beam is"
+            " the light dashed line below the other; plates are drawn with their thickness, mirrors as far as their"
+            " aperture.",
+            lambda: _room().bench_figure(layout, traced_bench(layout)),
+        )
     add(
         "s_bw.svg",
         "optics",
@@ -65,6 +67,8 @@ def optics_specs(results: Results) -> list[FigureSpec]:
                 " read-out.",
                 lambda unit=unit: _shares_figure(results, areas, unit),  # type: ignore[misc]
             )
+    if not layout.has_geometry:
+        return specs
     worst: dict[int, list[str]] = {}
     for name, row in zip(file.strings("/label/read_out"), file.array(f"/N/{first}"), strict=True):
         worst.setdefault(worst_area(row), []).append(name)
@@ -78,8 +82,10 @@ def area_specs(results: Results, names: Sequence[str]) -> list[FigureSpec]:
 
     Raises
     ------
-    UsageError : there is no such area.
+    UsageError : there is no such area, or the layout has no geometry to draw.
     """
+    if names and not results.layout.has_geometry:
+        raise UsageError("the layout says not where its beams run, so no bench can be drawn", where="--area")
     areas = read_areas(results.optics)
     unknown = [name for name in names if name not in areas.name]
     if unknown:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from random_layouts import random_layout
 
 from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements, round_down, traced_bench
+from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.optics.scaling import bench_size_m, dimensionless
 from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
 
 Matrix = NDArray[np.float64]
@@ -54,7 +54,7 @@ def test_factor_makes_motions_visible_whatever_their_size(layout: OpticalLayout,
     shift = max(
         np.linalg.norm(found.after.beam(i) - found.before.beam(i), axis=1).max() for i in range(len(layout.paths))
     )
-    assert 0.01 < shift / bench_size_m(layout) <= 0.05
+    assert 0.01 < shift / layout.size_m <= 0.05
     assert float(f"{found.factor:.0e}") == found.factor, "one digit"
 
 
@@ -118,7 +118,7 @@ def test_dimensionless_matrix_does_not_know_the_size_of_the_bench(layout: Optica
             for e in layout.elements
         ),
     )
-    assert bench_size_m(large) == pytest.approx(3 * bench_size_m(layout), rel=1e-12)
+    assert large.size_m == pytest.approx(3 * layout.size_m, rel=1e-12)
     other = sensitivity_matrix(large)
     assert np.abs(other - S_BW).max() > 0.1
-    np.testing.assert_allclose(dimensionless(other, large), dimensionless(S_BW, layout), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(scaled_matrix(large, other), scaled_matrix(layout, S_BW), rtol=0, atol=1e-12)

@@ -85,7 +85,9 @@ def write_random(
             for name in [pattern.format(set=s) for s in "AB"] if "{set}" in pattern else [pattern]:
                 shape = tuple(sizes[d] for d in spec.dims)
                 value: Any = rng.normal(size=shape) * 1e-9
-                if spec.dtype == "str" and shape:
+                if spec.dtype == "str" and not shape:
+                    value = spec.long_name
+                elif spec.dtype == "str":
                     value = [f"{name.rsplit('/', 1)[-1]}_{i}" for i in range(shape[0])]
                 elif spec.dtype == "int":
                     value = np.arange(int(np.prod(shape)), dtype=np.int64).reshape(shape)

@@ -27,8 +27,8 @@ from tedm_cli.figures.labels import crossing
 from tedm_cli.figures.shares import ReadOutShares, shares_figure
 from tedm_cli.figures.style import COLOURS, style
 from tedm_cli.optics.exaggerated import ExaggeratedBench, exaggerated_bench, traced_bench
+from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.optics.scaling import dimensionless
 from tedm_cli.optics.sensitivity import sensitivity_matrix
 from tedm_cli.optics.trace import nominal_poses
 from tedm_cli.progress import silent
@@ -254,7 +254,7 @@ def test_map_of_s_bw_holds_the_matrix(layout: OpticalLayout) -> None:
     figure = drawn(sensitivity_map(layout, matrix))
     panels = [a for a in figure.axes if a.images]
     shown = np.concatenate([np.asarray(a.images[0].get_array()) for a in panels], axis=1)
-    np.testing.assert_array_equal(shown, dimensionless(matrix, layout))
+    np.testing.assert_array_equal(shown, scaled_matrix(layout, matrix))
     assert [t.get_text() for a in panels for t in a.texts if t.get_text() in {e.name for e in layout.elements}] == [
         e.name for e in layout.elements
     ]

@@ -1,0 +1,114 @@
+"""What is declared of an imported matrix, in its file or beside it: all of it is needed, nothing has a default."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, PositiveFloat
+
+from tedm_cli.config.base import Strict, validate
+from tedm_cli.config.optics_tables import Vector
+from tedm_cli.errors import ConfigError
+from tedm_cli.optics.imported import Conventions, Frame, LabelledMatrix, MotionConventions, Slopes
+from tedm_cli.optics.labels import Labels
+from tedm_cli.optics.layout import Vec3
+
+Matrix = NDArray[np.float64]
+Units = list[str] | dict[str, str]
+Point = Literal["layout", "grid"]
+
+
+class BeamsTable(Strict):
+    """What the labels call the two beams."""
+
+    meas: str
+    ref: str
+
+
+class LawTable(Strict):
+    """Of P; units by label, or by what stands behind the last underscore of the labels."""
+
+    rows: list[str]
+    columns: list[str]
+    row_units: Units
+    column_units: Units
+    beams: BeamsTable
+    slopes: Slopes
+    pupil_radius_m: PositiveFloat | None = None
+
+
+class SensitivityTable(LawTable):
+    """Of S_BW."""
+
+    frame: Frame
+    reference_points: Point | dict[str, Point | Vector]
+    rotations: Literal["small_angle"]
+    accuracy: Annotated[float, Field(gt=0, le=1e-2)] | None = None
+
+
+T = TypeVar("T", bound=LawTable)
+
+
+def law_of(values: Matrix, declared: dict[str, Any], *, where: str, hint: str) -> tuple[LabelledMatrix, Conventions]:
+    """P and what its entries mean; `ConfigError` lists all that is missing or wrong in the declaration."""
+    table = _checked(LawTable, values, declared, where, hint)
+    return _labelled(values, table), _outputs(table, None)
+
+
+def sensitivity_of(
+    values: Matrix, declared: dict[str, Any], *, where: str, hint: str
+) -> tuple[LabelledMatrix, Conventions, MotionConventions]:
+    """S_BW and what its entries mean; `ConfigError` lists all that is missing or wrong in the declaration."""
+    table = _checked(SensitivityTable, values, declared, where, hint)
+    points = table.reference_points
+    given: dict[str, str | Vec3] | str = (
+        points
+        if isinstance(points, str)
+        else {name: p if isinstance(p, str) else (p[0], p[1], p[2]) for name, p in points.items()}
+    )
+    return _labelled(values, table), _outputs(table, table.accuracy), MotionConventions(table.frame, given)
+
+
+def _checked(model: type[T], values: Matrix, declared: dict[str, Any], where: str, hint: str) -> T:
+    problems: list[tuple[str, str]] = []
+    table: T | None = None
+    try:
+        table = validate(model, declared, where=where)
+    except ConfigError as exc:
+        problems += exc.problems
+    slopes, radius = declared.get("slopes"), declared.get("pupil_radius_m")
+    if slopes in ("zernike", "noll") and radius is None:
+        problems.append(("pupil_radius_m", f"missing; slopes = {slopes!r} needs it"))
+    if slopes == "angle" and radius is not None:
+        problems.append(("pupil_radius_m", "slopes that are angles have none"))
+    for key, size in zip(("rows", "columns"), values.shape, strict=True):
+        labels, units = declared.get(key), declared.get(f"{key[:-1]}_units")
+        if isinstance(labels, list) and len(labels) != size:
+            problems.append((key, f"{len(labels)} labels for {size} {key}"))
+        if isinstance(units, list) and len(units) != size:
+            problems.append((f"{key[:-1]}_units", f"{len(units)} units for {size} {key}"))
+        if isinstance(units, dict) and isinstance(labels, list):
+            absent = dict.fromkeys(k for name in labels if (k := _quantity(str(name))) not in units)
+            problems += [(f"{key[:-1]}_units.{quantity}", "missing") for quantity in absent]
+    if problems or table is None:
+        raise ConfigError(problems, where=where, hint=hint)
+    return table
+
+
+def _quantity(label: str) -> str:
+    return label.rpartition("_")[2]
+
+
+def _labelled(values: Matrix, table: LawTable) -> LabelledMatrix:
+    return LabelledMatrix(values, _labels(table.rows, table.row_units), _labels(table.columns, table.column_units))
+
+
+def _labels(names: list[str], units: Units) -> Labels:
+    listed = units if isinstance(units, list) else [units[_quantity(name)] for name in names]
+    return Labels(tuple(names), tuple(listed))
+
+
+def _outputs(table: LawTable, accuracy: float | None) -> Conventions:
+    return Conventions({"meas": table.beams.meas, "ref": table.beams.ref}, table.slopes, table.pupil_radius_m, accuracy)

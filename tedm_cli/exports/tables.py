@@ -1,0 +1,135 @@
+"""The matrices of each kind of file, small enough to be looked at; displacements of all grids stay where they are."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, FileKind
+from tedm_cli.matrix_files.named import NamedMatrix
+from tedm_cli.store import Reader
+
+_MOTIONS = {"ux": "m", "uy": "m", "uz": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
+_OUTPUTS = 'slopes = "angle"\nbeams = { meas = "meas", ref = "ref" }\n'
+
+
+def optics_matrices(file: Reader) -> list[NamedMatrix]:
+    """S_BW, P, O_ideal, D, and N of every set; S_BW and P can be imported again."""
+    rays, ray_units = file.strings("/label/ray_output"), file.strings("/label/ray_output_unit")
+    laser, laser_units = file.strings("/label/laser_output"), file.strings("/label/laser_output_unit")
+    read, read_units = file.strings("/label/read_out"), file.strings("/label/read_out_unit")
+    motions, masses = file.strings("/label/element_dof"), file.strings("/label/test_mass_dof")
+    areas = file.strings("/area/name")
+    points = "\n".join(
+        f"{json.dumps(name)} = {json.dumps(point.tolist())}"
+        for name, point in zip(file.strings("/element/name"), file.array("/element/pivot"), strict=True)
+    )
+    return [
+        NamedMatrix(
+            "S_BW",
+            file.array("/S_BW"),
+            rays,
+            motions,
+            ray_units,
+            _units(motions),
+            f"photodiode outputs by element motion, layout frame, about the grids ({file.string('/origin/S_BW')})",
+            f'frame = "layout"\nrotations = "small_angle"\n{_OUTPUTS}\n[reference_points]\n{points}\n',
+        ),
+        NamedMatrix(
+            "P",
+            file.array("/P"),
+            laser,
+            rays,
+            laser_units,
+            ray_units,
+            f"optics law: laser read-out by photodiode outputs ({file.string('/origin/P')})",
+            _OUTPUTS,
+        ),
+        NamedMatrix(
+            "O_ideal",
+            file.array("/O_ideal"),
+            laser,
+            masses,
+            laser_units,
+            _units(masses),
+            "laser read-out by test mass motion, layout frame",
+        ),
+        NamedMatrix(
+            "D", file.array("/D"), laser, areas, laser_units, ["K"] * len(areas), "laser read-out per kelvin of an area"
+        ),
+        *(
+            NamedMatrix(
+                f"N_{_identifier(name)}",
+                file.array(f"/N/{name}"),
+                read,
+                areas,
+                read_units,
+                ["K"] * len(areas),
+                f"read-out per kelvin of an area, photodiodes of set {name}",
+            )
+            for name in file.strings("/set/name")
+        ),
+    ]
+
+
+def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
+    """S_SG, and the linearised equations of motion."""
+    areas = file.strings("/area/name")
+    return [
+        NamedMatrix(
+            "S_SG",
+            file.array("/S"),
+            file.strings("/row/label"),
+            areas,
+            [unit.removesuffix("/K") for unit in file.strings("/row/unit")],
+            ["K"] * len(areas),
+            "self-gravity on the test masses per kelvin of an area, frames of the test masses",
+        ),
+        NamedMatrix(
+            "stiffness",
+            file.array("/stiffness/linearised"),
+            file.strings("/label/tm_output"),
+            file.strings("/label/tm_motion"),
+            file.strings("/label/tm_output_unit"),
+            file.strings("/label/tm_motion_unit"),
+            "force over mass and torque over inertia by motion of the test masses, in their frames",
+        ),
+    ]
+
+
+def distortion_matrices(file: Reader) -> list[NamedMatrix]:
+    """D_opt: the optical elements' part of the distortion matrix."""
+    areas = file.strings("/area/name")
+    labels = [f"{name}_{motion}" for name in file.strings("/optical/name") for motion in _MOTIONS]
+    motion = np.concatenate([file.array("/D_opt/translation"), file.array("/D_opt/rotation")], axis=2)
+    return [
+        NamedMatrix(
+            "D_opt",
+            motion.reshape(len(areas), -1).T,
+            labels,
+            areas,
+            _units(labels),
+            ["K"] * len(areas),
+            "motion of the grids of the optical elements per kelvin of an area, basic frame",
+        )
+    ]
+
+
+#: Kind of file to what of it goes out.
+TABLES: Mapping[str, tuple[FileKind, Callable[[Reader], list[NamedMatrix]]]] = {
+    "optics": (OPTICS, optics_matrices),
+    "sensitivity": (SENSITIVITY, sensitivity_matrices),
+    "distortion": (DISTORTION, distortion_matrices),
+}
+
+
+def _units(labels: list[str]) -> list[str]:
+    return [_MOTIONS[label.rpartition("_")[2]] for label in labels]
+
+
+def _identifier(name: str) -> str:
+    """A name that MATLAB takes."""
+    return re.sub(r"\W", "_", name)

@@ -1,0 +1,73 @@
+"""CSV: `row,unit,<columns>`, then `unit,,<units of the columns>`, then a line per row with its label and unit.
+
+`unit` may be left out in either place, and a matrix may be bare numbers: what is missing is declared beside the file.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.csv_table import csv_lines, finite_number
+from tedm_cli.errors import InputError
+from tedm_cli.matrix_files.named import NamedMatrix, RawMatrix
+
+
+def read_csv(path: Path, name: str) -> RawMatrix:
+    """The only matrix of a CSV file.
+
+    Raises
+    ------
+    InputError : not readable, lines of different lengths, or a field that is no finite number, with its place.
+    """
+    lines = [(number, fields) for number, fields in csv_lines(path) if any(fields)]
+    if not lines:
+        raise InputError("is empty", where=str(path))
+    width = len(lines[0][1])
+    for number, fields in lines:
+        if len(fields) != width:
+            raise InputError(f"{len(fields)} fields, the first line has {width}", where=f"{path}:{number}")
+    head = lines[0][1]
+    if _is_number(head[-1]):
+        return RawMatrix(_numbers(path, lines, 0, [f"column {k + 1}" for k in range(width)]), {})
+    first = 2 if len(head) > 1 and head[1] == "unit" else 1
+    declared: dict[str, object] = {"columns": head[first:]}
+    body = lines[1:]
+    if body and body[0][1][0] == "unit":
+        declared["column_units"] = body.pop(0)[1][first:]
+    if not body or not head[first:]:
+        raise InputError("holds no numbers", where=str(path), hint="separate the fields by commas")
+    declared["rows"] = [fields[0] for _, fields in body]
+    if first == 2:
+        declared["row_units"] = [fields[1] for _, fields in body]
+    return RawMatrix(_numbers(path, body, first, head), declared)
+
+
+def write_csv(path: Path, matrix: NamedMatrix) -> None:
+    """Numbers with all their digits: they come back the same."""
+    with open(path, "w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(["row", "unit", *matrix.columns])
+        writer.writerow(["unit", "", *matrix.column_units])
+        for label, unit, values in zip(matrix.rows, matrix.row_units, matrix.values, strict=True):
+            writer.writerow([label, unit, *(repr(float(v)) for v in values)])
+
+
+def _numbers(path: Path, lines: list[tuple[int, list[str]]], first: int, names: list[str]) -> NDArray[np.float64]:
+    return np.array(
+        [
+            [finite_number(names[k], fields[k], f"{path}:{number}") for k in range(first, len(fields))]
+            for number, fields in lines
+        ]
+    )
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,59 @@
+"""NPZ: the matrix under its name, its labels and the rest as `<name>.rows`, `<name>.row_units` and so on."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.errors import InputError
+from tedm_cli.matrix_files.named import (
+    DECLARATION,
+    LISTS,
+    NamedMatrix,
+    RawMatrix,
+    as_matrix,
+    parsed_declaration,
+    text_list,
+)
+
+
+def read_npz(path: Path, name: str) -> RawMatrix:
+    """The matrix `name` of an NPZ file.
+
+    Raises
+    ------
+    InputError : not an NPZ file, or without such a matrix.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            held = {key: file[key] for key in file.files if key == name or key.startswith(f"{name}.")}
+            names = [key for key in file.files if "." not in key]
+    except (OSError, ValueError, zipfile.BadZipFile, EOFError, AttributeError) as exc:
+        raise InputError(f"not a readable NPZ file of plain arrays ({exc})", where=str(path)) from exc
+    if name not in held:
+        raise InputError(
+            f"holds no {name}, but {', '.join(names) or 'nothing'}", where=str(path), hint="name it with variable = ..."
+        )
+    declared: dict[str, Any] = {}
+    if f"{name}.{DECLARATION}" in held:
+        declared |= parsed_declaration(str(held[f"{name}.{DECLARATION}"]), name, path)
+    declared |= {key: text_list(held[f"{name}.{key}"]) for key in LISTS if f"{name}.{key}" in held}
+    return RawMatrix(as_matrix(held[name], name, path), declared)
+
+
+def write_npz(path: Path, matrices: Sequence[NamedMatrix]) -> None:
+    """All matrices into one file."""
+    arrays: dict[str, Any] = {}
+    for m in matrices:
+        arrays[m.name] = m.values
+        for key in LISTS:
+            arrays[f"{m.name}.{key}"] = np.array(list(getattr(m, key)), dtype=str)
+        arrays[f"{m.name}.description"] = np.array(m.description)
+        if m.declaration:
+            arrays[f"{m.name}.{DECLARATION}"] = np.array(m.declaration)
+    with open(path, "wb") as stream:
+        np.savez(stream, **arrays)
