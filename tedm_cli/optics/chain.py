@@ -137,7 +137,7 @@ def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsCh
             where="D_opt",
         )
     k = D_opt.shape[0]
-    motion = (D_opt.reshape(k, n_bench, 2, 3) @ layout.axes.T).reshape(k, n_bench * N_MOTIONS).T
+    motion = _in_layout_frame(layout, D_opt).reshape(k, n_bench * N_MOTIONS).T
 
     P = law_matrix(layout)
     PS = P @ S_BW
@@ -151,3 +151,21 @@ def optics_chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsCh
         sets.append(SetReadOut(name, photodiodes, law, gain, gain @ motion))
     rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
     return OpticsChain(P, O_ideal, values, rank, PS_bench @ motion, tuple(sets))
+
+
+def noise_by_element(layout: OpticalLayout, read_out: SetReadOut, D_opt: Matrix) -> Matrix:
+    """Part of `read_out.N` by the motion of each bench element, [n_bench, n_dof, k]; their sum is N.
+
+    `D_opt` as in `optics_chain`.
+    """
+    k, n_bench = D_opt.shape[:2]
+    motion = _in_layout_frame(layout, D_opt).reshape(k, n_bench, N_MOTIONS)
+    gain = read_out.gain.reshape(len(read_out.gain), n_bench, N_MOTIONS)
+    parts: Matrix = np.einsum("dem,kem->edk", gain, motion)
+    return parts
+
+
+def _in_layout_frame(layout: OpticalLayout, D_opt: Matrix) -> Matrix:
+    """Translations and rotations [k, n_bench, 2, 3] along the axes of the layout."""
+    turned: Matrix = D_opt.reshape(*D_opt.shape[:2], 2, 3) @ layout.axes.T
+    return turned

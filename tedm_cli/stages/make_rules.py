@@ -33,6 +33,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
         f"OP2 := {' '.join(str(r) for r in results)}",
         f"SOLVED_BY_TEDM := {'yes' if own else ''}",
         f"GRAVITY_SOURCES := {'' if blocks is None else blocks}",
+        f"CASE_SOURCES := {' '.join(str(p) for p in (*cases.tables, *cases.matrices))}",
         f"CASE_IDS := {' '.join(cases.ids)}",
         f"CASE_FILES := {' '.join(str(project.build_dir / case_file_name(c)) for c in cases.ids)}",
     ]

@@ -12,7 +12,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import OPTICS as KIND
 from tedm_cli.errors import InputError, PhysicsError
-from tedm_cli.optics.chain import optics_chain
+from tedm_cli.optics.chain import noise_by_element, optics_chain
 from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
@@ -72,6 +72,8 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write("/D", chain.D, units="m/K or rad/K, see /label/laser_output_unit")
         for read in chain.sets:
             writer.write(f"/N/{read.name}", read.N, units="m/K or rad/K, see /label/read_out_unit")
+            parts = noise_by_element(layout, read, motion)
+            writer.write(f"/N_by_element/{read.name}", parts, units="m/K or rad/K, see /label/read_out_unit")
         writer.write("/label/ray_output", outputs.names)
         writer.write("/label/ray_output_unit", outputs.units)
         writer.write("/label/element_dof", inputs.names)

@@ -74,7 +74,7 @@ def write_random(
 ) -> None:
     """A file of `kind` with the datasets in `given`, and made-up numbers and names everywhere else."""
     rng = np.random.default_rng(seed)
-    templates = {"/N/{set}": ["/N/A", "/N/B"]}
+    templates = {f"/{n}/{{set}}": [f"/{n}/A", f"/{n}/B"] for n in ("N", "N_by_element")}
     with create(path, kind, trace) as writer:
         for pattern, spec in kind.datasets.items():
             for name in templates.get(pattern, [pattern]):
