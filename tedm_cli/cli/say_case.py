@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -73,6 +73,29 @@ def contributor_lines(r: CaseResult) -> list[str]:
         lines.append(f"  largest over all correlations: {_signs(r, o)}")
         lines += _improvement_lines(r, v, verdict)
     return lines
+
+
+def more_dict(r: CaseResult) -> dict[str, Any]:
+    """The same for a program; null where a group cannot meet a requirement alone, or may have any noise."""
+    from tedm_cli.noise.bounds import BOUNDS
+    from tedm_cli.noise.improvement import COUNTS
+
+    listed = []
+    for v, (verdict, i) in enumerate(zip(r.verdicts, r.improvements, strict=True)):
+        listed.append(
+            {
+                "output": verdict.output,
+                "requirement": verdict.requirement,
+                "bound_ratio": dict(zip(BOUNDS, r.bound_ratio[v].tolist(), strict=True)),
+                "filter_ratio": None if r.filter_sensitivity is None else r.filter_sensitivity.ratio[v].tolist(),
+                "ratio_with_areas_silent": dict(zip(map(str, COUNTS), i.silenced.tolist(), strict=True)),
+                "worst_areas": [str(r.areas.name[a]) for a in i.worst.tolist() if a >= 0],
+                "group_factor": {
+                    g: f if np.isfinite(f) else None for g, f in zip(r.groups, i.group_factor.tolist(), strict=True)
+                },
+            }
+        )
+    return {"sensitivity": listed}
 
 
 def _improvement_lines(r: CaseResult, v: int, verdict: Verdict) -> list[str]:
