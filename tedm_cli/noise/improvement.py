@@ -67,17 +67,19 @@ def improvement(
             rows[n, worst[:count]] *= scale
         return _ratios(carriers.rows(rows, correlation.factor), values, limit)
 
-    parts = np.array([np.where(mask, row, 0.0) for mask in groups])
+    parts = np.array([part for mask in groups for part in (np.where(mask, row, 0.0), np.where(mask, 0.0, row))])
     fields = carriers.rows(parts, correlation.factor)
-    # Sums of squares over the m components are kept by the triangular factor of [m, G c], which is smaller.
+    # Sums of squares over the m components are kept by the triangular factor of [m, 2 G c].
     number, c, m = fields.shape
-    triangle = np.linalg.qr(fields.reshape(number * c, m).T, mode="r")
+    triangle = np.asarray(np.linalg.qr(fields.reshape(number * c, m).T, mode="r"))
     fields = triangle.T.reshape(number, c, -1)
     return Improvement(
         worst=np.pad(worst, (0, COUNTS[-1] - len(worst)), constant_values=-1),
         silenced=ratios(0.0),
         quieter=ratios(1.0 / QUIETER),
-        group_factor=np.array([_group_factor(fields, g, values, limit) for g in range(len(groups))]),
+        group_factor=np.array(
+            [_group_factor(fields[2 * g], fields[2 * g + 1], values, limit) for g in range(len(groups))]
+        ),
     )
 
 
@@ -103,10 +105,9 @@ def _worst(terms: NDArray[Any], most: int) -> NDArray[np.intp]:
     return np.array(chosen, dtype=np.intp)
 
 
-def _group_factor(fields: NDArray[Any], group: int, values: NDArray[Any], limit: Array) -> float:
-    """Factor on one of the groups' `fields` [G, c, m] at which |s y_g + y_others| meets the limit; NaN for none."""
-    own = fields[group].T @ values
-    others = (fields.sum(axis=0) - fields[group]).T @ values
+def _group_factor(group: NDArray[Any], rest: NDArray[Any], values: NDArray[Any], limit: Array) -> float:
+    """Factor s at which |s y_group + y_rest| just meets the limit, for their fields [c, m]; NaN for none."""
+    own, others = group.T @ values, rest.T @ values
 
     def power(y: NDArray[Any]) -> Array:
         return np.asarray(np.sum(y.real**2 + y.imag**2, axis=0))

@@ -95,6 +95,16 @@ def test_by_hand():
     assert result.group_factor[2] == 0.0
 
 
+@pytest.mark.parametrize(("limit", "factor"), [(0.3, np.nan), (0.6, 2.1)])
+def test_a_group_is_not_asked_to_be_noisier_until_it_cancels(limit, factor):
+    """|1.5 - s| <= 0.3 from s = 1.2 on only, so no quieter group does it; <= 0.6 at s = 1 already, and up to 2.1."""
+    model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 2)
+    found = full_blocks([np.array([0, 1])], 2)
+    second = [np.array([False, True])]
+    result = improvement(np.array([1.5, -1.0]), model, found, F, 0, np.full(len(F), limit), second)
+    assert result.group_factor[0] == pytest.approx(factor, nan_ok=True)
+
+
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(2, 8), p=st.integers(1, 5))
 def test_path_shares_are_the_derivative_of_the_power(seed, k, p):

@@ -65,7 +65,9 @@ OWN = 'name = "own"\ntable = "limits.csv"\nquantity = "displacement"\noutputs = 
 def test_a_table_beside_the_configuration(tmp_path):
     _, config = load_cases(write(tmp_path, OWN))
     (applied,) = config.applied_requirements()
-    assert applied.requirement.amplitude(np.array([1e-3, 3e-2])).tolist() == pytest.approx([2e-12, 1e-12], rel=1e-12, abs=0)
+    assert applied.requirement.amplitude(np.array([1e-3, 3e-2])).tolist() == pytest.approx(
+        [2e-12, 1e-12], rel=1e-12, abs=0
+    )
     assert applied.requirement.source == "table limits.csv"
     assert config.tables == [tmp_path / "limits.csv"]
     assert {1e-3, 3e-2} <= set(config.frequency_hz().tolist())
