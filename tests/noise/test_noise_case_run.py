@@ -209,3 +209,21 @@ def test_common_heating_that_moves_nothing_is_silent_only_when_correlated(areas,
     assert np.all(together < 1e-28 * apart)
     assert thesis_model(areas).scale.max() > equal.scale.max()
     assert np.all(run(areas, config, "1", rows=rows).psd > 1e-6 * apart)
+
+
+@pytest.mark.parametrize("case_id", ["1", "2", "4", "10b"])
+def test_ratios_at_the_bounds_enclose_the_verdict(areas, config, case_id):
+    paths = {"A_TM1_x": np.stack([0.25 * rows_for(areas)[2], 0.75 * rows_for(areas)[2]])}
+    result = run(areas, config, case_id, paths=paths, path_names=("M1", "M2"))
+    for v, verdict in enumerate(result.verdicts):
+        lowest, low, high, _, highest = result.bound_ratio[v]
+        assert lowest <= low * (1 + 1e-9)
+        assert low <= verdict.ratio * (1 + 1e-9)
+        assert verdict.ratio <= high * (1 + 1e-9)
+        assert high <= highest * (1 + 1e-9)
+        # The amplitudes of all groups together may grow by the margin.
+        assert result.improvements[v].silenced[0] == pytest.approx(verdict.ratio, rel=1e-9, abs=0)
+        changed = run(areas, config, case_id, rows=rows_for(areas) * verdict.margin)
+        assert changed.verdicts[v].ratio == pytest.approx(1.0, rel=1e-9)
+    for share in (result.contributions.path_share, result.contributions.path_band_share):
+        np.testing.assert_allclose(share["A_TM1_x"], [0.25, 0.75], rtol=1e-9)
