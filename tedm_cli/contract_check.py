@@ -45,8 +45,8 @@ def contract_problems(file: Any, kind: FileKind) -> list[str]:
             paths = [f"{group}/{name}" for name in file[group]] if group in file else []
         else:
             paths = [pattern]
-            if pattern not in file and spec.optional:
-                continue
+        if spec.optional and not any(path in file for path in paths):
+            continue
         if not paths or paths[0] not in file:
             problems.append(f"{pattern} is missing")
             continue

@@ -100,7 +100,7 @@ def _units(result: CaseResult) -> list[tuple[str, str]]:
 
 
 def _setting(result: CaseResult) -> str:
-    from tedm_cli.stages.case import describe
+    from tedm_cli.stages.case_file import describe
 
     return (
         f"temperature: {describe(result.temperature)}; {int(result.active.sum())} of {len(result.active)} areas in"

@@ -37,8 +37,10 @@ def run_case(
 ) -> None:
     """Noise spectra and verdicts of cases.
 
-    Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements.
+    Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements. With -v
+    also contributors, what would bring each verdict down, and how it hangs on filter, correlation and safety factor.
     """
+    from tedm_cli.cli.say_case import contributor_lines, more_dict, sensitivity_table
     from tedm_cli.errors import PhysicsError, UsageError
     from tedm_cli.progress import progress
     from tedm_cli.say import case_dict, case_lines
@@ -51,10 +53,14 @@ def run_case(
     with progress(quiet) as step:
         done = run_cases(project, ids, output, step)
     if as_json:
-        print(json.dumps([case_dict(path, result) for path, result in done], indent=1))
+        print(json.dumps([case_dict(path, result) | more_dict(result) for path, result in done], indent=1))
     else:
         for path, result in done:
             say(quiet, *case_lines(path, result))
+            if verbose:
+                say(quiet, *contributor_lines(result))
+        if verbose:
+            say(quiet, *sensitivity_table([result for _, result in done]))
     failed = [r.case.id for _, r in done if not all(v.passed for v in r.verdicts)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")

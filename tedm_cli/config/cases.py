@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Literal
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from tedm_cli.config.base import Strict, load
+from tedm_cli.config.correlation import CaseTable
+from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.errors import ConfigError, UsageError
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.correlation import BlockSelector, CorrelationCase
-from tedm_cli.noise.requirements import PRESETS, AppliedRequirement, Array, frequency_grid
+from tedm_cli.noise.correlation import CorrelationCase
+from tedm_cli.noise.requirements import AppliedRequirement, Array, frequency_grid
 from tedm_cli.noise.temperature import (
     DEFAULT_CORNER_HZ,
     DEFAULT_ORDER,
@@ -25,13 +26,6 @@ from tedm_cli.noise.temperature import (
     white_model,
 )
 from tedm_cli.provenance import ConfigFile
-
-Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
-
-
-def _identifier(value: Any) -> Any:
-    """Case ids may be written as numbers."""
-    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 class TemperatureTable(Strict):
@@ -77,57 +71,6 @@ class FrequencyTable(Strict):
         return self
 
 
-class BlockTable(Strict):
-    """Areas of one block: each key given narrows the choice, any of its values will do; `areas` are name patterns."""
-
-    groups: Names | None = None
-    shield: Annotated[list[Literal["inside", "outside"]], Field(min_length=1)] | None = None
-    side: Annotated[list[Literal["+y", "-y", "mid"]], Field(min_length=1)] | None = None
-    areas: Names | None = None
-    each_alone: bool = False
-
-    @model_validator(mode="after")
-    def _selects(self) -> BlockTable:
-        if self.groups is None and self.shield is None and self.side is None and self.areas is None:
-            raise ValueError('selects nothing: give groups, shield, side or areas (areas = ["*"] for all)')
-        return self
-
-    def selector(self) -> BlockSelector:
-        """The block as the correlation model takes it."""
-        return BlockSelector(
-            groups=tuple(self.groups or ()),
-            shield=tuple(self.shield or ()),
-            side=tuple(self.side or ()),
-            areas=tuple(self.areas or ()),
-            each_alone=self.each_alone,
-        )
-
-
-class CaseTable(Strict):
-    """One correlation case: areas in no block are silent."""
-
-    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=r"^[A-Za-z0-9_-]+$")]
-    title: str = Field(min_length=1)
-    reason: str = ""
-    blocks: list[BlockTable] = Field(min_length=1)
-
-
-class RequirementTable(Strict):
-    """A named requirement and the labels of the outputs it judges."""
-
-    name: str
-    outputs: Names
-
-    @field_validator("name")
-    @classmethod
-    def _known(cls, value: str) -> str:
-        if value not in PRESETS:
-            near = difflib.get_close_matches(value, PRESETS, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(PRESETS)}"
-            raise ValueError(f"unknown requirement {value!r}; {hint}")
-        return value
-
-
 class CasesConfig(Strict):
     """A whole cases file. `safety_factor` multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5)."""
 
@@ -144,9 +87,13 @@ class CasesConfig(Strict):
 
     def case(self, case_id: str, *, where: str = "") -> CorrelationCase:
         """The case of this id; raise `UsageError` when there is none. `where`, the file, is for messages."""
+        return self.case_table(case_id, where=where).correlation_case(where)
+
+    def case_table(self, case_id: str, *, where: str = "") -> CaseTable:
+        """The table of the case of this id, without reading its matrix; raises as `case` does."""
         for table in self.cases:
             if table.id == case_id:
-                return CorrelationCase(table.id, table.title, tuple(b.selector() for b in table.blocks), where)
+                return table
         near = difflib.get_close_matches(case_id, self.ids, n=1, cutoff=0.3)
         raise UsageError(
             f"there is no case {case_id!r}; there are: {', '.join(self.ids)}",
@@ -156,11 +103,21 @@ class CasesConfig(Strict):
 
     def applied_requirements(self) -> list[AppliedRequirement]:
         """Requirements with the outputs they judge."""
-        return [AppliedRequirement(PRESETS[table.name], tuple(table.outputs)) for table in self.requirements]
+        return [table.applied() for table in self.requirements]
+
+    @property
+    def tables(self) -> list[Path]:
+        """Files of the requirements."""
+        return list(dict.fromkeys(Path(table.table) for table in self.requirements if table.table is not None))
+
+    @property
+    def matrices(self) -> list[Path]:
+        """Files of the cases' correlation matrices."""
+        return list(dict.fromkeys(Path(table.matrix) for table in self.cases if table.matrix is not None))
 
     def frequency_hz(self) -> Array:
         """Frequency grid [F] in Hz that holds the band edges of all requirements."""
-        bands: Sequence[Sequence[float]] = [PRESETS[table.name].grid_hz for table in self.requirements]
+        bands = [table.requirement().grid_hz for table in self.requirements]
         return frequency_grid(self.frequency.min_hz, self.frequency.max_hz, self.frequency.points, bands)
 
 
@@ -169,8 +126,10 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
 
     Raises `InputError` when it is not there and `ConfigError` with its problems: first those of single tables, then
     those between tables (an id used twice, an output judged twice by one requirement, a band outside the frequencies).
+    Requirements given as tables are read for their bands. Paths of files are made relative to the current folder.
     """
     file, config = load(CasesConfig, path)
+    config = _beside(path.parent, config)
     problems: list[tuple[str, str]] = []
     # Ids name files: 3 and 03, or 4b and 4B on some file systems, would be one file.
     names = [case_id.lstrip("0").lower() for case_id in config.ids]
@@ -182,7 +141,7 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
     seen: dict[tuple[str, str], str] = {}
     low, high = config.frequency.min_hz, config.frequency.max_hz
     for number, table in enumerate(config.requirements):
-        band = PRESETS[table.name].band_hz
+        band = table.requirement().band_hz
         if band[0] < low or band[1] > high:
             fact = f"its band {band[0]:g} to {band[1]:g} Hz is outside [frequency] {low:g} to {high:g} Hz"
             problems.append((f"requirement[{number}].name", fact))
@@ -194,3 +153,12 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config
+
+
+def _beside(folder: Path, config: CasesConfig) -> CasesConfig:
+    """The configuration with the paths of its files, which are relative to `folder`, made usable from here."""
+    cases = [c.model_copy(update={"matrix": str(folder / c.matrix)}) if c.matrix else c for c in config.cases]
+    requirements = [
+        r.model_copy(update={"table": str(folder / r.table)}) if r.table else r for r in config.requirements
+    ]
+    return config.model_copy(update={"cases": cases, "requirements": requirements})

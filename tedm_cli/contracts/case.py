@@ -6,14 +6,19 @@ from tedm_cli.contracts.spec import AREAS, Dataset, FileKind
 
 CASE = FileKind(
     "case",
-    1,
+    2,
     "tedm run-case",
     {
         **AREAS,
         "/case/id": Dataset((), "str", "1", "case number"),
         "/case/title": Dataset((), "str", "1", "which temperatures move together"),
         "/case/safety_factor": Dataset((), "float", "1", "factor on amplitudes when judged (not applied to /psd)"),
-        "/case/block": Dataset(("area",), "int", "1", "correlated block of each area; -1: silent"),
+        "/case/block": Dataset(("area",), "int", "1", "block of each area, uncorrelated to other blocks; -1: silent"),
+        "/correlation/real": Dataset(("area", "area_column"), "float", "1", "correlation before delays, real part"),
+        "/correlation/imaginary": Dataset(
+            ("area", "area_column"), "float", "1", "imaginary part, where there is one", optional=True
+        ),
+        "/correlation/delay": Dataset(("area",), "float", "s", "R_ij is turned by exp(-2 pi i f (delay_i - delay_j))"),
         "/frequency": Dataset(("frequency",), "float", "Hz", "frequency"),
         "/temperature/spectrum": Dataset(("area",), "int", "1", "row of /temperature/asd that each area has"),
         "/temperature/asd": Dataset(
@@ -33,7 +38,16 @@ CASE = FileKind(
         "/bounds/known_blocks/{output}": Dataset(
             ("frequency",), "float", None, "largest PSD when only the correlation between the blocks is unknown"
         ),
+        "/bounds/known_blocks_minimum/{output}": Dataset(
+            ("frequency",), "float", None, "smallest PSD when only the correlation between the blocks is unknown"
+        ),
         "/bounds/minimum/{output}": Dataset(("frequency",), "float", None, "smallest PSD over all correlations"),
+        "/extremal/{bound}": Dataset(
+            ("output", "area", "plane"),
+            "float",
+            "1",
+            "vectors V at /contribution/frequency: R_ij = V_i . V_j reaches the bound (known blocks: between blocks)",
+        ),
         "/contribution/frequency": Dataset(("output",), "float", "Hz", "frequency the contributions are given at"),
         "/contribution/amplitude/{output}": Dataset(
             ("area",), "float", None, "signed contribution: sensitivity times amplitude spectral density"
@@ -43,6 +57,13 @@ CASE = FileKind(
         ),
         "/contribution/band": Dataset(("output", "band_edge"), "float", "Hz", "band of band_share"),
         "/contribution/band_share": Dataset(("output", "area"), "float", "1", "share of the power in the band"),
+        "/path/name": Dataset(
+            ("path",), "str", "1", "optical elements whose motion makes the read-out noise", "", True
+        ),
+        "/path/share/{output}": Dataset(
+            ("path",), "float", "1", "share of the PSD at /contribution/frequency", "", True
+        ),
+        "/path/band_share/{output}": Dataset(("path",), "float", "1", "share of the power in the band", "", True),
         "/verdict/requirement": Dataset(("verdict",), "str", "1", "requirement"),
         "/verdict/output": Dataset(("verdict",), "str", "1", "output that is judged"),
         "/verdict/ratio": Dataset(
@@ -50,6 +71,23 @@ CASE = FileKind(
         ),
         "/verdict/binding_frequency": Dataset(("verdict",), "float", "Hz", "frequency of the largest ratio"),
         "/verdict/passed": Dataset(("verdict",), "int", "1", "1 where the ratio is at most 1"),
+        "/verdict/allowed_safety_factor": Dataset(("verdict",), "float", "1", "safety factor at which the ratio is 1"),
+        "/bound_ratio/bound": Dataset(("bound",), "str", "1", "bounds, as under /bounds"),
+        "/bound_ratio/ratio": Dataset(("verdict", "bound"), "float", "1", "ratio of each verdict at the bound"),
+        "/improvement/count": Dataset(("count",), "int", "1", "number of areas improved, the worst first"),
+        "/improvement/area": Dataset(
+            ("verdict", "rank"), "int", "1", "worst areas, each after those before it were silenced; -1: no relief left"
+        ),
+        "/improvement/silenced": Dataset(("verdict", "count"), "float", "1", "ratio with these areas silent"),
+        "/improvement/quieter": Dataset(("verdict", "count"), "float", "1", "ratio with a tenth of their noise"),
+        "/stability/group": Dataset(("group",), "str", "1", "groups with noise"),
+        "/stability/factor": Dataset(
+            ("verdict", "group"),
+            "float",
+            "1",
+            "factor on the group's temperature amplitude that just meets the requirement; NaN: it alone cannot",
+        ),
+        "/stability/all": Dataset(("verdict",), "float", "1", "the same for all groups together"),
         "/filter_sensitivity/order": Dataset(("order",), "float", "1", "order of the low-pass filter", optional=True),
         "/filter_sensitivity/corner": Dataset(
             ("corner",), "float", "Hz", "corner of the low-pass filter", optional=True
@@ -60,10 +98,11 @@ CASE = FileKind(
         "/requirement/name": Dataset(("requirement",), "str", "1", "requirement"),
         "/requirement/source": Dataset(("requirement",), "str", "1", "where the requirement comes from"),
         "/requirement/unit": Dataset(("requirement",), "str", "1", "unit of the amplitude"),
+        "/requirement/applies_to": Dataset(("requirement",), "str", "1", "single test mass or differential"),
         "/requirement/band": Dataset(("requirement", "band_edge"), "float", "Hz", "band of the requirement"),
         "/requirement/amplitude": Dataset(
             ("requirement", "frequency"), "float", None, "amplitude spectral density; NaN outside the band"
         ),
     },
-    fixed_dims={"band_edge": 2},
+    fixed_dims={"band_edge": 2, "plane": 2},
 )

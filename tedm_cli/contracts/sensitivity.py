@@ -11,6 +11,7 @@ SENSITIVITY = FileKind(
     {
         "/grid/id": GRID["/grid/id"],
         **AREAS,
+        "/area/centroid": Dataset(("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC, True),
         "/S": Dataset(("row", "area"), "float", None, "self-gravity sensitivity matrix [S_SG]", TM_FRAME),
         "/row/label": Dataset(("row",), "str", "1", "output of each row of S and of the operator"),
         "/row/unit": Dataset(("row",), "str", "1", "unit of each row of S"),

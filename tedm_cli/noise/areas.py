@@ -23,6 +23,7 @@ class AreaTable:
     group : [k] str, the assembly the area belongs to (struts, flanges, IS1, IS2, OB for the LISA Technology Package).
     shield : [k] str, `inside` or `outside` of the thermal shield.
     side : [k] str, `+y`, `-y` or `mid` with respect to the x-z plane of the structure.
+    centroid_m : [k, 3], basic frame; only cases with mirror pairs ask for it.
 
     Raises
     ------
@@ -33,6 +34,7 @@ class AreaTable:
     group: NDArray[np.str_]
     shield: NDArray[np.str_]
     side: NDArray[np.str_]
+    centroid_m: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         lengths = {key: len(getattr(self, key)) for key in ("name", "group", "shield", "side")}

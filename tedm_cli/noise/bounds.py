@@ -1,17 +1,20 @@
 """What any correlation between the thermal areas could do to an output, for given amplitudes.
 
 With signed contributions h_i = g_i A_i of the active areas the power is S = Σ_ij h_i R_ij h_j*. Over all correlation
-matrices R it runs from the smallest to the largest square of the vector sum of arrows of lengths |h_i|.
+matrices R it runs from the smallest to the largest square of the vector sum of arrows of lengths |h_i|. Complex R
+(delays) widens neither end: h is real, so S = h Re(R) hᵀ, and Re(R) is a correlation matrix as well; the arrows of the
+minimum close in a plane, which real R = V Vᵀ with unit rows of V [k, 2] holds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tedm_cli.noise.correlation import Correlation
+from tedm_cli.noise.propagation import Carriers, psd_of_fields
 from tedm_cli.noise.temperature import TemperatureModel
 
 Array = NDArray[np.float64]
@@ -23,33 +26,142 @@ class Bounds:
 
     Parameters
     ----------
-    maximum : over all correlations, (Σ|h_i|)².
-    maximum_non_negative : over all correlations without a negative entry, p² + n² with the positive and negative sums.
     minimum : over all correlations, max(0, 2 max|h_i| - Σ|h_i|)².
-    known_blocks : blocks as the case has them, unknown correlation between them, (Σ_b √S_b)².
+    known_blocks_minimum : blocks as the case has them, unknown correlation between them: the same of the √S_b.
+    known_blocks : the same knowledge, the largest: (Σ_b √S_b)².
+    maximum_non_negative : over all correlations without a negative entry, p² + n² with the positive and negative sums.
+    maximum : over all correlations, (Σ|h_i|)².
     """
 
-    maximum: Array
-    maximum_non_negative: Array
     minimum: Array
+    known_blocks_minimum: Array
     known_blocks: Array
+    maximum_non_negative: Array
+    maximum: Array
+
+
+BOUNDS = tuple(field.name for field in fields(Bounds))
 
 
 def correlation_bounds(
-    rows: Array, temperature: TemperatureModel, blocks: Sequence[NDArray[np.intp]], frequency_hz: Array
+    rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: Array
 ) -> Bounds:
     """Bounds for outputs with `rows` [n_out, k] over the correlations of the areas that are in a block."""
-    shape = (len(rows), len(frequency_hz))
-    out = Bounds(np.empty(shape), np.empty(shape), np.empty(shape), np.zeros(shape))
-    amplitudes = temperature.amplitudes(frequency_hz)
-    active = np.concatenate(blocks)
-    for number, row in enumerate(rows):  # one output at a time: [k, F] is the largest array
-        h = row[active, None] * amplitudes[active]
-        size = np.abs(h)
-        total = size.sum(axis=0)
-        out.maximum[number] = total**2
-        positive, negative = np.maximum(h, 0.0).sum(axis=0), np.minimum(h, 0.0).sum(axis=0)
-        out.maximum_non_negative[number] = positive**2 + negative**2
-        out.minimum[number] = np.maximum(0.0, 2.0 * size.max(axis=0) - total) ** 2
-        out.known_blocks[number] = sum(np.abs(row[index] @ amplitudes[index]) for index in blocks) ** 2
-    return out
+    shape = temperature.shape_values(frequency_hz)
+    # Shapes are never negative, so sums of sizes and of one sign need one term per shape.
+    h = np.where(correlation.active, rows * temperature.scale, 0.0)
+    member = np.eye(len(temperature.shapes))[temperature.shape_index]
+    total = (np.abs(h) @ member) @ shape
+    positive, negative = (np.maximum(h, 0.0) @ member) @ shape, (np.minimum(h, 0.0) @ member) @ shape
+    largest = np.zeros_like(total)
+    for s in range(len(shape)):
+        of_shape = np.abs(h[:, temperature.shape_index == s]).max(axis=1, initial=0.0)
+        np.maximum(largest, of_shape[:, None] * shape[s], out=largest)
+    block_sum, block_max = _block_amplitudes(rows, temperature, correlation, frequency_hz)
+    return Bounds(
+        minimum=_least(largest, total),
+        known_blocks_minimum=_least(block_max, block_sum),
+        known_blocks=block_sum**2,
+        maximum_non_negative=positive**2 + negative**2,
+        maximum=total**2,
+    )
+
+
+def _least(largest: Array, total: Array) -> Array:
+    """Smallest square of the vector sum of arrows, from the length of the largest and of all together."""
+    square: Array = np.square(np.maximum(0.0, 2.0 * largest - total))
+    return square
+
+
+def _block_amplitudes(
+    rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: Array
+) -> tuple[Array, Array]:
+    """Sum and largest [n_out, F] of the amplitudes √S_b of the blocks."""
+    carriers = Carriers.of(temperature, correlation.delay_s)
+    values = carriers.values(frequency_hz)
+    carried = carriers.rows(rows, correlation.factor)
+    width = np.bincount(correlation.column_block)
+    total = np.zeros((len(rows), len(frequency_hz)))
+    largest = np.zeros_like(total)
+    single = np.flatnonzero(width[correlation.column_block] == 1)  # columns that are all of their block
+    for o in range(len(rows)) if single.size else ():  # one output at a time: [blocks, F] is the largest array
+        amplitude = np.abs(carried[o][:, single].T @ values)
+        total[o] += amplitude.sum(axis=0)
+        np.maximum(largest[o], amplitude.max(axis=0), out=largest[o])
+    for b in np.flatnonzero(width > 1):
+        amplitude = np.sqrt(psd_of_fields(carried[:, :, correlation.column_block == b], values))
+        total += amplitude
+        np.maximum(largest, amplitude, out=largest)
+    return total, largest
+
+
+def extremal_vectors(h: Array, bound: str) -> Array:
+    """Vectors V [k, 2] whose correlation V_i · V_j reaches a bound over all correlations, for contributions `h` [k].
+
+    Rows are unit vectors: (1, 0) and (-1, 0) are opposed, (0, 1) is uncorrelated to both. They are zero where h is
+    zero: such an area may have any correlation. `bound` is `maximum`, `maximum_non_negative` or `minimum`.
+    """
+    if bound == "maximum":
+        return np.stack([np.sign(h), np.zeros(len(h))], axis=1)
+    if bound == "maximum_non_negative":
+        return np.stack([h > 0.0, h < 0.0], axis=1).astype(np.float64)
+    angle = _closing_angles(np.abs(h))
+    vectors: Array = np.sign(h)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return vectors
+
+
+def extremal_block_vectors(h: Array, correlation: Correlation, frequency_hz: float, *, smallest: bool = False) -> Array:
+    """Vectors V [k, 2] whose V_i · V_j, between areas of different blocks, reaches a bound with known blocks.
+
+    `h` [k] are the contributions at `frequency_hz`. |V_i| is the coherence of area i with the sum of its block; inside
+    the blocks the correlation stays what it is.
+    """
+    field = _delayed_factor(correlation, frequency_hz)
+    drive = h @ field  # [m], each column belongs to one block
+    power = np.bincount(correlation.column_block, np.abs(drive) ** 2)
+    amplitude = np.sqrt(power)
+    arrow = extremal_vectors(amplitude, "minimum" if smallest else "maximum") @ np.array([1.0, 1j])
+    turn = np.divide(arrow, amplitude, out=np.zeros(len(arrow), dtype=np.complex128), where=amplitude > 0.0)
+    coherence = field @ (drive.conj() * turn[correlation.column_block])
+    return np.stack([coherence.real, coherence.imag], axis=1)
+
+
+def extremal_matrix(vectors: Array, correlation: Correlation | None = None, frequency_hz: float = 0.0) -> Array:
+    """Real correlation matrix [k, k] of extremal `vectors` [k, 2], with the blocks of `correlation` where known.
+
+    Areas of zero vectors are uncorrelated to all others.
+    """
+    matrix: Array = vectors @ vectors.T
+    if correlation is None:
+        np.fill_diagonal(matrix, 1.0)
+        return matrix
+    field = _delayed_factor(correlation, frequency_hz)
+    for index in correlation.blocks:
+        matrix[np.ix_(index, index)] = np.real(field[index] @ field[index].conj().T)
+    return matrix
+
+
+def _delayed_factor(correlation: Correlation, frequency_hz: float) -> NDArray[np.complex128]:
+    """Factor [k, m] of the correlation at one frequency."""
+    phase = np.exp(-2j * np.pi * frequency_hz * correlation.delay_s)
+    delayed: NDArray[np.complex128] = phase[:, None] * correlation.factor
+    return delayed
+
+
+def _closing_angles(size: Array) -> Array:
+    """Angles [k] at which arrows of these lengths add up to the least: zero unless one is longer than all others."""
+    order = np.argsort(-size, kind="stable")
+    if 2.0 * size.max() >= size.sum():
+        angle = np.full(len(size), np.pi)
+        angle[order[0]] = 0.0
+        return angle
+    # Three sides that meet the triangle inequality: the next longest arrow goes to the shortest side.
+    side, member = np.zeros(3), np.zeros(len(size), dtype=np.intp)
+    for i in order:
+        member[i] = side.argmin()
+        side[member[i]] += size[i]
+    a, b, c = side
+    gamma = np.arccos(np.clip((a**2 + b**2 - c**2) / (2 * a * b), -1.0, 1.0))
+    beta = np.arccos(np.clip((a**2 + c**2 - b**2) / (2 * a * c), -1.0, 1.0))
+    angles: Array = np.array([0.0, np.pi - gamma, np.pi + beta])[member]
+    return angles

@@ -1,7 +1,9 @@
-"""Which thermal areas an output's noise comes from.
+"""Which thermal areas, and which paths, an output's noise comes from.
 
 Area i takes the share h_i Σ_j R_ij h_j / S of the power S = Σ_ij h_i R_ij h_j: its own power where it is uncorrelated,
 and a signed part of its block's where it is correlated. A negative share cancels others; those of an output sum to 1.
+Where an output is a sum over paths, y = Σ_p y_p (the read-out over the optical elements that move), path p takes the
+share Re(y_p y*) / S in the same way.
 """
 
 from __future__ import annotations
@@ -10,9 +12,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import trapezoid
 
-from tedm_cli.noise.propagation import shape_rows
+from tedm_cli.noise.correlation import Correlation
+from tedm_cli.noise.propagation import Carriers
 from tedm_cli.noise.temperature import TemperatureModel
 
 Array = NDArray[np.float64]
@@ -25,16 +27,28 @@ def amplitude_contributions(rows: Array, temperature: TemperatureModel, frequenc
     return contribution
 
 
-def shares_at(rows: Array, temperature: TemperatureModel, factor: Matrix, frequency_hz: float) -> Array:
-    """Share [n_out, k] of each area in the PSD of each output at one frequency, for R = F Fᴴ with F [k, m]."""
-    shape = temperature.shape_values(np.array([frequency_hz]))[:, 0]
-    return _shares(rows, temperature, factor, np.outer(shape, shape))
+def shares_at(rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: float) -> Array:
+    """Share [n_out, k] of each area in the PSD of each output at one frequency."""
+    carriers = Carriers.of(temperature, correlation.delay_s)
+    return _shares(rows, carriers, correlation.factor, _products(carriers, np.array([frequency_hz])))
 
 
-def shares_over(rows: Array, temperature: TemperatureModel, factor: Matrix, frequency_hz: Array) -> Array:
+def shares_over(rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: Array) -> Array:
     """Share [n_out, k] of each area in the power of each output between the first and last of `frequency_hz` [F]."""
-    shape = temperature.shape_values(frequency_hz)
-    return _shares(rows, temperature, factor, trapezoid(shape[:, None] * shape[None], frequency_hz, axis=-1))
+    carriers = Carriers.of(temperature, correlation.delay_s)
+    return _shares(rows, carriers, correlation.factor, _products(carriers, frequency_hz))
+
+
+def path_shares(
+    path_rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: Array
+) -> Array:
+    """Share [p] of each path in an output that is the sum of `path_rows` [p, k], at a frequency or over F of them."""
+    carriers = Carriers.of(temperature, correlation.delay_s)
+    fields = carriers.rows(path_rows, correlation.factor)
+    partner = np.einsum("ab,bm->am", _products(carriers, frequency_hz).conj(), fields.sum(axis=0))
+    power: Array = np.real(np.einsum("pam,am->p", fields, partner.conj()))
+    total = power.sum()
+    return power / total if total > 0.0 else np.zeros(len(power))
 
 
 def sum_by(values: Array, labels: NDArray[Any]) -> tuple[NDArray[Any], Array]:
@@ -44,14 +58,26 @@ def sum_by(values: Array, labels: NDArray[Any]) -> tuple[NDArray[Any], Array]:
     return names, sums
 
 
-def _shares(rows: Array, temperature: TemperatureModel, factor: Matrix, weight: Array) -> Array:
-    """Shares for the products of shapes in `weight` [s, s]; zero for an output without any noise."""
-    fields = shape_rows(rows, temperature, factor)  # [n_out, s, m]
+def _products(carriers: Carriers, frequency_hz: Array) -> Matrix:
+    """v_a v_b* [c, c] of the carriers at one frequency, integrated over several."""
+    value = carriers.values(frequency_hz)
+    if len(frequency_hz) == 1:
+        return np.outer(value[:, 0], value[:, 0].conj())
+    # The weights of the trapezoidal rule make the integral one matrix product.
+    step = np.diff(frequency_hz)
+    weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
+    products: Matrix = (value * weight) @ value.conj().T
+    return products
+
+
+def _shares(rows: Array, carriers: Carriers, factor: Matrix, weight: Matrix) -> Array:
+    """Shares for the products of carriers in `weight` [c, c]; zero for an output without any noise."""
+    fields = carriers.rows(rows, factor)  # [n_out, c, m]
     power = np.zeros(rows.shape)
-    for shape in range(len(temperature.shapes)):
-        index = np.flatnonzero(temperature.shape_index == shape)
-        partner = np.tensordot(fields, weight[shape], axes=(1, 0))  # [n_out, m]
+    for carrier in range(len(carriers.shape)):
+        index = np.flatnonzero(carriers.index == carrier)
+        partner = np.tensordot(fields, weight[carrier].conj(), axes=(1, 0))  # [n_out, m]
         cross = np.real(partner.conj() @ factor[index].T)
-        power[:, index] = rows[:, index] * temperature.scale[index] * cross
+        power[:, index] = rows[:, index] * carriers.temperature.scale[index] * cross
     total = power.sum(axis=1, keepdims=True)
     return np.divide(power, total, out=np.zeros_like(power), where=total > 0.0)

@@ -1,206 +1,227 @@
-"""Correlation of the temperature noise between thermal areas: blocks, correlation matrix, its factor and its checks.
+"""Correlation of the temperature noise between thermal areas: cases, their blocks, and the factor of R.
 
-A case (Montemurro 2004, section 10.5) is a list of blocks. Inside a block the temperatures are fully correlated,
-between blocks uncorrelated; an area in no block is silent. R is then a direct sum of matrices of ones.
+A case (Montemurro 2004, section 10.5) is a list of blocks, or a matrix. Inside a block of n areas the temperatures have
+the correlation R = ρ J + (1 - ρ) I, with J all ones and ρ = 1 unless given (any ρ >= -1/(n - 1) is possible); between
+blocks they are uncorrelated; an area in no block is silent. Where areas follow with delays τ, ΔT_i(t - τ_i), the
+correlation becomes R_ij exp(-2πi f (τ_i - τ_j)): as coherent as before.
 """
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
-from tedm_cli.errors import ConfigError, PhysicsError
+from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.correlation_check import check_correlation, correlation_factor
+from tedm_cli.noise.selection import BlockSelector, Facts, Indices, Mask, divide, listed, select, unknown
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 Matrix = NDArray[Any]  # real or complex
 
 
-@dataclass(frozen=True)
-class BlockSelector:
-    """Areas of one block: those that meet every key given, each key by any of its values.
+@dataclass(frozen=True, eq=False)
+class LabelledMatrix:
+    """Correlation of the named areas, `value` [n, n], real or complex, in any order; `where`, a file, for messages."""
 
-    Parameters
-    ----------
-    groups, shield, side : values of the columns of `AreaTable`.
-    areas : patterns of area names, with `*`, `?` and `[...]`.
-    each_alone : every selected area is a block of its own (mutually uncorrelated) instead of one block of all.
-    """
-
-    groups: tuple[str, ...] = ()
-    shield: tuple[str, ...] = ()
-    side: tuple[str, ...] = ()
-    areas: tuple[str, ...] = ()
-    each_alone: bool = False
+    names: tuple[str, ...]
+    value: Matrix
+    where: str = "correlation matrix"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CorrelationCase:
-    """A named set of blocks; `where` (a file) is for messages only."""
+    """A named set of blocks or a matrix, with delays (s) of some areas; `where` (a file) is for messages only."""
 
     id: str
     title: str
     blocks: tuple[BlockSelector, ...]
     where: str = ""
+    matrix: LabelledMatrix | None = None
+    delays: tuple[tuple[BlockSelector, float], ...] = ()
 
 
-def blocks(case: CorrelationCase, areas: AreaTable) -> list[Indices]:
-    """Column indices of each fully correlated block, in the order of the case.
+@dataclass(frozen=True, eq=False)
+class Correlation:
+    """R_ij(f) = (F Fᴴ)_ij exp(-2πi f (τ_i - τ_j)) of k areas, as a direct sum of blocks.
+
+    Parameters
+    ----------
+    blocks : indices of the areas of each block; different blocks are uncorrelated.
+    factor : F [k, m], zero rows for areas in no block.
+    column_block : [m], the block whose areas each column of the factor drives, ascending.
+    delay_s : τ [k], s.
+    """
+
+    blocks: tuple[Indices, ...]
+    factor: Matrix
+    column_block: Indices
+    delay_s: Array
+
+    @property
+    def active(self) -> Mask:
+        """Areas [k] that are in a block."""
+        found: Mask = self.factor.any(axis=1)
+        return found
+
+    def matrix(self) -> Matrix:
+        """R [k, k] before delays."""
+        product: Matrix = self.factor @ self.factor.conj().T
+        return product
+
+
+def correlation(case: CorrelationCase, areas: AreaTable) -> Correlation:
+    """The correlation of a case.
 
     Raises
     ------
     ConfigError : all of the case's problems with these areas at once: an unknown group, a pattern or a block that
-        selects nothing, an area in two blocks, an area on neither side that a choice of sides leaves out.
+        selects nothing, an area in two blocks, an area on neither side that a choice of sides leaves out, an area
+        without a mirror image, a coefficient that no block of that size can have, an area with two delays, an area of
+        the matrix that does not exist.
+    PhysicsError : the matrix is none of a correlation.
     """
-    problems: list[tuple[str, str]] = []
-    selected = []
-    for number, selector in enumerate(case.blocks):
-        mask, facts = _select(selector, areas)
-        problems += [(f"blocks[{number}]{key}", fact) for key, fact in facts]
-        selected.append(mask)
-    owner = np.full(len(areas), -1)
-    for number, mask in enumerate(selected):
-        twice = np.flatnonzero(mask & (owner >= 0))
-        if twice.size:
-            fact = f"{_names(areas, twice)} already in blocks[{owner[twice[0]]}]"
-            problems.append((f"blocks[{number}]", fact))
-        owner[mask] = number
-    problems += _left_in_the_middle(case, areas, owner >= 0)
+    problems: Facts = []
+    if case.matrix is None:
+        found, coefficients, problems = _blocks(case, areas)
+        factors = [_coefficient_factor(len(b), rho) for b, rho in zip(found, coefficients, strict=True)]
+    else:
+        found, factors, problems = _matrix_blocks(case.matrix, areas)
+    delay_s, facts = _delays(case, areas)
+    problems += facts
     if problems:
-        where = f"{case.where}: case {case.id}" if case.where else f"case {case.id}"
-        raise ConfigError(problems, where=where)
-    out: list[Indices] = []
-    for selector, mask in zip(case.blocks, selected, strict=True):
-        index = np.flatnonzero(mask)
-        out += [np.array([i]) for i in index] if selector.each_alone else [index]
-    return out
+        raise ConfigError(problems, where=f"{case.where}: case {case.id}" if case.where else f"case {case.id}")
+    width = [f.shape[1] for f in factors]
+    factor = np.zeros((len(areas), sum(width)), dtype=np.result_type(*factors))
+    edges = np.concatenate([[0], np.cumsum(width)])
+    for b, (index, part) in enumerate(zip(found, factors, strict=True)):
+        factor[index, edges[b] : edges[b + 1]] = part
+    return Correlation(tuple(found), factor, np.repeat(np.arange(len(found)), width), delay_s)
+
+
+def blocks(case: CorrelationCase, areas: AreaTable) -> list[Indices]:
+    """Column indices of each block, in the order of the case; raises as `correlation` does."""
+    return list(correlation(case, areas).blocks)
 
 
 def block_factor(block_list: Sequence[Indices], k: int) -> Array:
-    """Factor F [k, blocks] with R = F Fᵀ: ones where an area is in a block. Exact, unlike a numerical factor of R."""
+    """Factor F [k, blocks] of fully correlated blocks: ones where an area is in a block, R = F Fᵀ."""
     factor = np.zeros((k, len(block_list)))
     for column, index in enumerate(block_list):
         factor[index, column] = 1.0
     return factor
 
 
-def correlation_matrix(case: CorrelationCase, areas: AreaTable) -> tuple[Array, Mask]:
-    """Correlation matrix R [k, k] of a case and the mask [k] of its active areas.
+def full_blocks(block_list: Sequence[Indices], k: int) -> Correlation:
+    """k areas in fully correlated blocks, without delays."""
+    return Correlation(tuple(block_list), block_factor(block_list, k), np.arange(len(block_list)), np.zeros(k))
 
-    Rows and columns of silent areas are zero, their diagonal too. Raises `ConfigError` as `blocks` does.
+
+def correlation_matrix(case: CorrelationCase, areas: AreaTable) -> tuple[Matrix, Mask]:
+    """Correlation matrix R [k, k] of a case, before delays, and the mask [k] of its active areas.
+
+    Rows and columns of silent areas are zero, their diagonal too. Raises as `correlation` does.
     """
-    factor = block_factor(blocks(case, areas), len(areas))
-    return factor @ factor.T, factor.any(axis=1)
+    found = correlation(case, areas)
+    return found.matrix(), found.active
 
 
-def check_correlation(matrix: Matrix, active: Mask | None = None, *, tolerance: float = 1e-9) -> None:
-    """Check that `matrix` [k, k] is a correlation matrix.
-
-    Parameters
-    ----------
-    matrix : real or complex; complex entries hold phase shifts, such as a delay, between areas.
-    active : [k], the areas that must have a unit diagonal; the others must have zero rows. All by default.
-    tolerance : on entries, and on eigenvalues relative to the largest.
-
-    Raises
-    ------
-    PhysicsError : not finite, not Hermitian, a wrong diagonal, or a negative eigenvalue (which is named).
-    """
-    where = "correlation matrix"
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
-        raise PhysicsError(f"its shape is {matrix.shape}, not square", where=where)
-    if not np.isfinite(matrix).all():
-        raise PhysicsError(f"{np.count_nonzero(~np.isfinite(matrix))} entries are not finite", where=where)
-    skew = np.abs(matrix - matrix.conj().T)
-    i, j = divmod(int(skew.argmax()), len(matrix))
-    if skew[i, j] > tolerance:
-        fact = f"not Hermitian: entries [{i}, {j}] and [{j}, {i}] are {matrix[i, j]:.6g} and {matrix[j, i]:.6g}"
-        raise PhysicsError(fact, where=where)
-    wanted = np.ones(len(matrix)) if active is None else active.astype(np.float64)
-    off = np.abs(np.diag(matrix) - wanted)
-    i = int(off.argmax())
-    if off[i] > tolerance:
-        raise PhysicsError(f"diagonal entry [{i}, {i}] is {matrix[i, i]:.6g}, not {wanted[i]:g}", where=where)
-    eigenvalues = np.linalg.eigvalsh(matrix)
-    if eigenvalues[0] < -tolerance * max(1.0, eigenvalues[-1]):
-        raise PhysicsError(
-            f"not positive semidefinite: eigenvalue {eigenvalues[0]:.6g} (largest {eigenvalues[-1]:.6g})",
-            where=where,
-            hint="no temperatures can be correlated like this; some pairs contradict each other",
-        )
+def _blocks(case: CorrelationCase, areas: AreaTable) -> tuple[list[Indices], list[float], Facts]:
+    """Blocks, their coefficients, and problems."""
+    problems: Facts = []
+    selected: list[Mask] = []
+    found: list[Indices] = []
+    coefficients: list[float] = []
+    owner = np.full(len(areas), -1)
+    twice: Facts = []
+    for number, selector in enumerate(case.blocks):
+        mask, facts = select(selector, areas)
+        if not facts:
+            parts, facts = divide(selector, mask, areas)
+            found += parts
+            coefficients += [selector.rho] * len(parts)
+            facts += _impossible_coefficient(selector.rho, max(map(len, parts), default=1))
+        problems += [(f"blocks[{number}]{key}", fact) for key, fact in facts]
+        again = np.flatnonzero(mask & (owner >= 0))
+        if again.size:
+            fact = f"{_are(areas, again)} already in blocks[{owner[again[0]]}]"
+            twice.append((f"blocks[{number}]", fact))
+        owner[mask] = number
+        selected.append(mask)
+    problems += twice + _left_in_the_middle(case, areas, owner >= 0)
+    return found, coefficients, problems
 
 
-def correlation_factor(matrix: Matrix) -> Matrix:
-    """Factor F [k, rank] with R = F Fᴴ, from the eigenvectors of a checked R [k, k] (zero rows for silent areas).
-
-    Raises `PhysicsError` as `check_correlation` does.
-    """
-    check_correlation(matrix, np.diag(matrix) != 0.0)
-    eigenvalues, vectors = np.linalg.eigh(matrix)
-    kept = eigenvalues > len(matrix) * np.finfo(np.float64).eps * eigenvalues[-1]
-    factor: Matrix = vectors[:, kept] * np.sqrt(eigenvalues[kept])
-    return factor
+def _impossible_coefficient(rho: float, n: int) -> Facts:
+    if n > 1 and rho < -1.0 / (n - 1) * (1.0 + 1e-9):
+        fact = f"{n} areas cannot all be correlated with {rho:g} to each other; at least -1/{n - 1} = {-1 / (n - 1):g}"
+        return [(".rho", fact)]
+    return []
 
 
-def _select(
-    selector: BlockSelector, areas: AreaTable, *, ignore_side: bool = False
-) -> tuple[Mask, list[tuple[str, str]]]:
-    """Mask [k] of the selected areas, and what is wrong with the selector as (key, fact)."""
-    mask = np.ones(len(areas), dtype=bool)
-    facts: list[tuple[str, str]] = []
-    for key, wanted, column in (
-        ("groups", selector.groups, areas.group),
-        ("shield", selector.shield, areas.shield),
-        ("side", () if ignore_side else selector.side, areas.side),
-    ):
-        if wanted:
-            mask &= np.isin(column, wanted)
-            existing = sorted(set(column.tolist()))
-            facts += [(f".{key}", _unknown(value, existing)) for value in wanted if value not in existing]
-    if selector.areas:
-        hits = np.array([[fnmatchcase(name, p) for p in selector.areas] for name in areas.name.tolist()])
-        mask &= hits.any(axis=1)
-        names = areas.name.tolist()
-        facts += [
-            (".areas", _unknown(p, names)) for p, hit in zip(selector.areas, hits.any(axis=0), strict=True) if not hit
-        ]
-    if not facts and not mask.any():
-        facts.append(("", f"selects none of the {len(areas)} thermal areas; present: {_present(areas)}"))
-    return mask, facts
+def _coefficient_factor(n: int, rho: float) -> Array:
+    """Factor of ρ J + (1 - ρ) I [n, n]: exact where ρ is 0 or 1, so that areas that cancel keep their digits."""
+    ones = np.ones((n, 1))
+    if n == 1 or rho == 1.0:
+        return ones
+    if rho >= 0.0:
+        alone = np.sqrt(1.0 - rho) * np.eye(n)
+        return alone if rho == 0.0 else np.hstack([np.sqrt(rho) * ones, alone])
+    mean = np.full((n, n), 1.0 / n)  # projector on the eigenvector of 1 + (n - 1) ρ
+    root: Array = np.sqrt(1.0 - rho) * (np.eye(n) - mean) + np.sqrt(max(0.0, 1.0 + (n - 1) * rho)) * mean
+    return root
 
 
-def _left_in_the_middle(case: CorrelationCase, areas: AreaTable, covered: Mask) -> list[tuple[str, str]]:
+def _matrix_blocks(matrix: LabelledMatrix, areas: AreaTable) -> tuple[list[Indices], list[Matrix], Facts]:
+    """Areas that the matrix connects as blocks, each with its factor."""
+    names = areas.name.tolist()
+    problems: Facts = [("matrix", f"{matrix.where}: {unknown(n, names)}") for n in matrix.names if n not in names]
+    twice = [n for n in dict.fromkeys(matrix.names) if matrix.names.count(n) > 1]
+    problems += [("matrix", f"{matrix.where}: area {n!r} is named {matrix.names.count(n)} times") for n in twice]
+    if problems:
+        return [], [], problems
+    check_correlation(matrix.value, names=matrix.names, where=matrix.where)
+    place = np.array([names.index(n) for n in matrix.names])
+    order = np.argsort(place)
+    value, place = matrix.value[np.ix_(order, order)], place[order]
+    number, label = connected_components(csr_array(np.abs(value) > 0.0), directed=False)
+    members = [np.flatnonzero(label == b) for b in range(number)]
+    return [place[m] for m in members], [correlation_factor(value[np.ix_(m, m)]) for m in members], []
+
+
+def _delays(case: CorrelationCase, areas: AreaTable) -> tuple[Array, Facts]:
+    """Delay of every area [k], s."""
+    delay_s, owner, problems = np.zeros(len(areas)), np.full(len(areas), -1), []
+    for number, (selector, value) in enumerate(case.delays):
+        mask, facts = select(selector, areas)
+        problems += [(f"delays[{number}]{key}", fact) for key, fact in facts]
+        again = np.flatnonzero(mask & (owner >= 0))
+        if again.size:
+            fact = f"{_are(areas, again)} already in delays[{owner[again[0]]}]"
+            problems.append((f"delays[{number}]", fact))
+        owner[mask] = number
+        delay_s[mask] = value
+    return delay_s, problems
+
+
+def _left_in_the_middle(case: CorrelationCase, areas: AreaTable, covered: Mask) -> Facts:
     """Areas on neither side that only a block's choice of sides would silence."""
     for number, selector in enumerate(case.blocks):
         if not selector.side:
             continue
-        alike, _ = _select(selector, areas, ignore_side=True)
+        alike, _ = select(selector, areas, ignore_side=True)
         left = np.flatnonzero(alike & ~covered & (areas.side == "mid"))
         if left.size:
-            fact = f'{_names(areas, left)} on neither side and would be silent; add "mid" to the block to join'
+            fact = f'{_are(areas, left)} on neither side and would be silent; add "mid" to the block to join'
             return [(f"blocks[{number}].side", fact)]
     return []
 
 
-def _unknown(value: str, existing: list[str]) -> str:
-    near = difflib.get_close_matches(value, existing, n=1)
-    shown = ", ".join(existing[:12]) + (f", ... ({len(existing)} in all)" if len(existing) > 12 else "")
-    return f"no thermal area has {value!r}" + (f"; did you mean {near[0]}?" if near else "") + f"; there are: {shown}"
-
-
-def _names(areas: AreaTable, index: Indices) -> str:
-    shown = ", ".join(areas.name[index[:4]].tolist()) + (f" and {len(index) - 4} more" if len(index) > 4 else "")
-    return f"{shown} {'is' if len(index) == 1 else 'are'}"
-
-
-def _present(areas: AreaTable) -> str:
-    combos = sorted(set(zip(areas.group.tolist(), areas.shield.tolist(), areas.side.tolist(), strict=True)))
-    return "; ".join("/".join(combo) for combo in combos[:12]) + ("; ..." if len(combos) > 12 else "")
+def _are(areas: AreaTable, index: Indices) -> str:
+    return f"{listed(areas.name[index].tolist())} {'is' if len(index) == 1 else 'are'}"

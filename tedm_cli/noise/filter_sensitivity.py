@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.requirements import Requirement, judge
+from tedm_cli.noise.correlation import Correlation
+from tedm_cli.noise.propagation import Carriers, psd_of_fields
+from tedm_cli.noise.requirements import Requirement, in_band
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel
 
 Array = NDArray[np.float64]
@@ -37,24 +37,32 @@ class FilterSensitivity:
 
 def filter_sensitivity(
     rows: Array,
-    kinds: Sequence[str],
     temperature: TemperatureModel,
-    factor: NDArray[Any],
+    correlation: Correlation,
     frequency_hz: Array,
     judged: Sequence[tuple[Requirement, int]],
     safety_factor: float,
 ) -> FilterSensitivity | None:
     """Ratios of (requirement, index of output) pairs `judged` over `ORDERS` and `CORNERS_HZ`; None without a low-pass.
 
-    Parameters as in `output_psd_from_factor`, `kinds` [n_out] as in `judge`; raises as `judge` does.
+    `rows` [n_out, k]; `frequency_hz` [F] holds the bands of the requirements.
     """
     if not any(isinstance(shape, ShapedSpectrum) for shape in temperature.shapes):
         return None
+    carriers = Carriers.of(temperature, correlation.delay_s)
+    fields = carriers.rows(rows, correlation.factor)  # the filter changes the shapes alone
     ratio = np.empty((len(judged), len(ORDERS), len(CORNERS_HZ)))
+    limits = {requirement.name: requirement.amplitude(frequency_hz) for requirement, _ in judged}
+    bands = {requirement.name: in_band(requirement, frequency_hz) for requirement, _ in judged}
+    wanted = np.array(sorted({o for _, o in judged}), dtype=np.intp)
     for p, order in enumerate(ORDERS):
         for q, corner in enumerate(CORNERS_HZ):
-            psd = output_psd_from_factor(rows, temperature.with_filter(order, corner), factor, frequency_hz)
+            filtered = Carriers(
+                temperature.with_filter(order, corner), carriers.index, carriers.shape, carriers.delay_s
+            )
+            asd = np.sqrt(psd_of_fields(fields[wanted], filtered.values(frequency_hz)))
             for v, (requirement, o) in enumerate(judged):
-                verdict = judge(np.sqrt(psd[o]), frequency_hz, requirement, safety_factor, kind=kinds[o])
-                ratio[v, p, q] = verdict.ratio
+                inside = bands[requirement.name]
+                noise = asd[np.searchsorted(wanted, o), inside]
+                ratio[v, p, q] = (safety_factor * noise / limits[requirement.name][inside]).max()
     return FilterSensitivity(np.array(ORDERS), np.array(CORNERS_HZ), ratio)

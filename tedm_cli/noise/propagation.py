@@ -7,39 +7,82 @@ keeps its accuracy where the areas of a block cancel; the quadratic form itself 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.noise.correlation import correlation_factor
+from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.temperature import TemperatureModel
 
 Array = NDArray[np.float64]
 Matrix = NDArray[Any]  # real or complex
 
 
-def shape_rows(rows: Array, temperature: TemperatureModel, factor: Matrix) -> Matrix:
-    """Rows g [n_out, k] carried through scale and correlation factor F [k, m], split by shape: [n_out, s, m].
+@dataclass(frozen=True, eq=False)
+class Carriers:
+    """The c distinct functions of frequency that the areas follow: a spectral shape, turned by a delay.
 
-    Multiplied by the shapes at a frequency and summed over s they are g A(f) F.
+    Parameters
+    ----------
+    index : [k], the carrier of each area.
+    shape : [c], index into the shapes of the temperature model; delay_s : [c], s.
     """
-    parts = []
-    for shape in range(len(temperature.shapes)):
-        index = np.flatnonzero(temperature.shape_index == shape)
-        parts.append((rows[:, index] * temperature.scale[index]) @ factor[index])
-    return np.stack(parts, axis=1)
+
+    temperature: TemperatureModel
+    index: NDArray[np.intp]
+    shape: NDArray[np.intp]
+    delay_s: Array
+
+    @classmethod
+    def of(cls, temperature: TemperatureModel, delay_s: Array | None = None) -> Carriers:
+        """Carriers of areas with delays [k] in s; none by default."""
+        if delay_s is None or not delay_s.any():
+            number = len(temperature.shapes)
+            return cls(temperature, temperature.shape_index, np.arange(number), np.zeros(number))
+        keys = np.stack([temperature.shape_index.astype(np.float64), delay_s], axis=1)
+        distinct, index = np.unique(keys, axis=0, return_inverse=True)
+        return cls(temperature, index.reshape(-1), distinct[:, 0].astype(np.intp), distinct[:, 1])
+
+    def values(self, frequency_hz: Array) -> Matrix:
+        """Shape times exp(-2πi f τ) [c, F]; real where nothing is delayed."""
+        shape: Matrix = self.temperature.shape_values(frequency_hz)[self.shape]
+        if not self.delay_s.any():
+            return shape
+        turned: Matrix = shape * np.exp(-2j * np.pi * self.delay_s[:, None] * frequency_hz)
+        return turned
+
+    def rows(self, rows: Array, factor: Matrix) -> Matrix:
+        """Rows g [n_out, k] carried through level and correlation factor F [k, m], split by carrier: [n_out, c, m].
+
+        Multiplied by `values` at a frequency and summed over c they are g A(f) D(f) F, D the phases of the delays.
+        """
+        parts = []
+        for carrier in range(len(self.shape)):
+            index = np.flatnonzero(self.index == carrier)
+            parts.append((rows[:, index] * self.temperature.scale[index]) @ factor[index])
+        return np.stack(parts, axis=1)
 
 
-def output_psd_from_factor(rows: Array, temperature: TemperatureModel, factor: Matrix, frequency_hz: Array) -> Array:
+def output_psd_from_factor(
+    rows: Array, temperature: TemperatureModel, factor: Matrix, frequency_hz: Array, delay_s: Array | None = None
+) -> Array:
     """One-sided PSD [n_out, F] of outputs with `rows` [n_out, k] for R = F Fᴴ given by `factor` F [k, m].
 
-    Unit: (unit of the output)²/Hz, for rows per kelvin. Costs k m once and s² per frequency, s the number of shapes.
+    `delay_s` [k] turns R_ij by exp(-2πi f (τ_i - τ_j)). Unit: (unit of the output)²/Hz, for rows per kelvin. Costs k m
+    once and c² per frequency, c the number of distinct shapes and delays.
     """
-    # |Σ_a shape_a y_a|² over m components equals |T shape|², T the triangular factor of the [m, s] matrix of the y_a.
-    triangle = np.linalg.qr(shape_rows(rows, temperature, factor).transpose(0, 2, 1), mode="r")
-    fields = triangle @ temperature.shape_values(frequency_hz)
-    psd: Array = np.sum(fields.real**2 + fields.imag**2, axis=1)
+    carriers = Carriers.of(temperature, delay_s)
+    return psd_of_fields(carriers.rows(rows, factor), carriers.values(frequency_hz))
+
+
+def psd_of_fields(fields: Matrix, values: Matrix) -> Array:
+    """PSD [n_out, F] of the sum over carriers of `fields` [n_out, c, m] times `values` [c, F]."""
+    # |Σ_a v_a y_a|² over m components equals |T v|², T the triangular factor of the [m, c] matrix of the y_a.
+    triangle = np.linalg.qr(fields.transpose(0, 2, 1), mode="r")
+    summed = triangle @ values
+    psd: Array = np.sum(summed.real**2 + summed.imag**2, axis=1)
     return psd
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.errors import ConfigError
+from tedm_cli.errors import ConfigError, InputError
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Requirement:
     band_hz : lower and upper edge, both included.
     amplitude : from frequency [F] in Hz to the limit [F].
     source : document and equation the limit is from.
-    applies_to : what the limit is on, such as a single test mass.
+    applies_to : `single` for one test mass, `differential` for the difference of two.
     kinks_hz : frequencies at which the limit has a kink; a frequency grid should hold them.
     """
 
@@ -44,13 +44,66 @@ class Requirement:
     band_hz: tuple[float, float]
     amplitude: Callable[[Array], Array]
     source: str
-    applies_to: str
+    applies_to: str = "single"
     kinks_hz: tuple[float, ...] = ()
 
     @property
     def grid_hz(self) -> tuple[float, ...]:
         """Frequencies that a grid must hold to judge by this requirement: band edges and kinks."""
         return (self.band_hz[0], *self.kinks_hz, self.band_hz[1])
+
+
+def tabulated(
+    name: str,
+    kind: str,
+    table_hz: Array,
+    amplitude: Array,
+    *,
+    band_hz: tuple[float, float] | None = None,
+    applies_to: str = "single",
+    source: str = "",
+    where: str = "requirement",
+) -> Requirement:
+    """A requirement given by points: straight lines between them in log-log, the band all of them unless given.
+
+    Parameters
+    ----------
+    table_hz, amplitude : [n], Hz ascending and unit of the quantity per √Hz, both positive; n >= 2.
+
+    Raises
+    ------
+    InputError : fewer than two points, frequencies that do not ascend, or values that are not positive.
+    ConfigError : a band outside the table.
+    """
+    if len(table_hz) < 2:
+        raise InputError(f"{len(table_hz)} point is no table; two or more are needed", where=where)
+    for what, values in (("frequency", table_hz), ("amplitude", amplitude)):
+        bad = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
+        if bad.size:
+            raise InputError(f"{what} of point {bad[0] + 1} is {values[bad[0]]:g}, not positive", where=where)
+    back = np.flatnonzero(np.diff(table_hz) <= 0.0)
+    if back.size:
+        fact = f"frequencies do not ascend: {table_hz[back[0] + 1]:g} Hz follows {table_hz[back[0]]:g} Hz"
+        raise InputError(fact, where=where, hint="sort the table by frequency; give a step as two near frequencies")
+    band = (float(table_hz[0]), float(table_hz[-1])) if band_hz is None else band_hz
+    if band[0] < table_hz[0] * (1.0 - _SAME_HZ) or band[1] > table_hz[-1] * (1.0 + _SAME_HZ):
+        fact = f"band {band[0]:g} to {band[1]:g} Hz is outside the table, {table_hz[0]:g} to {table_hz[-1]:g} Hz"
+        raise ConfigError([("band_hz", fact)], where=where)
+    log_f, log_a = np.log(table_hz), np.log(amplitude)
+
+    def interpolated(f: Array) -> Array:
+        limit: Array = np.exp(np.interp(np.log(f), log_f, log_a))
+        return limit
+
+    kinks = tuple(float(f) for f in table_hz if band[0] < f < band[1])
+    return Requirement(name, kind, UNITS[kind], band, interpolated, source, applies_to, kinks)
+
+
+def in_band(requirement: Requirement, frequency_hz: Array) -> NDArray[np.bool_]:
+    """Which of `frequency_hz` [F] are in the requirement's band, edges included."""
+    low, high = requirement.band_hz
+    inside: NDArray[np.bool_] = (frequency_hz >= low * (1.0 - _SAME_HZ)) & (frequency_hz <= high * (1.0 + _SAME_HZ))
+    return inside
 
 
 @dataclass(frozen=True)
@@ -132,8 +185,7 @@ def judge(
     if problems:
         where = f"requirement {requirement.name}" + (f" on {output}" if output else "")
         raise ConfigError([("", fact) for fact in problems], where=where)
-    low, high = requirement.band_hz
-    inside = (frequency_hz >= low * (1.0 - _SAME_HZ)) & (frequency_hz <= high * (1.0 + _SAME_HZ))
+    inside = in_band(requirement, frequency_hz)
     limit = requirement.amplitude(frequency_hz[inside])
     ratios = safety_factor * asd[inside] / limit
     # Noise parallel to its limit ties up to rounding: take the lowest frequency.
@@ -164,87 +216,3 @@ def mismatches(requirement: Requirement, kind: str, frequency_hz: Array) -> list
             f"band edge {edges} Hz is not among the frequencies {frequency_hz[0]:g} to {frequency_hz[-1]:g} Hz"
         )
     return facts
-
-
-def _lpf_acceleration_shape(f: Array) -> Array:
-    return 1.0 + (f / 3e-3) ** 2
-
-
-def _lpf_readout_shape(f: Array) -> Array:
-    return np.maximum(1.0, (3e-3 / f) ** 2)
-
-
-def _lisa_acceleration(f: Array) -> Array:
-    amplitude: Array = 3e-15 * np.sqrt(1.0 + (0.4e-3 / f) ** 2) * np.sqrt(1.0 + (f / 8e-3) ** 4)
-    return amplitude
-
-
-def _lisa_oms(f: Array) -> Array:
-    amplitude: Array = 15e-12 * np.sqrt(1.0 + (2e-3 / f) ** 4)
-    return amplitude
-
-
-_LPF_BAND = (1e-3, 30e-3)
-_LISA_BAND = (1e-4, 0.1)
-
-PRESETS: dict[str, Requirement] = {
-    r.name: r
-    for r in (
-        Requirement(
-            "lpf_acceleration",
-            "acceleration",
-            "m s^-2",
-            _LPF_BAND,
-            lambda f: 3e-14 * _lpf_acceleration_shape(f),
-            "Montemurro 2004, eq. 4.4",
-            "single test mass",
-        ),
-        Requirement(
-            "lpf_selfgravity_ltp",
-            "acceleration",
-            "m s^-2",
-            _LPF_BAND,
-            lambda f: 2.12e-15 * _lpf_acceleration_shape(f),
-            "Montemurro 2004, table 4.1, share of the LTP in self-gravity noise",
-            "single test mass",
-        ),
-        Requirement(
-            "lpf_readout_item",
-            "displacement",
-            "m",
-            _LPF_BAND,
-            lambda f: 1e-12 * _lpf_readout_shape(f),
-            "Montemurro 2004, eq. 10.12, one noise source of the interferometer",
-            "single test mass",
-            (3e-3,),
-        ),
-        Requirement(
-            "lpf_readout",
-            "displacement",
-            "m",
-            _LPF_BAND,
-            lambda f: 10e-12 * _lpf_readout_shape(f),
-            "Montemurro 2004, eq. 9.1",
-            "single test mass",
-            (3e-3,),
-        ),
-        Requirement(
-            "lisa_acceleration",
-            "acceleration",
-            "m s^-2",
-            _LISA_BAND,
-            _lisa_acceleration,
-            "LISA Science Requirements Document 2018, single test mass acceleration",
-            "single test mass",
-        ),
-        Requirement(
-            "lisa_oms",
-            "displacement",
-            "m",
-            _LISA_BAND,
-            _lisa_oms,
-            "LISA Science Requirements Document 2018, optical metrology system",
-            "single link",
-        ),
-    )
-}

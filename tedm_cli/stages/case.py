@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.config.cases import CasesConfig, load_cases
+from tedm_cli.config.cases import load_cases
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE as KIND
 from tedm_cli.contracts import OPTICS as OPTICS_KIND
@@ -16,8 +16,12 @@ from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, run_case
-from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel
+from tedm_cli.noise.differences import terms, with_differences
+from tedm_cli.noise.requirements import AppliedRequirement
+from tedm_cli.optics.layout import N_MOTIONS
+from tedm_cli.optics.shares import motion_terms
 from tedm_cli.progress import Step
+from tedm_cli.stages.case_file import write_case
 from tedm_cli.stages.common import (
     DISTORTION,
     OPTICS,
@@ -29,20 +33,35 @@ from tedm_cli.stages.common import (
     read_areas,
     require_same_input,
 )
-from tedm_cli.store import Writer, create, open_checked
+from tedm_cli.store import create, open_checked
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 
 
 @dataclass(frozen=True)
 class Outputs:
-    """All outputs as rows per kelvin [n_out, k], with their labels and quantities, and the areas of the columns."""
+    """All outputs as rows per kelvin [n_out, k], with their labels and quantities, and the areas of the columns.
+
+    `paths`: by label of a read-out, its rows [p, k] by optical element, whose names are `path_names`.
+    """
 
     areas: AreaTable
     area_id: IntArray
     rows: FloatArray
     labels: list[str]
     kinds: list[str]
+    path_names: list[str]
+    paths: dict[str, FloatArray]
+
+    def with_differences(self, requirements: Sequence[AppliedRequirement]) -> Outputs:
+        """With the differences of outputs that requirements judge."""
+        rows, labels, kinds = with_differences(self.rows, self.labels, self.kinds, requirements)
+        paths = dict(self.paths)
+        for label in labels[len(self.labels) :]:
+            first, second = terms(label) or ("", "")
+            if first in paths and second in paths:
+                paths[label] = paths[first] - paths[second]
+        return replace(self, rows=rows, labels=labels, kinds=kinds, paths=paths)
 
 
 def select_cases(project: Project, wanted: Sequence[str]) -> list[str]:
@@ -50,7 +69,7 @@ def select_cases(project: Project, wanted: Sequence[str]) -> list[str]:
     _, config = load_cases(project.cases)
     if list(wanted) == ["all"]:
         return config.ids
-    return list(dict.fromkeys(config.case(case_id, where=str(project.cases)).id for case_id in wanted))
+    return list(dict.fromkeys(config.case_table(case_id, where=str(project.cases)).id for case_id in wanted))
 
 
 def run_cases(
@@ -59,13 +78,13 @@ def run_cases(
     """Run the cases and write one file each."""
     file, config = load_cases(project.cases)
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
-    trace = provenance([file], sources)
-    outputs = read_outputs(*sources)
+    cases = [config.case(case_id, where=str(project.cases)) for case_id in case_ids]
+    requirements = config.applied_requirements()
+    outputs = read_outputs(*sources).with_differences(requirements)
     temperature = config.temperature.model(outputs.areas)
     frequency = config.frequency_hz()
     done = []
-    for number, case_id in enumerate(case_ids, start=1):
-        case = config.case(case_id, where=str(project.cases))
+    for number, case in enumerate(cases, start=1):
         result = run_case(
             case,
             outputs.areas,
@@ -74,14 +93,18 @@ def run_cases(
             outputs.labels,
             outputs.kinds,
             frequency,
-            config.applied_requirements(),
+            requirements,
             config.safety_factor,
+            outputs.paths,
+            outputs.path_names,
         )
-        path = output if output is not None else project.build_dir / case_file_name(case_id)
+        path = output if output is not None else project.build_dir / case_file_name(case.id)
+        matrix = config.case_table(case.id).matrix
+        trace = provenance([file], [*sources, *config.tables, *([Path(matrix)] if matrix else [])])
         with create(path, KIND, trace) as writer:
-            _write(writer, result, outputs, config)
+            write_case(writer, result, outputs.area_id, [r.requirement for r in requirements])
         done.append((path, result))
-        step(number, len(case_ids), "running cases")
+        step(number, len(cases), "running cases")
     return done
 
 
@@ -96,77 +119,14 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
         labels = s.strings("/row/label")
         kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in s.strings("/row/unit")]
         read_out, units = o.strings("/label/read_out"), o.strings("/label/read_out_unit")
+        paths: dict[str, FloatArray] = {}
+        elements = [label.rpartition("_")[0] for label in o.strings("/label/element_dof")[::N_MOTIONS]]
+        motion = o.array("/motion")
         for name in o.strings("/set/name"):
             rows.append(o.array(f"/N/{name}"))
             labels += [f"{name}_{label}" for label in read_out]
             kinds += [_READ_OUT_KIND[u] for u in units]
-        return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds)
-
-
-def describe(model: TemperatureModel) -> str:
-    """The temperature model in words, with the parameters that decide verdicts."""
-    levels = sorted({float(v) for v in model.scale}, reverse=True)
-    shapes = "; ".join(
-        f"low-pass of order {s.order:g}, corner {s.corner_hz * 1e3:g} mHz, level at {s.reference_hz * 1e3:g} mHz"
-        if isinstance(s, ShapedSpectrum)
-        else "white"
-        for s in model.shapes
-    )
-    return f"{' and '.join(f'{v:g}' for v in levels)} K/sqrt(Hz), {shapes}"
-
-
-def _write(writer: Writer, r: CaseResult, outputs: Outputs, config: CasesConfig) -> None:
-    areas = outputs.areas
-    writer.write("/area/id", outputs.area_id)
-    for column in ("name", "group", "shield", "side"):
-        writer.write(f"/area/{column}", [str(v) for v in getattr(areas, column)])
-    block = np.full(len(areas), -1)
-    for number, members in enumerate(r.blocks):
-        block[members] = number
-    writer.write("/case/id", r.case.id)
-    writer.write("/case/title", r.case.title)
-    writer.write("/case/safety_factor", r.safety_factor)
-    writer.write("/case/block", block)
-    writer.write("/frequency", r.frequency_hz)
-    writer.write("/temperature/spectrum", r.temperature_set)
-    writer.write("/temperature/asd", r.temperature_asd)
-    writer.write("/temperature/model", describe(r.temperature))
-    writer.write("/output/label", r.labels)
-    writer.write("/output/unit", r.units)
-    writer.write("/output/kind", r.kinds)
-    for i, (label, unit) in enumerate(zip(r.labels, r.units, strict=True)):
-        power = f"({unit})^2/Hz"
-        writer.write(f"/psd/{label}", r.psd[i], units=power)
-        writer.write(f"/bounds/maximum/{label}", r.bounds.maximum[i], units=power)
-        writer.write(f"/bounds/maximum_non_negative/{label}", r.bounds.maximum_non_negative[i], units=power)
-        writer.write(f"/bounds/known_blocks/{label}", r.bounds.known_blocks[i], units=power)
-        writer.write(f"/bounds/minimum/{label}", r.bounds.minimum[i], units=power)
-        writer.write(f"/contribution/amplitude/{label}", r.contribution[i], units=f"{unit}/sqrt(Hz)")
-    writer.write("/contribution/frequency", r.contribution_hz)
-    writer.write("/contribution/share", r.share)
-    writer.write("/contribution/band", r.band_hz)
-    writer.write("/contribution/band_share", r.band_share)
-    _write_verdicts(writer, r, config)
-
-
-def _write_verdicts(writer: Writer, r: CaseResult, config: CasesConfig) -> None:
-    writer.write("/verdict/requirement", [v.requirement for v in r.verdicts])
-    writer.write("/verdict/output", [v.output for v in r.verdicts])
-    writer.write("/verdict/ratio", [v.ratio for v in r.verdicts])
-    writer.write("/verdict/binding_frequency", [v.binding_hz for v in r.verdicts])
-    writer.write("/verdict/passed", [int(v.passed) for v in r.verdicts])
-    if r.filter_sensitivity is not None:
-        writer.write("/filter_sensitivity/order", r.filter_sensitivity.order)
-        writer.write("/filter_sensitivity/corner", r.filter_sensitivity.corner_hz)
-        writer.write("/filter_sensitivity/ratio", r.filter_sensitivity.ratio)
-    requirements = [a.requirement for a in config.applied_requirements()]
-    writer.write("/requirement/name", [q.name for q in requirements])
-    writer.write("/requirement/source", [q.source for q in requirements])
-    writer.write("/requirement/unit", [f"{q.unit}/sqrt(Hz)" for q in requirements])
-    writer.write("/requirement/band", np.array([q.band_hz for q in requirements]).reshape(-1, 2))
-    f = r.frequency_hz
-    amplitude = np.full((len(requirements), len(f)), np.nan)
-    for i, q in enumerate(requirements):
-        inside = (f >= q.band_hz[0] * (1 - 1e-9)) & (f <= q.band_hz[1] * (1 + 1e-9))
-        amplitude[i, inside] = q.amplitude(f[inside])
-    writer.write("/requirement/amplitude", amplitude, units="see /requirement/unit")
+            terms = motion_terms(o.array(f"/gain/{name}"), motion)
+            by_element = terms.reshape(len(terms), len(elements), N_MOTIONS, -1).sum(axis=2)
+            paths |= {f"{name}_{label}": by_element[i] for i, label in enumerate(read_out)}
+        return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds, elements, paths)

@@ -134,7 +134,7 @@ def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
 
 def read_areas(file: Reader) -> AreaTable:
     columns = {c: np.array(file.strings(f"/area/{c}")) for c in ("name", "group", "shield", "side")}
-    return AreaTable(**columns)
+    return AreaTable(**columns, centroid_m=file.array("/area/centroid") if file.has("/area/centroid") else None)
 
 
 def copy_areas(source: Reader, target: Writer) -> None:

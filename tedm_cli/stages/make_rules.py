@@ -35,6 +35,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
         f"SOLVED_BY_TEDM := {'yes' if own else ''}",
         f"GRAVITY_SOURCES := {'' if blocks is None else blocks}",
         f"OPTICS_SOURCES := {' '.join(str(f) for f in load_optics(project.optics).matrices)}",
+        f"CASE_SOURCES := {' '.join(str(p) for p in (*cases.tables, *cases.matrices))}",
         f"CASE_IDS := {' '.join(cases.ids)}",
         f"CASE_FILES := {' '.join(str(project.build_dir / case_file_name(c)) for c in cases.ids)}",
     ]

@@ -108,6 +108,7 @@ def _build(
     test_masses = config.test_masses()
     g = config.gravity.gravitational_constant_m3_kg_s2
     copy_areas(distortion, writer)
+    writer.write("/area/centroid", unit.array("/area/centroid"))
     writer.write("/grid/id", unit.array("/grid/id"))
     writer.write("/test_mass/name", [t.name for t in test_masses])
     writer.write("/test_mass/position", [t.position_m for t in test_masses])

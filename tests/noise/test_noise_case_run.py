@@ -8,9 +8,12 @@ from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import run_case
 from tedm_cli.noise.contributions import shares_at, shares_over, sum_by
-from tedm_cli.noise.correlation import BlockSelector, CorrelationCase, block_factor, blocks, correlation_factor
+from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation, full_blocks
+from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.requirements import PRESETS, AppliedRequirement
+from tedm_cli.noise.requirement_presets import PRESETS
+from tedm_cli.noise.requirements import AppliedRequirement
+from tedm_cli.noise.selection import BlockSelector
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum, thesis_model, white_model
 
 LABELS = ("TM1_a_x", "TM1_omegadot_x", "A_TM1_x")
@@ -38,6 +41,10 @@ def run(areas, config, case_id, **changes):
     return run_case(config.case(case_id), areas, **arguments)
 
 
+def alone(k):
+    return full_blocks([np.array([i]) for i in range(k)], k)
+
+
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 8), f=st.floats(1e-4, 0.1))
 def test_shares_are_the_derivative_of_the_power_with_area_amplitude(seed, k, f):
@@ -46,15 +53,17 @@ def test_shares_are_the_derivative_of_the_power_with_area_amplitude(seed, k, f):
     mixing = rng.normal(size=(k, k)) * np.exp(2j * np.pi * rng.random((k, k)))
     mixing /= np.linalg.norm(mixing, axis=1, keepdims=True)
     factor = correlation_factor(mixing @ mixing.conj().T)
+    delay_s = rng.uniform(0, 500, k) * rng.integers(2)
+    whole = Correlation((np.arange(k),), factor, np.zeros(factor.shape[1], dtype=int), delay_s)
     shapes = [WhiteSpectrum(1e-3), ShapedSpectrum(1e-3, order=1), ShapedSpectrum(1e-4, corner_hz=5e-3)]
     model = TemperatureModel.from_spectra([shapes[rng.integers(3)] for _ in range(k)])
     rows = rng.normal(size=(2, k))
-    share = shares_at(rows, model, factor, f)
+    share = shares_at(rows, model, whole, f)
     np.testing.assert_allclose(share.sum(axis=1), 1.0, atol=1e-14 * k * np.abs(share).max())
 
     def psd(change):
         louder = TemperatureModel(model.scale * (1 + change), model.shape_index, model.shapes)
-        return output_psd_from_factor(rows, louder, factor, np.array([f]))[:, 0]
+        return output_psd_from_factor(rows, louder, factor, np.array([f]), delay_s)[:, 0]
 
     for i in range(k):
         step = 1e-4 * (np.arange(k) == i)
@@ -68,9 +77,8 @@ def test_shares_by_hand():
     )
     model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 3)
     case = CorrelationCase("x", "pair", (BlockSelector(areas=("A", "B")), BlockSelector(areas=("C",))))
-    factor = block_factor(blocks(case, areas), 3)
     # h = 3, -1 in one block and 2 alone: S = (3 - 1)² + 2² = 8.
-    share = shares_at(np.array([[3.0, -1.0, 2.0]]), model, factor, 1e-3)
+    share = shares_at(np.array([[3.0, -1.0, 2.0]]), model, correlation(case, areas), 1e-3)
     np.testing.assert_allclose(share, [[6 / 8, -2 / 8, 4 / 8]], rtol=1e-14)
     names, sums = sum_by(share, areas.group)
     assert names.tolist() == ["g", "h"]
@@ -82,7 +90,7 @@ def test_band_shares_integrate_the_powers():
     white, shaped = WhiteSpectrum(1e-4), ShapedSpectrum(1e-3, 1e-3, 1e-3, 1)
     model = TemperatureModel.from_spectra([white, shaped])
     f = np.geomspace(1e-3, 30e-3, 2001)
-    share = shares_over(np.array([[2.0, 1.0]]), model, np.eye(2), f)[0]
+    share = shares_over(np.array([[2.0, 1.0]]), model, alone(2), f)[0]
     power = [
         4e-8 * 29e-3,
         quad(lambda x: shaped.amplitude(np.array([x]))[0] ** 2, 1e-3, 30e-3, epsabs=0, epsrel=1e-10)[0],
@@ -92,7 +100,7 @@ def test_band_shares_integrate_the_powers():
 
 def test_an_output_without_noise_has_no_contributors():
     model = TemperatureModel.from_spectra([WhiteSpectrum(1e-4)] * 2)
-    assert np.array_equal(shares_at(np.zeros((1, 2)), model, np.eye(2), 1e-3), np.zeros((1, 2)))
+    assert np.array_equal(shares_at(np.zeros((1, 2)), model, alone(2), 1e-3), np.zeros((1, 2)))
 
 
 @pytest.mark.parametrize("case_id", ["1", "2", "4b", "6", "10"])
@@ -106,16 +114,17 @@ def test_result_is_consistent(areas, config, case_id):
         assert verdict.ratio == pytest.approx(2.0 * asd / verdict.limit, rel=1e-14, abs=0)
     assert [v.requirement for v in result.verdicts] == ["lpf_selfgravity_ltp", "lpf_readout", "lpf_readout_item"]
     # Contributors are taken where the strictest of an output's requirements binds, at 1 mHz without any.
-    assert result.contribution_hz.tolist() == [result.verdicts[0].binding_hz, 1e-3, result.verdicts[2].binding_hz]
-    assert result.band_hz.tolist() == [[1e-3, 30e-3], [1e-4, 0.1], [1e-3, 30e-3]]
-    for share in (result.share, result.band_share, result.group_share, result.group_band_share):
+    where = result.contributions
+    assert where.frequency_hz.tolist() == [result.verdicts[0].binding_hz, 1e-3, result.verdicts[2].binding_hz]
+    assert where.band_hz.tolist() == [[1e-3, 30e-3], [1e-4, 0.1], [1e-3, 30e-3]]
+    for share in (where.share, where.band_share, *where.by(areas.group)[1:], *where.by(areas.shield)[1:]):
         np.testing.assert_allclose(share.sum(axis=1), 1.0, rtol=1e-9)
-    assert not result.contribution[:, ~result.active].any()
-    assert not result.share[:, ~result.active].any()
+    assert not where.amplitude[:, ~result.active].any()
+    assert not where.share[:, ~result.active].any()
     # Signed contributions, summed per block and squared, are the PSD.
     for o in range(3):
-        sums = [result.contribution[o, index].sum() for index in result.blocks]
-        at = np.argmin(np.abs(result.frequency_hz - result.contribution_hz[o]))
+        sums = [where.amplitude[o, index].sum() for index in result.blocks]
+        at = np.argmin(np.abs(result.frequency_hz - where.frequency_hz[o]))
         assert np.sum(np.square(sums)) == pytest.approx(result.psd[o, at], rel=1e-9, abs=0)
     np.testing.assert_allclose(
         result.temperature_asd[result.temperature_set], result.temperature.amplitudes(result.frequency_hz), rtol=1e-14
@@ -130,7 +139,7 @@ def test_band_shares_are_over_the_band_of_the_requirement(areas, config):
     for o, inside in ((0, (f >= 1e-3) & (f <= 30e-3)), (1, f > 0)):
         power = (rows_for(areas)[o, :, None] * mixed.amplitudes(f[inside])) ** 2
         integral = (0.5 * (power[:, 1:] + power[:, :-1]) * np.diff(f[inside])).sum(axis=1)
-        np.testing.assert_allclose(result.band_share[o], integral / integral.sum(), rtol=1e-12)
+        np.testing.assert_allclose(result.contributions.band_share[o], integral / integral.sum(), rtol=1e-12)
 
 
 def test_safety_factor_multiplies_amplitudes_of_verdicts_and_nothing_else(areas, config):
@@ -200,3 +209,21 @@ def test_common_heating_that_moves_nothing_is_silent_only_when_correlated(areas,
     assert np.all(together < 1e-28 * apart)
     assert thesis_model(areas).scale.max() > equal.scale.max()
     assert np.all(run(areas, config, "1", rows=rows).psd > 1e-6 * apart)
+
+
+@pytest.mark.parametrize("case_id", ["1", "2", "4", "10b"])
+def test_ratios_at_the_bounds_enclose_the_verdict(areas, config, case_id):
+    paths = {"A_TM1_x": np.stack([0.25 * rows_for(areas)[2], 0.75 * rows_for(areas)[2]])}
+    result = run(areas, config, case_id, paths=paths, path_names=("M1", "M2"))
+    for v, verdict in enumerate(result.verdicts):
+        lowest, low, high, _, highest = result.bound_ratio[v]
+        assert lowest <= low * (1 + 1e-9)
+        assert low <= verdict.ratio * (1 + 1e-9)
+        assert verdict.ratio <= high * (1 + 1e-9)
+        assert high <= highest * (1 + 1e-9)
+        # The amplitudes of all groups together may grow by the margin.
+        assert result.improvements[v].silenced[0] == pytest.approx(verdict.ratio, rel=1e-9, abs=0)
+        changed = run(areas, config, case_id, rows=rows_for(areas) * verdict.margin)
+        assert changed.verdicts[v].ratio == pytest.approx(1.0, rel=1e-9)
+    for share in (result.contributions.path_share, result.contributions.path_band_share):
+        np.testing.assert_allclose(share["A_TM1_x"], [0.25, 0.75], rtol=1e-9)

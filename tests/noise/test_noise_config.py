@@ -22,7 +22,7 @@ def problems(tmp_path, text):
 
 
 def test_shipped_file(config, areas):
-    assert config.ids == ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10"]
+    assert config.ids == ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10", "10b"]
     assert all(table.reason for table in config.cases)
     assert config.safety_factor == 2.0
     assert {1e-3, 3e-3, 30e-3} <= set(config.frequency_hz().tolist())
@@ -52,7 +52,7 @@ def test_white_preset(tmp_path, areas):
 
 @pytest.mark.parametrize(("asked", "near"), [("4c", "4"), ("case10", "10"), ("04b", "4b"), ("x", "")])
 def test_unknown_case_lists_what_exists(config, asked, near):
-    with pytest.raises(UsageError, match="1, 2, 3, 4, 4b, 5, 6, 7, 8, 9, 10") as caught:
+    with pytest.raises(UsageError, match="1, 2, 3, 4, 4b, 5, 6, 7, 8, 9, 10, 10b") as caught:
         config.case(asked, where="cases.toml")
     assert caught.value.hint == (f"did you mean {near}?" if near else "")
     assert caught.value.where == "cases.toml"
@@ -76,6 +76,9 @@ blocks = [{ group = ["IS1"] }, {}, { side = ["left"] }, { areas = [] }, "all"]
 [[case]]
 id = true
 title = "no blocks"
+[[case]]
+id = 5
+title = "no blocks"
 [[requirement]]
 name = "lpf_selfgravity"
 outputs = []
@@ -94,7 +97,7 @@ outputs = []
         "case[0].blocks[3].areas": "at least 1 item",
         "case[0].blocks[4]": "BlockTable",
         "case[1].id": "valid string",
-        "case[1].blocks": "missing",
+        "case[2]": "give one of blocks, partition and matrix (found none)",
         "requirement[0].name": "did you mean lpf_selfgravity_ltp?",
         "requirement[0].outputs": "at least 1 item",
     }

@@ -3,14 +3,9 @@ import pytest
 
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.correlation import (
-    BlockSelector,
-    CorrelationCase,
-    blocks,
-    check_correlation,
-    correlation_factor,
-    correlation_matrix,
-)
+from tedm_cli.noise.correlation import CorrelationCase, blocks, correlation_matrix
+from tedm_cli.noise.correlation_check import check_correlation, correlation_factor
+from tedm_cli.noise.selection import BlockSelector
 
 EVERYTHING = BlockSelector(areas=("*",))
 
@@ -31,6 +26,7 @@ SIZES = {
     "8": [1] * 66,
     "9": [26, 26, 14],
     "10": [66, 6, 6],
+    "10b": [66] + [2] * 6,
 }
 
 

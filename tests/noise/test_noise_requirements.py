@@ -4,7 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tedm_cli.errors import ConfigError
-from tedm_cli.noise.requirements import PRESETS, UNITS, frequency_grid, judge
+from tedm_cli.noise.requirement_presets import PRESETS
+from tedm_cli.noise.requirements import UNITS, frequency_grid, judge
 
 LPF = [PRESETS["lpf_readout_item"].grid_hz]
 
@@ -26,6 +27,11 @@ LPF = [PRESETS["lpf_readout_item"].grid_hz]
         ("lisa_acceleration", 1e-4, 1.23693e-14),
         ("lisa_oms", 2e-3, 15e-12 * np.sqrt(2)),
         ("lisa_oms", 1e-4, 6.0e-9),
+        ("taiji_acceleration", 1e-4, 1.23693e-14),
+        ("taiji_oms", 2e-3, 8e-12 * np.sqrt(2)),
+        ("tianqin_acceleration", 1e-4, 1e-15 * np.sqrt(2)),
+        ("tianqin_acceleration", 0.1, 1.0005e-15),
+        ("tianqin_oms", 1e-4, 1e-12),
     ],
 )
 def test_presets_at_spot_frequencies(name, frequency_hz, value):
@@ -40,6 +46,10 @@ def test_presets_are_what_they_say():
         "lpf_readout": "displacement",
         "lisa_acceleration": "acceleration",
         "lisa_oms": "displacement",
+        "taiji_acceleration": "acceleration",
+        "taiji_oms": "displacement",
+        "tianqin_acceleration": "acceleration",
+        "tianqin_oms": "displacement",
     }
     for name, requirement in PRESETS.items():
         assert requirement.name == name

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.requirements import PRESETS
+from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum, thesis_model, white_model
 
 

@@ -60,7 +60,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
         pytest.skip("needs make, and a virtual environment made by it")
     shop = Workshop(tmp_path_factory.mktemp("make"))
     commands = shop.make("-j2", "all")
-    assert commands.count("run-case") == 11
+    assert commands.count("run-case") == 12
     assert set(commands) == {
         "make-rules",
         "ingest",

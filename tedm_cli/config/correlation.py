@@ -1,0 +1,125 @@
+"""Configuration of one correlation case: blocks, or a partition of groups, or a matrix; coefficients and delays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from tedm_cli.config.base import Strict
+from tedm_cli.config.correlation_file import read_matrix
+from tedm_cli.noise.correlation import CorrelationCase
+from tedm_cli.noise.selection import BlockSelector
+
+Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
+Partition = Literal["all", "none", "group", "shield", "side", "mirror"]
+Coefficient = Annotated[float, Field(ge=-1.0, le=1.0)]
+
+
+def _identifier(value: Any) -> Any:
+    """Case ids may be written as numbers."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+class SelectorTable(Strict):
+    """Some areas: each key given narrows the choice, any of its values will do; `areas` are name patterns."""
+
+    groups: Names | None = None
+    shield: Annotated[list[Literal["inside", "outside"]], Field(min_length=1)] | None = None
+    side: Annotated[list[Literal["+y", "-y", "mid"]], Field(min_length=1)] | None = None
+    areas: Names | None = None
+
+    @model_validator(mode="after")
+    def _selects(self) -> Self:
+        if self.groups is None and self.shield is None and self.side is None and self.areas is None:
+            raise ValueError('selects nothing: give groups, shield, side or areas (areas = ["*"] for all)')
+        return self
+
+    def chosen(self) -> BlockSelector:
+        """The areas as the correlation model takes them."""
+        return BlockSelector(
+            tuple(self.groups or ()), tuple(self.shield or ()), tuple(self.side or ()), tuple(self.areas or ())
+        )
+
+
+class BlockTable(SelectorTable):
+    """Areas of one block, or of several that `partition` makes of them; `each_alone` is short for partition none."""
+
+    each_alone: bool = False
+    partition: Partition = "all"
+    mirror_names: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=2, max_length=2)] | None = None
+    rho: Coefficient | None = None
+
+    @model_validator(mode="after")
+    def _divides_once(self) -> Self:
+        if self.each_alone and "partition" in self.model_fields_set:
+            raise ValueError("each_alone is partition = 'none'; give one of the two")
+        if self.mirror_names is not None and self.partition != "mirror":
+            raise ValueError("mirror_names needs partition = 'mirror'")
+        if self.rho is not None and (self.each_alone or self.partition == "none"):
+            raise ValueError("rho is between the areas of a block, but each area is alone")
+        return self
+
+    def selector(self, rho: float | None) -> BlockSelector:
+        """The block as the correlation model takes it; `rho`, of the case, where the block has none."""
+        own = self.rho if self.rho is not None else rho
+        return replace(
+            self.chosen(),
+            partition="none" if self.each_alone else self.partition,
+            mirror_names=tuple(self.mirror_names or ()),
+            rho=1.0 if own is None else own,
+        )
+
+
+class DelayTable(SelectorTable):
+    """Areas that follow `delay_s` later than those without a delay, as coherent as before."""
+
+    delay_s: float
+
+
+class CaseTable(Strict):
+    """One correlation case: areas in no block are silent.
+
+    Correlation is given by `blocks`, by a `partition` of the areas in `groups` (of all areas without), or by `matrix`,
+    a CSV or NPZ file. `rho` is the coefficient inside blocks that have none of their own (1 unless given).
+    """
+
+    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=r"^[A-Za-z0-9_-]+$")]
+    title: str = Field(min_length=1)
+    reason: str = ""
+    blocks: Annotated[list[BlockTable], Field(min_length=1)] | None = None
+    partition: Partition | None = None
+    groups: Names | None = None
+    matrix: str | None = None
+    rho: Coefficient | None = None
+    delays: list[DelayTable] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _one_correlation(self) -> Self:
+        given = [key for key in ("blocks", "partition", "matrix") if getattr(self, key) is not None]
+        if len(given) != 1:
+            found = " and ".join(given) if given else "none"
+            raise ValueError(f"give one of blocks, partition and matrix (found {found})")
+        if self.groups is not None and self.partition is None:
+            raise ValueError("groups needs a partition")
+        if self.rho is not None and (self.matrix is not None or self.partition == "none"):
+            raise ValueError(f"rho has no place beside {given[0]}{' none' if self.partition else ''}")
+        return self
+
+    def correlation_case(self, where: str) -> CorrelationCase:
+        """The case as the correlation model takes it, its matrix read; raises `InputError` for the file."""
+        selectors = tuple(b.selector(self.rho) for b in self.blocks or ())
+        if self.partition is not None:
+            rho = 1.0 if self.rho is None else self.rho
+            groups, areas = tuple(self.groups or ()), () if self.groups else ("*",)
+            selectors = (BlockSelector(groups=groups, areas=areas, partition=self.partition, rho=rho),)
+        return CorrelationCase(
+            self.id,
+            self.title,
+            selectors,
+            where,
+            None if self.matrix is None else read_matrix(Path(self.matrix)),
+            tuple((d.chosen(), d.delay_s) for d in self.delays),
+        )

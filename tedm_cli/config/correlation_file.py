@@ -1,0 +1,86 @@
+"""Correlation matrices from files: CSV, or NPZ with the arrays `area` and `R`."""
+
+from __future__ import annotations
+
+import csv
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.errors import InputError
+from tedm_cli.noise.correlation import LabelledMatrix
+
+Matrix = NDArray[Any]
+
+
+def read_matrix(path: Path) -> LabelledMatrix:
+    """A correlation matrix with the names of its areas.
+
+    A CSV begins with `area` and the names of the columns; each line begins with the name of its row. Rows may be in
+    another order than columns. Entries are real or complex (`0.5-0.2j` or `0.5-0.2i`). An NPZ holds `area` [n] and
+    `R` [n, n].
+
+    Raises
+    ------
+    InputError : no such file, another form, an entry that is no finite number (with its line), rows that are not the
+        columns.
+    """
+    try:
+        names, value = _read_npz(path) if path.suffix.lower() == ".npz" else _read_csv(path)
+    except OSError as exc:
+        raise InputError(f"cannot be read ({exc.strerror or exc})", where=str(path)) from exc
+    real = value.real if np.iscomplexobj(value) and not value.imag.any() else value
+    return LabelledMatrix(tuple(names), real, str(path))
+
+
+def _read_npz(path: Path) -> tuple[list[str], Matrix]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            missing = [key for key in ("area", "R") if key not in archive]
+            if missing:
+                fact = f"holds no array {missing[0]!r}, only {', '.join(archive) or 'nothing'}"
+                raise InputError(fact, where=str(path), hint="np.savez(file, area=names, R=matrix)")
+            names, value = [str(n) for n in np.atleast_1d(archive["area"])], archive["R"]
+    except (zipfile.BadZipFile, ValueError, EOFError) as exc:
+        raise InputError(f"not an NPZ archive of plain arrays ({exc})", where=str(path)) from exc
+    if value.shape != (len(names), len(names)) or value.dtype.kind not in "fciu":
+        raise InputError(f"R is {value.dtype} {value.shape} for {len(names)} areas", where=str(path))
+    return names, value.astype(np.complex128 if value.dtype.kind == "c" else np.float64)
+
+
+def _read_csv(path: Path) -> tuple[list[str], Matrix]:
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            reader = csv.reader(stream, strict=True)
+            lines = [(reader.line_num, [f.strip() for f in fields]) for fields in reader]
+    except (UnicodeDecodeError, csv.Error) as exc:
+        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+    lines = [(number, fields) for number, fields in lines if any(fields)]
+    if not lines or lines[0][1][0] != "area" or len(lines[0][1]) < 2:
+        raise InputError("must begin with the header area,NAME,NAME,...", where=f"{path}:1")
+    columns = lines[0][1][1:]
+    rows: dict[str, list[complex]] = {}
+    for number, fields in lines[1:]:
+        where = f"{path}:{number}"
+        if len(fields) != len(columns) + 1:
+            raise InputError(f"{len(fields)} fields, wanted {len(columns) + 1}", where=where)
+        if fields[0] in rows:
+            raise InputError(f"area {fields[0]!r} has two rows", where=where)
+        rows[fields[0]] = [_entry(f, c, where) for f, c in zip(fields[1:], columns, strict=True)]
+    lost = [name for name in columns if name not in rows] + [name for name in rows if name not in columns]
+    if lost:
+        raise InputError(f"area {lost[0]!r} has no {'row' if lost[0] in columns else 'column'}", where=str(path))
+    return columns, np.array([rows[name] for name in columns])
+
+
+def _entry(field: str, column: str, where: str) -> complex:
+    try:
+        value = complex(np.nan if "_" in field else field.replace(" ", "").replace("i", "j"))
+    except ValueError:
+        value = complex(np.nan)
+    if not np.isfinite(value):
+        raise InputError(f"{column} must be a finite number, real or complex, found {field[:40]!r}", where=where)
+    return value

@@ -1,0 +1,79 @@
+"""Configuration of the requirements: presets by name, or tables of the user's own."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from tedm_cli.config.base import Strict
+from tedm_cli.config.correlation import Names
+from tedm_cli.csv_table import read_table
+from tedm_cli.noise.requirement_presets import PRESETS
+from tedm_cli.noise.requirements import AppliedRequirement, Requirement, tabulated
+
+HEADER = ("frequency_hz", "amplitude")
+
+
+class RequirementTable(Strict):
+    """A requirement and the labels of the outputs it judges; `TM1_a_x-TM2_a_x` is the difference of two outputs.
+
+    Without `table` the name is that of a preset. `table` is a CSV with the columns `frequency_hz` and `amplitude` (in
+    the unit of `quantity` per √Hz), straight between its points in log-log; its band is all of them unless given.
+    """
+
+    table: str | None = None
+    name: str = Field(min_length=1)
+    outputs: Names
+    applies_to: Literal["single", "differential"] = "single"
+    quantity: Literal["acceleration", "angular_acceleration", "displacement", "angle"] | None = None
+    band_hz: Annotated[list[Annotated[float, Field(gt=0.0)]], Field(min_length=2, max_length=2)] | None = None
+    source: str | None = None
+
+    @field_validator("name")
+    @classmethod
+    def _known(cls, value: str, info: ValidationInfo) -> str:
+        if info.data.get("table") is None and value not in PRESETS:
+            near = difflib.get_close_matches(value, PRESETS, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(PRESETS)}; or give a table"
+            raise ValueError(f"unknown requirement {value!r}; {hint}")
+        return value
+
+    @model_validator(mode="after")
+    def _preset_or_table(self) -> Self:
+        if self.table is None:
+            given = [key for key in ("quantity", "band_hz", "source") if getattr(self, key) is not None]
+            if given:
+                raise ValueError(f"{', '.join(given)} of the preset {self.name} cannot be changed; give a table")
+        elif self.name in PRESETS:
+            raise ValueError(f"{self.name} is the name of a preset; give the table another")
+        elif self.quantity is None:
+            raise ValueError("a table needs its quantity: acceleration, angular_acceleration, displacement or angle")
+        if self.band_hz is not None and self.band_hz[0] >= self.band_hz[1]:
+            raise ValueError(f"band_hz {self.band_hz[0]:g} to {self.band_hz[1]:g} does not increase")
+        return self
+
+    def requirement(self) -> Requirement:
+        """The requirement; raises `InputError` or `ConfigError` for its table."""
+        if self.table is None:
+            return replace(PRESETS[self.name], applies_to=self.applies_to)
+        rows = read_table(Path(self.table), HEADER)
+        frequency_hz, amplitude = (np.array([row.number[c] for row in rows]) for c in HEADER)
+        return tabulated(
+            self.name,
+            str(self.quantity),
+            frequency_hz,
+            amplitude,
+            band_hz=None if self.band_hz is None else (self.band_hz[0], self.band_hz[1]),
+            applies_to=self.applies_to,
+            source=self.source or f"table {Path(self.table).name}",
+            where=self.table,
+        )
+
+    def applied(self) -> AppliedRequirement:
+        """The requirement with the outputs it judges."""
+        return AppliedRequirement(self.requirement(), tuple(self.outputs))

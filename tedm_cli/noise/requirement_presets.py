@@ -1,0 +1,104 @@
+"""Published requirements on acceleration noise and read-out noise, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.noise.requirements import UNITS, Requirement
+
+Array = NDArray[np.float64]
+Shape = Callable[[Array], Array]
+
+_LPF_BAND = (1e-3, 30e-3)
+_LISA_BAND = (1e-4, 0.1)
+_LISA_SOURCE = "LISA Science Requirements Document 2018"
+_TAIJI_SOURCE = "Luo Z. et al., Results in Physics 16 (2020) 102918"
+_TIANQIN_SOURCE = "Luo J. et al., Class. Quantum Grav. 33 (2016) 035010"
+
+
+def _scaled(level: float, shape: Shape) -> Shape:
+    return lambda f: level * shape(f)
+
+
+def _lpf_acceleration(f: Array) -> Array:
+    return 1.0 + (f / 3e-3) ** 2
+
+
+def _lpf_readout(f: Array) -> Array:
+    return np.maximum(1.0, (3e-3 / f) ** 2)
+
+
+def _lisa_acceleration(f: Array) -> Array:
+    amplitude: Array = np.sqrt(1.0 + (0.4e-3 / f) ** 2) * np.sqrt(1.0 + (f / 8e-3) ** 4)
+    return amplitude
+
+
+def _lisa_oms(f: Array) -> Array:
+    amplitude: Array = np.sqrt(1.0 + (2e-3 / f) ** 4)
+    return amplitude
+
+
+def _tianqin_acceleration(f: Array) -> Array:
+    amplitude: Array = np.sqrt(1.0 + 1e-4 / f)
+    return amplitude
+
+
+def _preset(
+    name: str,
+    kind: str,
+    band_hz: tuple[float, float],
+    level: float,
+    shape: Shape,
+    source: str,
+    kinks_hz: tuple[float, ...] = (),
+) -> Requirement:
+    return Requirement(name, kind, UNITS[kind], band_hz, _scaled(level, shape), source, "single", kinks_hz)
+
+
+PRESETS: dict[str, Requirement] = {
+    r.name: r
+    for r in (
+        _preset("lpf_acceleration", "acceleration", _LPF_BAND, 3e-14, _lpf_acceleration, "Montemurro 2004, eq. 4.4"),
+        _preset(
+            "lpf_selfgravity_ltp",
+            "acceleration",
+            _LPF_BAND,
+            2.12e-15,
+            _lpf_acceleration,
+            "Montemurro 2004, table 4.1, share of the LTP in self-gravity noise",
+        ),
+        _preset(
+            "lpf_readout_item",
+            "displacement",
+            _LPF_BAND,
+            1e-12,
+            _lpf_readout,
+            "Montemurro 2004, eq. 10.12, one noise source of the interferometer",
+            (3e-3,),
+        ),
+        _preset("lpf_readout", "displacement", _LPF_BAND, 10e-12, _lpf_readout, "Montemurro 2004, eq. 9.1", (3e-3,)),
+        _preset(
+            "lisa_acceleration",
+            "acceleration",
+            _LISA_BAND,
+            3e-15,
+            _lisa_acceleration,
+            f"{_LISA_SOURCE}, single test mass acceleration",
+        ),
+        _preset(
+            "lisa_oms",
+            "displacement",
+            _LISA_BAND,
+            15e-12,
+            _lisa_oms,
+            f"{_LISA_SOURCE}, optical metrology system, single link",
+        ),
+        _preset("taiji_acceleration", "acceleration", _LISA_BAND, 3e-15, _lisa_acceleration, _TAIJI_SOURCE),
+        _preset("taiji_oms", "displacement", _LISA_BAND, 8e-12, _lisa_oms, _TAIJI_SOURCE),
+        _preset("tianqin_acceleration", "acceleration", _LISA_BAND, 1e-15, _tianqin_acceleration, _TIANQIN_SOURCE),
+        _preset("tianqin_oms", "displacement", _LISA_BAND, 1e-12, np.ones_like, _TIANQIN_SOURCE),
+    )
+}

@@ -1,0 +1,101 @@
+"""Cases from files, through the command line: what is stored, printed and refused."""
+
+from __future__ import annotations
+
+import json
+
+import h5py
+import numpy as np
+from border_tools import Project, replace, tedm, untouched
+
+from tedm_cli.stages.case import read_outputs
+
+MATRIX = "area,STRUT_1,STRUT_2,FLANGE_1\nSTRUT_2,{0},1,{0}\nSTRUT_1,1,{0},{0}\nFLANGE_1,{0},{0},1\n"
+TABLE = "frequency_hz,amplitude\n1e-3,1e-14\n3e-2,1e-13\n"
+ADDED = """
+[[requirement]]
+name = "budget"
+table = "budget.csv"
+quantity = "acceleration"
+outputs = ["TM1_a_x-TM2_a_x"]
+applies_to = "differential"
+
+[[case]]
+id = "own"
+title = "Three areas by a matrix, one of them late"
+matrix = "r.csv"
+delays = [{ areas = ["STRUT_2"], delay_s = 300.0 }]
+"""
+
+
+def add_case(small: Project, coefficient: str) -> None:
+    (small.folder / "r.csv").write_text(MATRIX.format(coefficient))
+    (small.folder / "budget.csv").write_text(TABLE)
+    cases = small.folder / "cases.toml"
+    cases.write_text(cases.read_text() + ADDED)
+
+
+def test_a_matrix_a_delay_and_a_difference_end_to_end(small: Project) -> None:
+    add_case(small, "0.25")
+    shown = small.run("run-case", "own", "-v").ok().out
+    for piece in ("TM1_a_x-TM2_a_x", "sensitivity of the verdicts", "optical elements: ", "all together x"):
+        assert piece in shown
+    with h5py.File(small.build / "caseown.h5") as file:
+        names = [n.decode() for n in file["/area/name"][:]]
+        late, early, flange = (names.index(n) for n in ("STRUT_2", "STRUT_1", "FLANGE_1"))
+        assert file["/correlation/delay"][late] == 300.0
+        assert abs(file["/correlation/real"][late, early] - 0.25) < 1e-14
+        f = file["/frequency"][:]
+        level = file["/temperature/asd"][:][file["/temperature/spectrum"][:]]
+        with h5py.File(small.build / "sensitivity.h5") as source:
+            g = source["/S"][0] - source["/S"][3]
+            assert [source["/row/label"][i].decode() for i in (0, 3)] == ["TM1_a_x", "TM2_a_x"]
+        h = {i: g[i] * level[i] for i in (late, early, flange)}
+        turn = np.cos(2 * np.pi * f * 300.0)
+        expected = sum(v**2 for v in h.values()) + 0.5 * (
+            h[early] * h[flange] + turn * h[late] * (h[early] + h[flange])
+        )
+        np.testing.assert_allclose(file["/psd/TM1_a_x-TM2_a_x"][:], expected, rtol=1e-9)
+        assert file["/requirement/applies_to"][-1] == b"differential"
+        for share in ("share", "band_share"):
+            assert abs(file[f"/path/{share}/A_TM1_x"][:].sum() - 1.0) < 1e-9
+        # The vectors that reach the maximum have the signs of the contributions.
+        h_x = file["/contribution/amplitude/TM1_a_x"][:]
+        np.testing.assert_array_equal(file["/extremal/maximum"][0][:, 0], np.sign(h_x))
+    sensitivity = json.loads(small.run("run-case", "own", "--json").ok().out)[0]["sensitivity"]
+    assert sensitivity[-1]["bound_ratio"]["minimum"] <= sensitivity[-1]["bound_ratio"]["maximum"]
+    # The files of a case are inputs: a change makes it stale.
+    (small.folder / "r.csv").write_text(MATRIX.format("0.5"))
+    checked = tedm("check", "-d", small.build)
+    assert "r.csv" in checked.out
+
+
+def test_the_parts_by_optical_element_sum_to_the_read_out_noise(small: Project) -> None:
+    outputs = read_outputs(small.build / "sensitivity.h5", small.build / "optics.h5")
+    assert set(outputs.paths) == {label for label in outputs.labels if label[:2] in ("A_", "B_")}
+    for label, parts in outputs.paths.items():
+        whole = outputs.rows[outputs.labels.index(label)]
+        assert len(parts) == len(outputs.path_names) == 24
+        assert np.all(np.abs(parts.sum(axis=0) - whole) <= 1e-13 * np.abs(parts).sum(axis=0))
+
+
+def test_an_impossible_matrix(small: Project) -> None:
+    add_case(small, "-0.6")
+    with untouched(small.build):
+        small.run("run-case", "own").refused(
+            5, "r.csv", "eigenvalue -0.2", "STRUT_1", "FLANGE_1", hint="multiply the entries off the diagonal by 0.8333"
+        )
+
+
+def test_files_that_are_not_there(small: Project) -> None:
+    add_case(small, "0.25")
+    (small.folder / "r.csv").unlink()
+    small.run("run-case", "own").refused(4, "r.csv", "cannot be read")
+    small.run("run-case", "3").ok()  # another case does not need it
+    (small.folder / "budget.csv").unlink()
+    small.run("run-case", "3").refused(4, "budget.csv", "cannot be read")
+
+
+def test_a_case_of_groups_that_are_not_there(small: Project) -> None:
+    replace(small.folder / "cases.toml", 'groups = ["struts", "flanges"]', 'groups = ["struts", "flange"]')
+    small.run("run-case", "4").refused(3, "cases.toml", "no thermal area has 'flange'; did you mean flanges?")

@@ -1,0 +1,124 @@
+"""What would bring a verdict down, against direct propagation with the changed amplitudes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tedm_cli.noise.contributions import path_shares
+from tedm_cli.noise.correlation import Correlation, full_blocks
+from tedm_cli.noise.correlation_check import correlation_factor
+from tedm_cli.noise.improvement import COUNTS, improvement
+from tedm_cli.noise.propagation import output_psd_from_factor
+from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum
+
+F = np.geomspace(1e-3, 3e-2, 21)
+
+
+def worst_ratio(row, model, found, limit):
+    psd = output_psd_from_factor(row[None], model, found.factor, F, found.delay_s)[0]
+    return (np.sqrt(psd) / limit).max()
+
+
+def random_problem(seed, k):
+    rng = np.random.default_rng(seed)
+    mixing = rng.normal(size=(k, rng.integers(1, k + 1)))
+    mixing /= np.linalg.norm(mixing, axis=1, keepdims=True)
+    factor = correlation_factor(mixing @ mixing.T)
+    delay_s = rng.uniform(0, 200, k) * rng.integers(2)
+    found = Correlation((np.arange(k),), factor, np.zeros(factor.shape[1], dtype=int), delay_s)
+    shapes = [WhiteSpectrum(1.0), ShapedSpectrum(1.0)]
+    model = TemperatureModel.from_spectra([shapes[rng.integers(2)] for _ in range(k)])
+    return rng, rng.normal(size=k), model, found
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(2, 9))
+def test_factors_of_groups_just_meet_the_limit(seed, k):
+    rng, row, model, found = random_problem(seed, k)
+    limit = np.full(len(F), 10 ** rng.uniform(-0.7, 0.7)) * (1 + F / 3e-3)
+    member = rng.integers(0, 2, k)
+    groups = [member == g for g in (0, 1) if (member == g).any()]
+    found_factors = improvement(row, model, found, F, 0, limit, groups).group_factor
+    for mask, factor in zip(groups, found_factors, strict=True):
+
+        def ratio(s, mask=mask):
+            return worst_ratio(np.where(mask, s * row, row), model, found, limit)
+
+        if np.isnan(factor):
+            # No amplitude from silence up to the present one would do.
+            assert min(ratio(s) for s in np.linspace(0, 1, 201)) > 1.0
+        else:
+            assert ratio(factor) == pytest.approx(1.0, rel=1e-7, abs=0)
+            assert ratio(factor * 1.01) > 1.0
+            assert ratio(1.0) <= 1.0 or factor < 1.0
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(2, 12))
+def test_silencing_is_what_propagation_without_these_areas_gives(seed, k):
+    rng, row, model, found = random_problem(seed, k)
+    limit, binding = np.ones(len(F)), int(rng.integers(len(F)))
+    result = improvement(row, model, found, F, binding, limit, [np.ones(k, dtype=bool)])
+    worst = result.worst[result.worst >= 0]
+    assert len(set(worst.tolist())) == len(worst)
+    for n, count in enumerate(COUNTS):
+        for scale, ratios in ((0.0, result.silenced), (0.1, result.quieter)):
+            changed = row.copy()
+            changed[worst[:count]] *= scale
+            assert ratios[n] == pytest.approx(worst_ratio(changed, model, found, limit), rel=1e-9, abs=1e-12)
+    # Each next area is the best choice there is at the binding frequency.
+    f = F[binding : binding + 1]
+
+    def power(silent):
+        left = np.where(np.isin(np.arange(k), silent), 0.0, row)
+        return output_psd_from_factor(left[None], model, found.factor, f, found.delay_s)[0, 0]
+
+    for n in range(len(worst)):
+        tried = [power([*worst[:n], i]) for i in range(k) if i not in worst[:n]]
+        assert power(worst[: n + 1]) <= min(tried) + 1e-9 * power([])
+        assert power(worst[: n + 1]) < power(worst[:n])
+
+
+def test_by_hand():
+    """h = 3, -1 in one block, 2 alone, limit 2: S = (3 - 1)² + 2² = 8. Silence the 3 first: 1 + 4; then the 2: 1."""
+    model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 3)
+    found = full_blocks([np.array([0, 1]), np.array([2])], 3)
+    groups = [np.array(m) for m in ([True, False, False], [False, True, False], [False, False, True])]
+    result = improvement(np.array([3.0, -1.0, 2.0]), model, found, F, 0, np.full(len(F), 2.0), groups)
+    # The 2 alone brings 4 of relief, the 3 brings 8 - 5 = 3: the 2 is first, then 4 - 1 = 3 by the 3, then the -1.
+    assert result.worst[:4].tolist() == [2, 0, 1, -1]
+    np.testing.assert_allclose(result.silenced[:4], np.sqrt([8, 4, 1, 0]) / 2, atol=1e-15)
+    # (3 s - 1)² + 4 <= 4 for s = 1/3 alone; (3 - s)² + 4 <= 4 only by three times the noise; 4 + 4 s² <= 4 for s = 0.
+    assert result.group_factor[0] == pytest.approx(1 / 3)
+    assert np.isnan(result.group_factor[1])
+    assert result.group_factor[2] == 0.0
+
+
+@pytest.mark.parametrize(("limit", "factor"), [(0.3, np.nan), (0.6, 2.1)])
+def test_a_group_is_not_asked_to_be_noisier_until_it_cancels(limit, factor):
+    """|1.5 - s| <= 0.3 from s = 1.2 on only, so no quieter group does it; <= 0.6 at s = 1 already, and up to 2.1."""
+    model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 2)
+    found = full_blocks([np.array([0, 1])], 2)
+    second = [np.array([False, True])]
+    result = improvement(np.array([1.5, -1.0]), model, found, F, 0, np.full(len(F), limit), second)
+    assert result.group_factor[0] == pytest.approx(factor, nan_ok=True)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(2, 8), p=st.integers(1, 5))
+def test_path_shares_are_the_derivative_of_the_power(seed, k, p):
+    rng, _, model, found = random_problem(seed, k)
+    paths = rng.normal(size=(p, k))
+    f = F[:1]
+    share = path_shares(paths, model, found, f)
+    assert share.sum() == pytest.approx(1.0)
+
+    def psd(change):
+        row = ((1 + change)[:, None] * paths).sum(axis=0)
+        return output_psd_from_factor(row[None], model, found.factor, f, found.delay_s)[0, 0]
+
+    for i in range(p):
+        step = 1e-4 * (np.arange(p) == i)
+        slope = (psd(step) - psd(-step)) / (4e-4 * psd(0 * step))
+        assert slope == pytest.approx(share[i], rel=1e-6, abs=1e-8 * np.abs(share).max())
