@@ -16,7 +16,6 @@ from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, run_case
-from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import (
     DISTORTION,
@@ -29,6 +28,8 @@ from tedm_cli.stages.common import (
     read_areas,
     require_same_input,
 )
+from tedm_cli.stages.realisation import realise_case, write_realisation
+from tedm_cli.stages.temperature import table_paths, temperature_model
 from tedm_cli.store import Writer, create, open_checked
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
@@ -59,9 +60,9 @@ def run_cases(
     """Run the cases and write one file each."""
     file, config = load_cases(project.cases)
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
-    trace = provenance([file], sources)
+    trace = provenance([file], [*sources, *table_paths(project, config)])
     outputs = read_outputs(*sources)
-    temperature = config.temperature.model(outputs.areas)
+    temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
     done = []
     for number, case_id in enumerate(case_ids, start=1):
@@ -78,8 +79,11 @@ def run_cases(
             config.safety_factor,
         )
         path = output if output is not None else project.build_dir / case_file_name(case_id)
+        realised = realise_case(outputs.rows, result, config, step)
         with create(path, KIND, trace) as writer:
             _write(writer, result, outputs, config)
+            if realised is not None:
+                write_realisation(writer, realised)
         done.append((path, result))
         step(number, len(case_ids), "running cases")
     return done
@@ -103,18 +107,6 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
         return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds)
 
 
-def describe(model: TemperatureModel) -> str:
-    """The temperature model in words, with the parameters that decide verdicts."""
-    levels = sorted({float(v) for v in model.scale}, reverse=True)
-    shapes = "; ".join(
-        f"low-pass of order {s.order:g}, corner {s.corner_hz * 1e3:g} mHz, level at {s.reference_hz * 1e3:g} mHz"
-        if isinstance(s, ShapedSpectrum)
-        else "white"
-        for s in model.shapes
-    )
-    return f"{' and '.join(f'{v:g}' for v in levels)} K/sqrt(Hz), {shapes}"
-
-
 def _write(writer: Writer, r: CaseResult, outputs: Outputs, config: CasesConfig) -> None:
     areas = outputs.areas
     writer.write("/area/id", outputs.area_id)
@@ -130,7 +122,7 @@ def _write(writer: Writer, r: CaseResult, outputs: Outputs, config: CasesConfig)
     writer.write("/frequency", r.frequency_hz)
     writer.write("/temperature/spectrum", r.temperature_set)
     writer.write("/temperature/asd", r.temperature_asd)
-    writer.write("/temperature/model", describe(r.temperature))
+    writer.write("/temperature/model", r.temperature.words())
     writer.write("/output/label", r.labels)
     writer.write("/output/unit", r.units)
     writer.write("/output/kind", r.kinds)

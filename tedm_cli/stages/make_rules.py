@@ -10,6 +10,7 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.stages.common import case_file_name
 from tedm_cli.stages.compensation import compensation_file
+from tedm_cli.stages.temperature import table_paths
 from tedm_cli.store import replacing
 
 
@@ -33,6 +34,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
         f"OP2 := {' '.join(str(r) for r in results)}",
         f"SOLVED_BY_TEDM := {'yes' if own else ''}",
         f"GRAVITY_SOURCES := {'' if blocks is None else blocks}",
+        f"SPECTRA := {' '.join(str(p) for p in table_paths(project, cases))}",
         f"CASE_IDS := {' '.join(cases.ids)}",
         f"CASE_FILES := {' '.join(str(project.build_dir / case_file_name(c)) for c in cases.ids)}",
     ]
