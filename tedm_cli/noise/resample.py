@@ -13,6 +13,7 @@ from tedm_cli.errors import InputError
 Array = NDArray[np.float64]
 
 _LARGEST_FACTOR = 1000
+_SAME_RATIO = 1e-8  # any ratio is near one of whole numbers: this near it is meant
 _HALF_TAPS = 24  # on each side of the centre, in samples of the slower of the two rates
 _KAISER_BETA = 12.0  # 118 dB of attenuation, over a transition of 0.32 of the lower Nyquist frequency
 _PASS = 0.82  # cut-off over the lower Nyquist frequency, such that the stop band begins below it
@@ -67,7 +68,7 @@ class PolyphaseResampler:
 
     def __init__(self, from_s: float, to_s: float) -> None:
         ratio = Fraction(from_s / to_s).limit_denominator(_LARGEST_FACTOR)
-        if ratio.numerator > _LARGEST_FACTOR or not ratio or abs(float(ratio) * to_s / from_s - 1.0) > 1e-6:
+        if ratio.numerator > _LARGEST_FACTOR or not ratio or abs(float(ratio) * to_s / from_s - 1.0) > _SAME_RATIO:
             raise InputError(
                 f"steps of {from_s:.9g} and {to_s:.9g} s are not in the ratio of two whole numbers up to"
                 f" {_LARGEST_FACTOR}",

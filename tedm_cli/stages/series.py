@@ -187,7 +187,7 @@ def _resampler(table: SeriesTable, stamps: Stamps, rows: int, where: str) -> Lin
     if rows < 2:
         raise InputError("one row is no series", where=where)
     if table.method == "polyphase":
-        return PolyphaseResampler(stamps.step_s, wanted)
+        return PolyphaseResampler(stamps.mean_step_s, wanted)
     if wanted > stamps.step_s * 1.001:
         raise InputError(
             f"resample_s = {wanted:g} s is coarser than the steps of {stamps.step_s:.6g} s: straight lines would fold"

@@ -48,7 +48,7 @@ def test_steep_noise_leaks_through_hann_and_not_through_kaiser():
         high = found.frequency_hz > 0.1
         worst[name] = np.mean(found.psd[0, high] * (1.0 + (found.frequency_hz[high] / 1e-3) ** 8))
     assert worst["kaiser"] == pytest.approx(1.0, abs=0.02)
-    assert worst["hann"] > 2.0
+    assert worst["hann"] > 5.0
 
 
 def test_spread_of_estimates_is_that_of_their_degrees_of_freedom():
@@ -66,8 +66,8 @@ def test_spread_of_estimates_is_that_of_their_degrees_of_freedom():
     assert inside == pytest.approx(0.9, abs=4 * np.sqrt(0.09 / 400))
 
 
-def test_segments_without_overlap_would_all_count():
-    """Far lags share nothing: n segments at 3/4 overlap are between n/4 and n independent ones, 8/9 of them at β = 22."""
+def test_overlapping_segments_count_nearly_in_full():
+    """At β = 22 a segment shares little with the next at 3/4 overlap: 0.89 independent ones for each."""
     assert independent_averages(1, kaiser(64)) == 1.0
     assert independent_averages(10**6, kaiser(4096)) / 1e6 == pytest.approx(0.8943, rel=1e-3)
 

@@ -41,7 +41,7 @@ def test_shapes_of_all_sorts_that_move_together():
     factor = np.array([[1.0, 0.0], [1.0, 0.0], [0.6, 0.8], [0.0, 1.0]])
     rows = np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, 2.0, -0.5], [1.0, 0.0, 0.0, 0.0]])
     ratio, deviation = mean_ratio(rows, model, factor, PLAN)
-    # The steepest, f^-8, is smoothed by the window: 36 (σ/f)² with σ a thirtieth of the lowest frequency, over the band.
+    # The steepest, f^-8, is smoothed by the window: 36 (σ/f)² with σ a thirtieth of the lowest frequency.
     np.testing.assert_allclose(ratio, 1.0, atol=4 * deviation + 0.004)
 
 
