@@ -114,7 +114,7 @@ $(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML) $(OPTICS_SOURCES)
 	$(TEDM) build-optics $(OPTIONS)
 
 define CASE_RULE
-$(1): $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(CASES_TOML) $(CASE_SOURCES)
+$(1): $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
+from benchmarks.noise import realisation
 from benchmarks.optics import against_optiland, derivative
 from benchmarks.scale import op2_reading, streaming
 from benchmarks.solver import assembly
@@ -73,6 +74,8 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "displacements of an OP2, 68,000 grids x 20 subcases / plain read": op2_reading,
     "S_BW 40 x 144, analytic / complex step of the same trace": derivative,
     "one case, 24 outputs, 4,096 frequencies / k x k per frequency": cases,
+    "realisation, 1e7 samples, 24 outputs, 78 areas as 4 blocks / its random numbers": partial(realisation, 4),
+    "realisation, 1e7 samples, 24 outputs, 78 areas alone / their random numbers": partial(realisation, 78),
     "small sample, default solver / SuperLU": solver,
     "solver, 66,256 grids: assembly / factorisation": assembly,
     "tedm --help / python -c pass": command_line,

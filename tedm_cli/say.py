@@ -100,10 +100,8 @@ def _units(result: CaseResult) -> list[tuple[str, str]]:
 
 
 def _setting(result: CaseResult) -> str:
-    from tedm_cli.stages.case_file import describe
-
     return (
-        f"temperature: {describe(result.temperature)}; {int(result.active.sum())} of {len(result.active)} areas in"
+        f"temperature: {result.temperature.words()}; {int(result.active.sum())} of {len(result.active)} areas in"
         f" {len(result.blocks)} blocks; ratio = safety factor {result.safety_factor:g} x noise / limit"
     )
 

@@ -30,7 +30,8 @@ from tedm_cli.provenance import ConfigFile, InputFile, Provenance, absolute_path
 from tedm_cli.sink import Sink
 
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
-_CHUNKED = ("node", "offset_node")  # dimensions that grow with the model
+HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
+_CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
 
 
 class Writer:
@@ -294,3 +295,50 @@ def kind_of(path: Path) -> FileKind:
     if kind is None:
         raise InputError(f"holds {schema or 'no tedm schema'}", where=str(path), hint=f"known: {', '.join(KINDS)}")
     return kind
+
+
+class Columns:
+    """The one-dimensional numeric datasets in the root of a user's HDF5 file; made by `open_columns`."""
+
+    def __init__(self, file: Any, path: Path) -> None:
+        self._path = path
+        self._data = {
+            str(name): item
+            for name, item in file.items()
+            if isinstance(item, h5py.Dataset) and item.ndim == 1 and item.dtype.kind in "fiu"
+        }
+        self.columns = list(self._data)
+        self.length = 0
+
+    def read(self, name: str, part: slice) -> NDArray[np.float64]:
+        """A piece of a column."""
+        with reading(self._path, f"/{name}"):
+            return np.asarray(self._data[name][part], dtype=np.float64)
+
+    def _measure(self, key: str) -> None:
+        self.length = len(self._data[key]) if key in self._data else 0
+        for name, data in self._data.items():
+            if key in self._data and len(data) != self.length:
+                fact = f"/{name} has {len(data):,} values, /{key} {self.length:,}"
+                raise InputError(fact, where=str(self._path), hint="all columns of a table are of one length")
+
+
+@contextlib.contextmanager
+def open_columns(path: Path, key: str) -> Iterator[Columns]:
+    """Open a user's HDF5 table: a dataset [n] named `key` and others of its length, in the root group.
+
+    Raises
+    ------
+    InputError : missing, not HDF5, or with columns of different lengths.
+    """
+    try:
+        file = h5py.File(path, "r")
+    except FileNotFoundError as exc:
+        raise InputError("no such file", where=str(path)) from exc
+    except OSError as exc:
+        raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path)) from exc
+    with file:
+        with reading(path):
+            found = Columns(file, path)
+        found._measure(key)
+        yield found

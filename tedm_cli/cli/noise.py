@@ -41,10 +41,12 @@ def run_case(
     also contributors, what would bring each verdict down, and how it hangs on filter, correlation and safety factor.
     """
     from tedm_cli.cli.say_case import contributor_lines, more_dict, sensitivity_table
+    from tedm_cli.cli.say_series import realisation_line
     from tedm_cli.errors import PhysicsError, UsageError
     from tedm_cli.progress import progress
     from tedm_cli.say import case_dict, case_lines
     from tedm_cli.stages.case import run_cases, select_cases
+    from tedm_cli.stages.realisation import read_realisation
 
     project = open_project(config, build_dir, verbose)
     ids = select_cases(project, case)
@@ -56,7 +58,8 @@ def run_case(
         print(json.dumps([case_dict(path, result) | more_dict(result) for path, result in done], indent=1))
     else:
         for path, result in done:
-            say(quiet, *case_lines(path, result))
+            realised = read_realisation(path)
+            say(quiet, *case_lines(path, result), *([realisation_line(realised)] if realised is not None else []))
             if verbose:
                 say(quiet, *contributor_lines(result))
         if verbose:
@@ -64,3 +67,36 @@ def run_case(
     failed = [r.case.id for _, r in done if not all(v.passed for v in r.verdicts)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")
+
+
+@app.command("run-series")
+def run_series(
+    series: Annotated[list[str], typer.Argument(help="Names of time series in the cases file, or `all`.")],
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Outputs and verdicts of temperature time series.
+
+    Propagates measured or simulated temperatures (CSV or HDF5) to time series and spectra of all outputs.
+    """
+    from tedm_cli.cli.say_series import series_dict, series_lines
+    from tedm_cli.errors import UsageError
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.series import run_series as run
+    from tedm_cli.stages.series import select_series
+
+    project = open_project(config, build_dir, verbose)
+    names = select_series(project, series)
+    if output is not None and len(names) != 1:
+        raise UsageError(f"--output names one file, but {len(names)} series are run")
+    with progress(quiet) as step:
+        done = run(project, names, output, step)
+    if as_json:
+        print(json.dumps([series_dict(r) for r in done], indent=1))
+    else:
+        for r in done:
+            say(quiet, *series_lines(r))

@@ -1,60 +1,25 @@
-"""Configuration of the noise cases: temperature noise, frequencies, correlation cases, requirements."""
+"""Configuration of the noise cases: frequencies, correlation cases, requirements; temperatures are in other modules."""
 
 from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import Literal
 
 from pydantic import Field, model_validator
 
 from tedm_cli.config.base import Strict, load
 from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.requirements import RequirementTable
+from tedm_cli.config.series import RealisationTable, SeriesTable
+from tedm_cli.config.temperature import TemperatureTable
 from tedm_cli.errors import ConfigError, UsageError
-from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import CorrelationCase
+from tedm_cli.noise.realisation import Plan
 from tedm_cli.noise.requirements import AppliedRequirement, Array, frequency_grid
-from tedm_cli.noise.temperature import (
-    DEFAULT_CORNER_HZ,
-    DEFAULT_ORDER,
-    INSIDE_LEVEL_K,
-    OUTSIDE_LEVEL_K,
-    REFERENCE_HZ,
-    TemperatureModel,
-    thesis_model,
-    white_model,
-)
+from tedm_cli.noise.spectral_estimate import samples_wanted, segment_length
 from tedm_cli.provenance import ConfigFile
 
-
-class TemperatureTable(Strict):
-    """Temperature noise outside and inside the thermal shield; `outside_K` and `inside_K` are in K/√Hz.
-
-    `thesis` is low-pass shaped with these levels at `reference_hz`, `white` has them at every frequency. The order and
-    corner of the published filter are not known: the defaults are an assumption and decide verdicts.
-    """
-
-    preset: Literal["thesis", "white"] = "thesis"
-    outside_K: float = Field(default=OUTSIDE_LEVEL_K, ge=0.0)
-    inside_K: float = Field(default=INSIDE_LEVEL_K, ge=0.0)
-    reference_hz: float = Field(default=REFERENCE_HZ, gt=0.0)
-    order: float = Field(default=DEFAULT_ORDER, gt=0.0, le=12.0)
-    corner_hz: float = Field(default=DEFAULT_CORNER_HZ, gt=0.0)
-
-    @model_validator(mode="after")
-    def _white_has_no_filter(self) -> TemperatureTable:
-        idle = sorted(self.model_fields_set & {"reference_hz", "order", "corner_hz"})
-        if self.preset == "white" and idle:
-            raise ValueError(f"preset white has no low-pass filter, but {', '.join(idle)} given")
-        return self
-
-    def model(self, areas: AreaTable) -> TemperatureModel:
-        """Temperature model of the thermal areas."""
-        levels = {"outside_K": self.outside_K, "inside_K": self.inside_K}
-        if self.preset == "white":
-            return white_model(areas, **levels)
-        return thesis_model(areas, **levels, reference_hz=self.reference_hz, order=self.order, corner_hz=self.corner_hz)
+_RATE = 2.5  # samples per period of the highest frequency, where the rate is not given
 
 
 class FrequencyTable(Strict):
@@ -79,6 +44,8 @@ class CasesConfig(Strict):
     frequency: FrequencyTable = FrequencyTable()
     cases: list[CaseTable] = Field(alias="case", min_length=1)
     requirements: list[RequirementTable] = Field(alias="requirement", default_factory=list)
+    realisation: RealisationTable | None = None
+    series: list[SeriesTable] = Field(default_factory=list)
 
     @property
     def ids(self) -> list[str]:
@@ -115,6 +82,21 @@ class CasesConfig(Strict):
         """Files of the cases' correlation matrices."""
         return list(dict.fromkeys(Path(table.matrix) for table in self.cases if table.matrix is not None))
 
+    def lowest_band_hz(self) -> float:
+        """Lowest edge of all requirements' bands, or of the frequencies where nothing is required."""
+        edges = [table.requirement().band_hz[0] for table in self.requirements]
+        return min(edges, default=self.frequency.min_hz)
+
+    def realisation_plan(self) -> Plan | None:
+        """What to realise of each case, where that is configured."""
+        table = self.realisation
+        if table is None:
+            return None
+        rate = table.rate_hz if table.rate_hz is not None else _RATE * self.frequency.max_hz
+        lowest = table.lowest_hz if table.lowest_hz is not None else self.lowest_band_hz()
+        samples = table.samples or samples_wanted(rate, lowest, table.tolerance, table.confidence)
+        return Plan(rate, samples, table.seed, self.frequency.min_hz, self.frequency.max_hz, lowest)
+
     def frequency_hz(self) -> Array:
         """Frequency grid [F] in Hz that holds the band edges of all requirements."""
         bands = [table.requirement().grid_hz for table in self.requirements]
@@ -150,6 +132,11 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
             before = seen.setdefault((table.name, output), path_here)
             if before != path_here:
                 problems.append((path_here, f"{table.name} judges {output} already in {before}"))
+    problems += _realisation_problems(config)
+    names_of_series = [table.name for table in config.series]
+    for number, name in enumerate(names_of_series):
+        if name.lower() in [other.lower() for other in names_of_series[:number]]:
+            problems.append((f"series[{number}].name", f"{name!r} is there twice"))
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config
@@ -162,3 +149,21 @@ def _beside(folder: Path, config: CasesConfig) -> CasesConfig:
         r.model_copy(update={"table": str(folder / r.table)}) if r.table else r for r in config.requirements
     ]
     return config.model_copy(update={"cases": cases, "requirements": requirements})
+
+
+def _realisation_problems(config: CasesConfig) -> list[tuple[str, str]]:
+    plan, f = config.realisation_plan(), config.frequency
+    if plan is None:
+        return []
+    problems = []
+    if plan.rate_hz < 2.0 * f.max_hz:
+        fact = f"{plan.rate_hz:g} Hz do not reach [frequency] max_hz {f.max_hz:g}; it must be at least {2 * f.max_hz:g}"
+        problems.append(("realisation.rate_hz", fact))
+    if not f.min_hz <= plan.lowest_hz < f.max_hz:
+        fact = f"{plan.lowest_hz:g} Hz is outside [frequency] {f.min_hz:g} to {f.max_hz:g} Hz"
+        problems.append(("realisation.lowest_hz", fact))
+    segment = segment_length(plan.rate_hz, plan.lowest_hz)
+    if plan.samples < segment:
+        fact = f"{plan.samples:,} samples are less than one segment of {segment:,} for {plan.lowest_hz:g} Hz"
+        problems.append(("realisation.samples", fact))
+    return problems

@@ -12,6 +12,7 @@ from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.document import document
 from tedm_cli.contracts.optics import OPTICS
 from tedm_cli.contracts.sensitivity import SENSITIVITY
+from tedm_cli.contracts.series import SERIES
 from tedm_cli.contracts.spec import Dataset, FileKind
 from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
@@ -21,13 +22,14 @@ __all__ = [
     "KINDS",
     "OPTICS",
     "SENSITIVITY",
+    "SERIES",
     "UNIT_LOADS",
     "Dataset",
     "FileKind",
     "markdown",
 ]
 
-KINDS = {kind.name: kind for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE)}
+KINDS = {kind.name: kind for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES)}
 
 
 def markdown() -> str:

@@ -103,6 +103,25 @@ CASE = FileKind(
         "/requirement/amplitude": Dataset(
             ("requirement", "frequency"), "float", None, "amplitude spectral density; NaN outside the band"
         ),
+        "/realisation/frequency": Dataset(
+            ("bin",), "float", "Hz", "frequency of the estimate from a realisation", optional=True
+        ),
+        "/realisation/psd": Dataset(
+            ("output", "bin"),
+            "float",
+            None,
+            "Welch's estimate of the one-sided PSD (Kaiser's window, beta = 22)",
+            optional=True,
+        ),
+        "/realisation/exact": Dataset(
+            ("output", "bin"), "float", None, "exact one-sided PSD at these frequencies", optional=True
+        ),
+        "/realisation/degrees_of_freedom": Dataset(
+            ("bin",), "float", "1", "equivalent degrees of freedom of the estimate (chi-square)", optional=True
+        ),
+        "/realisation/rate": Dataset((), "float", "Hz", "samples per second of the realisation", optional=True),
+        "/realisation/samples": Dataset((), "int", "1", "samples of the realisation", optional=True),
+        "/realisation/seed": Dataset((), "int", "1", "seed of the random numbers", optional=True),
     },
     fixed_dims={"band_edge": 2, "plane": 2},
 )

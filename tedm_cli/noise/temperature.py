@@ -7,6 +7,9 @@ band, where the level is specified, and the lower of the two orders that suit th
 six to seven decades below the level at 1 mHz; from there to 0.1 Hz order 2 falls by 3.9 decades, order 3 by 5.9). They
 matter: relative to its value at 1 mHz, the ratio of the read-out noise to its requirement grows up to 9-fold inside the
 band for white noise, 3- to 4-fold for order 1, and at most 1.4-fold for order 2, for corners at or below 1 mHz.
+
+Measured in flight (Armano et al. 2019, arXiv:1905.09060): some 1 K/√Hz at 10 µHz, falling to the noise of the sensors,
+10 µK/√Hz, which hides the temperatures down to 1 mHz. `FlightSpectrum` draws a line through the two.
 """
 
 from __future__ import annotations
@@ -27,6 +30,9 @@ INSIDE_LEVEL_K = 1e-4
 REFERENCE_HZ = 1e-3
 DEFAULT_ORDER = 2.0
 DEFAULT_CORNER_HZ = 1e-3
+FLIGHT_FLOOR_K = 1e-5
+FLIGHT_KNEE_HZ = 4.64158883e-4  # 10 µHz times the cube root of 1e5: the level is 1 K/√Hz at 10 µHz
+_SAME_HZ = 1e-9  # frequencies this close, relatively, are one
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,11 @@ class ShapedSpectrum:
         amplitude: Array = self.level_K * np.sqrt(top / (1.0 + (frequency_hz / self.corner_hz) ** exponent))
         return amplitude
 
+    def words(self) -> str:
+        """The shape and its parameters."""
+        corner, reference = self.corner_hz * 1e3, self.reference_hz * 1e3
+        return f"low-pass of order {self.order:g}, corner {corner:g} mHz, level at {reference:g} mHz"
+
 
 @dataclass(frozen=True)
 class WhiteSpectrum:
@@ -75,8 +86,105 @@ class WhiteSpectrum:
         """Amplitude spectral density [F] in K/√Hz at `frequency_hz` [F]."""
         return np.full(np.shape(frequency_hz), self.level_K)
 
+    def words(self) -> str:
+        """The shape."""
+        return "white"
 
-Spectrum = ShapedSpectrum | WhiteSpectrum
+
+@dataclass(frozen=True)
+class FlightSpectrum:
+    """What LISA Pathfinder's thermometers read: an upper limit where their own noise is the floor.
+
+    A(f) = A0 sqrt[1 + (fk/f)^6]
+
+    Parameters
+    ----------
+    level_K : A0, K/√Hz, the floor at 1 to 30 mHz.
+
+    Measured are the floor and some 1 K/√Hz at 10 µHz (Armano et al. 2019). Assumed are the slope between them, f^-3,
+    the lowest whole power that leaves the floor free at 1 mHz (0.5 % above it there), and the same floor above 30 mHz.
+    """
+
+    level_K: float = FLIGHT_FLOOR_K
+
+    def __post_init__(self) -> None:
+        _check_level(self.level_K)
+
+    def amplitude(self, frequency_hz: Array) -> Array:
+        """Amplitude spectral density [F] in K/√Hz at `frequency_hz` [F] (positive)."""
+        amplitude: Array = self.level_K * np.sqrt(1.0 + (FLIGHT_KNEE_HZ / frequency_hz) ** 6)
+        return amplitude
+
+    def words(self) -> str:
+        """The shape and its parameters."""
+        return "upper limit in flight, f^-3 below 0.46 mHz"
+
+
+@dataclass(frozen=True)
+class TabulatedSpectrum:
+    """Amplitude spectral density from a table, straight lines between its points on logarithmic axes.
+
+    Parameters
+    ----------
+    level_K : K/√Hz where `relative` is 1.
+    frequency_hz, relative : [N], the points.
+    name : of the table, for messages.
+    """
+
+    level_K: float
+    frequency_hz: tuple[float, ...]
+    relative: tuple[float, ...]
+    name: str
+
+    @classmethod
+    def of(cls, frequency_hz: Array, asd: Array, name: str) -> TabulatedSpectrum:
+        """Spectrum through `asd` [N] in K/√Hz at `frequency_hz` [N] in Hz; its level is that at 1 mHz or nearest to it.
+
+        Raises
+        ------
+        InputError : fewer than two points, frequencies that do not increase from above 0, or a level not above 0.
+        """
+        where = f"spectrum {name}"
+        if len(frequency_hz) < 2:
+            raise InputError(f"{len(frequency_hz)} frequencies are not a table", where=where)
+        wrong = np.flatnonzero(~(np.diff(frequency_hz, prepend=0.0) > 0.0))
+        if wrong.size:
+            n = int(wrong[0])
+            before = f"{frequency_hz[n - 1]:g} Hz before it" if n else "0"
+            raise InputError(f"frequency {n + 1} is {frequency_hz[n]:g} Hz, not above {before}", where=where)
+        wrong = np.flatnonzero(~((asd > 0.0) & np.isfinite(asd)))
+        if wrong.size:
+            raise InputError(
+                f"{asd[wrong[0]]:g} K/sqrt(Hz) at {frequency_hz[wrong[0]]:g} Hz is not a positive level",
+                where=where,
+                hint="leave silent areas out of the case instead",
+            )
+        level = float(asd[np.argmin(np.abs(np.log(frequency_hz / REFERENCE_HZ)))])
+        return cls(level, tuple(frequency_hz.tolist()), tuple((asd / level).tolist()), name)
+
+    def __post_init__(self) -> None:
+        _check_level(self.level_K)
+
+    def amplitude(self, frequency_hz: Array) -> Array:
+        """Amplitude spectral density [F] in K/√Hz at `frequency_hz` [F]; `InputError` for one outside the table."""
+        low, high = self.frequency_hz[0], self.frequency_hz[-1]
+        outside = (frequency_hz < low * (1.0 - _SAME_HZ)) | (frequency_hz > high * (1.0 + _SAME_HZ))
+        if np.any(outside):
+            raise InputError(
+                f"holds {low:g} to {high:g} Hz, but {frequency_hz[outside][0]:g} Hz is asked for",
+                where=f"spectrum {self.name}",
+                hint="nothing is assumed outside a table: extend it, or narrow [frequency] in the cases file",
+            )
+        log = np.interp(np.log(frequency_hz), np.log(self.frequency_hz), np.log(self.relative))
+        amplitude: Array = self.level_K * np.exp(log)
+        return amplitude
+
+    def words(self) -> str:
+        """The table and its range."""
+        return f"table {self.name}, {self.frequency_hz[0]:g} to {self.frequency_hz[-1]:g} Hz"
+
+
+Spectrum = ShapedSpectrum | WhiteSpectrum | FlightSpectrum | TabulatedSpectrum
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,11 +232,20 @@ class TemperatureModel:
         return index.reshape(-1).astype(np.intp), values
 
     def with_filter(self, order: float, corner_hz: float) -> TemperatureModel:
-        """The same levels with every low-pass shape given another order and corner; white shapes stay."""
+        """The same levels with every low-pass shape given another order and corner; other shapes stay."""
         shapes = tuple(
             replace(s, order=order, corner_hz=corner_hz) if isinstance(s, ShapedSpectrum) else s for s in self.shapes
         )
         return TemperatureModel(self.scale, self.shape_index, shapes)
+
+    def words(self) -> str:
+        """Levels and shapes, with the parameters that decide verdicts."""
+        parts: list[str] = []
+        for number, shape in enumerate(self.shapes):
+            levels = sorted({float(v) for v in self.scale[self.shape_index == number]}, reverse=True)
+            shown = " and ".join(f"{v:g}" for v in levels) if len(levels) < 4 else f"{levels[-1]:g} to {levels[0]:g}"
+            parts.append(f"{shown} K/sqrt(Hz), {shape.words()}")
+        return "; ".join(parts)
 
 
 def thesis_model(

@@ -33,6 +33,8 @@ from tedm_cli.stages.common import (
     read_areas,
     require_same_input,
 )
+from tedm_cli.stages.realisation import realise_case, write_realisation
+from tedm_cli.stages.temperature import table_paths, temperature_model
 from tedm_cli.store import create, open_checked
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
@@ -81,7 +83,7 @@ def run_cases(
     cases = [config.case(case_id, where=str(project.cases)) for case_id in case_ids]
     requirements = config.applied_requirements()
     outputs = read_outputs(*sources).with_differences(requirements)
-    temperature = config.temperature.model(outputs.areas)
+    temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
     done = []
     for number, case in enumerate(cases, start=1):
@@ -99,10 +101,13 @@ def run_cases(
             outputs.path_names,
         )
         path = output if output is not None else project.build_dir / case_file_name(case.id)
+        realised = realise_case(outputs.rows, result, config, step)
         matrix = config.case_table(case.id).matrix
-        trace = provenance([file], [*sources, *config.tables, *([Path(matrix)] if matrix else [])])
-        with create(path, KIND, trace) as writer:
+        inputs = [*sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
+        with create(path, KIND, provenance([file], inputs)) as writer:
             write_case(writer, result, outputs.area_id, [r.requirement for r in requirements])
+            if realised is not None:
+                write_realisation(writer, realised)
         done.append((path, result))
         step(number, len(cases), "running cases")
     return done

@@ -10,21 +10,8 @@ from tedm_cli.noise.bounds import BOUNDS
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.improvement import COUNTS
 from tedm_cli.noise.requirements import Requirement, in_band
-from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel
 from tedm_cli.stages.common import IntArray
 from tedm_cli.store import Writer
-
-
-def describe(model: TemperatureModel) -> str:
-    """The temperature model in words, with the parameters that decide verdicts."""
-    levels = sorted({float(v) for v in model.scale}, reverse=True)
-    shapes = "; ".join(
-        f"low-pass of order {s.order:g}, corner {s.corner_hz * 1e3:g} mHz, level at {s.reference_hz * 1e3:g} mHz"
-        if isinstance(s, ShapedSpectrum)
-        else "white"
-        for s in model.shapes
-    )
-    return f"{' and '.join(f'{v:g}' for v in levels)} K/sqrt(Hz), {shapes}"
 
 
 def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: Sequence[Requirement]) -> None:
@@ -48,7 +35,7 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
     writer.write("/frequency", r.frequency_hz)
     writer.write("/temperature/spectrum", r.temperature_set)
     writer.write("/temperature/asd", r.temperature_asd)
-    writer.write("/temperature/model", describe(r.temperature))
+    writer.write("/temperature/model", r.temperature.words())
     writer.write("/output/label", r.labels)
     writer.write("/output/unit", r.units)
     writer.write("/output/kind", r.kinds)

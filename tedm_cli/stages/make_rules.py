@@ -11,6 +11,7 @@ from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.stages.common import case_file_name
 from tedm_cli.stages.compensation import compensation_file
+from tedm_cli.stages.temperature import table_paths
 from tedm_cli.store import replacing
 
 
@@ -36,6 +37,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
         f"GRAVITY_SOURCES := {'' if blocks is None else blocks}",
         f"OPTICS_SOURCES := {' '.join(str(f) for f in load_optics(project.optics).matrices)}",
         f"CASE_SOURCES := {' '.join(str(p) for p in (*cases.tables, *cases.matrices))}",
+        f"SPECTRA := {' '.join(str(p) for p in table_paths(project, cases))}",
         f"CASE_IDS := {' '.join(cases.ids)}",
         f"CASE_FILES := {' '.join(str(project.build_dir / case_file_name(c)) for c in cases.ids)}",
     ]
