@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tedm_cli.errors import InputError
 from tedm_cli.noise.columns import columns_of_areas
-from tedm_cli.noise.requirements import PRESETS
+from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler
 from tedm_cli.noise.series import Trend, judge_estimate, rows_by_column
 from tedm_cli.noise.spectral_estimate import Estimate
