@@ -2,6 +2,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# Machines are shared: how long an example takes says nothing of the code.
+settings.register_profile("tedm", deadline=None)
+settings.load_profile("tedm")
 
 
 @pytest.fixture(scope="session")
