@@ -66,8 +66,8 @@ def solve(
     deck, without a shell, has to wait for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says; -v
     shows what it prints.
     """
+    from tedm_cli.cli.say.model import solve_lines
     from tedm_cli.progress import progress, waiting
-    from tedm_cli.say import solve_lines
     from tedm_cli.stages.solve import solve as stage
     from tedm_cli.stages.solve import solve_elsewhere
 
@@ -102,8 +102,8 @@ def ingest(
 
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
+    from tedm_cli.cli.say.model import mass_lines, partial_lines
     from tedm_cli.progress import progress
-    from tedm_cli.say import mass_lines, partial_lines
     from tedm_cli.stages.ingest import ingest as stage
 
     project = open_project(config, build_dir, verbose)

@@ -40,11 +40,11 @@ def run_case(
     Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements. With -v
     also contributors, what would bring each verdict down, and how it hangs on filter, correlation and safety factor.
     """
-    from tedm_cli.cli.say_case import contributor_lines, more_dict, sensitivity_table
-    from tedm_cli.cli.say_series import realisation_line
+    from tedm_cli.cli.say.case import case_dict, case_lines
+    from tedm_cli.cli.say.contributors import contributor_lines, more_dict, sensitivity_table
+    from tedm_cli.cli.say.series import realisation_line
     from tedm_cli.errors import PhysicsError, UsageError
     from tedm_cli.progress import progress
-    from tedm_cli.say import case_dict, case_lines
     from tedm_cli.stages.case import run_cases, select_cases
     from tedm_cli.stages.realisation import read_realisation
 
@@ -83,7 +83,7 @@ def run_series(
 
     Propagates measured or simulated temperatures (CSV or HDF5) to time series and spectra of all outputs.
     """
-    from tedm_cli.cli.say_series import series_dict, series_lines
+    from tedm_cli.cli.say.series import series_dict, series_lines
     from tedm_cli.errors import UsageError
     from tedm_cli.progress import progress
     from tedm_cli.stages.series import run_series as run

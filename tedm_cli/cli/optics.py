@@ -36,7 +36,7 @@ def check_layout(
     """
     import json
 
-    from tedm_cli.cli.say_layout import layout_dict, layout_lines
+    from tedm_cli.cli.say.layout import layout_dict, layout_lines
     from tedm_cli.stages.layout import inspect_layout, refuse_failures
 
     done = inspect_layout(open_project(config, build_dir, verbose))
@@ -56,8 +56,8 @@ def build_optics(
 
     S_BW by the analytic derivative of the ray trace, P, O_ideal, and the read-out per kelvin of every area.
     """
-    from tedm_cli.cli.say_layout import warning_lines
-    from tedm_cli.say import optics_lines
+    from tedm_cli.cli.say.layout import warning_lines
+    from tedm_cli.cli.say.optics import optics_lines
     from tedm_cli.stages.optics import build_optics as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
@@ -87,7 +87,7 @@ def explain(
     """
     import json
 
-    from tedm_cli.cli.say_explain import explain_dict, explain_lines
+    from tedm_cli.cli.say.explain import explain_dict, explain_lines
     from tedm_cli.stages.explain import explain as stage
 
     project = open_project(config, build_dir, verbose)

@@ -13,7 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
 from tedm_cli.nastran.positions import Frames, basis_at, frames_of, grid_positions
-from tedm_cli.nastran.rigid import tied_grids
+from tedm_cli.nastran.tied import tied_grids
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.errors import InputError, PhysicsError
+from tedm_cli.errors import PhysicsError
 from tedm_cli.nastran.frames import displacement_axes
-
-if TYPE_CHECKING:
-    from tedm_cli.nastran.geometry import ModelGeometry
+from tedm_cli.nastran.geometry import ModelGeometry
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -40,25 +38,6 @@ class RigidLinks:
     lever: FloatArray
     axes: FloatArray
     extent_m: float
-
-
-def tied_grids(model: Any, where: str) -> list[int]:
-    """Ids of the grids in rigid elements (RBE2, RBE3, RBAR, ...) and multipoint constraints.
-
-    Raises
-    ------
-    InputError : a zero or a blank among the grids of a rigid element.
-    """
-    tied: set[int] = set()
-    for eid, element in sorted(model.rigid_elements.items()):
-        try:
-            tied.update(int(n) for n in [*element.independent_nodes, *element.dependent_nodes] if n)
-        except TypeError as exc:  # pyNastran cannot sort what is no grid
-            raise InputError(f"{element.type} {eid} has a zero or a blank among its grids", where=where) from exc
-    for mpcs in model.mpcs.values():
-        for mpc in mpcs:
-            tied.update(int(n) for n in mpc.node_ids if n)
-    return sorted(tied)
 
 
 def rigid_links(model: Any, geometry: ModelGeometry) -> RigidLinks:

@@ -8,7 +8,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.figures.inline import read_figure
 from tedm_cli.provenance import input_files
-from tedm_cli.report import ReportFigure, ReportFile, ReportInputs, render
+from tedm_cli.report.page import ReportFigure, ReportFile, ReportInputs, render
 from tedm_cli.stages.common import UNIT_LOADS as UNIT_LOADS_FILE
 from tedm_cli.stages.common import out_path, require_input
 from tedm_cli.stages.plot import FIGURES, figure_specs

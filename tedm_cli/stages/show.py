@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tedm_cli.say import table
 from tedm_cli.store import Reader, kind_of, open_checked
+from tedm_cli.text_table import table
 
 
 def show_dict(path: Path) -> dict[str, Any]:

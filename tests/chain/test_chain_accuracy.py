@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tedm_cli.cli.say.gravity import accuracy_lines
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.errors import ConfigError, UsageError
-from tedm_cli.say import accuracy_lines
 from tedm_cli.stages.accuracy import accuracy
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tedm_cli.cli import app
-from tedm_cli.cli.say_explain import explain_lines
+from tedm_cli.cli.say.explain import explain_lines
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import InputError, UsageError

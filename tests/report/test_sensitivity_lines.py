@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from tedm_cli.cli.say.gravity import sensitivity_lines
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.say import sensitivity_lines
 from tedm_cli.stages.sensitivity import SensitivitySummary
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tedm_cli.optics.shares import SAME
-from tedm_cli.say import table
+from tedm_cli.text_table import table
 
 if TYPE_CHECKING:
     from tedm_cli.optics.shares import SetComparison

@@ -28,8 +28,8 @@ from tedm_cli.figures.data import (
 )
 from tedm_cli.figures.inline import inline_svg
 from tedm_cli.provenance import relative_name
-from tedm_cli.report_field import field_at_rest
-from tedm_cli.report_optics import optics_of
+from tedm_cli.report.field import field_at_rest
+from tedm_cli.report.optics import optics_of
 from tedm_cli.store import Reader
 
 _TOP = 5  # areas listed for each judged output
@@ -74,7 +74,7 @@ def render(inputs: ReportInputs) -> str:
     InputError : files stem from different versions of one configuration.
     """
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("tedm_cli"),
+        loader=jinja2.PackageLoader("tedm_cli.report"),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,

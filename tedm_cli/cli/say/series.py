@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tedm_cli.say import table
+from tedm_cli.text_table import table
 
 if TYPE_CHECKING:
     from tedm_cli.stages.realisation import Realised

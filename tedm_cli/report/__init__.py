@@ -1,0 +1,1 @@
+"""The report: numbers of result files, arranged for its templates. Reads arrays, computes next to nothing."""
