@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from tedm_cli.config.base import Strict
 from tedm_cli.config.correlation_file import read_matrix
-from tedm_cli.noise.correlation import CorrelationCase
+from tedm_cli.noise.correlation import CorrelationCase, Role
 from tedm_cli.noise.selection import BlockSelector
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
@@ -83,11 +83,13 @@ class CaseTable(Strict):
     """One correlation case: areas in no block are silent.
 
     Correlation is given by `blocks`, by a `partition` of the areas in `groups` (of all areas without), or by `matrix`,
-    a CSV or NPZ file. `rho` is the coefficient inside blocks that have none of their own (1 unless given).
+    a CSV or NPZ file. `rho` is the coefficient inside blocks that have none of their own (1 unless given). `role` and
+    `reason` say what the case is for; no number depends on them.
     """
 
     id: Annotated[str, BeforeValidator(_identifier), Field(pattern=r"^[A-Za-z0-9_-]+$")]
     title: str = Field(min_length=1)
+    role: Role = "possible"
     reason: str = ""
     blocks: Annotated[list[BlockTable], Field(min_length=1)] | None = None
     partition: Partition | None = None
@@ -122,4 +124,6 @@ class CaseTable(Strict):
             where,
             None if self.matrix is None else read_matrix(Path(self.matrix)),
             tuple((d.chosen(), d.delay_s) for d in self.delays),
+            self.role,
+            self.reason,
         )

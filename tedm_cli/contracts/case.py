@@ -6,12 +6,16 @@ from tedm_cli.contracts.spec import AREAS, Dataset, FileKind
 
 CASE = FileKind(
     "case",
-    2,
+    3,
     "tedm run-case",
     {
         **AREAS,
         "/case/id": Dataset((), "str", "1", "case number"),
         "/case/title": Dataset((), "str", "1", "which temperatures move together"),
+        "/case/role": Dataset(
+            (), "str", "1", "likely in flight, possible, or diagnostic (not physical, it isolates a part)"
+        ),
+        "/case/reason": Dataset((), "str", "1", "why the case is there, empty where the configuration does not say"),
         "/case/safety_factor": Dataset((), "float", "1", "factor on amplitudes when judged (not applied to /psd)"),
         "/case/block": Dataset(("area",), "int", "1", "block of each area, uncorrelated to other blocks; -1: silent"),
         "/correlation/real": Dataset(("area", "area_column"), "float", "1", "correlation before delays, real part"),
@@ -80,6 +84,18 @@ CASE = FileKind(
         ),
         "/improvement/silenced": Dataset(("verdict", "count"), "float", "1", "ratio with these areas silent"),
         "/improvement/quieter": Dataset(("verdict", "count"), "float", "1", "ratio with a tenth of their noise"),
+        "/improvement/matched_area": Dataset(
+            ("verdict", "rank"),
+            "int",
+            "1",
+            "areas to share one temperature fluctuation: the best pair, then one after the other; -1: no relief left",
+        ),
+        "/improvement/matched": Dataset(
+            ("verdict", "count"),
+            "float",
+            "1",
+            "ratio with the first of these areas fully correlated, and uncorrelated with the others",
+        ),
         "/stability/group": Dataset(("group",), "str", "1", "groups with noise"),
         "/stability/factor": Dataset(
             ("verdict", "group"),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from tedm_cli.noise.selection import BlockSelector, Facts, Indices, Mask, divide
 
 Array = NDArray[np.float64]
 Matrix = NDArray[Any]  # real or complex
+Role = Literal["likely", "possible", "diagnostic"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,10 @@ class LabelledMatrix:
 
 @dataclass(frozen=True, eq=False)
 class CorrelationCase:
-    """A named set of blocks or a matrix, with delays (s) of some areas; `where` (a file) is for messages only."""
+    """A named set of blocks or a matrix, with delays (s) of some areas; `where` (a file) is for messages only.
+
+    `role`: likely in flight, possible, or diagnostic (not physical, it isolates a part); `reason`: why the case exists.
+    """
 
     id: str
     title: str
@@ -45,6 +49,8 @@ class CorrelationCase:
     where: str = ""
     matrix: LabelledMatrix | None = None
     delays: tuple[tuple[BlockSelector, float], ...] = ()
+    role: Role = "possible"
+    reason: str = ""
 
 
 @dataclass(frozen=True, eq=False)

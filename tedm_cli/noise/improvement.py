@@ -1,4 +1,4 @@
-"""What would bring a verdict down: quieter areas, and the temperature stability that each group would need."""
+"""What would bring a verdict down: quieter areas, areas that are matched thermally, and more stable groups."""
 
 from __future__ import annotations
 
@@ -28,6 +28,12 @@ class Improvement:
     worst : [10], areas in the order of greatest relief at the binding frequency, each after those before it were
         silenced; -1 where no further area brings relief.
     silenced, quieter : [6], ratio with the first `COUNTS` of them without noise, and with a `QUIETER`-th of it.
+    match : [10], areas that lower the noise at the binding frequency most when they are matched: the best pair, then
+        the best area to join those before it; -1 where none lowers it. Silent areas are not among them.
+    matched : [6], ratio with the first `COUNTS` of these areas matched. They share one fluctuation of temperature, each
+        with its own amplitude A_i(f) and none later than another, which is uncorrelated with all other areas; these
+        keep the correlation they have: S = (Σ_matched g_i A_i)² + S of the others alone. Correlation that a matched
+        area has with others in the case is lost. One area is no match: the ratios at 0 and 1 are that of the case.
     group_factor : [G], the factor on the temperature amplitudes of each group, the others unchanged, that would just
         meet the requirement: how much quieter it must be (< 1) or how much noisier it may be (> 1, infinite where the
         output does not feel it); NaN where this group alone cannot do it.
@@ -36,6 +42,8 @@ class Improvement:
     worst: NDArray[np.intp]
     silenced: Array
     quieter: Array
+    match: NDArray[np.intp]
+    matched: Array
     group_factor: Array
 
 
@@ -61,11 +69,22 @@ def improvement(
     terms = (row * temperature.scale * values[carriers.index, binding])[:, None] * correlation.factor
     worst = _worst(terms, COUNTS[-1])
 
-    def ratios(scale: float) -> Array:
+    def noise(areas: NDArray[np.intp], scale: float) -> Array:
+        """Power [6, F] with the amplitudes of the first `COUNTS` of the areas scaled."""
         rows = np.tile(row, (len(COUNTS), 1))
         for n, count in enumerate(COUNTS):
-            rows[n, worst[:count]] *= scale
-        return _ratios(carriers.rows(rows, correlation.factor), values, limit)
+            rows[n, areas[:count]] *= scale
+        return psd_of_fields(carriers.rows(rows, correlation.factor), values)
+
+    together = Carriers.of(temperature)  # without delays
+    shapes = together.values(frequency_hz)
+    amplitude = np.where(correlation.active, row * temperature.scale * shapes[together.index, binding], 0.0)
+    match = _match(terms, amplitude, COUNTS[-1])
+    members = np.zeros((len(COUNTS), len(row)))
+    for n, count in enumerate(COUNTS):
+        members[n, match[:count]] = row[match[:count]]
+    matched = noise(match, 0.0) + psd_of_fields(together.rows(members, np.ones((len(row), 1))), shapes)
+    matched[:2] = noise(match[:0], 1.0)[:2]
 
     parts = np.array([part for mask in groups for part in (np.where(mask, row, 0.0), np.where(mask, 0.0, row))])
     fields = carriers.rows(parts, correlation.factor)
@@ -74,18 +93,24 @@ def improvement(
     triangle = np.asarray(np.linalg.qr(fields.reshape(number * c, m).T, mode="r"))
     fields = triangle.T.reshape(number, c, -1)
     return Improvement(
-        worst=np.pad(worst, (0, COUNTS[-1] - len(worst)), constant_values=-1),
-        silenced=ratios(0.0),
-        quieter=ratios(1.0 / QUIETER),
+        worst=_filled(worst),
+        silenced=_ratios(noise(worst, 0.0), limit),
+        quieter=_ratios(noise(worst, 1.0 / QUIETER), limit),
+        match=_filled(match),
+        matched=_ratios(matched, limit),
         group_factor=np.array(
             [_group_factor(fields[2 * g], fields[2 * g + 1], values, limit) for g in range(len(groups))]
         ),
     )
 
 
-def _ratios(fields: NDArray[Any], values: NDArray[Any], limit: Array) -> Array:
-    ratio: Array = (np.sqrt(psd_of_fields(fields, values)) / limit).max(axis=1)
+def _ratios(psd: Array, limit: Array) -> Array:
+    ratio: Array = (np.sqrt(psd) / limit).max(axis=1)
     return ratio
+
+
+def _filled(areas: NDArray[np.intp]) -> NDArray[np.intp]:
+    return np.pad(areas, (0, COUNTS[-1] - len(areas)), constant_values=-1)
 
 
 def _worst(terms: NDArray[Any], most: int) -> NDArray[np.intp]:
@@ -101,6 +126,37 @@ def _worst(terms: NDArray[Any], most: int) -> NDArray[np.intp]:
         if relief[best] <= least:
             break
         chosen.append(best)
+        total = total - terms[best]
+    return np.array(chosen, dtype=np.intp)
+
+
+def _match(terms: NDArray[Any], amplitude: Array, most: int) -> NDArray[np.intp]:
+    """Areas that lower (Σ_in amplitude_i)² + |Σ_out terms_i|² most by being in: the best pair, then one by one.
+
+    `terms` [k, m] of areas that are out, signed `amplitude` [k] of areas that are in, 0 for silent ones.
+    """
+    total = terms.sum(axis=0)
+    own = np.sum(np.abs(terms) ** 2, axis=1)
+    least = 1e-12 * float(np.sum(np.abs(total) ** 2) + own.sum())  # rounding brings no relief
+    leaves = 2.0 * np.real(terms @ total.conj()) - own  # |total|² - |total - terms_i|²
+    common = np.real(terms @ terms.conj().T) + np.outer(amplitude, amplitude)
+    relief = leaves[:, None] + leaves - amplitude[:, None] ** 2 - amplitude**2 - 2.0 * common
+    silent = amplitude == 0.0
+    relief[silent] = relief[:, silent] = -np.inf
+    np.fill_diagonal(relief, -np.inf)
+    if most < 2 or len(terms) < 2 or relief.max() <= least:
+        return np.empty(0, dtype=np.intp)
+    chosen = [int(i) for i in np.unravel_index(relief.argmax(), relief.shape)]
+    inside = float(amplitude[chosen].sum())
+    total = total - terms[chosen].sum(axis=0)
+    for _ in range(2, min(most, len(terms))):
+        gain = 2.0 * np.real(terms @ total.conj()) - own - amplitude * (2.0 * inside + amplitude)
+        gain[silent] = gain[chosen] = -np.inf
+        best = int(gain.argmax())
+        if gain[best] <= least:
+            break
+        chosen.append(best)
+        inside += float(amplitude[best])
         total = total - terms[best]
     return np.array(chosen, dtype=np.intp)
 

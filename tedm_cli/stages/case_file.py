@@ -25,6 +25,8 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
         block[members] = number
     writer.write("/case/id", r.case.id)
     writer.write("/case/title", r.case.title)
+    writer.write("/case/role", r.case.role)
+    writer.write("/case/reason", r.case.reason)
     writer.write("/case/safety_factor", r.safety_factor)
     writer.write("/case/block", block)
     matrix = r.correlation.matrix()
@@ -76,8 +78,10 @@ def _write_verdicts(writer: Writer, r: CaseResult) -> None:
         writer.write("/filter_sensitivity/corner", r.filter_sensitivity.corner_hz)
         writer.write("/filter_sensitivity/ratio", r.filter_sensitivity.ratio)
     writer.write("/improvement/count", np.array(COUNTS))
-    writer.write("/improvement/area", np.array([i.worst for i in r.improvements], dtype=int).reshape(n, COUNTS[-1]))
-    for name in ("silenced", "quieter"):
+    for path, name in (("area", "worst"), ("matched_area", "match")):
+        ranked = np.array([getattr(i, name) for i in r.improvements], dtype=int).reshape(n, COUNTS[-1])
+        writer.write(f"/improvement/{path}", ranked)
+    for name in ("silenced", "quieter", "matched"):
         ratios = np.array([getattr(i, name) for i in r.improvements]).reshape(n, len(COUNTS))
         writer.write(f"/improvement/{name}", ratios)
     writer.write("/stability/group", r.groups)

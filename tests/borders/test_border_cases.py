@@ -79,6 +79,23 @@ def test_the_parts_by_optical_element_sum_to_the_read_out_noise(small: Project) 
         assert np.all(np.abs(parts.sum(axis=0) - whole) <= 1e-13 * np.abs(parts).sum(axis=0))
 
 
+def test_role_and_reason_are_printed_and_stored(small: Project) -> None:
+    shown = small.run("run-case", "5").ok().out.splitlines()
+    assert shown[0].startswith("case 5 (diagnostic): Struts and flanges only, correlated (")
+    assert shown[1] == "Isolates what the mounting does when it moves as one."
+    printed = json.loads(small.run("run-case", "2", "10", "--json").ok().out)
+    assert [case["role"] for case in printed] == ["possible", "likely"]
+    for case, name in zip(printed, ("case02.h5", "case10.h5"), strict=True):
+        with h5py.File(small.build / name) as file:
+            assert file["/case/role"][()].decode() == case["role"]
+            assert file["/case/reason"][()].decode() == case["reason"] != ""
+    # Matching ends where no further area brings relief, and its ratio falls until there.
+    for verdict in printed[0]["sensitivity"]:
+        matched = list(verdict["ratio_with_areas_matched"].values())
+        assert 2 <= len(verdict["matched_areas"]) <= 10
+        assert matched[0] == matched[1] > matched[2] >= matched[-1]
+
+
 def test_an_impossible_matrix(small: Project) -> None:
     add_case(small, "-0.6")
     with untouched(small.build):

@@ -24,6 +24,15 @@ def problems(tmp_path, text):
 def test_shipped_file(config, areas):
     assert config.ids == ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10", "10b"]
     assert all(table.reason for table in config.cases)
+    roles = {role: [c.id for c in config.cases if c.role == role] for role in ("likely", "possible", "diagnostic")}
+    assert roles == {
+        "likely": ["3", "10"],
+        "possible": ["1", "2", "4", "4b", "10b"],
+        "diagnostic": ["5", "6", "7", "8", "9"],
+    }
+    for table in config.cases:
+        case = config.case(table.id)
+        assert (case.role, case.reason) == (table.role, table.reason)
     assert config.safety_factor == 2.0
     assert {1e-3, 3e-3, 30e-3} <= set(config.frequency_hz().tolist())
     applied = {a.requirement.name: a.outputs for a in config.applied_requirements()}
@@ -39,8 +48,14 @@ def test_defaults_and_numeric_ids(tmp_path):
     assert file.text == ONE_CASE
     assert config.ids == ["3"]
     assert config.case("3").title == "all"
+    assert (config.case("3").role, config.case("3").reason) == ("possible", "")
     assert config.safety_factor == 2.0
     assert config.applied_requirements() == []
+
+
+def test_roles_are_three(tmp_path):
+    found = problems(tmp_path, ONE_CASE + 'role = "unlikely"\n')
+    assert "'likely', 'possible' or 'diagnostic'" in found["case[0].role"]
 
 
 def test_white_preset(tmp_path, areas):

@@ -122,3 +122,91 @@ def test_path_shares_are_the_derivative_of_the_power(seed, k, p):
         step = 1e-4 * (np.arange(p) == i)
         slope = (psd(step) - psd(-step)) / (4e-4 * psd(0 * step))
         assert slope == pytest.approx(share[i], rel=1e-6, abs=1e-8 * np.abs(share).max())
+
+
+def matched_directly(row, model, found, limit, areas):
+    """Ratio with the areas following one fluctuation, none later than another, apart from all others."""
+    k = len(row)
+    inside = np.isin(np.arange(k), areas)
+    factor = np.hstack([np.where(inside[:, None], 0.0, found.factor), inside[:, None]])
+    own = Correlation((np.arange(k),), factor, np.zeros(factor.shape[1], dtype=int), np.where(inside, 0, found.delay_s))
+    return worst_ratio(row, model, own, limit)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 12))
+def test_matching_is_propagation_with_these_areas_as_one_block(seed, k):
+    rng, row, model, found = random_problem(seed, k)
+    silent = rng.random(k) < 0.2
+    factor = np.where(silent[:, None], 0.0, found.factor)
+    found = Correlation(found.blocks, factor, found.column_block, found.delay_s)
+    limit, binding = np.ones(len(F)), int(rng.integers(len(F)))
+    result = improvement(row, model, found, F, binding, limit, [~silent])
+    match = result.match[result.match >= 0]
+    assert len(match) != 1
+    assert len(set(match.tolist())) == len(match)
+    assert not silent[match].any()
+    for n, count in enumerate(COUNTS):
+        expected = matched_directly(row, model, found, limit, match[:count] if count > 1 else [])
+        assert result.matched[n] >= 0.0
+        assert result.matched[n] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    np.testing.assert_array_equal(result.matched[:2], result.silenced[:1].repeat(2))
+
+    # The first pair is the best of all pairs at the binding frequency, and each next area the best there is.
+    def power(areas):
+        f = F[binding : binding + 1]
+        inside = np.isin(np.arange(k), areas)
+        out = output_psd_from_factor(np.where(inside, 0, row)[None], model, found.factor, f, found.delay_s)[0, 0]
+        return out + (np.where(inside, row, 0) @ model.amplitudes(f)[:, 0]) ** 2
+
+    whole, felt = power([]), np.flatnonzero(~silent)
+    small = 1e-9 * (whole + np.sum((row[felt] * model.amplitudes(F[binding : binding + 1])[felt, 0]) ** 2))
+    pairs = [power([i, j]) for i in felt for j in felt if i < j]
+    if len(match):
+        assert power(match[:2]) <= min(pairs) + small
+        assert power(match[:2]) < whole
+    else:
+        assert min(pairs, default=whole) >= whole - small
+    for n in range(3, len(match) + 1):
+        assert power(match[:n]) < power(match[: n - 1])
+        assert power(match[:n]) <= min(power([*match[: n - 1], i]) for i in felt if i not in match[: n - 1]) + small
+
+
+def of_areas_alone(amplitudes, spectrum):
+    """The areas' improvement when each stands alone, against a limit of 1."""
+    row = np.array(amplitudes)
+    model = TemperatureModel.from_spectra([spectrum] * len(row))
+    found = full_blocks([np.array([i]) for i in range(len(row))], len(row))
+    return improvement(row, model, found, F, 0, np.ones(len(F)), [np.ones(len(row), dtype=bool)])
+
+
+def test_matching_by_hand():
+    """h = 3, -2, 1: 9 + 4 + 1 = 14. 3 and -2 as one: 1 + 1 = 2. All three: 2² = 4, no relief."""
+    result = of_areas_alone([3.0, -2.0, 1.0], WhiteSpectrum(1.0))
+    assert result.match.tolist() == [0, 1, *[-1] * 8]
+    np.testing.assert_allclose(result.matched, np.sqrt([14, 14, 2, 2, 2, 2]), rtol=1e-14)
+    # 5 and -3 as one leave 4 + 4; the -2 then cancels the rest.
+    result = of_areas_alone([5.0, -3.0, -2.0], WhiteSpectrum(1.0))
+    assert result.match[:4].tolist() == [0, 1, 2, -1]
+    np.testing.assert_allclose(result.matched, np.sqrt([38, 38, 8, 0, 0, 0]), atol=1e-14)
+    # The two loudest add: they are the first to silence, and no partners.
+    result = of_areas_alone([5.0, 4.9, -3.0, -2.0], WhiteSpectrum(1.0))
+    assert result.worst[:2].tolist() == [0, 1]
+    assert result.match[:4].tolist() == [0, 2, 3, -1]
+    np.testing.assert_allclose(result.matched[2:4], np.sqrt([4 + 4.9**2 + 4, 4.9**2]), rtol=1e-14)
+
+
+def test_equal_and_opposite_areas_that_are_matched_cancel():
+    result = of_areas_alone([0.7, -0.7], ShapedSpectrum(1e-3))
+    assert result.matched[0] > 1e-4
+    assert not result.matched[2:].any()
+
+
+def test_all_areas_matched_turn_every_area_alone_into_all_correlated():
+    """Case 2 with all areas matched is case 1, here where the sum is small enough for every area to join."""
+    row = [8.0, -7.0, 6.0, -5.0, 4.0, -3.0, 2.0, -1.5, -1.7, -1.75]
+    result = of_areas_alone(row, ShapedSpectrum(1e-3))
+    assert sorted(result.match.tolist()) == list(range(10))
+    model = TemperatureModel.from_spectra([ShapedSpectrum(1e-3)] * 10)
+    one = full_blocks([np.arange(10)], 10)
+    assert result.matched[-1] == pytest.approx(worst_ratio(np.array(row), model, one, np.ones(len(F))), rel=1e-12)

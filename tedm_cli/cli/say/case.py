@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 def case_lines(path: Path, result: CaseResult) -> list[str]:
     """Verdict table of a case."""
-    lines = [f"case {result.case.id}: {result.case.title} ({path})", _setting(result)]
+    case = result.case
+    lines = [f"case {case.id} ({case.role}): {case.title} ({path})", *filter(None, [case.reason]), _setting(result)]
     rows = [
         (
             v.output,
@@ -57,6 +58,8 @@ def case_dict(path: Path, result: CaseResult) -> dict[str, Any]:
     return {
         "case": result.case.id,
         "title": result.case.title,
+        "role": result.case.role,
+        "reason": result.case.reason,
         "file": str(path),
         "setting": _setting(result),
         "safety_factor": result.safety_factor,
