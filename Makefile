@@ -19,7 +19,7 @@ CODE := $(shell find tedm_cli -name '*.py' -o -name '*.j2')
 .PHONY: FORCE help all test check format bench sample-small clean distclean
 
 help: ## Show this help
-	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html"
+	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md)"
 	@echo "make test     set up and run the tests"
 	@echo "make check    lint and types"
 	@echo "make format   format the code"

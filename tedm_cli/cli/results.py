@@ -30,6 +30,12 @@ class _Format(Enum):
     mat = "mat"
 
 
+class _ReportFormat(Enum):
+    html = "html"
+    pdf = "pdf"
+    md = "md"
+
+
 @app.command()
 def plot(
     config: Config = DEFAULT_CONFIG,
@@ -56,15 +62,21 @@ def plot(
 def report(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
-    output: Output = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="One .html, .pdf or .md file instead of all three.")
+    ] = None,
+    fmt: Annotated[list[_ReportFormat] | None, typer.Option("--format", help="Only this one; may be repeated.")] = None,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Write the self-contained report.html."""
+    """Write the report: report.html, report.pdf and report.md.
+
+    Decision first: verdicts, why, how sure, what would change them; then the evidence. The page needs no other file.
+    """
     from tedm_cli.stages.report import report as stage
 
-    path = stage(open_project(config, build_dir, verbose), output)
-    say(quiet, f"{path}: {path.stat().st_size / 1e6:.1f} MB")
+    paths = stage(open_project(config, build_dir, verbose), output, [f.value for f in fmt or ()])
+    say(quiet, *(f"{path}: {path.stat().st_size / 1e6:.2f} MB" for path in paths))
 
 
 @app.command()

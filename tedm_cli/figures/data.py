@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -14,6 +14,15 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+REALISATION_CONFIDENCE = 0.95  # of the intervals drawn around estimates from realisations
+SILENCED, MATCHED = "silenced", "matched"
+#: What can be done to areas: as a verb, and as a word.
+WAYS = {
+    SILENCED: ("silencing", "silent"),
+    "quieter": ("a tenth of the noise in", "at a tenth"),
+    MATCHED: ("one common fluctuation in", "matched"),
+}
+_ALIKE = 1e-6  # relative difference of outputs that are told once
 QUANTITY = {
     "acceleration": "self-gravity acceleration",
     "angular_acceleration": "self-gravity angular acceleration",
@@ -34,6 +43,39 @@ class Limit:
 
 
 @dataclass(frozen=True, eq=False)
+class Mending:
+    """What would bring one ratio down.
+
+    Parameters
+    ----------
+    count : [c], numbers of areas improved.
+    ratio : by what is done to them (a key of `WAYS`), the ratio [c] with each number of them.
+    areas_of : by the same, indices of the areas in the order they are chosen, without those that bring no relief.
+    group_factor : by group, the factor on its temperatures that just meets the requirement; infinite where the output
+        does not feel it, NaN where this group alone cannot do it.
+    group_level : by group, its temperature ASD at the binding frequency, K/√Hz; NaN where its areas differ.
+    all_factor : `group_factor` of all groups together.
+    """
+
+    count: NDArray[np.int64]
+    ratio: dict[str, Array]
+    areas_of: dict[str, NDArray[np.int64]]
+    group_factor: dict[str, float]
+    group_level: dict[str, float]
+    all_factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """An estimated amplitude spectral density [F], unit/√Hz, and the ends of its interval of confidence."""
+
+    frequency_hz: Array
+    asd: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, eq=False)
 class JudgedOutput:
     """One output of one case against one requirement.
 
@@ -43,11 +85,14 @@ class JudgedOutput:
     ratio : largest safety factor × noise / limit; binding_hz : where; passed : ratio <= 1.
     asd : [F], amplitude spectral density without the safety factor, unit/√Hz.
     bound_low, bound_high : [F], the same over all correlations of the case's active areas.
-    correlation_ratio : smallest and largest `ratio` over those correlations.
+    bound_ratio : `ratio` at each of the five bounds, by name as in the case files.
     filter_ratio : [orders, corners], `ratio` with other temperature filters; None where there is no low-pass.
     contribution_hz : frequency of `contribution` and `share`; band_hz : of `band_share`.
     contribution : [k], signed sensitivity × temperature of each area, unit/√Hz.
     share, band_share : [k], each area's part of the power; negative where it cancels others.
+    path, path_band : the same parts by optical element; None for what is no read-out.
+    mending : what would bring the ratio down.
+    realised : estimate from a realisation with its 95 % interval, without the safety factor; None where there is none.
     """
 
     output: str
@@ -60,34 +105,55 @@ class JudgedOutput:
     asd: Array
     bound_low: Array
     bound_high: Array
-    correlation_ratio: tuple[float, float]
+    bound_ratio: dict[str, float]
     filter_ratio: Array | None
     contribution_hz: float
     band_hz: tuple[float, float]
     contribution: Array
     share: Array
     band_share: Array
+    path: dict[str, float] | None
+    path_band: dict[str, float] | None
+    mending: Mending
+    realised: Spectrum | None
+
+    @property
+    def correlation_ratio(self) -> tuple[float, float]:
+        """Smallest and largest `ratio` over all correlations of the active areas."""
+        return self.bound_ratio["minimum"], self.bound_ratio["maximum"]
 
 
 @dataclass(frozen=True, eq=False)
 class CaseNoise:
     """One correlation case: its setting, judged outputs, and the limits they were judged by.
 
-    `active` is [k], which areas are not silent; `blocks` counts the correlated blocks. `filter_order` and
+    `role` is likely, possible or diagnostic; `reason` says why the case is there, empty where nothing is said.
+    `block` is [k], the correlated block of each area, -1 for silent ones. `filter_order` and
     `filter_corner_hz` are the axes of each `filter_ratio`, empty where there is no low-pass.
     """
 
     id: str
     title: str
+    role: str
+    reason: str
     safety_factor: float
     temperature: str
-    active: NDArray[np.bool_]
-    blocks: int
+    block: NDArray[np.int64]
     frequency_hz: Array
     judged: tuple[JudgedOutput, ...]
     limits: tuple[Limit, ...]
     filter_order: Array
     filter_corner_hz: Array
+
+    @property
+    def active(self) -> NDArray[np.bool_]:
+        """Areas [k] that are not silent."""
+        return self.block >= 0
+
+    @property
+    def blocks(self) -> int:
+        """Number of correlated blocks."""
+        return int(self.block.max()) + 1
 
     def of_kind(self, kind: str) -> list[JudgedOutput]:
         """Judged outputs of one quantity."""
@@ -136,6 +202,32 @@ class AreaMap:
     value: Array
 
 
+def told_once(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
+    """The cases with outputs that say the same, as redundant read-outs do, as one that bears all their names.
+
+    Outputs say the same where ratio and contributions are equal up to rounding in every case.
+    """
+    families: dict[tuple[int, ...], list[int]] = {}
+    for place in range(len(cases[0].judged)):
+        families.setdefault(tuple(_family(case.judged, place) for case in cases), []).append(place)
+    merged = []
+    for case in cases:
+        names = [(family[0], ", ".join(case.judged[i].output for i in family)) for family in families.values()]
+        merged.append(replace(case, judged=tuple(replace(case.judged[first], output=name) for first, name in names)))
+    return merged
+
+
+def _family(judged: Sequence[JudgedOutput], place: int) -> int:
+    """Place of the first output that says the same as the one at `place`."""
+    j = judged[place]
+    scale = float(np.abs(j.contribution).max())
+    for first, k in enumerate(judged[:place]):
+        same = (k.requirement, k.unit) == (j.requirement, j.unit) and abs(k.ratio - j.ratio) <= _ALIKE * j.ratio
+        if same and np.allclose(j.contribution, k.contribution, rtol=0.0, atol=_ALIKE * scale):
+            return first
+    return place
+
+
 def kinds_of(cases: Sequence[CaseNoise]) -> list[str]:
     """Quantities that are judged in any of the cases, in the order of the requirements."""
     return list(dict.fromkeys(j.kind for c in cases for j in c.judged))
@@ -165,6 +257,8 @@ def ratio_text(ratio: float) -> str:
     """A ratio with three digits, and with more where three would hide on which side of 1 it lies."""
     if ratio == 0.0:
         return "0"
+    if ratio >= 1e3:
+        return f"{ratio:.0f}" if ratio < 1e6 else power_text(ratio, 3)
     for digits in (3, 5, 8, 12):
         text = f"{ratio:#.{digits}g}".removesuffix(".")
         if float(text) != 1.0 or ratio == 1.0:
@@ -178,6 +272,26 @@ def number_text(value: float) -> str:
     digits = 0 if size >= 100 else 1 if size >= 10 else 2 if size >= 1 else 3
     text = f"{value:.{digits}f}"
     return "0" if float(text) == 0.0 else text.replace("-", "−")
+
+
+def capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def shortened(text: str, most: int) -> str:
+    """A text of at most `most` characters, with an ellipsis in the middle of what is longer: ends tell names apart."""
+    if len(text) <= most:
+        return text
+    head = (most - 1) // 2
+    return f"{text[:head].rstrip()}…{text[len(text) - (most - 1 - head) :].lstrip()}"
+
+
+def power_text(value: float, digits: int = 2) -> str:
+    """A positive number as 2.4 × 10⁻¹³, plain where it is of everyday size."""
+    if 0.01 <= value < 1e4:
+        return f"{value:.{digits}g}" if value < 10**digits else f"{value:.0f}"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa} × 10{str(int(exponent)).translate(SUPERSCRIPT)}"
 
 
 def mhz_text(frequency_hz: float) -> str:

@@ -1,68 +1,144 @@
-"""The field at rest for the report: by source and summed, its verdicts, and the stiffness of the test masses."""
+"""The field at rest in the report: by source and summed, its verdicts, and the stiffness of the test masses."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from tedm_cli.figures.data import SUPERSCRIPT, Array, first_largest
+from tedm_cli.figures.data import SUPERSCRIPT, Array, first_largest, ratio_text, unit_text
 from tedm_cli.gravity.requirements import MODELLED
+from tedm_cli.report.document import (
+    Block,
+    Cell,
+    Column,
+    Columns,
+    Figure,
+    Folded,
+    Heading,
+    Paragraph,
+    Row,
+    Section,
+    Table,
+    columns,
+    row,
+)
+from tedm_cli.report.numbers import sci, vector
 from tedm_cli.store import Reader
 
 _ROUNDING = 1e-9  # entries this far below what they are compared with are shown as 0
 
 
-def field_at_rest(file: Reader) -> dict[str, Any]:
+@dataclass(frozen=True)
+class DcVerdict:
+    """One quantity of the field at rest against its allocation; `unit` as it is printed."""
+
+    test_mass: str
+    quantity: str
+    subsystem: str
+    unit: str
+    value: float
+    lower: float
+    upper: float
+    ratio: float
+    passed: bool
+
+    @property
+    def symbol(self) -> str:
+        return self.quantity.replace("gamma", "Γ").replace("omegadot", "ω̇")
+
+    @property
+    def whole(self) -> bool:
+        """Of all that is modelled, not of a part of it."""
+        return self.subsystem == MODELLED
+
+
+def dc_verdicts(file: Reader) -> list[DcVerdict]:
+    """Verdicts on the field at rest in sensitivity.h5."""
+    names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem", "unit")]
+    numbers = [file.array(f"/dc_verdict/{c}") for c in ("value", "lower", "upper", "ratio", "passed")]
+    return [
+        DcVerdict(
+            mass,
+            quantity,
+            subsystem,
+            unit_text(unit),
+            float(value),
+            float(lower),
+            float(upper),
+            float(ratio),
+            passed > 0,
+        )
+        for (mass, quantity, subsystem, unit), (value, lower, upper, ratio, passed) in zip(
+            zip(*names, strict=True), zip(*numbers, strict=True), strict=True
+        )
+    ]
+
+
+def worst_verdict(verdicts: Sequence[DcVerdict]) -> DcVerdict:
+    """The verdict with the largest ratio."""
+    return first_largest(verdicts, [v.ratio for v in verdicts])
+
+
+def field_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:
     """What the report says of sensitivity.h5 apart from [S_SG]."""
     names, sources = file.strings("/test_mass/name"), file.strings("/source/name")
-    a, w = file.array("/dc/acceleration"), file.array("/dc/angular_acceleration")
-    error, points = file.array("/source/quadrature_error"), file.array("/source/points")
-    rows: list[tuple[Any, ...]] = []
+    blocks: list[Block] = [*figures["field"], *_verdicts(file), *_by_source(file)]
+    blocks += [
+        Heading("Stiffness, all sources"),
+        Paragraph(
+            "Stiffness is the derivative of the acceleration of a test mass by its own displacement or rotation,"
+            " everything else at rest: rows are the component of a (Γ) or ω̇ (Ω), columns the axis the test mass moves"
+            " along (lin) or turns about (ang), right-handed. With a positive Γ_xx a test mass displaced along x is"
+            " pulled further away, which is unstable; with a negative one it is pulled back. A displacement of the"
+            " sources acts with the opposite sign."
+        ),
+    ]
     for t, name in enumerate(names):
-        for s, source in enumerate(sources):
-            quadrature = {"points": int(points[t, s]), "error": None if math.isnan(error[t, s]) else error[t, s]}
-            rows.append((name, source, _marked(a[t, s], a), _marked(w[t, s], w), quadrature))
-        rows.append((name, "sum", _marked(a[t].sum(axis=0), a), _marked(w[t].sum(axis=0), w), None))
-    return {
-        "rows": rows,
-        "sources": sources,
-        "mass_model": file.string("/source/mass_model"),
-        "position": list(zip(names, file.array("/test_mass/position"), file.array("/test_mass/mass"), strict=True)),
-        "verdicts": _verdicts(file),
-        "stiffness": [_stiffness(file, t, name, sources) for t, name in enumerate(names)],
-        "linearised": _linearised(file),
-    }
+        blocks += _stiffness(file, t, name, sources)
+    return Section("field", "Field at rest", "Field at rest", (*blocks, _linearised(file)))
 
 
-def _marked(values: Array, reference: Array) -> list[tuple[float, bool]]:
-    """Values, and whether each is no more than rounding beside the largest of its kind."""
-    largest = float(np.abs(reference).max())
-    return [(float(v), bool(abs(v) < _ROUNDING * largest)) for v in values]
+def _verdicts(file: Reader) -> list[Block]:
+    verdicts = dc_verdicts(file)
+    parts = (
+        "IS: the inertial sensor of the test mass, the area groups given to it; LTP: all else in the model, with the"
+        " other inertial sensor, the other test mass and compensation masses; IS+LTP: both against the sum of their"
+        " allocations."
+        if not all(v.whole for v in verdicts)
+        else "The configuration gives no area groups to the inertial sensors ([gravity.subsystems]): inertial sensor"
+        " (IS) and rest of the LTP are judged together, against the sum of their allocations."
+    )
+    tables = []
+    for name in dict.fromkeys(v.test_mass for v in verdicts):
+        head = columns("Quantity", "By", "Verdict", "Ratio\n(1)", "Value", "Allowed", text=(0, 1, 2))
+        rows = tuple(_verdict_row(v) for v in verdicts if v.test_mass == name)
+        tables.append(Table(head, rows, name, tight=True))
+    return [
+        Paragraph(
+            f"Static self-gravity requirements of LISA Pathfinder by subsystem (Montemurro 2004, tables 4.2 to 4.4)."
+            f" {parts} The rest of the satellite (S/C) is not in the model; its allocation is left to it. Ratio: value"
+            " over the limit on its side, met where it is at most 1. A ratio below 10⁻⁹ is rounding; its value is shown"
+            " as 0."
+        ),
+        Columns(tuple(tables)),
+    ]
 
 
-def _verdicts(file: Reader) -> dict[str, Any]:
-    """Rows by test mass and quantity; how many pass, all of them and those on everything modelled; the worst."""
-    names = ("test_mass", "quantity", "subsystem", "unit")
-    numbers = ("value", "lower", "upper", "ratio", "passed")
-    columns = [file.strings(f"/dc_verdict/{c}") for c in names] + [file.array(f"/dc_verdict/{c}") for c in numbers]
-    rows = [dict(zip((*names, *numbers), row, strict=True)) for row in zip(*columns, strict=True)]
-    by_mass: dict[str, dict[str, list[dict[str, Any]]]] = {}
-    for row in rows:
-        row["symbol"] = row["quantity"].replace("gamma", "Γ").replace("omegadot", "ω̇")
-        row["allowed"] = _range_text(row["lower"], row["upper"])
-        row["rounding"] = row["ratio"] < _ROUNDING
-        by_mass.setdefault(row["test_mass"], {}).setdefault(row["quantity"], []).append(row)
-    whole = [row for row in rows if row["subsystem"] == MODELLED]
-    return {
-        "by_mass": by_mass,
-        "count": len(rows),
-        "passed": sum(bool(row["passed"]) for row in rows),
-        "whole_count": len(whole),
-        "whole_passed": sum(bool(row["passed"]) for row in whole),
-        "worst": first_largest(rows, [row["ratio"] for row in rows]),
-    }
+def _verdict_row(v: DcVerdict) -> Row:
+    rounding = v.ratio < _ROUNDING
+    return row(
+        f"{v.symbol} ({v.unit})",
+        v.subsystem,
+        Cell("pass" if v.passed else "FAIL", "met" if v.passed else "violated"),
+        Cell("< 10⁻⁹" if rounding else ratio_text(v.ratio), rounding=rounding),
+        _number((v.value, rounding)),
+        _range_text(v.lower, v.upper),
+        kind="" if v.passed else "failed",
+    )
 
 
 def _range_text(lower: float, upper: float) -> str:
@@ -73,34 +149,109 @@ def _range_text(lower: float, upper: float) -> str:
     return f"{ends} × 10{str(exponent).translate(SUPERSCRIPT)}"
 
 
-def _stiffness(file: Reader, t: int, name: str, sources: list[str]) -> dict[str, Any]:
+def _by_source(file: Reader) -> list[Block]:
+    names, sources = file.strings("/test_mass/name"), file.strings("/source/name")
+    a, w = file.array("/dc/acceleration"), file.array("/dc/angular_acceleration")
+    error, points = file.array("/source/quadrature_error"), file.array("/source/points")
+    rows = []
+    for t, name in enumerate(names):
+        for s, source in enumerate(sources):
+            numbers = map(_number, (*_marked(a[t, s], a), *_marked(w[t, s], w)))
+            quadrature = "no estimate" if math.isnan(error[t, s]) else sci(float(error[t, s]), 2)
+            rows.append(row(name, source, *numbers, f"{int(points[t, s]):,}", quadrature))
+        whole = map(_number, (*_marked(a[t].sum(axis=0), a), *_marked(w[t].sum(axis=0), w)))
+        rows.append(row(name, "sum", *whole, "", "", kind="sum"))
+    head = columns(
+        *("Test mass", "Source"),
+        *(f"a_{axis}\n(m/s²)" for axis in "xyz"),
+        *(f"ω̇_{axis}\n(rad/s²)" for axis in "xyz"),
+        *("Points", "Quadrature\nerror (1)"),
+        text=(0, 1),
+    )
+    model = file.string("/source/mass_model")
+    quality = (
+        "quadrature, that is the mass of each element spread over it as Gauss points; the error stated is the tolerance"
+        " that each element keeps, relative to its own force (torques: about five times it). Where elements pull"
+        " against each other the sum is less exact than that."
+        if model == "quadrature"
+        else f"{model}, that is the mass of each element shared equally among its grids; this has no error estimate,"
+        " and close to a test mass it can be far off."
+    )
+    where = zip(names, file.array("/test_mass/position"), file.array("/test_mass/mass"), strict=True)
+    places = "".join(f" {n}: {sci(float(kg))} kg at {vector(p)} m in the Nastran basic frame." for n, p, kg in where)
+    return [
+        Heading("By source"),
+        Paragraph(
+            "Frame: the nominal frame of each test mass, origin at its centre, axes along its edges; theta, eta and phi"
+            f" turn about x, y and z.{places}"
+        ),
+        Paragraph(
+            "A grey 0 is rounding: less than 10⁻⁹ of the largest entry of the same matrix (3 × 3 block) or, for a and"
+            " ω̇, of all sources and test masses."
+        ),
+        Paragraph(
+            "Acceleration a is force over mass, angular acceleration ω̇ torque over moment of inertia. Mass model of the"
+            f" structure: {quality} The errors of the other sources are differences between two orders of Gauss"
+            " quadrature."
+        ),
+        Table(head, tuple(rows), "Acceleration and angular acceleration by source, and summed", tight=True),
+    ]
+
+
+def _marked(values: Array, reference: Array) -> list[tuple[float, bool]]:
+    """Values, and whether each is no more than rounding beside the largest of its kind."""
+    largest = float(np.abs(reference).max())
+    return [(float(v), bool(abs(v) < _ROUNDING * largest)) for v in values]
+
+
+def _number(marked: tuple[float, bool], digits: int = 4) -> Cell:
+    value, rounding = marked
+    return Cell("0", rounding=True) if rounding else Cell(sci(value, digits))
+
+
+def _stiffness(file: Reader, t: int, name: str, sources: list[str]) -> list[Block]:
     """The four stiffness matrices of one test mass: sums first, then by source."""
-    matrices = []
+    sums, parts = [], []
     for key, symbol in (("gamma_lin", "Γ_lin"), ("omega_lin", "Ω_lin"), ("gamma_ang", "Γ_ang"), ("omega_ang", "Ω_ang")):
         path = f"/stiffness/{key}"
         value = file.array(path)[t]
-        parts = [("sum", value.sum(axis=0)), *zip(sources, value, strict=True)]
-        matrices.append(
-            {
-                "symbol": symbol,
-                "unit": file.units(path),
-                "meaning": file.kind.datasets[path].long_name,
-                "parts": [(source, [_marked(row, matrix) for row in matrix]) for source, matrix in parts],
-            }
-        )
-    return {"name": name, "sources": sources, "matrices": matrices}
+        unit = unit_text(file.units(path))
+        sums.append(_matrix(value.sum(axis=0), f"{symbol} ({unit}): {file.kind.datasets[path].long_name}"))
+        parts += [_matrix(v, f"{symbol} ({unit}), {s}") for s, v in zip(sources, value, strict=True)]
+    return [
+        Heading(name),
+        Columns(tuple(sums)),
+        Folded(f"Stiffness of {name} by source", (Columns(tuple(parts)),)),
+    ]
 
 
-def _linearised(file: Reader) -> dict[str, Any]:
+def _matrix(value: Array, caption: str) -> Table:
+    rows = tuple(row(axis, *map(_number, _marked(v, value))) for axis, v in zip("xyz", value, strict=True))
+    return Table(columns("", "x", "y", "z"), rows, caption, heading_column=True)
+
+
+def _linearised(file: Reader) -> Folded:
     """The equations of motion of all test masses. Blocks of 3 × 3 share a unit and are judged for rounding alone."""
     value = file.array("/stiffness/linearised")
     largest = np.abs(value).reshape(len(value) // 3, 3, -1, 3).max(axis=(1, 3)).repeat(3, axis=0).repeat(3, axis=1)
-    label = {c: file.strings(f"/label/{c}") for c in ("tm_output", "tm_output_unit", "tm_motion", "tm_motion_unit")}
-    cells = [
-        [(float(v), bool(abs(v) < _ROUNDING * m)) for v, m in zip(row, reference, strict=True)]
-        for row, reference in zip(value, largest, strict=True)
-    ]
-    return {
-        "columns": list(zip(label["tm_motion"], label["tm_motion_unit"], strict=True)),
-        "rows": list(zip(label["tm_output"], label["tm_output_unit"], cells, strict=True)),
+    label: dict[str, Any] = {
+        c: file.strings(f"/label/{c}") for c in ("tm_output", "tm_output_unit", "tm_motion", "tm_motion_unit")
     }
+    head = [Column("")]
+    head += [Column(f"{n}\n({u})") for n, u in zip(label["tm_motion"], label["tm_motion_unit"], strict=True)]
+    rows = []
+    for name, unit, values, reference in zip(label["tm_output"], label["tm_output_unit"], value, largest, strict=True):
+        marked = [(float(v), bool(abs(v) < _ROUNDING * m)) for v, m in zip(values, reference, strict=True)]
+        rows.append(row(f"{name} ({unit_text(unit)})", *(_number(m, 3) for m in marked)))
+    return Folded(
+        f"Linearised equations of motion of all test masses, {value.shape[0]} × {value.shape[1]}",
+        (
+            Paragraph(
+                "Change of the accelerations in the rows by small motions in the columns, each in the nominal frame of"
+                " its test mass; angles are right-handed. Unit of an entry: unit of its row over unit of its column."
+                " Structure and compensation masses stay at rest. Blocks on the diagonal are the stiffness matrices"
+                " above; the others are what the motion of one test mass does to another."
+            ),
+            Table(tuple(head), tuple(rows), tight=True, heading_column=True),
+        ),
+    )

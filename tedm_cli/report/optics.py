@@ -1,50 +1,84 @@
-"""The optics for the report: quality of the matrices, and the areas that each read-out feels most."""
+"""The optics in the report: quality of the matrices, and the areas that each read-out feels most."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
 from tedm_cli.figures.data import first_largest
+from tedm_cli.report.document import (
+    Block,
+    Facts,
+    Figure,
+    Folded,
+    Heading,
+    Paragraph,
+    Section,
+    Table,
+    Text,
+    columns,
+    row,
+)
+from tedm_cli.report.numbers import count, sci
 from tedm_cli.store import Reader
 
 
-def optics_of(file: Reader) -> dict[str, Any]:
+def optics_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:
     """What the report says of optics.h5."""
+    blocks: list[Block] = [
+        *figures["bench"],
+        Heading("Sensitivity of the beams"),
+        Facts(tuple(_facts(file))),
+        _residuals(file),
+        *figures["optics"],
+        Heading("Read-out by area"),
+        Paragraph(
+            "Read-out of the test masses per kelvin, in the layout frame. Sum: all areas warmed together, with their"
+            " signs; rss: root sum of squares over the areas, all of them uncorrelated."
+        ),
+        _worst_areas(file),
+        *figures["read-out"],
+        Heading("The bench under the worst areas"),
+    ]
+    first, rest = figures["load"][:1], figures["load"][1:]
+    blocks += [*first, *(Folded(f.caption.split(", before")[0], (f,)) for f in rest)]
+    return Section("optics", "Optics", "Optics", tuple(blocks))
+
+
+def _facts(file: Reader) -> list[tuple[str, Text]]:
     shape = file.dataset("/S_BW").shape
-    sigma = file.array("/singular_values")
-    rank = int(file.number("/rank"))
-    sets = file.strings("/set/name")
-    return {
-        "shape": shape,
-        "rank": rank,
-        "read_outs": len(file.strings("/label/read_out")),
-        "singular_values": [float(v) for v in sigma[:rank]],
-        "next_singular_value": float(sigma[rank]) if rank < len(sigma) else None,
-        "sets": list(zip(sets, file.array("/set/condition"), strict=True)),
-        "residuals": list(zip(file.strings("/residual/name"), file.array("/residual/value"), strict=True)),
-        "offset": float(np.abs(file.array("/reference_point_offset")).max()),
-        "worst": [row for name in sets for row in _worst_areas(file, name)],
-    }
+    sigma, rank = file.array("/singular_values"), int(file.number("/rank"))
+    offset = float(np.abs(file.array("/reference_point_offset")).max())
+    beyond = f", then {sci(float(sigma[rank]), 2)}" if rank < len(sigma) else ""
+    facts: list[tuple[str, Text]] = [
+        ("Optical sensitivity matrix S_BW", f"{shape[0]} × {shape[1]}, layout frame (m, rad)"),
+        (
+            "Rank of O_ideal",
+            f"{rank} for {count(len(file.strings('/label/read_out')), 'read-out')}; singular values"
+            f" {', '.join(sci(float(v)) for v in sigma[:rank])}{beyond} (m, rad)",
+        ),
+    ]
+    sets = zip(file.strings("/set/name"), file.array("/set/condition"), strict=True)
+    facts += [(f"Condition number, set {name}", f"{sci(float(condition))} (m, rad)") for name, condition in sets]
+    where = "from the finite-element grids along one axis of the layout frame, accounted for"
+    return [*facts, ("Reference points", f"up to {sci(offset, 3)} m {where}")]
 
 
-def _worst_areas(file: Reader, read_out_set: str) -> list[dict[str, Any]]:
+def _residuals(file: Reader) -> Table:
+    pairs = zip(file.strings("/residual/name"), file.array("/residual/value"), strict=True)
+    rows = tuple(row(name.replace("_", " "), sci(float(value), 2)) for name, value in pairs)
+    head = columns("Invariance", "Residual (1)", text=(0,))
+    return Table(head, rows, "Residuals of invariances that hold exactly")
+
+
+def _worst_areas(file: Reader) -> Table:
     """The area with the largest read-out for each degree of freedom, and all areas by root sum of squares."""
-    areas, noise = file.strings("/area/name"), file.array(f"/N/{read_out_set}")
+    areas = file.strings("/area/name")
+    labels = list(zip(file.strings("/label/read_out"), file.strings("/label/read_out_unit"), strict=True))
     rows = []
-    for label, unit, row in zip(
-        file.strings("/label/read_out"), file.strings("/label/read_out_unit"), noise, strict=True
-    ):
-        worst = first_largest(range(len(row)), [float(v) for v in np.abs(row)])
-        rows.append(
-            {
-                "read_out": f"{read_out_set}_{label}",
-                "unit": f"{unit}/K",
-                "area": areas[worst],
-                "value": float(row[worst]),
-                "all_as_one": float(row.sum()),
-                "rss": float(np.linalg.norm(row)),
-            }
-        )
-    return rows
+    for read_out_set in file.strings("/set/name"):
+        for (label, unit), values in zip(labels, file.array(f"/N/{read_out_set}"), strict=True):
+            worst = first_largest(range(len(values)), [float(v) for v in np.abs(values)])
+            numbers = (float(values[worst]), float(values.sum()), float(np.linalg.norm(values)))
+            rows.append(row(f"{read_out_set}_{label}", areas[worst], *(sci(v, 3) for v in numbers), f"{unit}/K"))
+    head = columns("Read-out", "Worst area", "N", "Sum over areas", "Rss over areas", "Unit", text=(0, 1, 5))
+    return Table(head, tuple(rows), "Worst area of each read-out")

@@ -13,7 +13,19 @@ from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY
 from tedm_cli.errors import InputError
-from tedm_cli.figures.data import Areas, Array, CaseNoise, JudgedOutput, Limit, TemperatureSpectra
+from tedm_cli.figures.data import (
+    REALISATION_CONFIDENCE,
+    WAYS,
+    Areas,
+    Array,
+    CaseNoise,
+    JudgedOutput,
+    Limit,
+    Mending,
+    Spectrum,
+    TemperatureSpectra,
+)
+from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.provenance import ConfigFile, InputFile, input_files
 from tedm_cli.stages.common import DISTORTION as DISTORTION_FILE
@@ -120,14 +132,14 @@ def read_case(file: Reader) -> CaseNoise:
         )
     )
     has_filter = file.has("/filter_sensitivity/ratio")
-    block = file.array("/case/block")
     return CaseNoise(
         id=file.string("/case/id"),
         title=file.string("/case/title"),
+        role=file.string("/case/role"),
+        reason=file.string("/case/reason"),
         safety_factor=file.number("/case/safety_factor"),
         temperature=file.string("/temperature/model").replace("sqrt(Hz)", "√Hz"),
-        active=block >= 0,
-        blocks=int(block.max()) + 1,
+        block=file.array("/case/block"),
         frequency_hz=file.array("/frequency"),
         judged=_read_judged(file, {q.name: q for q in limits}),
         limits=limits,
@@ -138,17 +150,16 @@ def read_case(file: Reader) -> CaseNoise:
 
 def _read_judged(file: Reader, limits: dict[str, Limit]) -> tuple[JudgedOutput, ...]:
     labels, kinds, units = (file.strings(f"/output/{c}") for c in ("label", "kind", "unit"))
-    factor = file.number("/case/safety_factor")
-    has_filter = file.has("/filter_sensitivity/ratio")
-    filter_ratio = file.array("/filter_sensitivity/ratio") if has_filter else None
+    filter_ratio = file.array("/filter_sensitivity/ratio") if file.has("/filter_sensitivity/ratio") else None
     ratio, at, passed = (file.array(f"/verdict/{c}") for c in ("ratio", "binding_frequency", "passed"))
     share, band, band_share = (file.array(f"/contribution/{c}") for c in ("share", "band", "band_share"))
+    bounds, bound_ratio = file.strings("/bound_ratio/bound"), file.array("/bound_ratio/ratio")
+    realised = _read_realised(file)
     judged = []
     pairs = zip(file.strings("/verdict/output"), file.strings("/verdict/requirement"), strict=True)
     for v, (output, requirement) in enumerate(pairs):
         o = labels.index(output)
         low, high = (np.sqrt(file.array(f"/bounds/{b}/{output}")) for b in ("minimum", "maximum"))
-        limit = limits[requirement].amplitude
         judged.append(
             JudgedOutput(
                 output=output,
@@ -161,20 +172,64 @@ def _read_judged(file: Reader, limits: dict[str, Limit]) -> tuple[JudgedOutput, 
                 asd=np.sqrt(file.array(f"/psd/{output}")),
                 bound_low=low,
                 bound_high=high,
-                correlation_ratio=(_largest(factor * low / limit), _largest(factor * high / limit)),
+                bound_ratio=dict(zip(bounds, (float(r) for r in bound_ratio[v]), strict=True)),
                 filter_ratio=None if filter_ratio is None else filter_ratio[v],
                 contribution_hz=float(file.array("/contribution/frequency")[o]),
                 band_hz=(float(band[o, 0]), float(band[o, 1])),
                 contribution=file.array(f"/contribution/amplitude/{output}"),
                 share=share[o],
                 band_share=band_share[o],
+                path=_path_share(file, f"/path/share/{output}"),
+                path_band=_path_share(file, f"/path/band_share/{output}"),
+                mending=_read_mending(file, v, float(at[v])),
+                realised=None if realised is None else realised[o],
             )
         )
     return tuple(judged)
 
 
-def _largest(ratio: Array) -> float:
-    return float(np.nanmax(ratio))
+def _path_share(file: Reader, path: str) -> dict[str, float] | None:
+    if not file.has(path):
+        return None
+    return dict(zip(file.strings("/path/name"), (float(s) for s in file.array(path)), strict=True))
+
+
+def _read_mending(file: Reader, v: int, binding_hz: float) -> Mending:
+    """What would mend verdict number `v`."""
+    worst, match = (file.array(f"/improvement/{name}")[v] for name in ("area", "matched_area"))
+    groups = file.strings("/stability/group")
+    at = int(np.abs(file.array("/frequency") - binding_hz).argmin())
+    level = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
+    level = np.where(file.array("/case/block") >= 0, level, np.nan)
+    of_area = np.array(file.strings("/area/group"))
+    return Mending(
+        count=file.array("/improvement/count"),
+        ratio={way: file.array(f"/improvement/{way}")[v] for way in WAYS},
+        areas_of={way: chosen[chosen >= 0] for way, chosen in zip(WAYS, (worst, worst, match), strict=True)},
+        group_factor=dict(zip(groups, (float(x) for x in file.array("/stability/factor")[v]), strict=True)),
+        group_level={g: _common(level[of_area == g]) for g in groups},
+        all_factor=float(file.array("/stability/all")[v]),
+    )
+
+
+def _common(values: Array) -> float:
+    """The one value of those that are not NaN; NaN where they differ."""
+    held = np.unique(values[~np.isnan(values)])
+    return float(held[0]) if len(held) and held[-1] <= held[0] * (1 + 1e-9) else np.nan
+
+
+def _read_realised(file: Reader) -> list[Spectrum] | None:
+    """Spectra of all outputs estimated from a realisation."""
+    if not file.has("/realisation/psd"):
+        return None
+    f, psd, nu = (file.array(f"/realisation/{c}") for c in ("frequency", "psd", "degrees_of_freedom"))
+    return spectra_of(Estimate(f, psd, nu), REALISATION_CONFIDENCE)
+
+
+def spectra_of(estimate: Estimate, confidence: float) -> list[Spectrum]:
+    """Amplitude spectral densities of all series of an estimate, with intervals."""
+    low, high = estimate.interval(confidence)
+    return [Spectrum(estimate.frequency_hz, np.sqrt(p), np.sqrt(p * low), np.sqrt(p * high)) for p in estimate.psd]
 
 
 def read_areas(file: Reader) -> Areas:

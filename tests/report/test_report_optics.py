@@ -24,7 +24,7 @@ from tedm_cli.store import open_checked
 
 @pytest.fixture(scope="module")
 def section(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> str:
-    text = report(finished, tmp_path_factory.mktemp("optics") / "page.html").read_text(encoding="utf-8")
+    text = report(finished, tmp_path_factory.mktemp("optics") / "page.html")[0].read_text(encoding="utf-8")
     start = text.index('<section id="optics">')
     return text[start : text.index("</section>", start)]
 

@@ -71,7 +71,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def source(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> str:
-    path = report(finished, tmp_path_factory.mktemp("page") / "page.html")
+    path = report(finished, tmp_path_factory.mktemp("page") / "page.html")[0]
     return path.read_text(encoding="utf-8")
 
 
@@ -96,16 +96,16 @@ def verdicts(project: Project, name: str) -> list[tuple[str, str, float, float, 
 
 def test_same_inputs_give_the_same_bytes(copy: Project) -> None:
     """Also where the copy lies in another folder, and where figures and report are made anew."""
-    first = report(copy, None).read_bytes()
+    first = report(copy, None)[0].read_bytes()
     names = sorted(p.name for p in (copy.build_dir / "figures").iterdir())
     figures = [(copy.build_dir / "figures" / n).read_bytes() for n in names]
     plot(copy, None, silent)
     assert [(copy.build_dir / "figures" / n).read_bytes() for n in names] == figures
-    assert report(copy, None).read_bytes() == first
+    assert report(copy, None)[0].read_bytes() == first
 
 
 def test_a_copy_in_another_folder_gives_the_same_report(copy: Project, source: str) -> None:
-    assert report(copy, None).read_text(encoding="utf-8") == source
+    assert report(copy, None)[0].read_text(encoding="utf-8") == source
 
 
 def test_page_needs_nothing_but_itself(source: str, page: Page) -> None:
@@ -123,7 +123,8 @@ def test_ids_are_unique_and_every_reference_finds_one(page: Page) -> None:
 
 
 def test_every_verdict_is_a_row(finished: Project, page: Page) -> None:
-    section = [i for i, row in enumerate(page.rows) if row and row[0].startswith("Case ")]
+    first = next(i for i, row in enumerate(page.rows) if row[1:2] == ["Verdict"] and row[0] == "Output")
+    section = [i for i, row in enumerate(page.rows) if i > first and row and row[0].startswith("Case ")]
     for number, (case_id, name) in enumerate(CASE_FILES.items()):
         start = section[number]
         assert page.rows[start][0].startswith(f"Case {case_id} ")
@@ -142,10 +143,10 @@ def test_first_sentence_of_a_requirement_counts_its_cases(finished: Project, pag
         met = sum(all(v[4] for v in case) for case in by_case)
         worst = max((v for case in by_case for v in case), key=lambda v: v[2])
         sentence = text[text.index(f": {requirement} (") :][:500]
-        assert f"is met in {met} of 3 cases" in sentence
+        said = "met in all 3 cases that can occur" if met == 3 else f"violated in {3 - met} of 3 cases"
+        assert f"is {said}" in sentence
         assert f"{worst[0]} reaches {ratio_text(worst[2])} times the limit at {worst[3] * 1e3:.3g} mHz" in sentence
         assert "safety factor of 2" in sentence
-        assert "assumed temperature filter" in sentence
         seen.add(met == 3)
     assert seen == {True, False}, "the made-up matrices must show both outcomes"
 
@@ -153,7 +154,8 @@ def test_first_sentence_of_a_requirement_counts_its_cases(finished: Project, pag
 def test_filter_range_is_that_of_the_file(finished: Project, page: Page) -> None:
     with open_checked(finished.build_dir / "case02.h5", CASE) as file:
         ratio = file.array("/filter_sensitivity/ratio")
-    start = next(i for i, row in enumerate(page.rows) if row and row[0].startswith("Case 2 "))
+    first = next(i for i, row in enumerate(page.rows) if row[1:2] == ["Verdict"] and row[0] == "Output")
+    start = next(i for i, row in enumerate(page.rows) if i > first and row[0].startswith("Case 2 "))
     for row, values in zip(page.rows[start + 1 :], ratio, strict=False):
         ends = row[5].split(" to ")
         assert (ends[0], ends[-1]) == (ratio_text(values.min()), ratio_text(values.max()))
@@ -223,7 +225,7 @@ def test_weak_coupling_of_test_masses_is_not_rounding(tmp_path: Path) -> None:
     k[3:6, 9:12] = 1e-12 * np.array([[1.0, 1e-10, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 0.0]])
     project = make_project(tmp_path, ONE_CASE, {"/stiffness/linearised": k})
     plot(project, None, silent)
-    page = Page(report(project, None).read_text(encoding="utf-8"))
+    page = Page(report(project, None)[0].read_text(encoding="utf-8"))
     assert [row[10:13] for row in page.rows if len(row) == 13][4:7] == [
         ["1.00 × 10⁻¹²", "0", "1.00 × 10⁻¹²"],
         ["1.00 × 10⁻¹²"] * 3,
@@ -235,7 +237,7 @@ def test_lumped_masses_have_no_error_estimate(tmp_path: Path) -> None:
     error = np.array([[np.nan, 1e-14, 1e-10]] * 2)
     project = make_project(tmp_path, ONE_CASE, {"/source/mass_model": "lumped", "/source/quadrature_error": error})
     plot(project, None, silent)
-    page = Page(report(project, None).read_text(encoding="utf-8"))
+    page = Page(report(project, None)[0].read_text(encoding="utf-8"))
     assert "Mass model of the structure: lumped" in page.text
     rows = [row for row in page.rows if row[1:2] == ["structure"]]
     assert [row[9] for row in rows] == ["no estimate"] * 2
@@ -260,19 +262,19 @@ def test_project_without_requirements(with_cases: Callable[[str], Project]) -> N
     kept = re.sub(r"\[\[requirement\]\]\nname.*\noutputs.*\n", "", ONE_CASE)
     project = with_cases(kept)
     plot(project, None, silent)
-    text = report(project, None).read_text(encoding="utf-8")
+    text = report(project, None)[0].read_text(encoding="utf-8")
     assert "no requirement on noise: none is judged" in text
 
 
 def test_white_temperature_has_no_filter_to_vary(with_cases: Callable[[str], Project]) -> None:
     project = with_cases(ONE_CASE.replace('preset = "thesis"', 'preset = "white"'))
     plot(project, None, silent)
-    text = Page(report(project, None).read_text(encoding="utf-8")).text
+    text = Page(report(project, None)[0].read_text(encoding="utf-8")).text
     assert "no low-pass" in text
-    assert "assumed temperature filter" not in text
+    assert "low-pass temperature filter are assumed" not in text
     assert "range over filter" not in text
 
 
 def test_report_goes_where_it_is_told(finished: Project, tmp_path: Path) -> None:
-    assert report(finished, tmp_path / "deep" / "r.html") == tmp_path / "deep" / "r.html"
+    assert report(finished, tmp_path / "deep" / "r.html") == [tmp_path / "deep" / "r.html"]
     assert not (finished.build_dir / "report.html").exists()

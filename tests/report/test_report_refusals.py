@@ -105,7 +105,7 @@ def test_distortion_of_other_unit_loads(copy: Project, finished: Project, tmp_pa
 
 
 def test_a_refusal_leaves_the_report_that_was_there(copy: Project) -> None:
-    before = report(copy, None).read_bytes()
+    before = report(copy, None)[0].read_bytes()
     (copy.build_dir / "case02.h5").unlink()
     with pytest.raises(InputError):
         page(copy)

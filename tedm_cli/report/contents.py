@@ -1,0 +1,88 @@
+"""The report: numbers of open result files, arranged for its readers. Reads arrays, computes next to nothing."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tedm_cli import __version__
+from tedm_cli.figures.data import Areas, CaseNoise
+from tedm_cli.report.cases import cases_section, spectra_section
+from tedm_cli.report.decision import decision_section, summary
+from tedm_cli.report.document import Document, Figure, Paragraph, Section
+from tedm_cli.report.evidence import change_section, sure_section, why_section
+from tedm_cli.report.field import dc_verdicts, field_section
+from tedm_cli.report.model import model_section
+from tedm_cli.report.optics import optics_section
+from tedm_cli.report.provenance import ReportFile, provenance_section
+from tedm_cli.store import Reader
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure to be placed in a section of the report: its caption, and the name and the text of its SVG file."""
+
+    section: str
+    caption: str
+    svg: str
+    file: str
+
+
+@dataclass(frozen=True)
+class ReportInputs:
+    """All that a report is made from; `files` are all result files in the order of the chain."""
+
+    title: str
+    unit_loads: Reader
+    distortion: Reader
+    sensitivity: Reader
+    optics: Reader
+    cases: list[CaseNoise]
+    files: list[ReportFile]
+    figures: list[ReportFigure]
+
+
+def document_of(inputs: ReportInputs) -> Document:
+    """The report: decision first, then why, how sure and what to change, then the evidence.
+
+    Raises
+    ------
+    InputError : files stem from different versions of one configuration.
+    """
+    areas = Areas(*(inputs.sensitivity.strings(f"/area/{c}") for c in ("name", "group", "shield")))
+    figures = _figures(inputs.figures)
+    sections = [decision_section(inputs.cases, areas, dc_verdicts(inputs.sensitivity), figures)]
+    if any(c.judged for c in inputs.cases):
+        sections += [
+            why_section(inputs.cases, areas, figures),
+            sure_section(inputs.cases, figures),
+            change_section(inputs.cases, areas, figures),
+        ]
+    sections.append(cases_section(inputs.cases, figures))
+    if figures["cases"]:
+        sections.append(spectra_section(figures))
+    if figures["series"]:
+        text = "Temperature series, measured or simulated, carried to time series and spectra of the outputs."
+        sections.append(Section("series", "Time series", "Time series", (Paragraph(text), *figures["series"])))
+    text = (
+        "Response to one kelvin in one thermal area. Cells at the dark end of a scale may lie below it (zero by"
+        " symmetry)."
+    )
+    sections += [
+        Section("sensitivity", "Sensitivity by area", "Sensitivity", (Paragraph(text), *figures["sensitivity"])),
+        field_section(inputs.sensitivity, figures),
+        optics_section(inputs.optics, figures),
+        model_section(inputs.unit_loads, inputs.distortion),
+        provenance_section(inputs.files, [f for section in figures.values() for f in section]),
+    ]
+    subject = "Thermo-elastic distortion: self-gravity and read-out noise against requirements"
+    return Document(inputs.title, subject, __version__, tuple(sections), (summary(sections[0]),))
+
+
+def _figures(figures: Sequence[ReportFigure]) -> dict[str, list[Figure]]:
+    """Figures by the section they belong to; no list for a section without."""
+    found: dict[str, list[Figure]] = defaultdict(list)
+    for number, figure in enumerate(figures):
+        found[figure.section].append(Figure(f"f{number}", figure.caption, figure.svg, figure.file))
+    return found

@@ -1,0 +1,195 @@
+"""Why the verdicts are what they are, how sure they are, and what would change them: the tables behind the decision."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tedm_cli.figures.data import (
+    WAYS,
+    Areas,
+    CaseNoise,
+    JudgedOutput,
+    mhz_text,
+    power_text,
+    ratio_text,
+    told_once,
+    unit_text,
+)
+from tedm_cli.report.decision import Pair, by_requirement, deciding
+from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
+from tedm_cli.report.numbers import count, percent, sci, span
+
+_TOP = 5  # areas and optical elements listed for each judged output
+
+
+def why_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, list[Figure]]) -> Section:
+    """For each judged output, in the case that decides it: the areas, groups and elements its noise comes from."""
+    tables: list[Block] = []
+    for case, j in deciding_pairs(cases):
+        title = f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement} at {mhz_text(j.contribution_hz)}"
+        tables += [Heading(title), Columns(tuple(_parts(j, areas)))]
+    text = (
+        "Each judged output in the case that decides its verdict: the worst of the likely ones where they violate it,"
+        " or else the worst of all that can occur. Share: part of the noise power, at the binding frequency and over"
+        " the requirement's band. Shares of an output sum to 100 %; inside a correlated block they carry a sign, so"
+        " single ones can exceed 100 % where others cancel. Contribution: sensitivity × temperature noise at the"
+        " binding frequency, without the safety factor."
+    )
+    blocks = (*figures["contributors"], Paragraph(text), *tables)
+    return Section("contributors", "Why: what the noise comes from", "Why", blocks)
+
+
+def deciding_pairs(cases: Sequence[CaseNoise]) -> list[Pair]:
+    """For each output and requirement the case that decides; outputs that say the same are told once."""
+    found: list[Pair] = []
+    for _, pairs in by_requirement(told_once(cases)):
+        outputs = dict.fromkeys(j.output for _, j in pairs)
+        found += [deciding([p for p in pairs if p[1].output == output]) for output in outputs]
+    return found
+
+
+def _parts(j: JudgedOutput, areas: Areas) -> list[Table]:
+    def cells(share: float, band: float) -> tuple[str, str]:
+        return percent(share, 1), percent(band, 1)
+
+    order = np.argsort(-np.abs(j.share), kind="stable")[:_TOP]
+    by_area = [
+        row(areas.name[i], f"{areas.group[i]}, {areas.shield[i]}", sci(float(j.contribution[i]), 3),
+            *cells(float(j.share[i]), float(j.band_share[i])))
+        for i in order
+    ]  # fmt: skip
+    head = columns(
+        *("Area", "Group", f"Contribution\n({unit_text(j.unit)}/√Hz)", "Share", "Share in band"), text=(0, 1)
+    )
+    tables = [Table(head, tuple(by_area))]
+    groups = list(dict.fromkeys(areas.group))
+    member = np.array([[g == name for g in areas.group] for name in groups], dtype=float)
+    at, band = member @ j.share, member @ j.band_share
+    ranked = np.argsort(-np.abs(at), kind="stable")
+    rows = [
+        row(groups[g], f"{areas.group.count(groups[g])}", *cells(float(at[g]), float(band[g]))) for g in ranked.tolist()
+    ]
+    head = columns("Group", "Areas", "Share", "Share in band", text=(0,))
+    tables.append(Table(head, tuple(rows)))
+    if j.path is not None and j.path_band is not None:
+        path, in_band = j.path, j.path_band
+        names = sorted(path, key=lambda name: -abs(path[name]))[:_TOP]
+        head = columns("Optical element", "Share", "Share in band", text=(0,))
+        tables.append(Table(head, tuple(row(n, *cells(path[n], in_band[n])) for n in names)))
+    return tables
+
+
+def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -> Section:
+    """The ratio of every verdict for other temperature filters, correlations and safety factors."""
+    orders = cases[0].filter_order
+    head = columns(
+        "Output",
+        "Ratio",
+        *(f"Order {n:g}" for n in orders),
+        *("Any correlation\nbetween blocks", "No negative\ncorrelation", "Any\ncorrelation"),
+        *("Factor 1", "Allowed\nfactor"),
+        text=(0,),
+    )
+    rows: list[Row] = []
+    for case in told_once(cases):
+        if case.judged:
+            rows.append(case_head(case))
+        for j in case.judged:
+            filters = (
+                [""] * len(orders)
+                if j.filter_ratio is None
+                else [_ratio_span(float(q.min()), float(q.max())) for q in j.filter_ratio]
+            )
+            b = j.bound_ratio
+            bounds = [
+                _ratio_span(b["known_blocks_minimum"], b["known_blocks"]),
+                _ratio(b["maximum_non_negative"]),
+                _ratio_span(b["minimum"], b["maximum"]),
+            ]
+            factor = case.safety_factor
+            allowed = ratio_text(factor * j.mending.all_factor)
+            rows.append(row(j.output, _ratio(j.ratio), *filters, *bounds, _ratio(j.ratio / factor), allowed))
+    text = (
+        "A verdict rests on assumptions. Here is what each ratio of noise to requirement would be with others, one"
+        " changed at a time. Order: of the temperature filter, from the smallest to the largest ratio over the corners"
+        " tried. Correlations: exact bounds over all that the active areas could have; between blocks: inside of them"
+        " as in the case; without a negative one: the largest ratio where no two areas go against each other. Factor 1:"
+        " without the safety factor; allowed factor: the safety factor at which the ratio is 1."
+    )
+    table = [Table(head, tuple(rows), tight=True)] if rows else []
+    return Section("sure", "How sure: other assumptions", "How sure", (*figures["bounds"], Paragraph(text), *table))
+
+
+def _ratio(value: float) -> Cell:
+    return Cell(ratio_text(value), "violated" if value > 1.0 else "met")
+
+
+def _ratio_span(low: float, high: float) -> Cell:
+    return Cell(span(low, high), "violated" if low > 1.0 else "met" if high <= 1.0 else "open")
+
+
+def change_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, list[Figure]]) -> Section:
+    """For each verdict, in the case that decides it: what quieter or better matched areas would make of it."""
+    blocks: list[Block] = []
+    for case, j in deciding_pairs(cases):
+        blocks += [
+            Heading(f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement}"),
+            Columns((_stability(j, areas), _improvement(j, areas))),
+        ]
+    text = (
+        "Required temperature stability: the factor on the temperature amplitudes of one group, the others unchanged,"
+        " that just meets the requirement; below 1 the group must be quieter, above 1 it may be noisier. Improvement:"
+        " the ratio when the worst areas are silent, have a tenth of their noise, or are matched, that is follow one"
+        " common fluctuation, each with its own amplitude, the others as before, which tears them from areas that they"
+        " moved with. The worst areas to silence and the best ones to match are chosen one after the other and need not"
+        " be the same."
+    )
+    first = figures["change"]
+    return Section("change", "What would change it", "What to change", (*first, Paragraph(text), *blocks))
+
+
+def _stability(j: JudgedOutput, areas: Areas) -> Table:
+    rows = []
+    for group, factor in j.mending.group_factor.items():
+        level = j.mending.group_level[group]
+        if np.isnan(factor):
+            allowed, shown = "cannot alone", ""
+        elif np.isinf(factor):
+            allowed, shown = "not felt", ""
+        else:
+            allowed = ratio_text(factor)
+            shown = "" if np.isnan(level) else power_text(factor * level, 3)
+        state = None if np.isinf(factor) else "violated" if np.isnan(factor) or factor < 1.0 else "met"
+        now = "differ" if np.isnan(level) else power_text(level, 3)
+        rows.append(row(group, f"{areas.group.count(group)}", now, Cell(allowed, state), shown))  # type: ignore[arg-type]
+    everything = ratio_text(j.mending.all_factor) if np.isfinite(j.mending.all_factor) else "not felt"
+    rows.append(row("all together", f"{len(areas.name)}", "", everything, "", kind="sum"))
+    at = mhz_text(j.binding_hz)
+    head = columns("Group", "Areas", f"Now at {at}\n(K/√Hz)", "Factor\n(1)", "Allowed\n(K/√Hz)", text=(0,))
+    return Table(head, tuple(rows), "Required temperature stability")
+
+
+def _improvement(j: JudgedOutput, areas: Areas) -> Table:
+    m = j.mending
+    ways = [way for way in WAYS if way in m.ratio]
+    rows = []
+    before = {way: 0 for way in ways}
+    for i, n in enumerate(m.count.tolist()):
+        cells: list[str | Cell] = [f"{n}"]
+        for way in ways:
+            names = [areas.name[a] for a in m.areas_of[way][before[way] : n]]
+            before[way] = n
+            cells += [_ratio(float(m.ratio[way][i])), ", ".join(names) or ("" if n == 0 else "no other helps")]
+        rows.append(row(*cells))
+    titles = [t for way in ways for t in (f"Ratio,\n{WAYS[way][1]}", "these and those above")]
+    head = columns("Areas", *titles, text=tuple(range(2, 2 * len(ways) + 1, 2)))
+    return Table(head, tuple(rows), "Improvement by area", tight=True)
+
+
+def case_head(case: CaseNoise) -> Row:
+    """A case as the head of its rows."""
+    role = "" if case.role == "possible" else f"{case.role}; "
+    size = f"{role}{int(case.active.sum())} of {len(case.active)} areas, {count(case.blocks, 'block')}"
+    return row(f"Case {case.id}", case.title, size, kind="head")

@@ -1,0 +1,137 @@
+"""The same document as page, PDF and Markdown."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pypdf import PdfReader
+
+from tedm_cli.config.project import Project
+from tedm_cli.errors import UsageError
+from tedm_cli.report.document import (
+    Cell,
+    Columns,
+    Document,
+    Facts,
+    Folded,
+    Heading,
+    Link,
+    Listing,
+    Paragraph,
+    Section,
+    Strong,
+    Table,
+    VerdictCard,
+    columns,
+    row,
+)
+from tedm_cli.report.html import to_html
+from tedm_cli.report.markdown import to_markdown
+from tedm_cli.report.pdf import to_pdf
+from tedm_cli.stages.report import report
+
+NASTY = "a <b>&amp; | `x` *y* _z_ #1 $m$ [l](u) @ref \\ ~ = //"
+TABLE = Table(
+    columns("Name", "Value\n(m)", text=(0,)),
+    (
+        row("Case 1", NASTY, "note", kind="head"),
+        row(NASTY, Cell("1.5 FAIL", "violated")),
+        row("all", Cell("0", rounding=True), kind="sum"),
+    ),
+    "Caption",
+)
+DOCUMENT = Document(
+    "Title " + NASTY,
+    "Subject",
+    "0.0",
+    (
+        Section("first", "First", "First", (
+            VerdictCard("open", "At risk", "name", (Strong(NASTY), " and ", Link("x", "second")), (("Fact", NASTY),)),
+            Paragraph(NASTY), Heading("Heading"), Facts((("Key", (Strong("value"),)),)), Columns((TABLE, TABLE)),
+        )),
+        Section("second", "Second", "Second", (Folded("More", (Listing("```\n" + NASTY + "\n\n  indented"),)),)),
+    ),
+    (("In short, ", Strong("bad"), "."),),
+)  # fmt: skip
+
+
+def text_of(pdf: bytes) -> str:
+    return "\n".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages)
+
+
+def test_all_three_are_written_and_say_the_same(finished: Project, tmp_path: Path) -> None:
+    html, pdf, md = (report(finished, tmp_path / f"r.{fmt}")[0] for fmt in ("html", "pdf", "md"))
+    page, printed, marked = html.read_text(), text_of(pdf.read_bytes()), md.read_text()
+    for words in ("Decision", "How sure: other assumptions", "What would change it", "lpf_readout_item", "STRUT_1"):
+        assert words in page
+        assert words in re.sub(r"\s+", " ", printed.replace("\u200b", ""))
+        assert words in marked
+    assert page.count("<figure>") == marked.count("![") > 10
+    rows = len(re.findall(r"<tr(?: class=\"(?:failed|sum)\")?>", page))
+    rulers = len(re.findall(r"^\| -", marked, re.MULTILINE))
+    assert len(re.findall(r"^\|", marked, re.MULTILINE)) - rulers == rows
+    for name in re.findall(r"!\[[^\n]*\]\(([^)]*)\)", marked):
+        assert (tmp_path / name).resolve().is_file(), "figures are found from where the Markdown is"
+
+
+def test_pdf_has_bookmarks_pages_and_fonts_of_its_own(finished: Project, tmp_path: Path) -> None:
+    path = report(finished, tmp_path / "r.pdf")[0]
+    reader = PdfReader(path)
+    titles = [item.title for item in reader.outline if not isinstance(item, list)]
+    assert titles[:4] == [
+        "Decision",
+        "Why: what the noise comes from",
+        "How sure: other assumptions",
+        "What would change it",
+    ]
+    assert "Decision" in reader.pages[0].extract_text()
+    assert all(abs(float(p.mediabox.width) - 595.28) < 0.1 for p in reader.pages), "A4"
+    fonts = {
+        str(f["/BaseFont"]) for p in reader.pages for f in (v.get_object() for v in p["/Resources"]["/Font"].values())
+    }
+    assert fonts
+    assert all("DejaVu" in f for f in fonts), "text and figures in one family, whatever the machine has"
+    assert reader.trailer["/Root"]["/MarkInfo"]["/Marked"], "tagged for screen readers"
+
+
+def test_same_document_same_bytes() -> None:
+    assert to_pdf(DOCUMENT) == to_pdf(DOCUMENT)
+    assert to_html(DOCUMENT) == to_html(DOCUMENT)
+    assert to_markdown(DOCUMENT, "f") == to_markdown(DOCUMENT, "f")
+
+
+def test_signs_of_the_formats_come_out_as_text() -> None:
+    printed = text_of(to_pdf(DOCUMENT)).replace("\u200b", "")
+    assert re.sub(r"\s+", "", printed).count(re.sub(r"\s+", "", NASTY)) >= 6
+    page = to_html(DOCUMENT)
+    assert page.count("a &lt;b&gt;&amp;amp; | `x`") == 10
+    assert "<b>" not in page
+    marked = to_markdown(DOCUMENT, "f")
+    assert r"a \<b\>\&amp; \| \`x\` \*y\* \_z\_ \#1 \$m\$ \[l\](u)" in marked
+    assert "\n````\n```\n" in marked, "a fence that the text does not close"
+
+
+@given(st.lists(st.text(st.characters(exclude_categories=("Cs", "Cc"))), min_size=1, max_size=4))
+def test_no_name_breaks_a_table_of_markdown(names: list[str]) -> None:
+    table = Table(columns("A", "B"), tuple(row(n, "1") for n in names))
+    text = to_markdown(Document("t", "s", "0", (Section("a", "A", "A", (table,)),)), "f")
+    rows = [line for line in text.split("\n") if line.startswith("|")]
+    assert len(rows) == len(names) + 2
+    assert all(len(re.findall(r"(?<!\\)(?:\\\\)*\|", line)) == 3 for line in rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "formats"), [("r.docx", ()), ("report", ()), ("r.pdf", ("html",)), ("r.html", ("html", "pdf"))]
+)
+def test_files_that_cannot_take_the_report(
+    finished: Project, tmp_path: Path, name: str, formats: tuple[str, ...]
+) -> None:
+    with pytest.raises(UsageError, match="cannot take the report") as caught:
+        report(finished, tmp_path / name, formats)  # type: ignore[arg-type]
+    assert ".html, .pdf or .md" in caught.value.hint
+    assert not (tmp_path / name).exists()
