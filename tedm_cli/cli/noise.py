@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,6 +21,9 @@ from tedm_cli.cli.app import (
     open_project,
     say,
 )
+
+if TYPE_CHECKING:
+    from tedm_cli.noise.case_run import CaseResult
 
 
 @app.command("run-case")
@@ -39,11 +43,12 @@ def run_case(
 
     Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements. With -v
     also contributors, what would bring each verdict down, and how it hangs on filter, correlation and safety factor.
+    A case that does not fit the model is refused after the others have been run.
     """
     from tedm_cli.cli.say.case import case_dict, case_lines
     from tedm_cli.cli.say.contributors import contributor_lines, more_dict, sensitivity_table
     from tedm_cli.cli.say.series import realisation_line
-    from tedm_cli.errors import PhysicsError, UsageError
+    from tedm_cli.errors import PhysicsError, TedmError, UsageError
     from tedm_cli.progress import progress
     from tedm_cli.stages.case import run_cases, select_cases
     from tedm_cli.stages.realisation import read_realisation
@@ -52,8 +57,15 @@ def run_case(
     ids = select_cases(project, case)
     if output is not None and len(ids) != 1:
         raise UsageError(f"--output names one file, but {len(ids)} cases are run")
-    with progress(quiet) as step:
-        done = run_cases(project, ids, output, step)
+    done: list[tuple[Path, CaseResult]] = []
+    refused: TedmError | None = None
+    try:
+        with progress(quiet) as step:
+            run_cases(project, ids, output, step, lambda path, result: done.append((path, result)))
+    except TedmError as error:
+        if not done:
+            raise
+        refused = error
     if as_json:
         print(json.dumps([case_dict(path, result) | more_dict(result) for path, result in done], indent=1))
     else:
@@ -64,6 +76,8 @@ def run_case(
                 say(quiet, *contributor_lines(result))
         if verbose:
             say(quiet, *sensitivity_table([result for _, result in done]))
+    if refused is not None:
+        raise refused
     failed = [r.case.id for _, r in done if not all(v.passed for v in r.verdicts)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")

@@ -130,7 +130,7 @@ CASE = FileKind(
             optional=True,
         ),
         "/realisation/exact": Dataset(
-            ("output", "bin"), "float", None, "exact one-sided PSD at these frequencies", optional=True
+            ("output", "bin"), "float", None, "its expectation: the exact PSD through the window", optional=True
         ),
         "/realisation/degrees_of_freedom": Dataset(
             ("bin",), "float", "1", "equivalent degrees of freedom of the estimate (chi-square)", optional=True

@@ -3,12 +3,13 @@
 Independent white Gaussian series go through the amplitude filter of each spectral shape and are mixed by a factor of
 the correlation matrix, R = F Fᴴ, into the temperatures of all areas; those times the sensitivities are the outputs.
 Nothing is held but a block. The filters are finite impulse responses applied by overlap and save, fed with noise from
-before the first sample, so the series is stationary from its beginning.
+before the first sample, so the series is stationary from its beginning. An area that follows later takes the noise of
+whole samples earlier, and the fraction of a sample that is left is in the phase of its filter.
 
 The spectrum is realised between `Plan.low_hz` and `Plan.high_hz` and continues level outside. A filter's response is
 the amplitude spectral density smoothed by the transform of its window, Kaiser's with β = 22 over 128 periods of the
-lowest frequency: at that frequency a power of f^-4 comes out 0.1 % too large, and the estimate's own window adds 1.1 %;
-both errors fall with 1/f².
+lowest frequency: at that frequency a power of f^-4 comes out 0.1 % too large, and this falls with 1/f². The window of
+the estimate, four times shorter, smooths as well; `expected_psd` knows that.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from tedm_cli.noise.spectral_estimate import LOWEST_BIN, Estimate, Welch, kaiser, segment_length
+from tedm_cli.errors import InputError
+from tedm_cli.noise.propagation import Carriers, psd_of_fields
+from tedm_cli.noise.spectral_estimate import LOWEST_BIN, Estimate, Welch, kaiser, segment_length, through_window
 from tedm_cli.noise.temperature import TemperatureModel
 
 Array = NDArray[np.float64]
@@ -29,6 +32,7 @@ Matrix = NDArray[Any]  # real or complex
 
 _BLOCK_NUMBERS = 1 << 20  # numbers of a block of all series: 8 MB
 _FILTER_PERIODS = 128  # of the lowest frequency that a filter is long
+_HELD_NUMBERS = 1 << 24  # numbers of past noise that delays may ask for: 134 MB
 
 
 @dataclass(frozen=True)
@@ -52,23 +56,33 @@ class Plan:
     lowest_hz: float
 
 
-def temperature_blocks(temperature: TemperatureModel, factor: Matrix, plan: Plan) -> Iterator[Array]:
+def temperature_blocks(
+    temperature: TemperatureModel, factor: Matrix, plan: Plan, delay_s: Array | None = None
+) -> Iterator[Array]:
     """Temperatures [k, B] in K of all areas, block after block, `plan.samples` in all.
 
     Parameters
     ----------
     factor : F [k, m]. The imaginary part of a complex one turns phases by a quarter: E[T_i T_j*] = A_i A_j (F Fᴴ)_ij
         at positive frequencies.
+    delay_s : [k], how much later each area follows, of any sign; only differences matter.
+
+    Raises
+    ------
+    InputError : the past noise that the delays ask for does not fit into 134 MB.
     """
     columns = np.flatnonzero(np.any(factor != 0.0, axis=0))
     factor = factor[:, columns]
+    lag, fraction = _lags(factor, delay_s, plan.rate_hz)
+    filters, filter_of = np.unique(np.stack([temperature.shape_index, fraction], axis=1), axis=0, return_inverse=True)
+    filter_of, longest = filter_of.reshape(-1), int(lag.max())
     taps = 2 * (int(np.ceil(_FILTER_PERIODS * plan.rate_hz / plan.lowest_hz)) // 2)
     block = max(taps, _BLOCK_NUMBERS // len(factor))
     length = fft.next_fast_len(block + taps, real=True)
     block = length - taps
-    in_phase, quadrature = _responses(temperature, plan, taps, length)
+    in_phase, quadrature = _responses(temperature, plan, filters, taps, length)
     rng = np.random.default_rng(plan.seed)
-    tails = rng.standard_normal((len(columns), taps))
+    tails = rng.standard_normal((len(columns), longest + taps))
     at_once = max(1, _BLOCK_NUMBERS // length)
     left = plan.samples
     while left > 0:
@@ -78,14 +92,18 @@ def temperature_blocks(temperature: TemperatureModel, factor: Matrix, plan: Plan
             part = slice(first, first + at_once)
             white = np.concatenate([tails[part], rng.standard_normal((len(tails[part]), block))], axis=1)
             tails[part] = white[:, block:]
-            spectrum = fft.rfft(white, axis=1)
-            for shape, (even, odd) in enumerate(zip(in_phase, quadrature, strict=True)):
-                index = np.flatnonzero(temperature.shape_index == shape)
-                for weight, response in ((factor[index, part].real, even), (factor[index, part].imag, odd)):
-                    used = np.flatnonzero(weight.any(axis=0))
-                    if used.size:
-                        driven = fft.irfft(spectrum[used] * response, length, axis=1)[:, taps : taps + wanted]
-                        out[index] += temperature.scale[index, None] * (weight[:, used] @ driven)
+            for late in np.unique(lag):
+                driving = factor[lag == late, part].any(axis=0)
+                start = longest - late
+                spectrum = fft.rfft(white[driving, start : start + length], axis=1)
+                for number, (even, odd) in enumerate(zip(in_phase, quadrature, strict=True)):
+                    index = np.flatnonzero((filter_of == number) & (lag == late))
+                    weights = factor[index, part][:, driving]
+                    for weight, response in ((weights.real, even), (weights.imag, odd)):
+                        used = np.flatnonzero(weight.any(axis=0))
+                        if used.size:
+                            driven = fft.irfft(spectrum[used] * response, length, axis=1)[:, taps : taps + wanted]
+                            out[index] += temperature.scale[index, None] * (weight[:, used] @ driven)
         yield out
         left -= wanted
 
@@ -96,26 +114,78 @@ def realise(
     factor: Matrix,
     plan: Plan,
     advance: Callable[[int], None] = lambda done: None,
+    delay_s: Array | None = None,
 ) -> Estimate:
     """Estimated one-sided PSDs of outputs with `rows` [n_out, k], from series as `temperature_blocks` makes them.
 
-    `advance` is told of the samples made since its last call. Raises `InputError` for less than a segment.
+    `advance` is told of the samples made since its last call. Raises `InputError` for less than a segment, and as
+    `temperature_blocks` does.
     """
     welch = Welch(len(rows), plan.rate_hz, segment_length(plan.rate_hz, plan.lowest_hz))
-    for block in temperature_blocks(temperature, factor, plan):
+    for block in temperature_blocks(temperature, factor, plan, delay_s):
         welch.add(rows @ block)
         advance(block.shape[1])
     return welch.estimate()
 
 
-def _responses(temperature: TemperatureModel, plan: Plan, taps: int, length: int) -> tuple[Matrix, Matrix]:
-    """Responses [s, length // 2 + 1] of the causal filters of all shapes to unit white samples, and turned by 90°."""
+def expected_psd(
+    rows: Array,
+    temperature: TemperatureModel,
+    factor: Matrix,
+    plan: Plan,
+    frequency_hz: Array,
+    delay_s: Array | None = None,
+) -> Array:
+    """Expectation [n_out, F] of what `realise` estimates: the exact PSDs through the window of the estimate.
+
+    It differs from the exact PSD where that bends within the window's width: by 1.1 % for f^-4 at the lowest frequency,
+    falling with 1/f², and everywhere between areas with delays. Two that are τ apart keep a share of about
+    exp(-(2π τ σ)² / 2) of their coherence, σ a thirtieth of the lowest frequency, and none beyond a segment.
+    """
+    carriers = Carriers.of(temperature, delay_s)
+    fields = carriers.rows(rows, factor)
+
+    def psd(f: Array) -> Array:
+        shape = temperature.shape_values(np.clip(f, plan.low_hz, plan.high_hz))[carriers.shape]
+        return psd_of_fields(fields, shape * np.exp(-2j * np.pi * carriers.delay_s[:, None] * f))
+
+    bin_hz = plan.rate_hz / segment_length(plan.rate_hz, plan.lowest_hz)
+    return through_window(psd, frequency_hz, bin_hz, float(np.ptp(carriers.delay_s)))
+
+
+def _lags(factor: Matrix, delay_s: Array | None, rate_hz: float) -> tuple[NDArray[np.intp], Array]:
+    """Whole samples [k] that each area is later than the earliest, and the fraction [k] of a sample left."""
+    k, columns = factor.shape
+    active = factor.any(axis=1)
+    if delay_s is None or not active.any():
+        return np.zeros(k, dtype=np.intp), np.zeros(k)
+    later = np.where(active, delay_s - delay_s[active].min(), 0.0) * rate_hz
+    allowed = _HELD_NUMBERS // columns
+    if later.max() > allowed:
+        raise InputError(
+            f"an area is {later.max() / rate_hz:g} s later than another, {later.max():,.0f} samples at {rate_hz:g} Hz;"
+            f" with {columns} independent fluctuations at most {allowed:,} can be held",
+            where="realisation",
+            hint="shorten the delays, lower rate_hz, or leave [realisation] out: the exact spectra need neither",
+        )
+    lag = np.rint(later).astype(np.intp)
+    return lag, np.round(later - lag, 9)  # what the product with the rate rounds is no fraction
+
+
+def _responses(
+    temperature: TemperatureModel, plan: Plan, filters: Array, taps: int, length: int
+) -> tuple[Matrix, Matrix]:
+    """Responses [n, length // 2 + 1] of causal filters to unit white samples, and turned by 90°.
+
+    `filters` [n, 2]: the spectral shape of each, and the samples by which it delays beyond `taps` / 2.
+    """
     grid = np.fft.rfftfreq(taps, 1.0 / plan.rate_hz)
     shape = temperature.shape_values(np.clip(grid, plan.low_hz, plan.high_hz)) * np.sqrt(plan.rate_hz / 2.0)
+    late = np.exp(-2j * np.pi * filters[:, 1:] * grid / plan.rate_hz)
     window = np.roll(kaiser(taps), taps // 2)
     out = []
     for phase in (1.0, 1.0j):
-        response = shape * phase
+        response = shape[filters[:, 0].astype(np.intp)] * late * phase
         response[:, [0, -1]] = response[:, [0, -1]].real
         taps_of = fft.irfft(response, taps, axis=1) * window  # centred on sample 0
         out.append(fft.rfft(np.roll(taps_of, taps // 2, axis=1), length, axis=1))

@@ -15,8 +15,12 @@ Shape = Callable[[Array], Array]
 _LPF_BAND = (1e-3, 30e-3)
 _LISA_BAND = (1e-4, 0.1)
 _LISA_SOURCE = "LISA Science Requirements Document 2018"
-_TAIJI_SOURCE = "Luo Z. et al., Results in Physics 16 (2020) 102918"
-_TIANQIN_SOURCE = "Luo J. et al., Class. Quantum Grav. 33 (2016) 035010"
+_BAND_CHOSEN = "band chosen as LISA's"
+_TAIJI_SOURCE = (
+    "level: Luo Z. et al., Results in Physics 16 (2020) 102918; shape (LISA's): Liu C. et al., Phys. Rev. D 107 (2023)"
+    f" 064021, eq. {{}}; {_BAND_CHOSEN}"
+)
+_TIANQIN_SOURCE = "level: Luo J. et al., Class. Quantum Grav. 33 (2016) 035010, table 1"
 
 
 def _scaled(level: float, shape: Shape) -> Shape:
@@ -96,9 +100,23 @@ PRESETS: dict[str, Requirement] = {
             _lisa_oms,
             f"{_LISA_SOURCE}, optical metrology system, single link",
         ),
-        _preset("taiji_acceleration", "acceleration", _LISA_BAND, 3e-15, _lisa_acceleration, _TAIJI_SOURCE),
-        _preset("taiji_oms", "displacement", _LISA_BAND, 8e-12, _lisa_oms, _TAIJI_SOURCE),
-        _preset("tianqin_acceleration", "acceleration", _LISA_BAND, 1e-15, _tianqin_acceleration, _TIANQIN_SOURCE),
-        _preset("tianqin_oms", "displacement", _LISA_BAND, 1e-12, np.ones_like, _TIANQIN_SOURCE),
+        _preset("taiji_acceleration", "acceleration", _LISA_BAND, 3e-15, _lisa_acceleration, _TAIJI_SOURCE.format(2)),
+        _preset("taiji_oms", "displacement", _LISA_BAND, 8e-12, _lisa_oms, _TAIJI_SOURCE.format(1)),
+        _preset(
+            "tianqin_acceleration",
+            "acceleration",
+            _LISA_BAND,
+            1e-15,
+            _tianqin_acceleration,
+            f"{_TIANQIN_SOURCE}; shape: Wang H.-T. et al., Phys. Rev. D 100 (2019) 043003; {_BAND_CHOSEN}",
+        ),
+        _preset(
+            "tianqin_oms",
+            "displacement",
+            _LISA_BAND,
+            1e-12,
+            np.ones_like,
+            f"{_TIANQIN_SOURCE}, taken as white; {_BAND_CHOSEN}",
+        ),
     )
 }

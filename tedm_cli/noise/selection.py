@@ -95,7 +95,9 @@ def _mirror_pairs(selector: BlockSelector, index: Indices, areas: AreaTable) -> 
     alone = np.concatenate([plus[partner < 0], minus[~np.isin(minus, partner)]])
     if alone.size:
         how = f"name with {selector.mirror_names[1]!r}" if selector.mirror_names else "area near its mirrored centroid"
-        fact = f"without a mirror image on the other side of y = 0 (no {how}): {listed(areas.name[alone].tolist(), 6)}"
+        names = listed(areas.name[alone].tolist(), 6)
+        mend = "change mirror_names" if selector.mirror_names else "pair areas by mirror_names"
+        fact = f"without a mirror image on the other side of y = 0 (no {how}): {names}; {mend}, or delete the case"
         return [], [("", fact)]
     middle = index[areas.side[index] == "mid"]
     pairs = [np.array(pair) for pair in zip(plus.tolist(), partner.tolist(), strict=True)]

@@ -7,6 +7,7 @@ power, where Hann's fall with distance only. Equivalent degrees of freedom of ov
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from tedm_cli.errors import InputError
 Array = NDArray[np.float64]
 
 KAISER_BETA = 22.0
+_MAIN_LOBE = 7.1  # bins on either side of Kaiser's window at this β
 LOWEST_BIN = 32  # of the lowest frequency wanted: the window's main lobe is 7 bins wide on either side
 HOPS = 4  # segments overlap by 3/4: at this β they share little then
 
@@ -91,6 +93,22 @@ class Welch:
         frequency = np.fft.rfftfreq(self.segment, 1.0 / self._rate)[part]
         nu = 2.0 * independent_averages(self.segments, self._window)
         return Estimate(frequency, scale * self._sum[:, part], np.full(len(frequency), nu))
+
+
+def through_window(psd: Callable[[Array], Array], frequency_hz: Array, bin_hz: float, longest_s: float = 0.0) -> Array:
+    """Expectation [n, F] of Welch's estimate with segments of 1 / `bin_hz`, of series whose PSDs [n, F] are `psd`(f).
+
+    The spectrum is averaged over the window's main lobe, (sin z / z)² with z² = (πν)² - β² and ν in bins (Kaiser and
+    Schafer, IEEE Trans. ASSP 28, 1980). The sum is exact for cosines in f of periods down to 1 / `longest_s`.
+    """
+    # Lags beyond a segment are not seen; sampled at 1/q of a bin, they are for q - 1 segments more.
+    per_bin = 2 + int(np.ceil(longest_s * bin_hz))
+    steps = int(_MAIN_LOBE * per_bin)
+    offset = np.arange(-steps, steps + 1) / per_bin
+    z = np.sqrt((np.pi * offset) ** 2 - KAISER_BETA**2 + 0j)
+    weight = np.real(np.sin(z) / z) ** 2
+    average: Array = sum(w * psd(frequency_hz + o * bin_hz) for w, o in zip(weight, offset, strict=True)) / weight.sum()
+    return average
 
 
 def kaiser(n: int) -> Array:

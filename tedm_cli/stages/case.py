@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,9 +13,10 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE as KIND
 from tedm_cli.contracts import OPTICS as OPTICS_KIND
 from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
-from tedm_cli.errors import InputError
+from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, run_case
+from tedm_cli.noise.correlation import correlation
 from tedm_cli.noise.differences import terms, with_differences
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.layout import N_MOTIONS
@@ -75,18 +76,31 @@ def select_cases(project: Project, wanted: Sequence[str]) -> list[str]:
 
 
 def run_cases(
-    project: Project, case_ids: Sequence[str], output: Path | None, step: Step
-) -> list[tuple[Path, CaseResult]]:
-    """Run the cases and write one file each."""
+    project: Project,
+    case_ids: Sequence[str],
+    output: Path | None,
+    step: Step,
+    done: Callable[[Path, CaseResult], None] = lambda path, result: None,
+) -> None:
+    """Run the cases and write one file each; `done` is told of each.
+
+    A case that does not fit the model does not keep the others from being run: what it raises is raised at the end.
+    """
     file, config = load_cases(project.cases)
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
-    cases = [config.case(case_id, where=str(project.cases)) for case_id in case_ids]
     requirements = config.applied_requirements()
     outputs = read_outputs(*sources).with_differences(requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
-    done = []
-    for number, case in enumerate(cases, start=1):
+    refused: dict[str, TedmError] = {}
+    for number, case_id in enumerate(case_ids, start=1):
+        step(number - 1, len(case_ids), "running cases")
+        try:
+            case = config.case(case_id, where=str(project.cases))
+            correlation(case, outputs.areas)
+        except TedmError as error:
+            refused[case_id] = error
+            continue
         result = run_case(
             case,
             outputs.areas,
@@ -101,16 +115,34 @@ def run_cases(
             outputs.path_names,
         )
         path = output if output is not None else project.build_dir / case_file_name(case.id)
-        realised = realise_case(outputs.rows, result, config, step)
+        try:
+            realised = realise_case(outputs.rows, result, config, step)
+        except InputError as error:
+            refused[case_id] = error
+            continue
         matrix = config.case_table(case.id).matrix
         inputs = [*sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
         with create(path, KIND, provenance([file], inputs)) as writer:
             write_case(writer, result, outputs.area_id, [r.requirement for r in requirements])
             if realised is not None:
                 write_realisation(writer, realised)
-        done.append((path, result))
-        step(number, len(cases), "running cases")
-    return done
+        done(path, result)
+    step(len(case_ids), len(case_ids), "running cases")
+    if refused:
+        raise _together(refused, project.cases)
+
+
+def _together(refused: dict[str, TedmError], where: Path) -> TedmError:
+    """One error for all cases that were refused: every problem of a configuration, else the first error."""
+    first, *others = refused.values()
+    if not others:
+        return first
+    configuration = {i: e for i, e in refused.items() if isinstance(e, ConfigError)}
+    if len(configuration) == len(refused):
+        problems = [(f"case {i}: {path}", fact) for i, e in configuration.items() for path, fact in e.problems]
+        return ConfigError(problems, where=str(where))
+    first.hint = f"{first.hint}; refused too: case {', '.join(list(refused)[1:])}".removeprefix("; ")
+    return first
 
 
 def read_outputs(sensitivity: Path, optics: Path) -> Outputs:

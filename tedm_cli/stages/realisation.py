@@ -11,8 +11,7 @@ from tedm_cli.config.cases import CasesConfig
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.noise.case_run import CaseResult
-from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.realisation import in_band, realise
+from tedm_cli.noise.realisation import expected_psd, in_band, realise
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.progress import Step, counter
 from tedm_cli.stages.common import FloatArray
@@ -21,7 +20,7 @@ from tedm_cli.store import Writer, open_checked
 
 @dataclass(frozen=True, eq=False)
 class Realised:
-    """Estimate of the outputs of a case from a realisation, and their exact spectra [n_out, F] beside it."""
+    """Estimate of the outputs of a case from a realisation, and beside it what the exact spectra [n_out, F] expect."""
 
     estimate: Estimate
     exact: FloatArray
@@ -38,25 +37,20 @@ class Realised:
 def realise_case(rows: FloatArray, result: CaseResult, config: CasesConfig, step: Step) -> Realised | None:
     """Realise a case for outputs with `rows` [n_out, k]; None where the configuration does not ask for it.
 
-    Raises
-    ------
-    InputError : the case has delays.
+    Raises `InputError` for delays that are too long to be held.
     """
     plan = config.realisation_plan()
     if plan is None:
         return None
-    if np.any(result.correlation.delay_s):
-        raise InputError(
-            f"case {result.case.id} has delays, which a realisation does not take",
-            where="realisation",
-            hint="leave [realisation] out, or the delays",
-        )
-    factor = result.correlation.factor
+    factor, delay_s = result.correlation.factor, result.correlation.delay_s
     advance = counter(step, plan.samples, f"realising case {result.case.id}")
-    estimate = realise(rows, result.temperature, factor, plan, advance)
+    try:
+        estimate = realise(rows, result.temperature, factor, plan, advance, delay_s)
+    except InputError as error:
+        raise InputError(error.fact, where=f"case {result.case.id}: {error.where}", hint=error.hint) from error
     inside = in_band(estimate.frequency_hz, plan)
     estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
-    exact = output_psd_from_factor(rows, result.temperature, factor, estimate.frequency_hz)
+    exact = expected_psd(rows, result.temperature, factor, plan, estimate.frequency_hz, delay_s)
     return Realised(estimate, exact, plan.rate_hz, plan.samples, plan.seed)
 
 

@@ -104,6 +104,34 @@ def test_an_impossible_matrix(small: Project) -> None:
         )
 
 
+def test_a_case_that_does_not_fit_the_model_keeps_no_other_from_running(small: Project) -> None:
+    """10b on a model without mirror symmetry: all other cases are there, then the refusal, as if it had been alone."""
+    replace(small.folder / "cases.toml", 'partition = "mirror"', 'partition = "mirror", mirror_names = ["_A", "_B"]')
+    ids = ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10"]
+    facts = ("cases.toml: case 10b: blocks[1]: without a mirror image", "STRUT_3", "change mirror_names, or delete the")
+    small.run("run-case", "10b").refused(3, *facts)
+    ran = small.run("run-case", "10b", *ids)
+    ran.refused(3, *facts)
+    assert [line.split()[1] for line in ran.out.splitlines() if line.startswith("case ")] == ids
+    assert all((small.build / f"case{i:0>2}.h5").exists() for i in ids)
+    assert not (small.build / "case10b.h5").exists()
+    # What was asked for is printed for programs too, and a violation does not hide the refusal.
+    ran = small.run("run-case", "3", "10b", "--json", "--fail-on-violation")
+    ran.refused(3, *facts)
+    assert [case["case"] for case in json.loads(ran.out)] == ["3"]
+
+
+def test_several_cases_that_do_not_fit_are_refused_together(small: Project) -> None:
+    add_case(small, "-0.6")
+    cases = small.folder / "cases.toml"
+    replace(cases, 'groups = ["struts", "flanges"] }, { groups = ["IS1"]', 'groups = ["strut"] }, { groups = ["IS1"]')
+    replace(cases, 'partition = "mirror"', 'partition = "mirror", mirror_names = ["_A", "_B"]')
+    facts = ("case 4: blocks[0].groups: no thermal area has 'strut'", "case 10b: blocks[1]: without a mirror image")
+    small.run("run-case", "4", "10b", "3").refused(3, *facts)
+    assert (small.build / "case03.h5").exists()
+    small.run("run-case", "own", "4").refused(5, "r.csv", "eigenvalue", hint="refused too: case 4")
+
+
 def test_files_that_are_not_there(small: Project) -> None:
     add_case(small, "0.25")
     (small.folder / "r.csv").unlink()

@@ -316,3 +316,19 @@ def test_realisations_that_cannot_be(small: Project, keys: str, path: str) -> No
     with open(small.folder / "cases.toml", "a") as stream:
         stream.write(f"\n[realisation]\nseed = 3\n{keys}\n")
     small.run("run-case", "3").refused(3, path)
+
+
+def test_a_realisation_with_delays(small: Project) -> None:
+    cases = small.folder / "cases.toml"
+    cases.write_text(
+        cases.read_text()
+        + '\n[[case]]\nid = "late"\ntitle = "One side follows"\nblocks = [{ areas = ["*"] }]\n'
+        + 'delays = [{ side = ["-y"], delay_s = 333.3 }]\n\n[realisation]\nseed = 3\ntolerance = 0.3\n'
+    )
+    small.run("run-case", "late").ok()
+    with h5py.File(small.build / "caselate.h5") as file:
+        group = file["realisation"]
+        ratio = group["psd"][()] / group["exact"][()]
+        assert np.abs(ratio.mean(axis=1) - 1.0).max() < 0.03
+    cases.write_text(cases.read_text().replace("333.3", "1e9"))
+    small.run("run-case", "late").refused(4, "case late: realisation", "1e+09 s later", hint="shorten the delays")

@@ -142,12 +142,14 @@ def test_mirror_pairs_by_centroid_and_by_name():
 def test_areas_without_a_mirror_image_are_refused():
     moved = CENTROIDS + np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0], [0.5, 0, 0], [0, 0, 0]])
     case = CorrelationCase("10b", "", (MIRROR,))
-    with pytest.raises(ConfigError, match=r"no area near its mirrored centroid\): A2, A3"):
+    with pytest.raises(
+        ConfigError, match=r"case 10b.*no area near its mirrored centroid\): A2, A3; pair .* mirror_names, or delete"
+    ):
         correlation(case, table(5, side=SIDES, centroid_m=moved))
     with pytest.raises(ConfigError, match="matched by centroids, which these areas do not have; rebuild"):
         correlation(case, table(5, side=SIDES))
     named = CorrelationCase("10b", "", (BlockSelector(areas=("*",), partition="mirror", mirror_names=("0", "3")),))
-    with pytest.raises(ConfigError, match=r"no name with '3'\): A2, A1"):
+    with pytest.raises(ConfigError, match=r"no name with '3'\): A2, A1; change mirror_names, or delete the case"):
         correlation(named, table(5, side=SIDES))
 
 

@@ -126,3 +126,17 @@ def test_judge_refuses_another_quantity_and_frequencies_without_the_band():
     short = np.geomspace(1e-3, 20e-3, 50)
     with pytest.raises(ConfigError, match=r"band edge 0.03 Hz is not among the frequencies 0.001 to 0.02 Hz"):
         judge(np.ones(50), short, PRESETS["lpf_readout_item"], 2.0, kind="displacement")
+
+
+@pytest.mark.parametrize(("quantity", "level"), [("oms", 8 / 15), ("acceleration", 1.0)])
+def test_taiji_has_the_shapes_of_lisa(quantity, level):
+    f = np.geomspace(1e-4, 0.1, 50)
+    lisa = PRESETS[f"lisa_{quantity}"].amplitude(f)
+    np.testing.assert_allclose(PRESETS[f"taiji_{quantity}"].amplitude(f), level * lisa, rtol=1e-14)
+
+
+def test_what_was_chosen_and_not_found_is_in_the_source():
+    chosen = {name for name, r in PRESETS.items() if "band chosen as LISA's" in r.source}
+    assert chosen == {"taiji_acceleration", "taiji_oms", "tianqin_acceleration", "tianqin_oms"}
+    assert "taken as white" in PRESETS["tianqin_oms"].source
+    assert not any("{" in r.source for r in PRESETS.values())

@@ -103,6 +103,6 @@ def realisation_line(r: Realised) -> str:
     held = float(np.mean((ratio * low <= 1.0) & (ratio * high >= 1.0)))
     means = ratio.mean(axis=1)
     return (
-        f"realisation: {r.samples:,} samples at {r.rate_hz:g} Hz, seed {r.seed}; PSD over the exact one, mean of an"
+        f"realisation: {r.samples:,} samples at {r.rate_hz:g} Hz, seed {r.seed}; PSD over its expectation, mean of an"
         f" output {means.min():.4f} to {means.max():.4f}; {held:.1%} of all values hold it in their 95 % interval"
     )
