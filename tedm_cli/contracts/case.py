@@ -76,6 +76,9 @@ CASE = FileKind(
         "/verdict/binding_frequency": Dataset(("verdict",), "float", "Hz", "frequency of the largest ratio"),
         "/verdict/passed": Dataset(("verdict",), "int", "1", "1 where the ratio is at most 1"),
         "/verdict/allowed_safety_factor": Dataset(("verdict",), "float", "1", "safety factor at which the ratio is 1"),
+        "/verdict/distortion_ratio": Dataset(
+            ("verdict",), "float", "1", "ratio if the bench did not move as one; NaN for what is no read-out"
+        ),
         "/bound_ratio/bound": Dataset(("bound",), "str", "1", "bounds, as under /bounds"),
         "/bound_ratio/ratio": Dataset(("verdict", "bound"), "float", "1", "ratio of each verdict at the bound"),
         "/improvement/count": Dataset(("count",), "int", "1", "number of areas improved, the worst first"),

@@ -86,6 +86,7 @@ class JudgedOutput:
     asd : [F], amplitude spectral density without the safety factor, unit/√Hz.
     bound_low, bound_high : [F], the same over all correlations of the case's active areas.
     bound_ratio : `ratio` at each of the five bounds, by name as in the case files.
+    distortion_ratio : `ratio` if the bench did not move as one; None for what is no read-out.
     filter_ratio : [orders, corners], `ratio` with other temperature filters; None where there is no low-pass.
     contribution_hz : frequency of `contribution` and `share`; band_hz : of `band_share`.
     contribution : [k], signed sensitivity × temperature of each area, unit/√Hz.
@@ -106,6 +107,7 @@ class JudgedOutput:
     bound_low: Array
     bound_high: Array
     bound_ratio: dict[str, float]
+    distortion_ratio: float | None
     filter_ratio: Array | None
     contribution_hz: float
     band_hz: tuple[float, float]

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.bounds import BOUNDS, Bounds, correlation_bounds, extremal_block_vectors, extremal_vectors
-from tedm_cli.noise.contributions import amplitude_contributions, path_shares, shares_at, shares_over, sum_by
+from tedm_cli.noise.bounds import BOUNDS, Bounds, correlation_bounds
+from tedm_cli.noise.case_contributions import Contributions, Judged, contributions
+from tedm_cli.noise.contributions import Makeup
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.noise.differences import terms
 from tedm_cli.noise.filter_sensitivity import FilterSensitivity, filter_sensitivity
 from tedm_cli.noise.improvement import Improvement, improvement
 from tedm_cli.noise.propagation import output_psd_from_factor
 from tedm_cli.noise.requirements import (
-    REFERENCE_HZ,
     UNITS,
     AppliedRequirement,
     Requirement,
@@ -32,39 +31,6 @@ from tedm_cli.noise.selection import Indices
 from tedm_cli.noise.temperature import TemperatureModel
 
 Array = NDArray[np.float64]
-Judged = Sequence[tuple[Requirement, int]]
-
-
-@dataclass(frozen=True, eq=False)
-class Contributions:
-    """Where the noise of n_out outputs comes from. Shares of an output sum to 1, or are 0 where it has no noise.
-
-    Parameters
-    ----------
-    frequency_hz : [n_out], the binding frequency of the worst verdict, 1 mHz for an output without one.
-    amplitude : [n_out, k], signed amplitudes there, unit/√Hz, zero for silent areas.
-    share : [n_out, k], each area's part of the PSD there.
-    band_hz : [n_out, 2], band of the worst verdict, all frequencies for an output without one.
-    band_share : [n_out, k], each area's part of the power in that band.
-    path_names : [p]; path_share, path_band_share : by label of an output that is a sum over these paths, the same.
-    extremal : for each of `BOUNDS`, V [n_out, k, 2] whose V_i · V_j is a correlation that reaches it at `frequency_hz`
-        (for known blocks: between areas of different blocks); zero for silent areas.
-    """
-
-    frequency_hz: Array
-    amplitude: Array
-    share: Array
-    band_hz: Array
-    band_share: Array
-    path_names: tuple[str, ...]
-    path_share: dict[str, Array]
-    path_band_share: dict[str, Array]
-    extremal: dict[str, Array]
-
-    def by(self, labels: NDArray[Any]) -> tuple[NDArray[Any], Array, Array]:
-        """Distinct labels [q] of areas with `labels` [k], and sums [n_out, q] of share and of band_share over them."""
-        names, share = sum_by(self.share, labels)
-        return names, share, sum_by(self.band_share, labels)[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +46,7 @@ class CaseResult:
     psd : [n_out, F], unit²/Hz; bounds : what other correlations of the active areas would give.
     verdicts : in the order of the requirements and their outputs; safety_factor : on amplitudes, in verdicts only.
     bound_ratio : [verdicts, 5], the ratio each of `BOUNDS` would have.
+    distortion_ratio : [verdicts], the ratio of a read-out if the bench did not move as one; NaN for other outputs.
     filter_sensitivity : verdict ratios for other orders and corners; None where no spectrum is low-pass.
     improvements : of each verdict; groups : [G], of their group_factor.
     contributions : where the noise comes from.
@@ -100,6 +67,7 @@ class CaseResult:
     verdicts: tuple[Verdict, ...]
     safety_factor: float
     bound_ratio: Array
+    distortion_ratio: Array
     filter_sensitivity: FilterSensitivity | None
     improvements: tuple[Improvement, ...]
     groups: tuple[str, ...]
@@ -126,8 +94,7 @@ def run_case(
     frequency_hz: Array,
     requirements: Sequence[AppliedRequirement] = (),
     safety_factor: float = 1.0,
-    paths: Mapping[str, Array] | None = None,
-    path_names: Sequence[str] = (),
+    makeup: Mapping[str, Makeup] | None = None,
 ) -> CaseResult:
     """Noise of outputs with sensitivities `rows` [n_out, k], in their unit per kelvin, in one correlation case.
 
@@ -137,7 +104,7 @@ def run_case(
     frequency_hz : [F], increasing, with the band edges of the requirements (see `frequency_grid`).
     requirements : which outputs to judge by what.
     safety_factor : multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5, recommends 2).
-    paths : by label, the rows [p, k] that an output is the sum of; path_names : [p].
+    makeup : by label, what read-outs are made of.
 
     Raises
     ------
@@ -180,12 +147,13 @@ def run_case(
         verdicts=tuple(verdicts),
         safety_factor=safety_factor,
         bound_ratio=_bound_ratios(bounds, frequency_hz, judged, safety_factor),
+        distortion_ratio=_distortion_ratios(
+            makeup or {}, labels, temperature, found, frequency_hz, judged, safety_factor
+        ),
         filter_sensitivity=filter_sensitivity(rows, temperature, found, frequency_hz, judged, safety_factor),
         improvements=tuple(improvements),
         groups=groups,
-        contributions=_contributions(
-            rows, labels, temperature, found, frequency_hz, judged, verdicts, paths or {}, path_names
-        ),
+        contributions=contributions(rows, labels, temperature, found, frequency_hz, judged, verdicts, makeup or {}),
     )
 
 
@@ -200,57 +168,25 @@ def _bound_ratios(bounds: Bounds, frequency_hz: Array, judged: Judged, safety_fa
     return ratio
 
 
-def _contributions(
-    rows: Array,
+def _distortion_ratios(
+    makeup: Mapping[str, Makeup],
     labels: Sequence[str],
     temperature: TemperatureModel,
     found: Correlation,
     frequency_hz: Array,
     judged: Judged,
-    verdicts: Sequence[Verdict],
-    paths: Mapping[str, Array],
-    path_names: Sequence[str],
-) -> Contributions:
-    at_hz = np.full(len(rows), REFERENCE_HZ)
-    band_hz = np.tile(frequency_hz[[0, -1]], (len(rows), 1))
-    inside = np.ones((len(rows), len(frequency_hz)), dtype=bool)
-    worst = np.full(len(rows), -1.0)
-    for (requirement, o), verdict in zip(judged, verdicts, strict=True):
-        if verdict.ratio > worst[o]:
-            worst[o], at_hz[o], band_hz[o] = verdict.ratio, verdict.binding_hz, requirement.band_hz
-            inside[o] = in_band(requirement, frequency_hz)
-    share, band_share = np.empty_like(rows), np.empty_like(rows)
-    for o in range(len(rows)):
-        share[o] = shares_at(rows[o : o + 1], temperature, found, at_hz[o])[0]
-        band_share[o] = shares_over(rows[o : o + 1], temperature, found, frequency_hz[inside[o]])[0]
-    amplitude = amplitude_contributions(rows, temperature, at_hz) * found.active
-    place = {label: o for o, label in enumerate(labels) if label in paths}
-    extremal = {
-        name: np.stack([extremal_vectors(h, name) for h in amplitude])
-        for name in ("minimum", "maximum_non_negative", "maximum")
-    }
-    for name, smallest in (("known_blocks_minimum", True), ("known_blocks", False)):
-        extremal[name] = np.stack(
-            [
-                extremal_block_vectors(h, found, f, smallest=smallest)
-                for h, f in zip(amplitude, at_hz.tolist(), strict=True)
-            ]
-        )
-    return Contributions(
-        frequency_hz=at_hz,
-        amplitude=amplitude,
-        share=share,
-        band_hz=band_hz,
-        band_share=band_share,
-        path_names=tuple(path_names),
-        path_share={
-            label: path_shares(paths[label], temperature, found, at_hz[o : o + 1]) for label, o in place.items()
-        },
-        path_band_share={
-            label: path_shares(paths[label], temperature, found, frequency_hz[inside[o]]) for label, o in place.items()
-        },
-        extremal=extremal,
-    )
+    safety_factor: float,
+) -> Array:
+    """Ratio [verdicts] of the read-outs without the motion of the bench as one."""
+    ratio = np.full(len(judged), np.nan)
+    for v, (requirement, o) in enumerate(judged):
+        if labels[o] in makeup:
+            f = frequency_hz[in_band(requirement, frequency_hz)]
+            psd = output_psd_from_factor(
+                makeup[labels[o]].distortion[None], temperature, found.factor, f, found.delay_s
+            )[0]
+            ratio[v] = (safety_factor * np.sqrt(psd) / requirement.amplitude(f)).max()
+    return ratio
 
 
 def _check_rows(rows: Array, labels: Sequence[str], kinds: Sequence[str], areas: AreaTable) -> None:

@@ -8,6 +8,7 @@ share Re(y_p y*) / S in the same way.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,25 @@ from tedm_cli.noise.temperature import TemperatureModel
 
 Array = NDArray[np.float64]
 Matrix = NDArray[Any]  # real or complex
+
+
+@dataclass(frozen=True, eq=False)
+class Makeup:
+    """What a read-out [k] per kelvin is made of.
+
+    Parameters
+    ----------
+    names : [p], optical elements; by_element : [p, k], what the motion of each makes of the read-out; their sum is it.
+    distortion : [k], the read-out if the bench did not move as one.
+    """
+
+    names: tuple[str, ...]
+    by_element: Array
+    distortion: Array
+
+    def __sub__(self, other: Makeup) -> Makeup:
+        """Of the difference of two read-outs of one bench."""
+        return Makeup(self.names, self.by_element - other.by_element, self.distortion - other.distortion)
 
 
 def amplitude_contributions(rows: Array, temperature: TemperatureModel, frequency_hz: Array) -> Array:

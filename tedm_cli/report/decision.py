@@ -186,7 +186,10 @@ def limited_by(j: JudgedOutput, areas: Areas) -> str:
         said.append(f"areas {_largest(single)}")
     if j.path is not None:
         said.append(f"optical elements {_largest(j.path)}")
-    return f"{'; '.join(said)} (shares of the power at {mhz_text(j.contribution_hz)}; negative ones cancel)"
+    if j.distortion_ratio is not None:
+        said.append(f"if the bench did not move as one, the ratio would be {ratio_text(j.distortion_ratio)}")
+    text = "; ".join(said)
+    return f"Shares of the power at {mhz_text(j.contribution_hz)} (negative ones cancel): {text}"
 
 
 def _largest(shares: dict[str, float]) -> str:

@@ -3,68 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-
-import numpy as np
 
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE as KIND
-from tedm_cli.contracts import OPTICS as OPTICS_KIND
-from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
 from tedm_cli.errors import ConfigError, InputError, TedmError
-from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, run_case
 from tedm_cli.noise.correlation import correlation
-from tedm_cli.noise.differences import terms, with_differences
-from tedm_cli.noise.requirements import AppliedRequirement
-from tedm_cli.optics.layout import N_MOTIONS
-from tedm_cli.optics.shares import motion_terms
 from tedm_cli.progress import Step
 from tedm_cli.stages.case_file import write_case
 from tedm_cli.stages.common import (
-    DISTORTION,
     OPTICS,
     SENSITIVITY,
-    FloatArray,
-    IntArray,
     case_file_name,
     provenance,
-    read_areas,
-    require_same_input,
 )
+from tedm_cli.stages.outputs import read_outputs
 from tedm_cli.stages.realisation import realise_case, write_realisation
 from tedm_cli.stages.temperature import table_paths, temperature_model
-from tedm_cli.store import create, open_checked
+from tedm_cli.store import create
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
-
-
-@dataclass(frozen=True)
-class Outputs:
-    """All outputs as rows per kelvin [n_out, k], with their labels and quantities, and the areas of the columns.
-
-    `paths`: by label of a read-out, its rows [p, k] by optical element, whose names are `path_names`.
-    """
-
-    areas: AreaTable
-    area_id: IntArray
-    rows: FloatArray
-    labels: list[str]
-    kinds: list[str]
-    path_names: list[str]
-    paths: dict[str, FloatArray]
-
-    def with_differences(self, requirements: Sequence[AppliedRequirement]) -> Outputs:
-        """With the differences of outputs that requirements judge."""
-        rows, labels, kinds = with_differences(self.rows, self.labels, self.kinds, requirements)
-        paths = dict(self.paths)
-        for label in labels[len(self.labels) :]:
-            first, second = terms(label) or ("", "")
-            if first in paths and second in paths:
-                paths[label] = paths[first] - paths[second]
-        return replace(self, rows=rows, labels=labels, kinds=kinds, paths=paths)
 
 
 def select_cases(project: Project, wanted: Sequence[str]) -> list[str]:
@@ -111,8 +71,7 @@ def run_cases(
             frequency,
             requirements,
             config.safety_factor,
-            outputs.paths,
-            outputs.path_names,
+            outputs.makeup,
         )
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
@@ -143,27 +102,3 @@ def _together(refused: dict[str, TedmError], where: Path) -> TedmError:
         return ConfigError(problems, where=str(where))
     first.hint = f"{first.hint}; refused too: case {', '.join(list(refused)[1:])}".removeprefix("; ")
     return first
-
-
-def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
-    """Gather the rows of both families; refuse files that stem from different distortion matrices."""
-    with open_checked(sensitivity, SENSITIVITY_KIND) as s, open_checked(optics, OPTICS_KIND) as o:
-        require_same_input(DISTORTION, s, o)
-        areas = read_areas(s)
-        if o.strings("/area/name") != s.strings("/area/name"):
-            raise InputError("hold different thermal areas", where=f"{sensitivity} and {optics}")
-        rows = [s.array("/S")]
-        labels = s.strings("/row/label")
-        kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in s.strings("/row/unit")]
-        read_out, units = o.strings("/label/read_out"), o.strings("/label/read_out_unit")
-        paths: dict[str, FloatArray] = {}
-        elements = [label.rpartition("_")[0] for label in o.strings("/label/element_dof")[::N_MOTIONS]]
-        motion = o.array("/motion")
-        for name in o.strings("/set/name"):
-            rows.append(o.array(f"/N/{name}"))
-            labels += [f"{name}_{label}" for label in read_out]
-            kinds += [_READ_OUT_KIND[u] for u in units]
-            terms = motion_terms(o.array(f"/gain/{name}"), motion)
-            by_element = terms.reshape(len(terms), len(elements), N_MOTIONS, -1).sum(axis=2)
-            paths |= {f"{name}_{label}": by_element[i] for i, label in enumerate(read_out)}
-        return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds, elements, paths)

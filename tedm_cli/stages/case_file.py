@@ -71,6 +71,7 @@ def _write_verdicts(writer: Writer, r: CaseResult) -> None:
     writer.write("/verdict/binding_frequency", [v.binding_hz for v in r.verdicts])
     writer.write("/verdict/passed", [int(v.passed) for v in r.verdicts])
     writer.write("/verdict/allowed_safety_factor", [v.safety_factor * v.margin for v in r.verdicts])
+    writer.write("/verdict/distortion_ratio", r.distortion_ratio)
     writer.write("/bound_ratio/bound", list(BOUNDS))
     writer.write("/bound_ratio/ratio", r.bound_ratio)
     if r.filter_sensitivity is not None:

@@ -154,6 +154,7 @@ def _read_judged(file: Reader, limits: dict[str, Limit]) -> tuple[JudgedOutput, 
     ratio, at, passed = (file.array(f"/verdict/{c}") for c in ("ratio", "binding_frequency", "passed"))
     share, band, band_share = (file.array(f"/contribution/{c}") for c in ("share", "band", "band_share"))
     bounds, bound_ratio = file.strings("/bound_ratio/bound"), file.array("/bound_ratio/ratio")
+    distortion = file.array("/verdict/distortion_ratio")
     realised = _read_realised(file)
     judged = []
     pairs = zip(file.strings("/verdict/output"), file.strings("/verdict/requirement"), strict=True)
@@ -173,6 +174,7 @@ def _read_judged(file: Reader, limits: dict[str, Limit]) -> tuple[JudgedOutput, 
                 bound_low=low,
                 bound_high=high,
                 bound_ratio=dict(zip(bounds, (float(r) for r in bound_ratio[v]), strict=True)),
+                distortion_ratio=None if np.isnan(distortion[v]) else float(distortion[v]),
                 filter_ratio=None if filter_ratio is None else filter_ratio[v],
                 contribution_hz=float(file.array("/contribution/frequency")[o]),
                 band_hz=(float(band[o, 0]), float(band[o, 1])),

@@ -30,9 +30,9 @@ from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
-from tedm_cli.stages.case import Outputs, read_outputs
 from tedm_cli.stages.common import OPTICS, SENSITIVITY, FloatArray, provenance
 from tedm_cli.stages.log_spectrum import log_estimate, require_speckit
+from tedm_cli.stages.outputs import Outputs, read_outputs
 from tedm_cli.store import Writer, create
 from tedm_cli.wide_table import WideTable, open_wide
 

@@ -6,9 +6,10 @@ import json
 
 import h5py
 import numpy as np
+import pytest
 from border_tools import Project, replace, tedm, untouched
 
-from tedm_cli.stages.case import read_outputs
+from tedm_cli.stages.outputs import read_outputs
 
 MATRIX = "area,STRUT_1,STRUT_2,FLANGE_1\nSTRUT_2,{0},1,{0}\nSTRUT_1,1,{0},{0}\nFLANGE_1,{0},{0},1\n"
 TABLE = "frequency_hz,amplitude\n1e-3,1e-14\n3e-2,1e-13\n"
@@ -72,11 +73,28 @@ def test_a_matrix_a_delay_and_a_difference_end_to_end(small: Project) -> None:
 
 def test_the_parts_by_optical_element_sum_to_the_read_out_noise(small: Project) -> None:
     outputs = read_outputs(small.build / "sensitivity.h5", small.build / "optics.h5")
-    assert set(outputs.paths) == {label for label in outputs.labels if label[:2] in ("A_", "B_")}
-    for label, parts in outputs.paths.items():
-        whole = outputs.rows[outputs.labels.index(label)]
-        assert len(parts) == len(outputs.path_names) == 24
+    assert set(outputs.makeup) == {label for label in outputs.labels if label[:2] in ("A_", "B_")}
+    for label, makeup in outputs.makeup.items():
+        parts, whole = makeup.by_element, outputs.rows[outputs.labels.index(label)]
+        assert len(parts) == len(makeup.names) == 24
         assert np.all(np.abs(parts.sum(axis=0) - whole) <= 1e-13 * np.abs(parts).sum(axis=0))
+
+
+def test_distortion_alone_is_what_explain_calls_so(small: Project) -> None:
+    """Uncorrelated areas of one level: its noise is the root of the sum of squares that `explain` prints."""
+    small.run("run-case", "6").ok()
+    explained = json.loads(small.run("explain", "TM1_x", "--json").ok().out)
+    row = read_outputs(small.build / "sensitivity.h5", small.build / "optics.h5").makeup["A_TM1_x"].distortion
+    assert np.linalg.norm(row) == pytest.approx(explained["read_outs"][0]["distortion"]["size"], rel=1e-12, abs=0)
+    with h5py.File(small.build / "case06.h5") as file:
+        output = [v.decode() for v in file["/verdict/output"]]
+        found = dict(zip(output, file["/verdict/distortion_ratio"][:], strict=True))
+        level = file["/temperature/asd"][:, np.searchsorted(file["/frequency"][:], 3e-3)]
+        active = file["/case/block"][:] >= 0
+        amplitude = level[file["/temperature/spectrum"][:]][active]
+    assert np.isnan(found["TM1_a_x"])
+    noise = float(np.sqrt(np.sum((row[active] * amplitude) ** 2)))
+    assert found["A_TM1_x"] == pytest.approx(2.0 * noise / 1e-12, rel=1e-9), "binds at 3 mHz, as steep spectra do"
 
 
 def test_role_and_reason_are_printed_and_stored(small: Project) -> None:

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import run_case
-from tedm_cli.noise.contributions import shares_at, shares_over, sum_by
+from tedm_cli.noise.contributions import Makeup, shares_at, shares_over, sum_by
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation, full_blocks
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.propagation import output_psd_from_factor
@@ -213,8 +213,9 @@ def test_common_heating_that_moves_nothing_is_silent_only_when_correlated(areas,
 
 @pytest.mark.parametrize("case_id", ["1", "2", "4", "10b"])
 def test_ratios_at_the_bounds_enclose_the_verdict(areas, config, case_id):
-    paths = {"A_TM1_x": np.stack([0.25 * rows_for(areas)[2], 0.75 * rows_for(areas)[2]])}
-    result = run(areas, config, case_id, paths=paths, path_names=("M1", "M2"))
+    row = rows_for(areas)[2]
+    makeup = {"A_TM1_x": Makeup(("M1", "M2"), np.stack([0.25 * row, 0.75 * row]), 0.5 * row)}
+    result = run(areas, config, case_id, makeup=makeup)
     for v, verdict in enumerate(result.verdicts):
         lowest, low, high, _, highest = result.bound_ratio[v]
         assert lowest <= low * (1 + 1e-9)
@@ -227,3 +228,6 @@ def test_ratios_at_the_bounds_enclose_the_verdict(areas, config, case_id):
         assert changed.verdicts[v].ratio == pytest.approx(1.0, rel=1e-9)
     for share in (result.contributions.path_share, result.contributions.path_band_share):
         np.testing.assert_allclose(share["A_TM1_x"], [0.25, 0.75], rtol=1e-9)
+    for verdict, distortion in zip(result.verdicts, result.distortion_ratio, strict=True):
+        expected = 0.5 * verdict.ratio if verdict.output == "A_TM1_x" else np.nan
+        np.testing.assert_allclose(distortion, expected, rtol=1e-9)

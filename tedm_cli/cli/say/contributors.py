@@ -70,6 +70,7 @@ def contributor_lines(r: CaseResult) -> list[str]:
         if verdict.output in c.path_share:
             shares = c.path_share[verdict.output].tolist(), c.path_band_share[verdict.output].tolist()
             lines.append(f"  optical elements: {_parts(list(zip(c.path_names, *shares, strict=True)))}")
+            lines.append(f"  ratio if the bench did not move as one: {r.distortion_ratio[v]:.3g}")
         lines.append(f"  largest over all correlations: {_signs(r, o)}")
         lines += _improvement_lines(r, v, verdict)
     return lines
@@ -87,6 +88,7 @@ def more_dict(r: CaseResult) -> dict[str, Any]:
                 "output": verdict.output,
                 "requirement": verdict.requirement,
                 "bound_ratio": dict(zip(BOUNDS, r.bound_ratio[v].tolist(), strict=True)),
+                "distortion_ratio": r.distortion_ratio[v] if np.isfinite(r.distortion_ratio[v]) else None,
                 "filter_ratio": None if r.filter_sensitivity is None else r.filter_sensitivity.ratio[v].tolist(),
                 "ratio_with_areas_silent": dict(zip(map(str, COUNTS), i.silenced.tolist(), strict=True)),
                 "worst_areas": [str(r.areas.name[a]) for a in i.worst.tolist() if a >= 0],

@@ -1,0 +1,111 @@
+"""Where the noise of the outputs of one case comes from, at the frequency and in the band that decide."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.noise.bounds import extremal_block_vectors, extremal_vectors
+from tedm_cli.noise.contributions import Makeup, amplitude_contributions, path_shares, shares_at, shares_over, sum_by
+from tedm_cli.noise.correlation import Correlation
+from tedm_cli.noise.requirements import REFERENCE_HZ, Requirement, Verdict, in_band
+from tedm_cli.noise.temperature import TemperatureModel
+
+Array = NDArray[np.float64]
+Judged = Sequence[tuple[Requirement, int]]
+
+
+@dataclass(frozen=True, eq=False)
+class Contributions:
+    """Where the noise of n_out outputs comes from. Shares of an output sum to 1, or are 0 where it has no noise.
+
+    Parameters
+    ----------
+    frequency_hz : [n_out], the binding frequency of the worst verdict, 1 mHz for an output without one.
+    amplitude : [n_out, k], signed amplitudes there, unit/√Hz, zero for silent areas.
+    share : [n_out, k], each area's part of the PSD there.
+    band_hz : [n_out, 2], band of the worst verdict, all frequencies for an output without one.
+    band_share : [n_out, k], each area's part of the power in that band.
+    path_names : [p]; path_share, path_band_share : by label of an output that is a sum over these paths, the same.
+    extremal : for each of `BOUNDS`, V [n_out, k, 2] whose V_i · V_j is a correlation that reaches it at `frequency_hz`
+        (for known blocks: between areas of different blocks); zero for silent areas.
+    """
+
+    frequency_hz: Array
+    amplitude: Array
+    share: Array
+    band_hz: Array
+    band_share: Array
+    path_names: tuple[str, ...]
+    path_share: dict[str, Array]
+    path_band_share: dict[str, Array]
+    extremal: dict[str, Array]
+
+    def by(self, labels: NDArray[Any]) -> tuple[NDArray[Any], Array, Array]:
+        """Distinct labels [q] of areas with `labels` [k], and sums [n_out, q] of share and of band_share over them."""
+        names, share = sum_by(self.share, labels)
+        return names, share, sum_by(self.band_share, labels)[1]
+
+
+def contributions(
+    rows: Array,
+    labels: Sequence[str],
+    temperature: TemperatureModel,
+    found: Correlation,
+    frequency_hz: Array,
+    judged: Judged,
+    verdicts: Sequence[Verdict],
+    makeup: Mapping[str, Makeup],
+) -> Contributions:
+    """Contributions to outputs with `rows` [n_out, k], each where its worst verdict binds and in that one's band.
+
+    Parameters
+    ----------
+    judged, verdicts : requirement and index of the output, and what was found, of every verdict.
+    makeup : by label, what read-outs are made of.
+    """
+    at_hz = np.full(len(rows), REFERENCE_HZ)
+    band_hz = np.tile(frequency_hz[[0, -1]], (len(rows), 1))
+    inside = np.ones((len(rows), len(frequency_hz)), dtype=bool)
+    worst = np.full(len(rows), -1.0)
+    for (requirement, o), verdict in zip(judged, verdicts, strict=True):
+        if verdict.ratio > worst[o]:
+            worst[o], at_hz[o], band_hz[o] = verdict.ratio, verdict.binding_hz, requirement.band_hz
+            inside[o] = in_band(requirement, frequency_hz)
+    share, band_share = np.empty_like(rows), np.empty_like(rows)
+    for o in range(len(rows)):
+        share[o] = shares_at(rows[o : o + 1], temperature, found, at_hz[o])[0]
+        band_share[o] = shares_over(rows[o : o + 1], temperature, found, frequency_hz[inside[o]])[0]
+    amplitude = amplitude_contributions(rows, temperature, at_hz) * found.active
+    parts = {label: m.by_element for label, m in makeup.items()}
+    place = {label: o for o, label in enumerate(labels) if label in makeup}
+    extremal = {
+        name: np.stack([extremal_vectors(h, name) for h in amplitude])
+        for name in ("minimum", "maximum_non_negative", "maximum")
+    }
+    for name, smallest in (("known_blocks_minimum", True), ("known_blocks", False)):
+        extremal[name] = np.stack(
+            [
+                extremal_block_vectors(h, found, f, smallest=smallest)
+                for h, f in zip(amplitude, at_hz.tolist(), strict=True)
+            ]
+        )
+    return Contributions(
+        frequency_hz=at_hz,
+        amplitude=amplitude,
+        share=share,
+        band_hz=band_hz,
+        band_share=band_share,
+        path_names=next((m.names for m in makeup.values()), ()),
+        path_share={
+            label: path_shares(parts[label], temperature, found, at_hz[o : o + 1]) for label, o in place.items()
+        },
+        path_band_share={
+            label: path_shares(parts[label], temperature, found, frequency_hz[inside[o]]) for label, o in place.items()
+        },
+        extremal=extremal,
+    )
