@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+REALISATION_CONFIDENCE = 0.95  # of the intervals drawn around estimates from realisations
 QUANTITY = {
     "acceleration": "self-gravity acceleration",
     "angular_acceleration": "self-gravity angular acceleration",
@@ -34,6 +35,38 @@ class Limit:
 
 
 @dataclass(frozen=True, eq=False)
+class Mending:
+    """What would bring one ratio down.
+
+    Parameters
+    ----------
+    count : [c], numbers of areas improved; area : [r], the worst first, without those that bring no relief.
+    ratio : by what is done to them, the ratio [c] with each number of them.
+    group_factor : by group, the factor on its temperatures that just meets the requirement; infinite where the output
+        does not feel it, NaN where this group alone cannot do it.
+    group_level : by group, its temperature ASD at the binding frequency, K/√Hz; NaN where its areas differ.
+    all_factor : `group_factor` of all groups together.
+    """
+
+    count: NDArray[np.int64]
+    area: NDArray[np.int64]
+    ratio: dict[str, Array]
+    group_factor: dict[str, float]
+    group_level: dict[str, float]
+    all_factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """An estimated amplitude spectral density [F], unit/√Hz, and the ends of its interval of confidence."""
+
+    frequency_hz: Array
+    asd: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, eq=False)
 class JudgedOutput:
     """One output of one case against one requirement.
 
@@ -43,11 +76,14 @@ class JudgedOutput:
     ratio : largest safety factor × noise / limit; binding_hz : where; passed : ratio <= 1.
     asd : [F], amplitude spectral density without the safety factor, unit/√Hz.
     bound_low, bound_high : [F], the same over all correlations of the case's active areas.
-    correlation_ratio : smallest and largest `ratio` over those correlations.
+    bound_ratio : `ratio` at each of the five bounds, by name as in the case files.
     filter_ratio : [orders, corners], `ratio` with other temperature filters; None where there is no low-pass.
     contribution_hz : frequency of `contribution` and `share`; band_hz : of `band_share`.
     contribution : [k], signed sensitivity × temperature of each area, unit/√Hz.
     share, band_share : [k], each area's part of the power; negative where it cancels others.
+    path, path_band : the same parts by optical element; None for what is no read-out.
+    mending : what would bring the ratio down.
+    realised : estimate from a realisation with its 95 % interval, without the safety factor; None where there is none.
     """
 
     output: str
@@ -60,13 +96,22 @@ class JudgedOutput:
     asd: Array
     bound_low: Array
     bound_high: Array
-    correlation_ratio: tuple[float, float]
+    bound_ratio: dict[str, float]
     filter_ratio: Array | None
     contribution_hz: float
     band_hz: tuple[float, float]
     contribution: Array
     share: Array
     band_share: Array
+    path: dict[str, float] | None
+    path_band: dict[str, float] | None
+    mending: Mending
+    realised: Spectrum | None
+
+    @property
+    def correlation_ratio(self) -> tuple[float, float]:
+        """Smallest and largest `ratio` over all correlations of the active areas."""
+        return self.bound_ratio["minimum"], self.bound_ratio["maximum"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +146,54 @@ class CaseNoise:
     def worst(self, kind: str) -> JudgedOutput:
         """The judged output of one quantity with the largest ratio."""
         return first_largest(self.of_kind(kind), [j.ratio for j in self.of_kind(kind)])
+
+
+@dataclass(frozen=True, eq=False)
+class SeriesOutput:
+    """One output of a time series.
+
+    Parameters
+    ----------
+    output, kind, unit : names; rms : in `unit`.
+    time_s, low, high : [b], smallest and largest value of the samples around each time.
+    spectrum : estimate with its interval, without the safety factor.
+    limit_hz, limits : those that judge it, and the frequencies they are given at.
+    verdict : requirement, ratio, its frequency (Hz), whether it is met, of the worst; None where it is not judged.
+    """
+
+    output: str
+    kind: str
+    unit: str
+    rms: float
+    time_s: Array
+    low: Array
+    high: Array
+    spectrum: Spectrum
+    limit_hz: Array
+    limits: tuple[Limit, ...]
+    verdict: tuple[str, float, float, bool] | None
+
+
+@dataclass(frozen=True, eq=False)
+class SeriesNoise:
+    """What became of a temperature series: the output of each quantity that is worst."""
+
+    source: str
+    treatment: str
+    safety_factor: float
+    confidence: float
+    outputs: tuple[SeriesOutput, ...]
+
+
+@dataclass(frozen=True)
+class RestVerdict:
+    """One quantity of one subsystem on one test mass: value over the end of its range; subsystem in words."""
+
+    test_mass: str
+    quantity: str
+    subsystem: str
+    ratio: float
+    passed: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +271,26 @@ def number_text(value: float) -> str:
     digits = 0 if size >= 100 else 1 if size >= 10 else 2 if size >= 1 else 3
     text = f"{value:.{digits}f}"
     return "0" if float(text) == 0.0 else text.replace("-", "−")
+
+
+def capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def shortened(text: str, most: int) -> str:
+    """A text of at most `most` characters, with an ellipsis in the middle of what is longer: ends tell names apart."""
+    if len(text) <= most:
+        return text
+    head = (most - 1) // 2
+    return f"{text[:head].rstrip()}…{text[len(text) - (most - 1 - head) :].lstrip()}"
+
+
+def power_text(value: float, digits: int = 2) -> str:
+    """A positive number as 2.4 × 10⁻¹³, plain where it is of everyday size."""
+    if 0.01 <= value < 1e4:
+        return f"{value:.{digits}g}" if value < 10**digits else f"{value:.0f}"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa} × 10{str(int(exponent)).translate(SUPERSCRIPT)}"
 
 
 def mhz_text(frequency_hz: float) -> str:

@@ -233,7 +233,10 @@ def _model(file: Reader) -> dict[str, Any]:
 
 
 def _figures(figures: Sequence[ReportFigure]) -> dict[str, list[dict[str, Any]]]:
-    names = ("verdict", "all cases", "contributors", "sensitivity", "bench", "optics", "read-out", "load", "cases")
+    names = (
+        "verdict", "certainty", "all cases", "contributors", "mending", "series", "sensitivity", "field", "bench",
+        "optics", "read-out", "load", "cases",
+    )  # fmt: skip
     sections: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
     for number, figure in enumerate(figures):
         svg = Markup(inline_svg(figure.svg, f"f{number}-", figure.caption))

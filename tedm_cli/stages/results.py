@@ -8,24 +8,40 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.config.cases import load_cases
+from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY
+from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY, SERIES
 from tedm_cli.errors import InputError
-from tedm_cli.figures.data import Areas, Array, CaseNoise, JudgedOutput, Limit, TemperatureSpectra
+from tedm_cli.figures.data import (
+    REALISATION_CONFIDENCE,
+    Areas,
+    Array,
+    CaseNoise,
+    JudgedOutput,
+    Limit,
+    Mending,
+    Spectrum,
+    TemperatureSpectra,
+)
+from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.provenance import ConfigFile, InputFile, input_files
 from tedm_cli.stages.common import DISTORTION as DISTORTION_FILE
 from tedm_cli.stages.common import OPTICS as OPTICS_FILE
 from tedm_cli.stages.common import SENSITIVITY as SENSITIVITY_FILE
-from tedm_cli.stages.common import case_file_name, require_input, require_same_input
+from tedm_cli.stages.common import case_file_name, require_input, require_same_input, series_file_name
 from tedm_cli.store import Reader, open_checked
+
+IMPROVEMENTS = ("silenced", "quieter", "matched")
 
 
 @dataclass(frozen=True)
 class Results:
-    """Results that fit together, open, the layout they were made with, and the hashes of what is drawn."""
+    """Results that fit together, open, what they were made with, and the hashes of what is drawn.
+
+    `series` are those of the configuration that have been run, by name.
+    """
 
     distortion: Reader
     sensitivity: Reader
@@ -36,6 +52,9 @@ class Results:
     sensitivity_file: InputFile
     optics_file: InputFile
     case_files: list[InputFile]
+    config: CasesConfig
+    series: dict[str, Reader]
+    series_files: dict[str, InputFile]
 
 
 @contextlib.contextmanager
@@ -68,9 +87,15 @@ def open_results(project: Project) -> Iterator[Results]:
             case = stack.enter_context(open_checked(path, CASE))
             _require_current(case, case_id, used, file)
             cases.append(case)
+        series = {}
+        for name in (table.name for table in config.series if (build / series_file_name(table.name)).exists()):
+            series[name] = stack.enter_context(open_checked(build / series_file_name(name), SERIES))
+            hint = f"rebuild it with `tedm run-series {name}`, or delete it"
+            _require_made_from(series[name], used, file, hint)
         yield Results(
-            distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths))
-        )
+            distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)),
+            config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
+        )  # fmt: skip
 
 
 def _layout(project: Project, optics: Reader) -> OpticalLayout:
@@ -86,24 +111,22 @@ def _layout(project: Project, optics: Reader) -> OpticalLayout:
 
 
 def _require_current(case: Reader, case_id: str, used: Sequence[InputFile], config: ConfigFile) -> None:
-    """Refuse a case that was run on other sensitivities, or with another configuration, than those there now."""
-    provenance = case.provenance()
+    """Refuse a case that was run on other results or with another configuration, or that is another case."""
+    hint = f"rebuild it with `tedm run-case {case_id}`"
+    _require_made_from(case, used, config, f"{hint}, or all cases with `tedm run-case all`")
+    if case.string("/case/id") != case_id:
+        raise InputError(f"holds case {case.string('/case/id')}, not {case_id}", where=str(case.path), hint=hint)
+
+
+def _require_made_from(file: Reader, used: Sequence[InputFile], config: ConfigFile, hint: str) -> None:
+    """Refuse a file that was made from other sensitivities, or with another configuration, than those there now."""
+    provenance = file.provenance()
     made_from = {(i.path.name, i.sha256) for i in provenance.inputs}
     made_from |= {(c.path.name, c.sha256) for c in provenance.configs}
     now = {i.path: i.sha256 for i in used} | {config.path: config.sha256}
     for path, sha256 in now.items():
         if (path.name, sha256) not in made_from:
-            raise InputError(
-                f"is stale: not made from {path} as it is now",
-                where=str(case.path),
-                hint=f"rebuild it with `tedm run-case {case_id}`, or all cases with `tedm run-case all`",
-            )
-    if case.string("/case/id") != case_id:
-        raise InputError(
-            f"holds case {case.string('/case/id')}, not {case_id}",
-            where=str(case.path),
-            hint=f"rebuild it with `tedm run-case {case_id}`",
-        )
+            raise InputError(f"is stale: not made from {path} as it is now", where=str(file.path), hint=hint)
 
 
 def read_case(file: Reader) -> CaseNoise:
@@ -138,17 +161,16 @@ def read_case(file: Reader) -> CaseNoise:
 
 def _read_judged(file: Reader, limits: dict[str, Limit]) -> tuple[JudgedOutput, ...]:
     labels, kinds, units = (file.strings(f"/output/{c}") for c in ("label", "kind", "unit"))
-    factor = file.number("/case/safety_factor")
-    has_filter = file.has("/filter_sensitivity/ratio")
-    filter_ratio = file.array("/filter_sensitivity/ratio") if has_filter else None
+    filter_ratio = file.array("/filter_sensitivity/ratio") if file.has("/filter_sensitivity/ratio") else None
     ratio, at, passed = (file.array(f"/verdict/{c}") for c in ("ratio", "binding_frequency", "passed"))
     share, band, band_share = (file.array(f"/contribution/{c}") for c in ("share", "band", "band_share"))
+    bounds, bound_ratio = file.strings("/bound_ratio/bound"), file.array("/bound_ratio/ratio")
+    realised = _read_realised(file)
     judged = []
     pairs = zip(file.strings("/verdict/output"), file.strings("/verdict/requirement"), strict=True)
     for v, (output, requirement) in enumerate(pairs):
         o = labels.index(output)
         low, high = (np.sqrt(file.array(f"/bounds/{b}/{output}")) for b in ("minimum", "maximum"))
-        limit = limits[requirement].amplitude
         judged.append(
             JudgedOutput(
                 output=output,
@@ -161,20 +183,65 @@ def _read_judged(file: Reader, limits: dict[str, Limit]) -> tuple[JudgedOutput, 
                 asd=np.sqrt(file.array(f"/psd/{output}")),
                 bound_low=low,
                 bound_high=high,
-                correlation_ratio=(_largest(factor * low / limit), _largest(factor * high / limit)),
+                bound_ratio=dict(zip(bounds, (float(r) for r in bound_ratio[v]), strict=True)),
                 filter_ratio=None if filter_ratio is None else filter_ratio[v],
                 contribution_hz=float(file.array("/contribution/frequency")[o]),
                 band_hz=(float(band[o, 0]), float(band[o, 1])),
                 contribution=file.array(f"/contribution/amplitude/{output}"),
                 share=share[o],
                 band_share=band_share[o],
+                path=_path_share(file, f"/path/share/{output}"),
+                path_band=_path_share(file, f"/path/band_share/{output}"),
+                mending=_read_mending(file, v, float(at[v])),
+                realised=None if realised is None else realised[o],
             )
         )
     return tuple(judged)
 
 
-def _largest(ratio: Array) -> float:
-    return float(np.nanmax(ratio))
+def _path_share(file: Reader, path: str) -> dict[str, float] | None:
+    if not file.has(path):
+        return None
+    return dict(zip(file.strings("/path/name"), (float(s) for s in file.array(path)), strict=True))
+
+
+def _read_mending(file: Reader, v: int, binding_hz: float) -> Mending:
+    """What would mend verdict number `v`."""
+    area = file.array("/improvement/area")[v]
+    done = [name for name in IMPROVEMENTS if file.has(f"/improvement/{name}")]
+    groups = file.strings("/stability/group")
+    at = int(np.abs(file.array("/frequency") - binding_hz).argmin())
+    level = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
+    level = np.where(file.array("/case/block") >= 0, level, np.nan)
+    of_area = np.array(file.strings("/area/group"))
+    return Mending(
+        count=file.array("/improvement/count"),
+        area=area[area >= 0],
+        ratio={name: file.array(f"/improvement/{name}")[v] for name in done},
+        group_factor=dict(zip(groups, (float(x) for x in file.array("/stability/factor")[v]), strict=True)),
+        group_level={g: _common(level[of_area == g]) for g in groups},
+        all_factor=float(file.array("/stability/all")[v]),
+    )
+
+
+def _common(values: Array) -> float:
+    """The one value of those that are not NaN; NaN where they differ."""
+    held = np.unique(values[~np.isnan(values)])
+    return float(held[0]) if len(held) and held[-1] <= held[0] * (1 + 1e-9) else np.nan
+
+
+def _read_realised(file: Reader) -> list[Spectrum] | None:
+    """Spectra of all outputs estimated from a realisation."""
+    if not file.has("/realisation/psd"):
+        return None
+    f, psd, nu = (file.array(f"/realisation/{c}") for c in ("frequency", "psd", "degrees_of_freedom"))
+    return spectra_of(Estimate(f, psd, nu), REALISATION_CONFIDENCE)
+
+
+def spectra_of(estimate: Estimate, confidence: float) -> list[Spectrum]:
+    """Amplitude spectral densities of all series of an estimate, with intervals."""
+    low, high = estimate.interval(confidence)
+    return [Spectrum(estimate.frequency_hz, np.sqrt(p), np.sqrt(p * low), np.sqrt(p * high)) for p in estimate.psd]
 
 
 def read_areas(file: Reader) -> Areas:
