@@ -36,6 +36,11 @@ class _ReportFormat(Enum):
     md = "md"
 
 
+class _FigureFormat(Enum):
+    svg = "svg"
+    pdf = "pdf"
+
+
 @app.command()
 def plot(
     config: Config = DEFAULT_CONFIG,
@@ -45,16 +50,19 @@ def plot(
         list[str] | None,
         typer.Option("--area", metavar="NAME", help="Only the bench under 1 K of this thermal area; may be repeated."),
     ] = None,
+    fmt: Annotated[
+        _FigureFormat, typer.Option("--format", help="svg: what the report shows; pdf: for papers.")
+    ] = _FigureFormat.svg,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Draw the figures of all cases run, of the optics, and of the bench under its worst areas."""
+    """Draw the figures of all cases and series run, of the optics, and of the bench under its worst areas."""
     from tedm_cli.progress import progress
     from tedm_cli.stages.plot import plot as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
-        paths = stage(project, output, step, area or ())
+        paths = stage(project, output, step, area or (), fmt.value)
     say(quiet, f"{paths[0].parent}: {len(paths)} figure{'s' if len(paths) > 1 else ''}")
 
 

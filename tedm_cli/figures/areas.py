@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from tedm_cli.figures.data import AreaMap, Areas, CaseNoise, JudgedOutput, mhz_text, ratio_text, unit_text
+from tedm_cli.figures.data import AreaMap, Areas, CaseNoise, JudgedOutput, unit_text
 from tedm_cli.figures.style import BLUE, VERMILION, grid, inches, power_of_ten, style
 
 _ROW = 0.158  # inches of one area
@@ -133,42 +133,3 @@ def _ratio_row(axes: Axes, row: int, j: JudgedOutput) -> None:
         color=BLUE if j.passed else VERMILION,
         label="met (at most 1)" if j.passed else "violated (above 1)",
     )
-
-
-def contributions_figure(worst: Sequence[tuple[CaseNoise, JudgedOutput]], areas: Areas, most: int = 14) -> Figure:
-    """Signed contributions of the areas that matter most, for the worst case of each quantity."""
-    with style():
-        most = min(most, len(areas.name))
-        name_room = 0.25 + 0.074 * max(len(n) for n in areas.name)
-        figure = Figure(figsize=((name_room + 3.2) * len(worst), 1.75 + 0.22 * most))
-        panels = figure.subplots(1, len(worst), squeeze=False)[0]
-        for axes, (case, j) in zip(panels, worst, strict=True):
-            order = np.argsort(-np.abs(j.contribution), kind="stable")[:most]
-            value = j.contribution[order]
-            colours = [BLUE if v >= 0 else VERMILION for v in value]
-            axes.barh(range(most), value, color=colours, edgecolor="black", linewidth=0.6)
-            for bar, v in zip(axes.patches, value, strict=True):
-                bar.set_hatch("" if v >= 0 else "////")
-            axes.set_yticks(range(most), [areas.name[i] for i in order], fontsize=8)
-            axes.set_ylim(most - 0.4, -0.6)
-            axes.axvline(0.0, color="black", linewidth=0.8)
-            span = np.abs(value).max() if np.abs(value).max() > 0 else 1.0
-            exponent = int(np.floor(np.log10(span)))
-            axes.set_xlim(min(1.1 * value.min(), -0.05 * span), max(1.1 * value.max(), 0.05 * span))
-            axes.xaxis.set_major_locator(MaxNLocator(6))
-            axes.xaxis.set_major_formatter(
-                FuncFormatter(lambda v, _, e=exponent: f"{v / 10.0**e:.3g}".replace("-", "−"))
-            )
-            axes.set_xlabel(
-                f"sensitivity × temperature noise\n({power_of_ten(10.0**exponent)} {unit_text(j.unit)}/√Hz)"
-            )
-            axes.set_title(
-                f"{j.output}, case {case.id}, {mhz_text(j.contribution_hz)}\n{ratio_text(j.ratio)} × {j.requirement}"
-            )
-            grid(axes)
-        # The names need as much room beside the second panel as beside the first.
-        inches(figure, left=name_room, right=0.25, top=0.6, bottom=0.95)
-        width = figure.get_size_inches()[0]
-        panel = (width - 0.25 - name_room * len(worst) - 0.1 * (len(worst) - 1)) / len(worst)
-        figure.subplots_adjust(wspace=(name_room + 0.1) / panel)
-        return figure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -22,7 +22,6 @@ WAYS = {
     "quieter": ("a tenth of the noise in", "at a tenth"),
     MATCHED: ("one common fluctuation in", "matched"),
 }
-_ALIKE = 1e-6  # relative difference of outputs that are told once
 QUANTITY = {
     "acceleration": "self-gravity acceleration",
     "angular_acceleration": "self-gravity angular acceleration",
@@ -172,6 +171,54 @@ class CaseNoise:
 
 
 @dataclass(frozen=True, eq=False)
+class SeriesOutput:
+    """One output of a time series.
+
+    Parameters
+    ----------
+    output, kind, unit : names; rms : in `unit`.
+    time_s, low, high : [b], smallest and largest value of the samples around each time.
+    spectrum : estimate with its interval, without the safety factor.
+    limit_hz, limits : those that judge it, and the frequencies they are given at.
+    verdict : requirement, ratio, its frequency (Hz), whether it is met, of the worst; None where it is not judged.
+    """
+
+    output: str
+    kind: str
+    unit: str
+    rms: float
+    time_s: Array
+    low: Array
+    high: Array
+    spectrum: Spectrum
+    limit_hz: Array
+    limits: tuple[Limit, ...]
+    verdict: tuple[str, float, float, bool] | None
+
+
+@dataclass(frozen=True, eq=False)
+class SeriesNoise:
+    """What became of a temperature series: the output of each quantity that is worst."""
+
+    source: str
+    treatment: str
+    safety_factor: float
+    confidence: float
+    outputs: tuple[SeriesOutput, ...]
+
+
+@dataclass(frozen=True)
+class RestVerdict:
+    """One quantity of one subsystem on one test mass: value over the end of its range; subsystem in words."""
+
+    test_mass: str
+    quantity: str
+    subsystem: str
+    ratio: float
+    passed: bool
+
+
+@dataclass(frozen=True, eq=False)
 class Areas:
     """Names, groups and shields of the k thermal areas, in the order of every array over areas."""
 
@@ -204,32 +251,6 @@ class AreaMap:
     value: Array
 
 
-def told_once(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
-    """The cases with outputs that say the same, as redundant read-outs do, as one that bears all their names.
-
-    Outputs say the same where ratio and contributions are equal up to rounding in every case.
-    """
-    families: dict[tuple[int, ...], list[int]] = {}
-    for place in range(len(cases[0].judged)):
-        families.setdefault(tuple(_family(case.judged, place) for case in cases), []).append(place)
-    merged = []
-    for case in cases:
-        names = [(family[0], ", ".join(case.judged[i].output for i in family)) for family in families.values()]
-        merged.append(replace(case, judged=tuple(replace(case.judged[first], output=name) for first, name in names)))
-    return merged
-
-
-def _family(judged: Sequence[JudgedOutput], place: int) -> int:
-    """Place of the first output that says the same as the one at `place`."""
-    j = judged[place]
-    scale = float(np.abs(j.contribution).max())
-    for first, k in enumerate(judged[:place]):
-        same = (k.requirement, k.unit) == (j.requirement, j.unit) and abs(k.ratio - j.ratio) <= _ALIKE * j.ratio
-        if same and np.allclose(j.contribution, k.contribution, rtol=0.0, atol=_ALIKE * scale):
-            return first
-    return place
-
-
 def kinds_of(cases: Sequence[CaseNoise]) -> list[str]:
     """Quantities that are judged in any of the cases, in the order of the requirements."""
     return list(dict.fromkeys(j.kind for c in cases for j in c.judged))
@@ -242,12 +263,6 @@ def quantity(kind: str, outputs: Sequence[str]) -> str:
     along = "about" if "ang" in kind else "along"
     text = QUANTITY.get(kind, kind)
     return f"{text} {along} {axis}" if axis in ("x", "y", "z") else text
-
-
-def worst_cases(cases: Sequence[CaseNoise], kind: str) -> tuple[CaseNoise, JudgedOutput]:
-    """The case and output with the largest ratio of one quantity."""
-    pairs = [(c, j) for c in cases for j in c.of_kind(kind)]
-    return first_largest(pairs, [j.ratio for _, j in pairs])
 
 
 def first_largest(items: Sequence[T], values: Sequence[float]) -> T:

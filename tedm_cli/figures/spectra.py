@@ -11,10 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tedm_cli.figures.data import (
+    REALISATION_CONFIDENCE,
     Array,
     CaseNoise,
+    JudgedOutput,
     Limit,
     TemperatureSpectra,
+    capital,
     kinds_of,
     mhz_text,
     quantity,
@@ -33,6 +36,7 @@ from tedm_cli.figures.style import (
     log_axis,
     style,
 )
+from tedm_cli.figures.thinning import thinned
 
 _MOST_DECADES = 9.0
 
@@ -61,8 +65,8 @@ def _case_panel(axes: Axes, case: CaseNoise, kind: str) -> None:
     limits = case.limits_of(kind)
     outputs = {j.output: j for j in case.of_kind(kind)}
     curves = [factor * j.asd for j in outputs.values()]
-    low, high = _range([*curves, *(q.amplitude for q in limits), factor * worst.bound_high])
-    _bands(axes, limits)
+    low, high = log_range([*curves, *(q.amplitude for q in limits), factor * worst.bound_high])
+    bands(axes, limits)
     axes.fill_between(
         f,
         np.maximum(factor * worst.bound_low, low / 10),
@@ -72,10 +76,12 @@ def _case_panel(axes: Axes, case: CaseNoise, kind: str) -> None:
         linewidth=0,
         label=f"bounds over correlations, {worst.output}",
     )
+    if worst.realised is not None:
+        _realised(axes, worst, factor)
     for i, (name, curve) in enumerate(zip(outputs, curves, strict=True)):
         colour, width, dashes = STACK[i % len(STACK)]
         axes.plot(f, curve, color=colour, linestyle=dashes, linewidth=width, label=f"{factor:g} × {name}")
-    _limit_lines(axes, case.frequency_hz, limits)
+    limit_lines(axes, case.frequency_hz, limits)
     at = float(np.interp(worst.binding_hz, case.frequency_hz, factor * worst.asd))
     axes.plot(
         [worst.binding_hz * 1e3],
@@ -91,10 +97,23 @@ def _case_panel(axes: Axes, case: CaseNoise, kind: str) -> None:
     _scales(axes, case.frequency_hz, low, high, worst.unit, f"safety factor {factor:g} × noise")
     state = "met" if worst.passed else "VIOLATED"
     axes.set_title(
-        f"{_capital(quantity(kind, list(outputs)))}: {state}\n"
+        f"{capital(quantity(kind, list(outputs)))}: {state}\n"
         f"worst: {worst.output}, {ratio_text(worst.ratio)} × limit at {mhz_text(worst.binding_hz)}"
     )
     axes.legend(loc="upper center", bbox_to_anchor=(0.46, -0.12), ncols=2, handlelength=3.4, columnspacing=1.2)
+
+
+def _realised(axes: Axes, j: JudgedOutput, factor: float) -> None:
+    """The estimate from a realisation with its interval, which the exact curve should lie in."""
+    assert j.realised is not None
+    thin = thinned(j.realised)
+    x, y = thin.trace()
+    interval = f"{100 * REALISATION_CONFIDENCE:g} % interval"
+    axes.fill_between(
+        thin.frequency_hz * 1e3, factor * thin.low, factor * thin.high, color="#8A8A8A", alpha=0.55, linewidth=0,
+        label=f"{interval} of a realisation, {j.output}", zorder=1.8,
+    )  # fmt: skip
+    axes.plot(x * 1e3, factor * y, color="#4A4A4A", linewidth=0.5, zorder=1.9, label="its estimate")
 
 
 def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
@@ -107,16 +126,16 @@ def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
         curves = [c.safety_factor * j.asd for c, j in zip(shown, worst, strict=True)]
         limits = shown[0].limits_of(kind)
         f = shown[0].frequency_hz
-        low, high = _range([*curves, *(q.amplitude for q in limits)])
-        _bands(axes, limits)
+        low, high = log_range([*curves, *(q.amplitude for q in limits)])
+        bands(axes, limits)
         looks = [(COLOURS[i % len(COLOURS)], DASHES[i // 2 % len(DASHES)]) for i in range(len(curves))]
         for curve, (colour, dashes) in zip(curves, looks, strict=True):
             axes.plot(f * 1e3, curve, color=colour, linestyle=dashes, linewidth=1.7)
-        _limit_lines(axes, f, limits)
+        limit_lines(axes, f, limits)
         _scales(axes, f, low, high, worst[0].unit, f"safety factor {shown[0].safety_factor:g} × noise")
         outputs = [j.output for j in worst]
         axes.set_title(
-            f"{_capital(quantity(kind, outputs))}, all cases\n"
+            f"{capital(quantity(kind, outputs))}, all cases\n"
             "of each case the output with the largest ratio to the requirement, which the names give",
         )
         names = [f"{c.id}: {j.output}, {ratio_text(j.ratio)}" for c, j in zip(shown, worst, strict=True)]
@@ -157,7 +176,7 @@ def temperature_figure(spectra: TemperatureSpectra) -> Figure:
     with style():
         figure = Figure(figsize=(7.6, 4.4))
         axes = figure.subplots()
-        low, high = _range(list(spectra.asd))
+        low, high = log_range(list(spectra.asd))
         for i, (name, asd) in enumerate(sorted(zip(spectra.name, spectra.asd, strict=True), key=lambda s: -s[1][0])):
             axes.plot(
                 spectra.frequency_hz * 1e3,
@@ -184,7 +203,8 @@ def _scales(axes: Axes, frequency_hz: Array, low: float, high: float, unit: str,
     grid(axes)
 
 
-def _bands(axes: Axes, limits: Sequence[Limit]) -> None:
+def bands(axes: Axes, limits: Sequence[Limit]) -> None:
+    """Bands of requirements as grey strips with dotted edges."""
     for low_hz, high_hz in dict.fromkeys(q.band_hz for q in limits):
         label = f"band {low_hz * 1e3:g} to {high_hz * 1e3:g} mHz"
         axes.axvspan(low_hz * 1e3, high_hz * 1e3, color=BAND, linewidth=0, zorder=0, label=label)
@@ -192,7 +212,8 @@ def _bands(axes: Axes, limits: Sequence[Limit]) -> None:
             axes.axvline(edge * 1e3, color="#808080", linewidth=0.9, linestyle=DASHES[2], zorder=1)
 
 
-def _limit_lines(axes: Axes, frequency_hz: Array, limits: Sequence[Limit]) -> None:
+def limit_lines(axes: Axes, frequency_hz: Array, limits: Sequence[Limit], width: float = 2.4) -> None:
+    """Requirements inside their bands, told apart by dashes."""
     for i, limit in enumerate(limits):
         inside = np.isfinite(limit.amplitude)
         axes.plot(
@@ -200,19 +221,15 @@ def _limit_lines(axes: Axes, frequency_hz: Array, limits: Sequence[Limit]) -> No
             limit.amplitude[inside],
             color="black",
             linestyle=DASHES[i % len(DASHES)],
-            linewidth=2.4,
+            linewidth=width,
             label=f"requirement {limit.name}",
         )
 
 
-def _range(curves: Sequence[Array]) -> tuple[float, float]:
+def log_range(curves: Sequence[Array]) -> tuple[float, float]:
     """Limits of a logarithmic axis that hold all curves, at most nine decades below the highest."""
     positive = np.concatenate([c[np.isfinite(c) & (c > 0)] for c in curves])
     if not positive.size:
         return 1e-3, 1.0
     high = 2.0 * positive.max()
     return float(max(positive.min() / 2, high * 10**-_MOST_DECADES)), float(high)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

@@ -14,6 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from tedm_cli import __version__
 from tedm_cli.figures.data import SUPERSCRIPT
+from tedm_cli.figures.fit import fitted
 
 # Okabe and Ito (2008) without yellow, which vanishes as a line on white; neighbours differ in grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
@@ -22,6 +23,7 @@ DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)),
 # For curves that may coincide: wide and light below narrow and dark, so that each shows through the next.
 STACK = (("#56B4E9", 4.4, "-"), ("#E69F00", 3.0, DASHES[1]), ("#0072B2", 1.9, DASHES[2]), ("#D55E00", 1.2, DASHES[3]))
 BAND = "#EDEDED"
+WIDTH = 7.0  # inches: a figure this wide stands on A4 in its own size
 ENVELOPE = "#0072B2"
 
 _RC: dict[str, Any] = {
@@ -40,6 +42,7 @@ _RC: dict[str, Any] = {
     "text.parse_math": False,  # names and titles come from the user's files
     "svg.fonttype": "none",  # text stays text: searchable, and a third of the size
     "svg.hashsalt": "tedm",
+    "pdf.fonttype": 42,  # TrueType: journals refuse type 3
 }
 
 
@@ -59,6 +62,13 @@ def png(figure: Figure, title: str, sources: Sequence[str]) -> bytes:
     return _saved(figure, "png", _metadata("Software", title, sources))
 
 
+def pdf(figure: Figure, title: str, sources: Sequence[str]) -> bytes:
+    """The figure as PDF with its fonts embedded as TrueType; `sources` are its keywords."""
+    metadata = _metadata("Creator", title, sources)
+    metadata["Keywords"] = metadata.pop("Source")
+    return _saved(figure, "pdf", {"CreationDate": None, **metadata})
+
+
 def _metadata(maker: str, title: str, sources: Sequence[str]) -> dict[str, str]:
     return {"Title": title, maker: f"tedm {__version__}, matplotlib {mpl.__version__}", "Source": "; ".join(sources)}
 
@@ -76,6 +86,22 @@ def power_of_ten(value: float, _position: int | None = None) -> str:
         return ""
     exponent = round(math.log10(value))
     return "1" if exponent == 0 else "10" + str(exponent).translate(SUPERSCRIPT)
+
+
+def heading(figure: Figure, text: str, *, more: str = "") -> None:
+    """A title in the upper left corner, as much of it as fits, and `more` in small type below it."""
+    width, height = figure.get_size_inches()
+    room = (width - 0.2) / 1.16  # bold type is wider than what is measured
+    figure.text(0.08 / width, 1 - 0.08 / height, fitted(text, room, 10.5), fontsize=10.5, va="top", fontweight="bold")
+    figure.text(0.08 / width, 1 - 0.31 / height, more, fontsize=8.5, va="top")
+
+
+def ratio_axis(axis: Any, low: float, high: float) -> None:
+    """Logarithmic ticks for ratios: decades, and 2 and 5 as well where there are few of them."""
+    few = high / low < 200
+    axis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0) if few else (1.0,), numticks=9))
+    axis.set_major_formatter(FuncFormatter((lambda v, _: f"{v:g}") if few else power_of_ten))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def log_axis(axis: Any, *, decades: float, label: str) -> None:

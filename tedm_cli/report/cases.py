@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tedm_cli.figures.data import CaseNoise, ratio_text, told_once
+from tedm_cli.figures.data import CaseNoise, ratio_text
+from tedm_cli.figures.judging import told_once
 from tedm_cli.report.document import Block, Cell, Figure, Folded, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.evidence import case_head
 from tedm_cli.report.numbers import span
@@ -21,10 +22,9 @@ def cases_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) 
     matrix = _matrix(cases)
     if matrix is not None:
         blocks.append(matrix)
-    blocks += figures["multiples"]
+    blocks += figures["all cases"]
     if matrix is not None:
         blocks.append(Folded("Every verdict, with its frequency and its ranges", (_verdicts(cases),)))
-    blocks += figures["all cases"]
     reasons = tuple(row(c.id, c.role, c.title, c.reason) for c in cases)
     head = columns("Case", "Role", "Correlation", "Why it is looked at", text=(0, 1, 2, 3))
     blocks.append(Folded("What the cases stand for", (Table(head, reasons),)))

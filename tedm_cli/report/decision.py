@@ -14,18 +14,15 @@ from tedm_cli.figures.data import (
     CaseNoise,
     JudgedOutput,
     Limit,
-    first_largest,
     mhz_text,
     ratio_text,
     unit_text,
 )
+from tedm_cli.figures.judging import DIAGNOSTIC, LIKELY, POSSIBLE, Pair, by_requirement, deciding, worst_of
 from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Section, State, Strong, Text, VerdictCard
 from tedm_cli.report.field import DcVerdict, worst_verdict
 from tedm_cli.report.numbers import count, listed, percent, sci, span
 
-Pair = tuple[CaseNoise, JudgedOutput]
-
-LIKELY, POSSIBLE, DIAGNOSTIC = "likely", "possible", "diagnostic"
 _NAMED = 3  # groups, areas and optical elements named in a sentence
 _ORDER: tuple[State, ...] = ("violated", "open", "met")
 _CANCELLED = 1.5  # sum of the sizes of shares from which on areas are said to cancel
@@ -53,32 +50,6 @@ def summary(section: Section) -> Text:
         if names:
             said.append(f"{next(c.word for c in cards if c.state == state).lower()}: {', '.join(names)}")
     return ("In short, ", Strong("; ".join(said)), ".")
-
-
-def by_requirement(cases: Sequence[CaseNoise]) -> list[tuple[Limit, list[Pair]]]:
-    """Every requirement that judges something, with all that it judges."""
-    found = []
-    for limit in cases[0].limits:
-        pairs = [(c, j) for c in cases for j in c.judged if j.requirement == limit.name]
-        if pairs:
-            found.append((limit, pairs))
-    return found
-
-
-def worst_of(pairs: Sequence[Pair]) -> Pair:
-    """The case and output with the largest ratio."""
-    return first_largest(pairs, [j.ratio for _, j in pairs])
-
-
-def deciding(pairs: Sequence[Pair]) -> Pair:
-    """What a verdict hangs on: the worst of the likely cases if they violate it, or else of all that are possible.
-
-    Diagnostic cases decide only where there are no others.
-    """
-    likely = [p for p in pairs if p[0].role == LIKELY]
-    if any(not j.passed for _, j in likely):
-        return worst_of(likely)
-    return worst_of([p for p in pairs if p[0].role != DIAGNOSTIC] or pairs)
 
 
 def _card(limit: Limit, pairs: Sequence[Pair], areas: Areas) -> VerdictCard:

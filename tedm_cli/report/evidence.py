@@ -14,10 +14,9 @@ from tedm_cli.figures.data import (
     mhz_text,
     power_text,
     ratio_text,
-    told_once,
     unit_text,
 )
-from tedm_cli.report.decision import Pair, by_requirement, deciding
+from tedm_cli.figures.judging import Pair, by_requirement, deciding, told_once
 from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.numbers import count, percent, sci, span
 
@@ -119,7 +118,7 @@ def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -
         " without the safety factor; allowed factor: the safety factor at which the ratio is 1."
     )
     table = [Table(head, tuple(rows), tight=True)] if rows else []
-    return Section("sure", "How sure: other assumptions", "How sure", (*figures["bounds"], Paragraph(text), *table))
+    return Section("sure", "How sure: other assumptions", "How sure", (*figures["certainty"], Paragraph(text), *table))
 
 
 def _ratio(value: float) -> Cell:
@@ -146,7 +145,7 @@ def change_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, 
         " moved with. The worst areas to silence and the best ones to match are chosen one after the other and need not"
         " be the same."
     )
-    first = figures["change"]
+    first = figures["mending"]
     return Section("change", "What would change it", "What to change", (*first, Paragraph(text), *blocks))
 
 

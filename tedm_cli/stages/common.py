@@ -34,6 +34,10 @@ def case_file_name(case_id: str) -> str:
     return f"case{int(case_id):02d}.h5" if case_id.isdigit() else f"case{case_id}.h5"
 
 
+def series_file_name(name: str) -> str:
+    return f"series_{name}.h5"
+
+
 def provenance(configs: Sequence[ConfigFile], inputs: Iterable[Path]) -> Provenance:
     """Origin of a file: `configs` as they were read, and the present contents of `inputs`."""
     paths = list(inputs)

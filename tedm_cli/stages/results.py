@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.config.cases import load_cases
+from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY
+from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY, SERIES
 from tedm_cli.errors import InputError
 from tedm_cli.figures.data import (
     REALISATION_CONFIDENCE,
@@ -31,13 +31,16 @@ from tedm_cli.provenance import ConfigFile, InputFile, input_files
 from tedm_cli.stages.common import DISTORTION as DISTORTION_FILE
 from tedm_cli.stages.common import OPTICS as OPTICS_FILE
 from tedm_cli.stages.common import SENSITIVITY as SENSITIVITY_FILE
-from tedm_cli.stages.common import case_file_name, require_input, require_same_input
+from tedm_cli.stages.common import case_file_name, require_input, require_same_input, series_file_name
 from tedm_cli.store import Reader, open_checked
 
 
 @dataclass(frozen=True)
 class Results:
-    """Results that fit together, open, the layout they were made with, and the hashes of what is drawn."""
+    """Results that fit together, open, what they were made with, and the hashes of what is drawn.
+
+    `series` are those of the configuration that have been run, by name.
+    """
 
     distortion: Reader
     sensitivity: Reader
@@ -48,6 +51,9 @@ class Results:
     sensitivity_file: InputFile
     optics_file: InputFile
     case_files: list[InputFile]
+    config: CasesConfig
+    series: dict[str, Reader]
+    series_files: dict[str, InputFile]
 
 
 @contextlib.contextmanager
@@ -80,9 +86,15 @@ def open_results(project: Project) -> Iterator[Results]:
             case = stack.enter_context(open_checked(path, CASE))
             _require_current(case, case_id, used, file)
             cases.append(case)
+        series = {}
+        for name in (table.name for table in config.series if (build / series_file_name(table.name)).exists()):
+            series[name] = stack.enter_context(open_checked(build / series_file_name(name), SERIES))
+            hint = f"rebuild it with `tedm run-series {name}`, or delete it"
+            _require_made_from(series[name], used, file, hint)
         yield Results(
-            distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths))
-        )
+            distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)),
+            config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
+        )  # fmt: skip
 
 
 def _layout(project: Project, optics: Reader) -> OpticalLayout:
@@ -98,24 +110,22 @@ def _layout(project: Project, optics: Reader) -> OpticalLayout:
 
 
 def _require_current(case: Reader, case_id: str, used: Sequence[InputFile], config: ConfigFile) -> None:
-    """Refuse a case that was run on other sensitivities, or with another configuration, than those there now."""
-    provenance = case.provenance()
+    """Refuse a case that was run on other results or with another configuration, or that is another case."""
+    hint = f"rebuild it with `tedm run-case {case_id}`"
+    _require_made_from(case, used, config, f"{hint}, or all cases with `tedm run-case all`")
+    if case.string("/case/id") != case_id:
+        raise InputError(f"holds case {case.string('/case/id')}, not {case_id}", where=str(case.path), hint=hint)
+
+
+def _require_made_from(file: Reader, used: Sequence[InputFile], config: ConfigFile, hint: str) -> None:
+    """Refuse a file that was made from other sensitivities, or with another configuration, than those there now."""
+    provenance = file.provenance()
     made_from = {(i.path.name, i.sha256) for i in provenance.inputs}
     made_from |= {(c.path.name, c.sha256) for c in provenance.configs}
     now = {i.path: i.sha256 for i in used} | {config.path: config.sha256}
     for path, sha256 in now.items():
         if (path.name, sha256) not in made_from:
-            raise InputError(
-                f"is stale: not made from {path} as it is now",
-                where=str(case.path),
-                hint=f"rebuild it with `tedm run-case {case_id}`, or all cases with `tedm run-case all`",
-            )
-    if case.string("/case/id") != case_id:
-        raise InputError(
-            f"holds case {case.string('/case/id')}, not {case_id}",
-            where=str(case.path),
-            hint=f"rebuild it with `tedm run-case {case_id}`",
-        )
+            raise InputError(f"is stale: not made from {path} as it is now", where=str(file.path), hint=hint)
 
 
 def read_case(file: Reader) -> CaseNoise:

@@ -30,7 +30,7 @@ from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
-from tedm_cli.stages.common import OPTICS, SENSITIVITY, FloatArray, provenance
+from tedm_cli.stages.common import OPTICS, SENSITIVITY, FloatArray, provenance, series_file_name
 from tedm_cli.stages.log_spectrum import log_estimate, require_speckit
 from tedm_cli.stages.outputs import Outputs, read_outputs
 from tedm_cli.store import Writer, create
@@ -117,7 +117,7 @@ def run_series(project: Project, names: Sequence[str], output: Path | None, step
     for number, table in enumerate(t for t in config.series if t.name in names):
         if table.spectrum == "log":
             require_speckit()
-        path = output if output is not None else project.build_dir / f"series_{table.name}.h5"
+        path = output if output is not None else project.build_dir / series_file_name(table.name)
         source = project.cases.parent / table.file
         trace = provenance([file], [*sources, source])
         outputs = read_outputs(*sources)

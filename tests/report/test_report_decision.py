@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tedm_cli.figures.data import WAYS, Areas, CaseNoise, JudgedOutput, Limit, Mending, told_once
+from tedm_cli.figures.data import WAYS, Areas, CaseNoise, JudgedOutput, Limit, Mending
+from tedm_cli.figures.judging import deciding, told_once
 from tedm_cli.report.decision import deciding, decision_section, limited_by, summary
 from tedm_cli.report.document import VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs
@@ -17,7 +18,7 @@ AREAS = Areas(["S1", "S2", "B1"], ["struts", "struts", "bench"], ["outside", "ou
 FREQUENCY = np.array([1e-3, 1e-2])
 LIMIT = Limit("lpf_readout_item", "a thesis", "m", (1e-3, 1e-2), np.ones(2))
 PASSED_DC = DcVerdict("TM1", "a_x", "IS+LTP", "m/s²", 1e-10, -1e-9, 1e-9, 0.1, True)
-FIGURES = {"verdict": [], "change": []}
+FIGURES = {"verdict": [], "mending": []}
 BOUNDS = ("minimum", "known_blocks_minimum", "known_blocks", "maximum_non_negative", "maximum")
 
 

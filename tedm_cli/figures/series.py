@@ -1,0 +1,124 @@
+"""What became of a temperature series: time series and spectra of the worst outputs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
+
+from tedm_cli.figures.data import SeriesNoise, SeriesOutput, mhz_text, power_text, ratio_text, unit_text
+from tedm_cli.figures.fit import fitted
+from tedm_cli.figures.spectra import bands, limit_lines, log_range
+from tedm_cli.figures.style import BAND, BLUE, VERMILION, WIDTH, frequency_axis, grid, heading, power_of_ten, style
+from tedm_cli.figures.thinning import thinned
+
+_TOP, _ROW, _BETWEEN, _FOOT = 0.86, 1.9, 0.85, 1.2  # inches
+_LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.72, 2.7, 0.88, 2.55
+_SMALL = 8.0  # points
+
+
+def series_figure(series: SeriesNoise) -> Figure:
+    """A row for each output: its time series, and its spectrum with requirement, band and interval."""
+    with style():
+        n = len(series.outputs)
+        total = _TOP + n * _ROW + (n - 1) * _BETWEEN + _FOOT
+        figure = Figure(figsize=(WIDTH, total))
+        for row, output in enumerate(series.outputs):
+            bottom = total - _TOP - _ROW - row * (_ROW + _BETWEEN)
+            box = (bottom / total, _ROW / total)
+            left = figure.add_axes((_LEFT / WIDTH, box[0], _TIME / WIDTH, box[1]))
+            right = figure.add_axes(((_LEFT + _TIME + _MIDDLE) / WIDTH, box[0], _SPECTRUM / WIDTH, box[1]))
+            _time(left, output)
+            _spectrum(right, output, series)
+            failed = output.verdict is not None and not output.verdict[3]
+            figure.text(0.08 / WIDTH, (bottom + _ROW + 0.08) / total, fitted(_title(output), WIDTH - 0.7, 9),
+                        fontsize=9, va="bottom", fontweight="bold" if failed else "normal")  # fmt: skip
+        heading(figure, f"Series {series.source}", more=fitted(series.treatment, WIDTH - 0.2, 8.5))
+        figure.legend(handles=_legend(series), loc="lower left", ncols=2, fontsize=8.5, columnspacing=1.5,
+                      bbox_to_anchor=(0.01, 0.0), borderaxespad=0.2)  # fmt: skip
+        return figure
+
+
+def _title(o: SeriesOutput) -> str:
+    rms = f"{o.output}: rms {power_text(o.rms, 3) if o.rms > 0 else '0'} {unit_text(o.unit)}"
+    if o.verdict is None:
+        return f"{rms}; not judged"
+    requirement, ratio, at, passed = o.verdict
+    return f"{rms}; {ratio_text(ratio)} × {requirement} at {mhz_text(at)}, {'pass' if passed else 'FAIL'}"
+
+
+def _time(axes: Axes, o: SeriesOutput) -> None:
+    span = float(o.time_s[-1] - o.time_s[0])
+    unit, second = ("s", 1.0) if span < 7200 else ("h", 3600.0) if span < 4 * 86400 else ("days", 86400.0)
+    size = max(float(np.abs(o.low).max()), float(np.abs(o.high).max()))
+    exponent = math.floor(math.log10(size)) if size > 0.0 else 0
+    x, scale = o.time_s / second, 10.0**-exponent
+    axes.fill_between(x, scale * o.low, scale * o.high, color=BLUE, linewidth=0.5)
+    axes.set_xlim(x[0], x[-1])
+    axes.xaxis.set_major_locator(MaxNLocator(5))
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}".replace("-", "−")))
+    axes.tick_params(labelsize=_SMALL)
+    axes.set_xlabel(f"time ({unit})", fontsize=8.5, labelpad=1)
+    power = "" if exponent == 0 else f"{power_of_ten(10.0**exponent)} "
+    axes.set_ylabel(f"{fitted(o.output, 1.1, 8.5)} ({power}{unit_text(o.unit)})", fontsize=8.5)
+    grid(axes)
+
+
+def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
+    thin, factor = thinned(o.spectrum), series.safety_factor
+    x, y = thin.trace()
+    low, high = log_range([factor * y, *(q.amplitude for q in o.limits)])
+    tiny = np.finfo(np.float64).tiny  # a logarithmic axis has no zero
+    bands(axes, o.limits)
+    low_end, high_end = (np.maximum(factor * end, tiny) for end in (thin.low, thin.high))
+    axes.fill_between(thin.frequency_hz * 1e3, low_end, high_end, color="#9A9A9A", linewidth=0, alpha=0.7)
+    passed = o.verdict is None or o.verdict[3]
+    axes.plot(x * 1e3, np.maximum(factor * y, tiny), color=BLUE if passed else VERMILION, linewidth=0.9)
+    limit_lines(axes, o.limit_hz, o.limits, 1.8)
+    if o.verdict is not None:
+        requirement, ratio, at, _ = o.verdict
+        limit = next(q for q in o.limits if q.name == requirement)
+        inside = np.isfinite(limit.amplitude)
+        height = ratio * np.exp(np.interp(np.log(at), np.log(o.limit_hz[inside]), np.log(limit.amplitude[inside])))
+        axes.plot([at * 1e3], [height], linestyle="none", marker="o" if passed else "X", markersize=7,
+                  markerfacecolor="white", markeredgecolor="black", markeredgewidth=1.1, zorder=5,
+                  clip_on=False)  # fmt: skip
+    axes.set_yscale("log")
+    axes.set_ylim(low, high)
+    axes.yaxis.set_major_locator(LogLocator(base=10, numticks=6))
+    axes.yaxis.set_major_formatter(FuncFormatter(power_of_ten))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    frequency_axis(axes, o.spectrum.frequency_hz[0], o.spectrum.frequency_hz[-1])
+    if o.spectrum.frequency_hz[-1] < 300 * o.spectrum.frequency_hz[0]:
+        axes.xaxis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0)))
+    axes.set_xlabel("frequency (mHz)", fontsize=8.5, labelpad=1)
+    axes.set_ylabel(f"{factor:g} × noise ({unit_text(o.unit)}/√Hz)", fontsize=8.5)
+    axes.tick_params(labelsize=_SMALL)
+    grid(axes)
+
+
+def _legend(series: SeriesNoise) -> list[Line2D | Patch]:
+    verdicts = [o.verdict for o in series.outputs]
+    handles: list[Line2D | Patch] = []
+    estimate = f"{series.safety_factor:g} × estimate"
+    if any(v is None or v[3] for v in verdicts):
+        marker = {"marker": "o", "markersize": 6} if any(v is not None for v in verdicts) else {}
+        handles.append(Line2D([], [], color=BLUE, linewidth=1.2, markerfacecolor="white", markeredgecolor="black",
+                              label=estimate + "; ring: largest ratio" * bool(marker), **marker))  # type: ignore[arg-type]  # fmt: skip
+    if any(v is not None and not v[3] for v in verdicts):
+        handles.append(Line2D([], [], color=VERMILION, linewidth=1.2, marker="X", markersize=7, markerfacecolor="white",
+                              markeredgecolor="black", label=f"{estimate}, violated"))  # fmt: skip
+    handles.append(Patch(color="#9A9A9A", alpha=0.7, label=f"its {100 * series.confidence:g} % interval"))
+    limits = {q.name: q for o in series.outputs for q in o.limits}
+    if limits:
+        named = f"requirement{'s' if len(limits) > 1 else ''} {', '.join(limits)}"
+        handles.append(Line2D([], [], color="black", linewidth=1.8, label=fitted(named, 2.9, 8.5)))
+        handles.append(Patch(facecolor=BAND, label="band of the requirement"))
+    return handles
