@@ -75,9 +75,8 @@ def _panel(axes: Axes, case: CaseNoise, kind: str, width: float) -> None:
     axes.plot([worst.binding_hz * 1e3], [at], linestyle="none", marker="o" if worst.passed else "X", markersize=7,
               markerfacecolor="white", markeredgecolor="black", markeredgewidth=1.1, zorder=5)  # fmt: skip
     name = wrapped(f"{case.id}  {case.title}", width, _SMALL, 2)
-    missing = 1 - name.count("\n")
-    axes.text(0.0, 1 + 2.0 / 72 / _height(axes), "\n" * missing + name + "\n", transform=axes.transAxes,
-              fontsize=_SMALL, va="bottom", linespacing=1.15)  # fmt: skip
+    axes.text(0.0, 1 + 14.5 / 72 / _height(axes), name, transform=axes.transAxes, fontsize=_SMALL, va="bottom",
+              linespacing=1.15)  # fmt: skip
     verdict = f"{ratio_text(worst.ratio)} × limit, {'pass' if worst.passed else 'FAIL'}"
     output = fitted(worst.output, width - 1.15 * text_width(f": {verdict}", _SMALL), _SMALL)
     axes.text(0.0, 1 + 2.5 / 72 / _height(axes), f"{output}: {verdict}", transform=axes.transAxes, fontsize=_SMALL,

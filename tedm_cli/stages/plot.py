@@ -8,7 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.config.project import Project
-from tedm_cli.figures.data import AreaMap, CaseNoise, RestVerdict, kinds_of, quantity, worst_cases
+from tedm_cli.figures.data import (
+    REALISATION_CONFIDENCE,
+    AreaMap,
+    CaseNoise,
+    RestVerdict,
+    kinds_of,
+    quantity,
+    worst_cases,
+)
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.gravity.requirements import MODELLED
 from tedm_cli.progress import Step
@@ -140,12 +148,16 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     )
     specs += optics_specs(results)
     specs += series_specs(results)
+    interval = f"{100 * REALISATION_CONFIDENCE:g} % interval"
+    realised = f" Below: estimate from a realisation over the exact curve, with its {interval}."
     for case, source in zip(cases, all_cases, strict=True) if kinds else ():
         add(
             Path(case_file_name(case.id)).with_suffix(".svg").name,
             "cases",
             f"Case {case.id}: {case.title}. {int(case.active.sum())} of {len(case.active)} areas in {case.blocks}"
-            f" block{'s' if case.blocks > 1 else ''}; noise multiplied by the safety factor {case.safety_factor:g}.",
+            f" block{'s' if case.blocks > 1 else ''}; noise multiplied by the safety factor {case.safety_factor:g}."
+            + realised
+            * any(j.realised is not None for j in case.judged),
             (source,),
             lambda case=case: _room("spectra").case_figure(case),  # type: ignore[misc]
         )
