@@ -121,8 +121,8 @@ def _axes(panels: Sequence[Axes], shown: Sequence[CaseNoise], kind: str, columns
 def _legend(figure: Figure, shown: Sequence[CaseNoise], kind: str) -> None:
     limits: list[Limit] = shown[0].limits_of(kind)
     handles: list[Line2D | Patch] = [
-        Line2D([], [], color="black", linewidth=1.8, linestyle=DASHES[i % len(DASHES)], label=f"requirement {q.name}")
-        for i, q in enumerate(limits)
+        Line2D([], [], color="black", linewidth=1.8, linestyle=DASHES[i % len(DASHES)], label=name)
+        for i, name in enumerate(f"requirement {fitted(q.name, 1.9, 8.5)}" for q in limits)
     ]
     handles += [
         Patch(facecolor=BAND, label=f"its band, {low * 1e3:g} to {high * 1e3:g} mHz")

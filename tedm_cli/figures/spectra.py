@@ -271,7 +271,7 @@ def limit_lines(axes: Axes, frequency_hz: Array, limits: Sequence[Limit], width:
             color="black",
             linestyle=DASHES[i % len(DASHES)],
             linewidth=width,
-            label=f"requirement {limit.name}",
+            label=f"requirement {fitted(limit.name, 1.5, 8)}",
         )
 
 
