@@ -119,7 +119,7 @@ $(1): $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(CASES_TOML) $(CASE_SOURCES) $
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))
 
-$(BUILD)/figures.stamp: $(CASE_FILES)
+$(BUILD)/figures.stamp: $(CASE_FILES) $(wildcard $(BUILD)/series_*.h5)
 	$(TEDM) plot $(OPTIONS)
 	@touch $@
 

@@ -13,7 +13,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from tedm_cli.figures.data import AreaMap, Areas, CaseNoise, JudgedOutput, unit_text
-from tedm_cli.figures.style import BLUE, VERMILION, grid, inches, power_of_ten, style
+from tedm_cli.figures.fit import fitted, wrapped
+from tedm_cli.figures.style import BLUE, VERMILION, WIDTH, grid, inches, power_of_ten, ratio_axis, style
 
 _ROW = 0.158  # inches of one area
 _MOST_DECADES = 5.0
@@ -92,22 +93,24 @@ def group_names(figure: Figure, axes: Axes, groups: Sequence[str], left: float, 
 def ratios_figure(cases: Sequence[CaseNoise], kinds: Sequence[str]) -> Figure:
     """Ratio to the requirement of every case's worst output, with its range over other temperature filters."""
     with style():
-        figure = Figure(figsize=(9.6, 1.4 + 0.27 * len(cases)))
+        figure = Figure(figsize=(WIDTH, 1.65 + 0.25 * len(cases)))
         panels = figure.subplots(1, len(kinds), squeeze=False, sharey=True)[0]
         for axes, kind in zip(panels, kinds, strict=True):
             for row, case in enumerate(cases):
                 if case.of_kind(kind):
                     _ratio_row(axes, row, case.worst(kind))
+            room = (WIDTH - 1.2) / len(kinds) - 0.15
             axes.axvline(1.0, color="black", linewidth=1.6)
             axes.set_xscale("log")
-            axes.xaxis.set_major_formatter(FuncFormatter(power_of_ten))
-            axes.set_xlabel("safety factor × noise / requirement (1)")
+            ratio_axis(axes.xaxis, *axes.get_xlim())
+            axes.set_xlabel(wrapped("safety factor × noise / requirement (1)", room, 9, 3), fontsize=9)
             names = dict.fromkeys(j.requirement for c in cases for j in c.of_kind(kind))
-            axes.set_title(f"worst output against {', '.join(names)}")
+            axes.set_title(wrapped(f"worst output against {', '.join(names)}", room, 9, 2), fontsize=9)
+            axes.tick_params(labelsize=8.5)
             grid(axes)
-        panels[0].set_yticks(range(len(cases)), [f"case {c.id}" for c in cases])
+        panels[0].set_yticks(range(len(cases)), [fitted(f"case {c.id}", 0.7, 8.5) for c in cases])
         panels[0].set_ylim(len(cases) - 0.4, -0.6)
-        inches(figure, left=0.95, right=0.25, top=0.35, bottom=0.9, wspace=0.08)
+        inches(figure, left=0.8, right=0.25, top=0.5, bottom=1.0, wspace=0.08)
         handles = [axes.get_legend_handles_labels() for axes in panels]
         unique = {label: h for hs, labels in handles for h, label in zip(hs, labels, strict=True)}
         figure.legend(unique.values(), unique.keys(), loc="lower left", ncols=3)

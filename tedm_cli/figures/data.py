@@ -66,7 +66,7 @@ class Mending:
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """An estimated amplitude spectral density [F], unit/√Hz, and the ends of its interval of confidence."""
+    """An estimated amplitude spectral density [F], unit/√Hz or a ratio, and the ends of its interval of confidence."""
 
     frequency_hz: Array
     asd: Array
@@ -92,7 +92,7 @@ class JudgedOutput:
     share, band_share : [k], each area's part of the power; negative where it cancels others.
     path, path_band : the same parts by optical element; None for what is no read-out.
     mending : what would bring the ratio down.
-    realised : estimate from a realisation with its 95 % interval, without the safety factor; None where there is none.
+    realised : estimate from a realisation with its 95 % interval, over the exact spectrum; None where there is none.
     """
 
     output: str

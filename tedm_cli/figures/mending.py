@@ -43,7 +43,9 @@ def mending_figure(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Figure:
         lower.set_position((left / WIDTH, _FOOT / total, (WIDTH - left - right) / WIDTH, bars / total))
         _curves(upper, j)
         _factors(lower, factors, words, left)
-        lower.set_xlabel(f"factor on the amplitude assumed (1); right: K/√Hz at {mhz_text(j.binding_hz)}", fontsize=9)
+        lower.set_xlabel(
+            f"right: K/√Hz at {mhz_text(j.binding_hz)}; bars: factor on the amplitude assumed (1)", fontsize=9
+        )
         heading(figure, f"{j.output}, case {case.id}: what would lower {ratio_text(j.ratio)} × {j.requirement}?")
         notes = (
             (0.38, "The worst areas improved: without noise (silent), with a tenth of it"),
@@ -77,7 +79,7 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
     axes.set_xticks(m.count[shown].tolist())
     axes.set_xlim(-0.3, float(m.count[shown][-1]) + 0.3)
     axes.tick_params(labelsize=8.5)
-    axes.set_xlabel("number of areas improved", fontsize=9)
+    axes.set_xlabel("number of areas improved (1)", fontsize=9)
     axes.set_ylabel("ratio to the requirement (1)", fontsize=9)
     grid(axes)
     axes.grid(False, which="minor")

@@ -75,9 +75,8 @@ def _panel(axes: Axes, case: CaseNoise, kind: str, width: float) -> None:
     axes.plot([worst.binding_hz * 1e3], [at], linestyle="none", marker="o" if worst.passed else "X", markersize=7,
               markerfacecolor="white", markeredgecolor="black", markeredgewidth=1.1, zorder=5)  # fmt: skip
     name = wrapped(f"{case.id}  {case.title}", width, _SMALL, 2)
-    missing = 1 - name.count("\n")
-    axes.text(0.0, 1 + 2.0 / 72 / _height(axes), "\n" * missing + name + "\n", transform=axes.transAxes,
-              fontsize=_SMALL, va="bottom", linespacing=1.15)  # fmt: skip
+    axes.text(0.0, 1 + 14.5 / 72 / _height(axes), name, transform=axes.transAxes, fontsize=_SMALL, va="bottom",
+              linespacing=1.15)  # fmt: skip
     verdict = f"{ratio_text(worst.ratio)} × limit, {'pass' if worst.passed else 'FAIL'}"
     output = fitted(worst.output, width - 1.15 * text_width(f": {verdict}", _SMALL), _SMALL)
     axes.text(0.0, 1 + 2.5 / 72 / _height(axes), f"{output}: {verdict}", transform=axes.transAxes, fontsize=_SMALL,
@@ -122,8 +121,8 @@ def _axes(panels: Sequence[Axes], shown: Sequence[CaseNoise], kind: str, columns
 def _legend(figure: Figure, shown: Sequence[CaseNoise], kind: str) -> None:
     limits: list[Limit] = shown[0].limits_of(kind)
     handles: list[Line2D | Patch] = [
-        Line2D([], [], color="black", linewidth=1.8, linestyle=DASHES[i % len(DASHES)], label=f"requirement {q.name}")
-        for i, q in enumerate(limits)
+        Line2D([], [], color="black", linewidth=1.8, linestyle=DASHES[i % len(DASHES)], label=name)
+        for i, name in enumerate(f"requirement {fitted(q.name, 1.9, 8.5)}" for q in limits)
     ]
     handles += [
         Patch(facecolor=BAND, label=f"its band, {low * 1e3:g} to {high * 1e3:g} mHz")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import textwrap
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from tedm_cli.figures.data import (
-    REALISATION_CONFIDENCE,
     Array,
     CaseNoise,
     JudgedOutput,
@@ -24,14 +24,17 @@ from tedm_cli.figures.data import (
     ratio_text,
     unit_text,
 )
+from tedm_cli.figures.fit import fitted, text_width, wrapped
 from tedm_cli.figures.style import (
     BAND,
     COLOURS,
     DASHES,
     ENVELOPE,
     STACK,
+    WIDTH,
     frequency_axis,
     grid,
+    heading,
     inches,
     log_axis,
     style,
@@ -39,26 +42,53 @@ from tedm_cli.figures.style import (
 from tedm_cli.figures.thinning import thinned
 
 _MOST_DECADES = 9.0
+_LEFT, _RIGHT, _TITLE, _PANEL, _STRIP, _LEGEND = 0.68, 0.1, 0.42, 2.45, 0.85, 0.165  # inches of a case's figure
 
 
 def case_figure(case: CaseNoise) -> Figure:
-    """Noise of the judged outputs of one case, a panel for each quantity, with limits, bands and bounds."""
+    """Noise of the judged outputs of one case, a panel for each quantity, with limits, bands and bounds.
+
+    Where the case has been realised, a strip below shows the estimate over the exact curve.
+    """
     with style():
         kinds = kinds_of([case])
-        width = 5.9 * len(kinds)
-        heading = textwrap.wrap(f"Case {case.id}: {case.title}", int(9.2 * width))
-        more = 0.2 * (len(heading) - 1)
-        figure = Figure(figsize=(width, 6.0 + more))
-        panels = figure.subplots(1, len(kinds), squeeze=False)[0]
-        for axes, kind in zip(panels, kinds, strict=True):
-            _case_panel(axes, case, kind)
-        inches(figure, left=1.0, right=0.2, top=0.95 + more, bottom=1.55, wspace=0.26)
-        top = 1 - 0.12 / (6.0 + more)
-        figure.text(0.012, top, "\n".join(heading), fontsize=11.5, fontweight="bold", va="top")
+        columns = min(2, len(kinds))
+        width = (WIDTH - _RIGHT) / columns
+        strip = any(j.realised is not None for j in case.judged)
+        below = _STRIP * strip + _LEGEND * max(_entries(case, kind) for kind in kinds) + 0.6
+        rows = math.ceil(len(kinds) / columns)
+        lines = wrapped(f"Case {case.id}: {case.title}", WIDTH - 1.1, 10.5, 3)
+        top = 0.3 + 0.17 * lines.count("\n")
+        height = top + rows * (_TITLE + _PANEL + below)
+        figure = Figure(figsize=(WIDTH, height))
+
+        def axes_at(number: int, down: float, tall: float) -> Axes:
+            row, column = divmod(number, columns)
+            bottom = height - top - row * (_TITLE + _PANEL + below) - _TITLE - down - tall
+            left = column * width + _LEFT
+            return figure.add_axes((left / WIDTH, bottom / height, (width - _LEFT - 0.08) / WIDTH, tall / height))
+
+        panels = [axes_at(n, 0.0, _PANEL) for n in range(len(kinds))]
+        for number, (axes, kind) in enumerate(zip(panels, kinds, strict=True)):
+            _case_panel(axes, case, kind, width - 0.15)
+            down = 0.4
+            if strip:
+                _realised(axes_at(number, _PANEL + 0.12, _STRIP - 0.12), axes, case.worst(kind))
+                down += _STRIP
+            corner = (-0.37 / (width - _LEFT), -down / _PANEL)
+            axes.legend(loc="upper left", bbox_to_anchor=corner, handlelength=3.4, fontsize=8, labelspacing=0.3,
+                        borderaxespad=0.0)  # fmt: skip
+        figure.text(0.08 / WIDTH, 1 - 0.08 / height, lines, fontsize=10.5, fontweight="bold", va="top")
         return figure
 
 
-def _case_panel(axes: Axes, case: CaseNoise, kind: str) -> None:
+def _entries(case: CaseNoise, kind: str) -> int:
+    """Lines of the legend of a panel."""
+    limits = case.limits_of(kind)
+    return len({j.output for j in case.of_kind(kind)}) + len(limits) + len({q.band_hz for q in limits}) + 2
+
+
+def _case_panel(axes: Axes, case: CaseNoise, kind: str, width: float) -> None:
     f = case.frequency_hz * 1e3
     factor = case.safety_factor
     worst = case.worst(kind)
@@ -74,52 +104,68 @@ def _case_panel(axes: Axes, case: CaseNoise, kind: str) -> None:
         color=ENVELOPE,
         alpha=0.16,
         linewidth=0,
-        label=f"bounds over correlations, {worst.output}",
+        label=fitted(f"bounds over correlations, {worst.output}", width - 0.95, 8),
     )
-    if worst.realised is not None:
-        _realised(axes, worst, factor)
     for i, (name, curve) in enumerate(zip(outputs, curves, strict=True)):
-        colour, width, dashes = STACK[i % len(STACK)]
-        axes.plot(f, curve, color=colour, linestyle=dashes, linewidth=width, label=f"{factor:g} × {name}")
-    limit_lines(axes, case.frequency_hz, limits)
+        colour, thickness, dashes = STACK[i % len(STACK)]
+        axes.plot(
+            f,
+            curve,
+            color=colour,
+            linestyle=dashes,
+            linewidth=thickness,
+            label=fitted(f"{factor:g} × {name}", width - 0.95, 8),
+        )
+    limit_lines(axes, case.frequency_hz, limits, 2.0)
     at = float(np.interp(worst.binding_hz, case.frequency_hz, factor * worst.asd))
     axes.plot(
         [worst.binding_hz * 1e3],
         [at],
         linestyle="none",
         marker="o",
-        markersize=10,
+        markersize=9,
         markerfacecolor="none",
         markeredgecolor="black",
         markeredgewidth=1.4,
         label=f"largest ratio, {mhz_text(worst.binding_hz)}",
     )
-    _scales(axes, case.frequency_hz, low, high, worst.unit, f"safety factor {factor:g} × noise")
-    state = "met" if worst.passed else "VIOLATED"
+    _scales(axes, case.frequency_hz, low, high, worst.unit, f"{factor:g} × noise")
+    state = ": met" if worst.passed else ": VIOLATED"
+    room = width - text_width(state, 8.5)
+    verdict = f": {ratio_text(worst.ratio)} × limit at {mhz_text(worst.binding_hz)}"
     axes.set_title(
-        f"{capital(quantity(kind, list(outputs)))}: {state}\n"
-        f"worst: {worst.output}, {ratio_text(worst.ratio)} × limit at {mhz_text(worst.binding_hz)}"
+        f"{fitted(capital(quantity(kind, list(outputs))), room, 8.5)}{state}\n"
+        f"{fitted(worst.output, width - text_width(verdict, 8.5), 8.5)}{verdict}",
+        fontsize=8.5,
+        x=-(_LEFT - 0.1) / (width + 0.07 - _LEFT),
     )
-    axes.legend(loc="upper center", bbox_to_anchor=(0.46, -0.12), ncols=2, handlelength=3.4, columnspacing=1.2)
 
 
-def _realised(axes: Axes, j: JudgedOutput, factor: float) -> None:
-    """The estimate from a realisation with its interval, which the exact curve should lie in."""
-    assert j.realised is not None
+def _realised(axes: Axes, above: Axes, j: JudgedOutput) -> None:
+    """The estimate from a realisation over the exact curve: its interval should hold 1."""
+    above.tick_params(labelbottom=False)
+    above.set_xlabel("")
+    if j.realised is None:
+        return
     thin = thinned(j.realised)
     x, y = thin.trace()
-    interval = f"{100 * REALISATION_CONFIDENCE:g} % interval"
-    axes.fill_between(
-        thin.frequency_hz * 1e3, factor * thin.low, factor * thin.high, color="#8A8A8A", alpha=0.55, linewidth=0,
-        label=f"{interval} of a realisation, {j.output}", zorder=1.8,
-    )  # fmt: skip
-    axes.plot(x * 1e3, factor * y, color="#4A4A4A", linewidth=0.5, zorder=1.9, label="its estimate")
+    axes.fill_between(thin.frequency_hz * 1e3, thin.low, thin.high, color="#B5B5B5", linewidth=0)
+    axes.plot(x * 1e3, y, color=COLOURS[1], linewidth=0.6)
+    axes.axhline(1.0, color="black", linewidth=1.0)
+    frequency_axis(axes, *(edge / 1e3 for edge in above.get_xlim()))
+    spread = max(float(np.abs(thin.high - 1).max()), float(np.abs(thin.low - 1).max()))
+    axes.set_ylim(max(0.0, 1 - 1.1 * spread), 1 + 1.1 * spread)
+    axes.yaxis.set_major_locator(MaxNLocator(3))
+    axes.tick_params(labelsize=8)
+    axes.set_xlabel("frequency (mHz)", fontsize=8.5, labelpad=1)
+    axes.set_ylabel("estimate /\nexact (1)", fontsize=8, labelpad=1)
+    grid(axes)
 
 
 def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
     """The worst judged output of every case in one panel, each named at its right end."""
     with style():
-        figure = Figure(figsize=(9.6, 5.6))
+        figure = Figure(figsize=(WIDTH, 5.0))
         axes = figure.subplots()
         shown = [c for c in cases if c.of_kind(kind)]
         worst = [c.worst(kind) for c in shown]
@@ -134,14 +180,14 @@ def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
         limit_lines(axes, f, limits)
         _scales(axes, f, low, high, worst[0].unit, f"safety factor {shown[0].safety_factor:g} × noise")
         outputs = [j.output for j in worst]
-        axes.set_title(
-            f"{capital(quantity(kind, outputs))}, all cases\n"
-            "of each case the output with the largest ratio to the requirement, which the names give",
-        )
+        title = f"{capital(quantity(kind, outputs))}, the worst output of every case"
+        heading(figure, title)
         names = [f"{c.id}: {j.output}, {ratio_text(j.ratio)}" for c, j in zip(shown, worst, strict=True)]
-        inches(figure, left=1.0, right=0.9 + 0.078 * max(20, *map(len, names)), top=0.6, bottom=0.95)
+        names = [fitted(name, 1.9, 8.5) for name in names]
+        right = 0.62 + max(1.3, *(text_width(name, 8.5) for name in names))
+        inches(figure, left=0.72, right=right, top=0.45, bottom=0.95)
         _name_ends(figure, axes, names, curves, looks)
-        axes.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.11), ncols=3, handlelength=3.4)
+        axes.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.11), ncols=2, handlelength=3.4)
         return figure
 
 
@@ -174,7 +220,7 @@ def _name_ends(
 def temperature_figure(spectra: TemperatureSpectra) -> Figure:
     """Distinct temperature spectra of the areas."""
     with style():
-        figure = Figure(figsize=(7.6, 4.4))
+        figure = Figure(figsize=(WIDTH, 4.2))
         axes = figure.subplots()
         low, high = log_range(list(spectra.asd))
         for i, (name, asd) in enumerate(sorted(zip(spectra.name, spectra.asd, strict=True), key=lambda s: -s[1][0])):
@@ -197,9 +243,12 @@ def temperature_figure(spectra: TemperatureSpectra) -> Figure:
 def _scales(axes: Axes, frequency_hz: Array, low: float, high: float, unit: str, what: str) -> None:
     axes.set_yscale("log")
     axes.set_ylim(low, high)
-    label = f"{what}\namplitude spectral density ({unit_text(unit)}/√Hz)"
+    label = f"{what} ({unit_text(unit)}/√Hz)"
     log_axis(axes.yaxis, decades=np.log10(high / low), label=label)
     frequency_axis(axes, frequency_hz[0], frequency_hz[-1])
+    axes.tick_params(labelsize=8.5)
+    axes.xaxis.label.set_fontsize(9)
+    axes.yaxis.label.set_fontsize(9)
     grid(axes)
 
 
@@ -222,7 +271,7 @@ def limit_lines(axes: Axes, frequency_hz: Array, limits: Sequence[Limit], width:
             color="black",
             linestyle=DASHES[i % len(DASHES)],
             linewidth=width,
-            label=f"requirement {limit.name}",
+            label=f"requirement {fitted(limit.name, 1.5, 8)}",
         )
 
 

@@ -98,7 +98,7 @@ def heading(figure: Figure, text: str, *, more: str = "") -> None:
 
 def ratio_axis(axis: Any, low: float, high: float) -> None:
     """Logarithmic ticks for ratios: decades, and 2 and 5 as well where there are few of them."""
-    few = high / low < 200
+    few = high / low < 20
     axis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0) if few else (1.0,), numticks=9))
     axis.set_major_formatter(FuncFormatter((lambda v, _: f"{v:g}") if few else power_of_ten))
     axis.set_minor_formatter(NullFormatter())

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.config.project import Project
-from tedm_cli.figures.data import AreaMap, CaseNoise, RestVerdict, kinds_of, quantity
+from tedm_cli.figures.data import REALISATION_CONFIDENCE, AreaMap, CaseNoise, RestVerdict, kinds_of, quantity
 from tedm_cli.figures.judging import worth_showing
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.gravity.requirements import MODELLED
@@ -110,10 +110,10 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             add(
                 f"mending_{which}.svg",
                 "mending",
-                f"What would lower the ratio of {judged.output} in case {case.id}. Above: the worst areas improved, each"
-                " the one that helps most after those before it, or the best ones matched. Below: the factor on the"
-                " temperature amplitude of one group, the others unchanged, that just meets the requirement; right: the"
-                " amplitude spectral density assumed at the frequency that binds, times that factor.",
+                f"What would lower the ratio of {judged.output} in case {case.id}. Above: the worst areas improved,"
+                " each the one that helps most after those before it, or the best ones matched. Below: the factor"
+                " on the temperature amplitude of one group, the others unchanged, that just meets the requirement;"
+                " right: the amplitude spectral density assumed at the frequency that binds, times that factor.",
                 (only,),
                 lambda c=case, j=judged: _room("mending").mending_figure(c, j, areas),  # type: ignore[misc]
             )
@@ -141,12 +141,16 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     )
     specs += optics_specs(results)
     specs += series_specs(results)
+    interval = f"{100 * REALISATION_CONFIDENCE:g} % interval"
+    realised = f" Below: estimate from a realisation over the exact curve, with its {interval}."
     for case, source in zip(cases, all_cases, strict=True) if kinds else ():
         add(
             Path(case_file_name(case.id)).with_suffix(".svg").name,
             "cases",
             f"Case {case.id}: {case.title}. {int(case.active.sum())} of {len(case.active)} areas in {case.blocks}"
-            f" block{'s' if case.blocks > 1 else ''}; noise multiplied by the safety factor {case.safety_factor:g}.",
+            f" block{'s' if case.blocks > 1 else ''}; noise multiplied by the safety factor {case.safety_factor:g}."
+            + realised
+            * any(j.realised is not None for j in case.judged),
             (source,),
             lambda case=case: _room("spectra").case_figure(case),  # type: ignore[misc]
         )

@@ -231,11 +231,12 @@ def _common(values: Array) -> float:
 
 
 def _read_realised(file: Reader) -> list[Spectrum] | None:
-    """Spectra of all outputs estimated from a realisation."""
+    """Estimates from a realisation of all outputs over their exact spectra; 1 where there is no noise."""
     if not file.has("/realisation/psd"):
         return None
-    f, psd, nu = (file.array(f"/realisation/{c}") for c in ("frequency", "psd", "degrees_of_freedom"))
-    return spectra_of(Estimate(f, psd, nu), REALISATION_CONFIDENCE)
+    f, psd, exact, nu = (file.array(f"/realisation/{c}") for c in ("frequency", "psd", "exact", "degrees_of_freedom"))
+    ratio = np.divide(psd, exact, out=np.ones_like(psd), where=exact > 0.0)
+    return spectra_of(Estimate(f, ratio, nu), REALISATION_CONFIDENCE)
 
 
 def spectra_of(estimate: Estimate, confidence: float) -> list[Spectrum]:

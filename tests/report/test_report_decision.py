@@ -9,7 +9,7 @@ import pytest
 
 from tedm_cli.figures.data import WAYS, Areas, CaseNoise, JudgedOutput, Limit, Mending
 from tedm_cli.figures.judging import deciding, told_once
-from tedm_cli.report.decision import deciding, decision_section, limited_by, summary
+from tedm_cli.report.decision import decision_section, limited_by, summary
 from tedm_cli.report.document import VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs
 from tedm_cli.report.field import DcVerdict
