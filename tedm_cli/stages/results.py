@@ -66,7 +66,7 @@ def open_results(project: Project) -> Iterator[Results]:
         cases = []
         for case_id, path in zip(config.ids, paths, strict=True):
             case = stack.enter_context(open_checked(path, CASE))
-            _require_current(case, case_id, used, file)
+            require_current(case, case_id, used, file)
             cases.append(case)
         yield Results(
             distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths))
@@ -85,7 +85,7 @@ def _layout(project: Project, optics: Reader) -> OpticalLayout:
     return layout
 
 
-def _require_current(case: Reader, case_id: str, used: Sequence[InputFile], config: ConfigFile) -> None:
+def require_current(case: Reader, case_id: str, used: Sequence[InputFile], config: ConfigFile) -> None:
     """Refuse a case that was run on other sensitivities, or with another configuration, than those there now."""
     provenance = case.provenance()
     made_from = {(i.path.name, i.sha256) for i in provenance.inputs}
