@@ -145,7 +145,7 @@ def test_transition_of_an_integrator_chain() -> None:
         np.testing.assert_allclose(factor @ factor.T, 0.5 * np.array([[h**3 / 3, h**2 / 2], [h**2 / 2, h]]), rtol=1e-9)
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(order=st.floats(0.3, 4.0), corner=st.floats(3e-4, 3e-2))
 def test_any_order_and_corner_is_realised(order: float, corner: float) -> None:
     spectrum = ShapedSpectrum(1.0, corner_hz=corner, order=order)
@@ -157,13 +157,12 @@ def test_any_order_and_corner_is_realised(order: float, corner: float) -> None:
 
 def test_a_tighter_tolerance_takes_more_states_and_an_impossible_one_is_refused() -> None:
     spectra = (ShapedSpectrum(1.0, order=1.5),)
-    sizes = [len(shaping_filter(spectra, BAND, t).b) for t in (0.1, 0.01, 0.001)]
+    sizes = [len(shaping_filter(spectra, BAND, t).b) for t in (0.1, 0.01, 0.002)]
     assert sizes[0] < sizes[1] < sizes[2] <= 12
     f = np.geomspace(1e-4, 0.1, 41)
     comb = TabulatedSpectrum.of(f, np.where(np.arange(41) % 2, 1e-3, 1e-5), "a comb")
-    for asked in ((comb,), (comb, LOW_PASS)):
-        with pytest.raises(PhysicsError, match=r"comes within \d+(\.\d+)? % of it, not 1 %"):
-            shaping_filter(asked, BAND, 0.01)
+    with pytest.raises(PhysicsError, match=r"of up to 24 states comes within \d+(\.\d+)? % of it, not 1 %"):
+        shaping_filter((comb,), BAND, 0.01)
 
 
 def model_of(
