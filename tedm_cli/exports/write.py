@@ -12,13 +12,15 @@ from tedm_cli.matrix_files.npz_file import write_npz
 from tedm_cli.store import replacing
 
 
-def write_matrices(folder: Path, stem: str, matrices: Sequence[NamedMatrix], fmt: Format) -> list[Path]:
+def write_matrices(
+    folder: Path, stem: str, matrices: Sequence[NamedMatrix], fmt: Format, notes: Sequence[str] = ()
+) -> list[Path]:
     """The files written: `<name>.csv` of every matrix, with `<name>.csv.toml` where an importer needs to be told
-    something, or `<stem>.npz`, `<stem>.mat`."""
+    something, or `<stem>.npz`, `<stem>.mat`. The notes go into the latter, beside CSV into `readme.txt`."""
     if fmt != "csv":
         path = folder / f"{stem}.{fmt}"
         with replacing(path) as temporary:
-            (write_npz if fmt == "npz" else write_mat)(temporary, matrices)
+            (write_npz if fmt == "npz" else write_mat)(temporary, matrices, notes)
         return [path]
     written = []
     for matrix in matrices:
@@ -32,4 +34,9 @@ def write_matrices(folder: Path, stem: str, matrices: Sequence[NamedMatrix], fmt
             with replacing(side) as temporary:
                 temporary.write_text(text, encoding="utf-8", newline="\n")
             written.append(side)
+    if notes:
+        path = folder / "readme.txt"
+        with replacing(path) as temporary:
+            temporary.write_text("\n".join([*notes, ""]), encoding="utf-8", newline="\n")
+        written.append(path)
     return written

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,10 +51,22 @@ def write_csv(path: Path, matrix: NamedMatrix) -> None:
     """Numbers with all their digits: they come back the same."""
     with open(path, "w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
+        if not matrix.row_units:
+            _write_table(writer, matrix)
+            return
         writer.writerow(["row", "unit", *matrix.columns])
         writer.writerow(["unit", "", *matrix.column_units])
         for label, unit, values in zip(matrix.rows, matrix.row_units, matrix.values, strict=True):
             writer.writerow([label, unit, *(repr(float(v)) for v in values)])
+
+
+def _write_table(writer: Any, table: NamedMatrix) -> None:
+    """A line of names, a line of units, and the numbers, behind the labels of the rows where there are any."""
+    labelled = bool(table.rows)
+    writer.writerow([*(["row"] if labelled else []), *table.columns])
+    writer.writerow([*(["unit"] if labelled else []), *table.column_units])
+    for i, values in enumerate(table.values):
+        writer.writerow([*(table.rows[i : i + 1]), *(repr(float(v)) for v in values)])
 
 
 def _numbers(path: Path, lines: list[tuple[int, list[str]]], first: int, names: list[str]) -> NDArray[np.float64]:

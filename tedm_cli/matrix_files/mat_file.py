@@ -68,8 +68,8 @@ def read_mat(path: Path, name: str) -> RawMatrix:
     return RawMatrix(as_matrix(value.toarray() if scipy.sparse.issparse(value) else value, name, path), declared)
 
 
-def write_mat(path: Path, matrices: Sequence[NamedMatrix]) -> None:
-    """All matrices into one file, with a table `contents` of their names and what they are.
+def write_mat(path: Path, matrices: Sequence[NamedMatrix], notes: Sequence[str] = ()) -> None:
+    """All matrices into one file, with a table `contents` of their names and what they are, and `readme` of the notes.
 
     Raises
     ------
@@ -84,6 +84,8 @@ def write_mat(path: Path, matrices: Sequence[NamedMatrix]) -> None:
             )
     variables: dict[str, Any] = {m.name: _structure(m) for m in matrices}
     variables["contents"] = _cells([text for m in matrices for text in (m.name, m.description)]).reshape(-1, 2)
+    if notes:
+        variables["readme"] = "\n".join(notes)
     buffer = io.BytesIO()
     scipy.io.savemat(buffer, variables, do_compression=True, long_field_names=True)
     data = buffer.getbuffer()
@@ -93,7 +95,7 @@ def write_mat(path: Path, matrices: Sequence[NamedMatrix]) -> None:
 
 def _structure(m: NamedMatrix) -> dict[str, Any]:
     fields: dict[str, Any] = {"value": m.values}
-    fields |= {key: _cells(getattr(m, key)).reshape(-1, 1) for key in LISTS}
+    fields |= {key: _cells(getattr(m, key)).reshape(-1, 1) for key in LISTS if len(getattr(m, key))}
     fields["description"] = m.description
     if m.declaration:
         fields[DECLARATION] = m.declaration

@@ -24,6 +24,8 @@ DECLARATION = "declaration"
 class NamedMatrix:
     """A matrix to be written: an entry has the unit of its row per unit of its column.
 
+    Without `row_units` it is a table: an entry has the unit of its column. A table may be without labels of its `rows`.
+
     `declaration` is TOML that says what an importer must know of it; empty where nothing has to be.
     """
 

@@ -45,12 +45,12 @@ def read_npz(path: Path, name: str) -> RawMatrix:
     return RawMatrix(as_matrix(held[name], name, path), declared)
 
 
-def write_npz(path: Path, matrices: Sequence[NamedMatrix]) -> None:
-    """All matrices into one file."""
-    arrays: dict[str, Any] = {}
+def write_npz(path: Path, matrices: Sequence[NamedMatrix], notes: Sequence[str] = ()) -> None:
+    """All matrices into one file, with the notes as `readme`."""
+    arrays: dict[str, Any] = {"readme": np.array("\n".join(notes))} if notes else {}
     for m in matrices:
         arrays[m.name] = m.values
-        for key in LISTS:
+        for key in (k for k in LISTS if len(getattr(m, k))):
             arrays[f"{m.name}.{key}"] = np.array(list(getattr(m, key)), dtype=str)
         arrays[f"{m.name}.description"] = np.array(m.description)
         if m.declaration:

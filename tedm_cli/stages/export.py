@@ -33,7 +33,10 @@ def export(build_dir: Path, what: Sequence[str], fmt: Format, output: Path | Non
     """
     unknown = [name for name in what if name not in TABLES]
     if unknown:
-        raise UsageError(f"nothing is known to export of {', '.join(unknown)}", hint=f"known: {', '.join(TABLES)}")
+        raise UsageError(
+            f"nothing is known to export of {', '.join(unknown)}",
+            hint=f"known: {', '.join(TABLES)}; or case, or state-space, each by itself",
+        )
     single = output is not None and output.suffix.lower() in (".csv", ".npz", ".mat")
     if single and output is not None and (fmt == "csv" or output.suffix.lower() != f".{fmt}"):
         raise UsageError(

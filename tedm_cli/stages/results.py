@@ -84,7 +84,7 @@ def open_results(project: Project) -> Iterator[Results]:
         cases = []
         for case_id, path in zip(config.ids, paths, strict=True):
             case = stack.enter_context(open_checked(path, CASE))
-            _require_current(case, case_id, used, file)
+            require_current(case, case_id, used, file)
             cases.append(case)
         series = {}
         for name in (table.name for table in config.series if (build / series_file_name(table.name)).exists()):
@@ -109,7 +109,7 @@ def _layout(project: Project, optics: Reader) -> OpticalLayout:
     return layout
 
 
-def _require_current(case: Reader, case_id: str, used: Sequence[InputFile], config: ConfigFile) -> None:
+def require_current(case: Reader, case_id: str, used: Sequence[InputFile], config: ConfigFile) -> None:
     """Refuse a case that was run on other results or with another configuration, or that is another case."""
     hint = f"rebuild it with `tedm run-case {case_id}`"
     _require_made_from(case, used, config, f"{hint}, or all cases with `tedm run-case all`")

@@ -1,0 +1,184 @@
+"""What of a case file goes out: spectra as tables over frequency, matrices over outputs and areas."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.matrix_files.named import NamedMatrix
+from tedm_cli.store import Reader
+
+Array = NDArray[np.float64]
+
+
+def case_notes(file: Reader) -> list[str]:
+    """What the numbers are, in words."""
+    return [
+        f"tedm: noise of correlation case {file.string('/case/id')}: {file.string('/case/title')}",
+        "PSDs and ASDs are one-sided, of the noise itself: the safety factor is in the verdicts only.",
+        f"safety factor on amplitudes in the verdicts: {file.number('/case/safety_factor'):g}",
+        f"temperatures: {file.string('/temperature/model')}",
+    ]
+
+
+def case_matrices(file: Reader) -> list[NamedMatrix]:
+    """Tables and matrices of an open case file."""
+    labels, units = file.strings("/output/label"), file.strings("/output/unit")
+    psd = np.array([file.array(f"/psd/{label}") for label in labels])
+    power, amplitude = [f"({u})^2/Hz" for u in units], [f"{u}/sqrt(Hz)" for u in units]
+    return [
+        _over_frequency(file, "psd", psd, labels, power, "one-sided power spectral densities of the outputs"),
+        _over_frequency(
+            file, "asd", np.sqrt(psd), labels, amplitude, "amplitude spectral densities of the outputs, sqrt of psd"
+        ),
+        *(
+            _over_frequency(
+                file,
+                f"bound_{bound}",
+                np.array([file.array(f"/bounds/{bound}/{label}") for label in labels]),
+                labels,
+                power,
+                f"{meaning}, one-sided PSDs",
+            )
+            for bound, meaning in _BOUNDS.items()
+        ),
+        _over_frequency(
+            file,
+            "requirement_asd",
+            file.array("/requirement/amplitude"),
+            file.strings("/requirement/name"),
+            file.strings("/requirement/unit"),
+            "amplitude spectral densities that the requirements allow; NaN outside their bands",
+        ),
+        *_temperatures(file),
+        *_contributions(file, labels, amplitude),
+        _verdicts(file),
+    ]
+
+
+_BOUNDS = {
+    "maximum": "largest over all correlations of the active areas",
+    "maximum_non_negative": "largest over all correlations without a negative entry",
+    "known_blocks": "largest when only the correlation between the blocks is unknown",
+    "known_blocks_minimum": "smallest when only the correlation between the blocks is unknown",
+    "minimum": "smallest over all correlations of the active areas",
+}
+
+
+def _over_frequency(
+    file: Reader, name: str, values: Array, labels: Sequence[str], units: Sequence[str], description: str
+) -> NamedMatrix:
+    """A table of `values` [n, F] with the frequency in its first column."""
+    frequency = file.array("/frequency")
+    table = np.vstack([frequency, values.reshape(-1, len(frequency))]).T
+    return NamedMatrix(name, table, [], ["frequency", *labels], [], ["Hz", *units], description)
+
+
+def _temperatures(file: Reader) -> list[NamedMatrix]:
+    areas = file.strings("/area/name")
+    spectrum = file.array("/temperature/spectrum")
+    ones = ["1"] * len(areas)
+    matrices = [
+        _over_frequency(
+            file,
+            "temperature_asd",
+            file.array("/temperature/asd")[spectrum],
+            areas,
+            ["K/sqrt(Hz)"] * len(areas),
+            "one-sided amplitude spectral densities of the areas' temperatures (of silent areas too)",
+        ),
+        NamedMatrix(
+            "areas",
+            np.stack([file.array("/area/id"), file.array("/case/block"), file.array("/correlation/delay")], axis=1),
+            areas,
+            ["id", "block", "delay"],
+            [],
+            ["1", "1", "s"],
+            "thermal areas: number, correlated block (-1: silent in this case), delay",
+        ),
+        NamedMatrix("R", file.array("/correlation/real"), areas, areas, ones, ones, "correlation before delays"),
+    ]
+    if file.has("/correlation/imaginary"):
+        imaginary = file.array("/correlation/imaginary")
+        matrices.append(NamedMatrix("R_imaginary", imaginary, areas, areas, ones, ones, "imaginary part of R"))
+    return matrices
+
+
+def _contributions(file: Reader, labels: list[str], amplitude: Sequence[str]) -> list[NamedMatrix]:
+    areas = file.strings("/area/name")
+    at = np.column_stack([file.array("/contribution/frequency"), file.array("/contribution/band")])
+    signed = np.array([file.array(f"/contribution/amplitude/{label}") for label in labels])
+    by_area, by_output = ["1"] * len(areas), ["1"] * len(labels)
+    matrices = [
+        NamedMatrix(
+            "contribution_frequency",
+            at,
+            labels,
+            ["frequency", "band_low", "band_high"],
+            [],
+            ["Hz"] * 3,
+            "frequency of contribution and share, and band of band_share",
+        ),
+        NamedMatrix(
+            "contribution",
+            signed,
+            labels,
+            areas,
+            amplitude,
+            by_area,
+            "signed amplitude of each area at contribution_frequency: sensitivity times ASD of its temperature",
+        ),
+        NamedMatrix(
+            "share",
+            file.array("/contribution/share"),
+            labels,
+            areas,
+            by_output,
+            by_area,
+            "share of each area in the PSD at contribution_frequency; a row sums to 1",
+        ),
+        NamedMatrix(
+            "band_share",
+            file.array("/contribution/band_share"),
+            labels,
+            areas,
+            by_output,
+            by_area,
+            "share of each area in the power in the band; a row sums to 1",
+        ),
+    ]
+    if file.has("/path/name"):
+        names = file.strings("/path/name")
+        held = [label for label in labels if file.has(f"/path/share/{label}")]
+        for name, where in (("share", "at contribution_frequency"), ("band_share", "in the band")):
+            values = np.array([file.array(f"/path/{name}/{label}") for label in held])
+            meaning = f"share of each optical element in the power {where}"
+            matrices.append(
+                NamedMatrix(f"element_{name}", values, held, names, ["1"] * len(held), ["1"] * len(names), meaning)
+            )
+    return matrices
+
+
+def _verdicts(file: Reader) -> NamedMatrix:
+    """One row per requirement and output."""
+    rows = [
+        f"{requirement} {output}"
+        for requirement, output in zip(
+            file.strings("/verdict/requirement"), file.strings("/verdict/output"), strict=True
+        )
+    ]
+    columns = {"ratio": "1", "binding_frequency": "Hz", "passed": "1", "allowed_safety_factor": "1"}
+    bounds = file.strings("/bound_ratio/bound")
+    values = np.column_stack([*(file.array(f"/verdict/{name}") for name in columns), file.array("/bound_ratio/ratio")])
+    return NamedMatrix(
+        "verdict",
+        values,
+        rows,
+        [*columns, *(f"ratio_{b}" for b in bounds)],
+        [],
+        [*columns.values(), *(["1"] * len(bounds))],
+        "largest ratio of safety factor x ASD to requirement, where, passed (1) or not (0), factor that just passes,"
+        " and the ratio at every bound",
+    )
