@@ -136,6 +136,40 @@ def export(
     say(quiet, *(str(path) for path in done.paths), *held)
 
 
+@app.command("export-vtu")
+def export_vtu(
+    area: Annotated[
+        list[str] | None,
+        typer.Option("--area", metavar="NAME", help="Displacements per kelvin of this area, or uniform; repeatable."),
+    ] = None,
+    of: Annotated[
+        list[str] | None,
+        typer.Option("--of", metavar="OUTPUT", help="What each grid has in TM1_a_x, A_TM1_x, ...; repeatable."),
+    ] = None,
+    case: Annotated[
+        list[str] | None,
+        typer.Option("--case", metavar="CASE", help="Shares in the noise of a case that was run; repeatable."),
+    ] = None,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="The .vtu file. Default: BUILD_DIR/export/mesh.vtu.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the finite-element mesh for ParaView.
+
+    Elements, areas, masses; displacements per kelvin; the gradient of an output, and what each grid contributes to it
+    under an area or has in its noise. Without options: what the worst verdict is about.
+    """
+    from tedm_cli.cli.say.mesh import mesh_lines
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.export_mesh import Asked, export_mesh
+
+    with progress(quiet) as step:
+        done = export_mesh(build_dir, output, Asked(tuple(area or ()), tuple(of or ()), tuple(case or ())), step)
+    say(quiet, *mesh_lines(done))
+
+
 @app.command("make-rules", hidden=True)
 def make_rules(config: Config = DEFAULT_CONFIG, build_dir: BuildDir = DEFAULT_BUILD, output: Output = None) -> None:
     """Write the Make variables of a project: its inputs and its cases."""
