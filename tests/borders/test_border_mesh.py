@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
+import h5py
 import pytest
 from border_tools import Project, snapshot, tedm, untouched
 
@@ -35,3 +37,24 @@ def test_refusals_write_nothing(chain: Project, args: tuple[str, str], code: int
 
 def test_a_folder_without_results(tmp_path: Path) -> None:
     tedm("export-vtu", "-d", tmp_path).refused(4, "unit_loads.h5: no such file", hint="tedm ingest")
+
+
+def test_what_an_expanding_test_mass_makes_is_at_no_grid(small: Project, tmp_path: Path) -> None:
+    """The area that carries it makes more of the read-out than its grids: the arrays say how much."""
+    with h5py.File(small.build / "optics.h5") as file:
+        area = str(file["/area/name"].asstr()[0])
+    with open(small.folder / "optics.toml", "a", encoding="utf-8") as stream:
+        stream.write(f'\n[[test_mass_expansion]]\ntest_mass = "TM1"\narea = "{area}"\nexpansion_per_K = 1.65e-5\n')
+    for command in ("build-optics", "run-case"):
+        small.stage(command).ok()
+    asked = ("--area", area, "--of", "A_TM1_x", "--case", "3", "-d", small.build)
+    tedm("export-vtu", *asked, "-o", tmp_path / "m.vtu").ok()
+    with open(tmp_path / "m_arrays.csv", encoding="utf-8", newline="") as stream:
+        rows = {row["array"]: row for row in csv.DictReader(stream)}
+    with h5py.File(small.build / "optics.h5") as file:
+        N = file["/N/A"][file["/label/read_out"].asstr()[()].tolist().index("TM1_x"), 0]
+    for name, whole in ((f"contribution_A_TM1_x_{area}", N), ("share_A_TM1_x_case3", 1.0)):
+        row = rows[name]
+        rest = float(row["meaning"].split("; ")[1].split(" more by the test masses")[0])
+        assert abs(rest) > 1e-4 * abs(whole)
+        assert float(row["sum"]) + rest == pytest.approx(whole, rel=1e-5, abs=0)
