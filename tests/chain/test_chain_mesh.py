@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 import pyvista
 
+from tedm_cli.blocks import Blocks
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, UsageError
+from tedm_cli.exports.node_terms import gradient, superposed
 from tedm_cli.progress import silent
 from tedm_cli.stages.export_mesh import Asked, export_mesh
 
@@ -179,6 +181,20 @@ def test_share_of_a_grid_is_half_the_relative_change_of_the_power(
     for n in np.argsort(-np.abs(share))[:5].tolist():
         part = 10.0 * -(D[:, n] @ s["/operator/G"][row, n])
         assert (power(g + part) - power(g - part)) / 40.0 / power(g) == pytest.approx(share[n], rel=1e-6)
+
+
+def test_fields_of_loads_of_any_size_add_up_block_by_block(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    fields = rng.normal(size=(4, 70_001, 3)).astype(np.float32)  # more than one block
+    weights, load = rng.normal(size=(2, 4)) * [1.0, 1.0, 0.0, 1.0], np.array([1.0, 10.0, 2.0, 0.5])
+    read: list[int] = []
+    with h5py.File(tmp_path / "d.h5", "w") as file:
+        blocks = Blocks(file.create_dataset("d", data=fields), tmp_path / "d.h5")
+        found = superposed(blocks, weights, read.append, load)
+        rows = ((2.0, 0), (-1.0, 3))
+        np.testing.assert_array_equal(gradient(blocks, rows), fields[3].astype(float) - 2.0 * fields[0].astype(float))
+    np.testing.assert_allclose(found, np.einsum("ma,anc->mnc", weights / load, fields), rtol=0, atol=1e-12)
+    assert sum(read) == 3 * 70_001  # the area without weight is not read
 
 
 def test_difference_of_two_outputs(small: Project, tmp_path: Path, mesh: pyvista.UnstructuredGrid) -> None:
