@@ -15,7 +15,8 @@ from pyvista import CellType
 
 from tedm_cli.exports.mesh import element_cells, label_of_cells
 from tedm_cli.exports.vtu import MeshArray, Names, array_name, distinct, write_vtu
-from tedm_cli.nastran.geometry import ModelGeometry
+from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.reading import read_deck
 
 # Corners, and the edges of the midside nodes, in the order of the Quick Reference Guide.
 HEXA = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
@@ -164,3 +165,18 @@ def test_colour_maps_name_every_number(tmp_path: Path) -> None:
     assert preset["Annotations"] == ["-1", "none", *(t for i, n in enumerate(names) for t in (str(i), n))]
     assert len(preset["IndexedColors"]) == 3 * 13
     assert all(0 <= c <= 1 for c in preset["IndexedColors"])
+
+
+def test_sizes_in_an_independent_model_are_masses_over_densities(mini_ltp_dir: Path, tmp_path: Path) -> None:
+    """Bricks and wedges with the sign of their volume, plates by their thickness; bars have a length and no more."""
+    path = mini_ltp_dir / "mini_ltp.bdf"
+    e = (geometry := model_geometry(read_deck(path), [path])).elements
+    grid = pyvista.read(written(tmp_path, geometry)).compute_cell_sizes()
+    row = np.searchsorted(e.id, grid["id"])
+    kinds = np.array(e.type)[row]
+    solid, plate = np.isin(kinds, ["CHEXA", "CPENTA"]), kinds == "CQUAD4"
+    assert {*kinds[solid], *kinds[plate]} == {"CHEXA", "CPENTA", "CQUAD4"}
+    size = np.where(solid, grid["Volume"], grid["Area"] * e.section[row])
+    both = solid | plate
+    np.testing.assert_allclose((size * e.density[row])[both], e.mass_kg[row][both], rtol=1e-9)
+    assert (grid["Length"][kinds == "CBAR"] > 0).all()
