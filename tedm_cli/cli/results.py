@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -22,12 +22,6 @@ from tedm_cli.cli.app import (
     open_project,
     say,
 )
-
-
-class _Format(Enum):
-    csv = "csv"
-    npz = "npz"
-    mat = "mat"
 
 
 class _ReportFormat(Enum):
@@ -128,89 +122,6 @@ def check(
             f"{len(bad)} of {len(results)} files are not up to date: {', '.join(bad)}",
             where=str(build_dir),
             hint="run make all",
-        )
-
-
-@app.command()
-def export(
-    what: Annotated[
-        list[str] | None,
-        typer.Argument(
-            help="optics, sensitivity, distortion (all that are there, if none is named); or case, or state-space."
-        ),
-    ] = None,
-    case: Annotated[
-        list[str] | None,
-        typer.Option("--case", metavar="ID", help="Case of case and state-space; may be repeated."),
-    ] = None,
-    tolerance: Annotated[
-        float, typer.Option("--tolerance", help="state-space: largest relative deviation of the spectra's amplitudes.")
-    ] = 0.01,
-    rate_hz: Annotated[
-        float | None, typer.Option("--rate-hz", help="state-space: also the sampled form at this rate.")
-    ] = None,
-    temperatures: Annotated[
-        bool, typer.Option("--temperatures", help="state-space: also the temperatures of the areas, C_T and D_T.")
-    ] = False,
-    config: Config = DEFAULT_CONFIG,
-    fmt: Annotated[
-        _Format, typer.Option("--format", help="csv: a file per matrix; npz, mat: all in one.")
-    ] = _Format.mat,
-    build_dir: BuildDir = DEFAULT_BUILD,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder, or a .npz or .mat file. Default: BUILD_DIR/export.")
-    ] = None,
-    quiet: Quiet = False,
-) -> None:
-    """Write the matrices for other programs.
-
-    S_BW, P, O_ideal, D, N; S_SG, stiffness; D_opt: with labels and units, as CSV, NPZ (NumPy) or MAT (MATLAB).
-    `export case` writes spectra, bounds, contributions and verdicts of case files; `export state-space` the noise of a
-    case as a linear system that white noise drives.
-    """
-    from tedm_cli.errors import UsageError
-    from tedm_cli.stages.export import export as stage
-
-    if what in (["case"], ["state-space"]):
-        _export_cases(
-            what[0], case or [], fmt.value, output, config, build_dir, tolerance, rate_hz, temperatures, quiet
-        )
-        return
-    if case:
-        raise UsageError("--case is for `tedm export case` and `tedm export state-space`")
-    done = stage(build_dir, what or [], fmt.value, output)
-    held = [f"{m.name} {m.values.shape[0]} x {m.values.shape[1]}: {m.description}" for m in done.matrices]
-    say(quiet, *(str(path) for path in done.paths), *held)
-
-
-def _export_cases(
-    what: str,
-    cases: list[str],
-    fmt: Literal["csv", "npz", "mat"],
-    output: Path | None,
-    config: Path,
-    build_dir: Path,
-    tolerance: float,
-    rate_hz: float | None,
-    temperatures: bool,
-    quiet: bool,
-) -> None:
-    """Files of cases, and of their state-space form."""
-    if what == "case":
-        from tedm_cli.stages.export_case import export_cases
-
-        say(quiet, *(str(path) for path in export_cases(build_dir, cases, fmt, output)))
-        return
-    from tedm_cli.stages.export_state_space import Wanted, export_state_space
-
-    project = open_project(config, build_dir, 0)
-    for done in export_state_space(project, cases, fmt, output, Wanted(tolerance, rate_hz, temperatures)):
-        say(
-            quiet,
-            *(str(path) for path in done.paths),
-            f"case {done.case_id}: {done.states} states, {done.inputs} white noises of one-sided PSD 1/Hz; amplitudes"
-            f" within {done.filter_deviation:.2g} of the configured ones, outputs within {done.output_deviation:.2g} of"
-            f" {done.compared_with}",
         )
 
 

@@ -71,6 +71,24 @@ def path_shares(
     return power / total if total > 0.0 else np.zeros(len(power))
 
 
+def share_weights(row: Array, amplitude: Array, correlation: Matrix, delay_s: Array, frequency_hz: float) -> Array:
+    """Weights w [k] (K/√Hz over the unit of the output per √Hz) that turn any term of an output into its share.
+
+    Where an output is a sum of terms, y = Σ_n y_n with rows r_n [k] per kelvin that add up to `row`, the share of a
+    term in the PSD is Re(y_n y*) / S = r_n · w: linear, so that w is found once for any number of terms. All zero where
+    there is no noise.
+
+    Parameters
+    ----------
+    row : g [k], of the whole output; amplitude : A(f) [k], K/√Hz.
+    correlation : R [k, k] before delays, real or complex; delay_s : [k].
+    """
+    phase = np.exp(-2j * np.pi * frequency_hz * delay_s)
+    driven = amplitude * np.real(phase * (correlation @ (phase.conj() * row * amplitude)))
+    power = float(row @ driven)
+    return np.asarray(driven / power if power > 0.0 else np.zeros(len(row)))
+
+
 def sum_by(values: Array, labels: NDArray[Any]) -> tuple[NDArray[Any], Array]:
     """Sums of `values` [n_out, k] over areas of equal label [k] (group, shield, shape): labels [q], sums [n_out, q]."""
     names, index = np.unique(labels, return_inverse=True)

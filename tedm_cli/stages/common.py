@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import KINDS
-from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.errors import ConfigError, InputError, UsageError
 from tedm_cli.gravity.masses import MassDistribution, PointMasses, lever_nodes, mass_distribution
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.noise.areas import AreaTable
@@ -149,3 +150,13 @@ def copy_areas(source: Reader, target: Writer) -> None:
 
 def out_path(project: Project, name: str, output: Path | None) -> Path:
     return output if output is not None else project.build_dir / name
+
+
+def known_name(what: str, name: str, known: Sequence[str]) -> str:
+    """`name`, where it is one of the `known`; else `UsageError` with the nearest of them, or all."""
+    if name in known:
+        return name
+    folded = {k.casefold(): k for k in known}
+    near = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
+    hint = f"did you mean {folded[near[0]]}?" if near else f"there are {', '.join(known)}"
+    raise UsageError(f"no {what} is called {name!r}", hint=hint)

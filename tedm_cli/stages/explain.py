@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from tedm_cli.contracts import OPTICS as KIND
 from tedm_cli.errors import UsageError
 from tedm_cli.optics.layout import N_OUTPUTS
 from tedm_cli.optics.shares import SetComparison, beam_terms, compare_sets, motion_terms, shares
-from tedm_cli.stages.common import OPTICS
+from tedm_cli.stages.common import OPTICS, known_name
 from tedm_cli.store import Reader, open_checked
 
 Array = NDArray[np.float64]
@@ -89,12 +88,12 @@ def explain(
     path = project.build_dir / OPTICS
     with open_checked(path, KIND) as file:
         sets, names = file.strings("/set/name"), file.strings("/label/read_out")
-        chosen = _known("set", set_name, sets) if set_name is not None else sets[0]
-        wanted = [_known("read-out", read_out, names)] if read_out is not None else names
+        chosen = known_name("set", set_name, sets) if set_name is not None else sets[0]
+        wanted = [known_name("read-out", read_out, names)] if read_out is not None else names
         areas = file.strings("/area/name")
         if uniform and area is not None:
             raise UsageError("--area and --uniform ask for different loads", hint="give one of them")
-        load = UNIFORM if uniform else "" if area is None else _known("area", area, areas)
+        load = UNIFORM if uniform else "" if area is None else known_name("area", area, areas)
         if load == UNIFORM:
             columns = np.ones((len(areas), 1))
         else:
@@ -159,11 +158,3 @@ def _explained(
 
 def _shares(labels: Sequence[str], terms: Array, total: Array) -> Shares:
     return Shares(tuple(labels), shares(terms, total), np.linalg.norm(terms, axis=1))
-
-
-def _known(what: str, name: str, known: Sequence[str]) -> str:
-    if name in known:
-        return name
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
-    raise UsageError(f"no {what} is called {name!r}", hint=hint)

@@ -35,7 +35,7 @@ def export(build_dir: Path, what: Sequence[str], fmt: Format, output: Path | Non
     if unknown:
         raise UsageError(
             f"nothing is known to export of {', '.join(unknown)}",
-            hint=f"known: {', '.join(TABLES)}; or case, or state-space, each by itself",
+            hint=f"known: {', '.join(TABLES)}; cases: tedm export-case",
         )
     single = output is not None and output.suffix.lower() in (".csv", ".npz", ".mat")
     if single and output is not None and (fmt == "csv" or output.suffix.lower() != f".{fmt}"):

@@ -1,4 +1,4 @@
-"""export case: spectra, bounds, contributions and verdicts of case files for other programs."""
+"""export-case: spectra, bounds, contributions and verdicts of case files for other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""export state-space: the noise of a case as a linear system driven by white noise, for end-to-end simulators."""
+"""export-state-space: the noise of a case as a linear system driven by white noise, for end-to-end simulators."""
 
 from __future__ import annotations
 
@@ -61,12 +61,10 @@ def export_state_space(
 
     Raises
     ------
-    UsageError : no case, an unknown one, a tolerance or a rate that is not positive, or one file for several cases.
+    UsageError : an unknown case, a tolerance or a rate that is not positive, or one file for several cases.
     InputError : sensitivities are missing, the case file is stale, or the case has delays or a complex correlation.
     PhysicsError : the tolerance cannot be reached.
     """
-    if not case_ids:
-        raise UsageError("no case is named", hint="name it with --case 3; --case all takes all")
     if not 0.0 < wanted.tolerance < 1.0:
         raise UsageError(f"--tolerance {wanted.tolerance:g} is not between 0 and 1", hint="0.01 is one per cent")
     if wanted.rate_hz is not None and not 0.0 < wanted.rate_hz < np.inf:

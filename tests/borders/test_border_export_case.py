@@ -44,7 +44,7 @@ def mine(cases: Project, tmp_path: Path) -> Project:
 
 def test_case_files_in_three_formats(cases: Project, tmp_path: Path) -> None:
     for fmt in ("mat", "npz", "csv"):
-        tedm("export", "case", "--case", "3", "--format", fmt, "-d", cases.build, "-o", tmp_path).ok()
+        tedm("export-case", "3", "--format", fmt, "-d", cases.build, "-o", tmp_path).ok()
     mat, npz = load(tmp_path / "case03.mat"), np.load(tmp_path / "case03.npz")
     frequency, psd = case_psd(cases, "03")
     assert mat["psd"]["columns"].tolist()[0] == "frequency"
@@ -78,7 +78,7 @@ def test_case_files_in_three_formats(cases: Project, tmp_path: Path) -> None:
 
 def test_case_numbers_fit_together(cases: Project, tmp_path: Path) -> None:
     """Verdicts follow from the exported spectra and requirements, contributions from shares and R."""
-    tedm("export", "case", "-d", cases.build, "-o", tmp_path).ok()
+    tedm("export-case", "-d", cases.build, "-o", tmp_path).ok()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["case01.mat", "case02.mat", "case03.mat", "case10.mat"]
     m = load(tmp_path / "case10.mat")
     asd = dict(zip(m["asd"]["columns"], m["asd"]["value"].T, strict=True))
@@ -125,7 +125,7 @@ def resolvent_psd(m: dict[str, Any], frequency: np.ndarray) -> np.ndarray:
 def test_frequency_response_of_the_file_is_the_case(
     cases: Project, tmp_path: Path, case: str, states: int | None
 ) -> None:
-    out = cases.run("export", "state-space", "--case", case, "-o", tmp_path).ok().out
+    out = cases.run("export-state-space", case, "-o", tmp_path).ok().out
     stem = f"case{int(case):02d}"
     m = load(tmp_path / f"{stem}_state_space.mat")
     frequency, psd = case_psd(cases, stem[4:])
@@ -166,7 +166,7 @@ def test_every_preset(mine: Project, preset: str) -> None:
     (mine.folder / "t.csv").write_text("frequency_hz,outside,inside\n1e-4,1e-3,1e-4\n0.1,1e-5,3e-6\n")
     for case in ("1", "3"):
         mine.run("run-case", case).ok()
-        mine.run("export", "state-space", "--case", case, "-q").ok()
+        mine.run("export-state-space", case, "-q").ok()
         m = load(mine.build / "export" / f"case0{case}_state_space.mat")
         frequency, psd = case_psd(mine, f"0{case}")
         want = np.array([psd[label] for label in m["C"]["rows"]])
@@ -188,7 +188,7 @@ def test_every_preset(mine: Project, preset: str) -> None:
 def test_formats_and_optional_parts(cases: Project, tmp_path: Path) -> None:
     more = ("--rate-hz", "0.5", "--temperatures")
     for fmt in ("mat", "npz", "csv"):
-        cases.run("export", "state-space", "--case", "3", "--format", fmt, "-o", tmp_path, *more).ok()
+        cases.run("export-state-space", "3", "--format", fmt, "-o", tmp_path, *more).ok()
     m, npz = load(tmp_path / "case03_state_space.mat"), np.load(tmp_path / "case03_state_space.npz")
     names = [row[0] for row in m["contents"]]
     wanted = {*"ABCDG", "C_T", "D_T", "X0", "A_d", "B_d", "C_d", "D_d", "C_T_d", "D_T_d", "rate", "validity"}
@@ -206,19 +206,19 @@ def test_formats_and_optional_parts(cases: Project, tmp_path: Path) -> None:
     P = X0 @ X0.T
     np.testing.assert_allclose(A @ P @ A.T + B @ B.T, P, rtol=0, atol=1e-12 * P.max())
     before = snapshot(tmp_path)
-    cases.run("export", "state-space", "--case", "3", "-o", tmp_path, *more).ok()
+    cases.run("export-state-space", "3", "-o", tmp_path, *more).ok()
     assert snapshot(tmp_path) == before
 
 
 def test_without_a_case_file_the_exact_spectra_are_compared(mine: Project) -> None:
     (mine.build / "case03.h5").unlink()
-    assert "the exact spectra" in mine.run("export", "state-space", "--case", "3").ok().out
+    assert "the exact spectra" in mine.run("export-state-space", "3").ok().out
 
 
 def test_the_documented_example_runs(mine: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     text = (ROOT / "docs" / "export.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"```python\n(.*?)```", text, flags=re.S)
-    mine.run("export", "state-space", "--case", "3", "--rate-hz", "1").ok()
+    mine.run("export-state-space", "3", "--rate-hz", "1").ok()
     monkeypatch.chdir(mine.folder)
     scope: dict[str, Any] = {}
     exec(compile(example, os.fspath(ROOT / "docs" / "export.md"), "exec"), scope)
@@ -229,41 +229,38 @@ def test_the_documented_example_runs(mine: Project, monkeypatch: pytest.MonkeyPa
 
 
 def test_refusals_of_case(cases: Project, tmp_path: Path) -> None:
-    run = lambda *args: tedm("export", "case", *args, "-d", cases.build)  # noqa: E731
-    run("--case", "77").refused(4, "case77.h5: no such file", hint="tedm run-case")
+    run = lambda *args: tedm("export-case", *args, "-d", cases.build)  # noqa: E731
+    run("77").refused(4, "case77.h5: no such file", hint="tedm run-case")
     run("-o", tmp_path / "x.mat").refused(2, "cannot take 4 cases", hint="folder")
-    run("--case", "3", "-o", tmp_path / "x.npz").refused(2, "cannot take a case as mat")
-    tedm("export", "case", "-d", tmp_path).refused(4, "holds no case file")
-    tedm("export", "optics", "--case", "3", "-d", cases.build).refused(2, "--case is for")
-    tedm("export", "optics", "case", "-d", cases.build).refused(
-        2, "nothing is known to export of case", hint="by itself"
-    )
+    run("3", "-o", tmp_path / "x.npz").refused(2, "cannot take a case as mat")
+    tedm("export-case", "-d", tmp_path).refused(4, "holds no case file")
+    tedm("export", "case", "-d", cases.build).refused(2, "nothing is known to export of case", hint="export-case")
     assert not list(tmp_path.iterdir())
 
 
 def test_refusals_of_state_space(mine: Project) -> None:
     def run(*args: object) -> Any:
-        return mine.run("export", "state-space", *args)
+        return mine.run("export-state-space", *args)
 
     before = snapshot(mine.build)
-    run().refused(2, "no case is named", hint="--case 3")
-    run("--case", "77").refused(2, "there is no case '77'")
-    run("--case", "3", "--tolerance", "0").refused(2, "--tolerance 0")
-    run("--case", "3", "--rate-hz", "-1").refused(2, "--rate-hz -1")
+    run().refused(2, "Missing argument")
+    run("77").refused(2, "there is no case '77'")
+    run("3", "--tolerance", "0").refused(2, "--tolerance 0")
+    run("3", "--rate-hz", "-1").refused(2, "--rate-hz -1")
     file = mine.folder / "cases.toml"
     replace(file, "order = 2", "order = 1.5")
-    run("--case", "3").refused(4, "case03.h5: is stale", hint="tedm run-case 3")
+    run("3").refused(4, "case03.h5: is stale", hint="tedm run-case 3")
     (mine.build / "case03.h5").unlink()
     del before["case03.h5"]
     replace(file, 'id = "3"', 'id = "3"\ndelays = [{ groups = ["IS1"], delay_s = 600.0 }]')
-    run("--case", "3").refused(4, "case 3", "follow each other by 600 s", hint="delays")
+    run("3").refused(4, "case 3", "follow each other by 600 s", hint="delays")
     with h5py.File(mine.build / "optics.h5") as source:
         a, b = (n.decode() for n in source["/area/name"][:2])
     (mine.folder / "r.csv").write_text(f"area,{a},{b}\n{a},1,0.5j\n{b},-0.5j,1\n")
     text = file.read_text()
     file.write_text(text + '\n[[case]]\nid = "20"\ntitle = "turned"\nreason = "-"\nmatrix = "r.csv"\n')
-    run("--case", "20").refused(4, "correlation is complex", hint="real matrix")
+    run("20").refused(4, "correlation is complex", hint="real matrix")
     (mine.build / "optics.h5").rename(mine.folder / "optics.h5")
-    run("--case", "1").refused(4, "optics.h5", hint="build-optics")
+    run("1").refused(4, "optics.h5", hint="build-optics")
     (mine.folder / "optics.h5").rename(mine.build / "optics.h5")
     assert snapshot(mine.build) == before

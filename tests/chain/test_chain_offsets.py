@@ -14,6 +14,7 @@ from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.progress import silent
 from tedm_cli.stages.distortion import build_distortion
+from tedm_cli.stages.export_mesh import Asked, export_mesh
 from tedm_cli.stages.ingest import ingest
 from tedm_cli.stages.sensitivity import build_sensitivity
 from tedm_cli.store import open_checked
@@ -37,12 +38,17 @@ def with_mass(folder: Path, grid: int) -> Project:
     return load_project(folder / "tedm.toml", folder / "build")
 
 
-def test_offset_mass_adds_its_own_field_and_moves_with_its_grid(small: Project, tmp_path: Path) -> None:
-    """What it adds to the sensitivity is the central difference of a point that moves by u + θ x w."""
-    project = with_mass(tmp_path, 850001)
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    project = with_mass(tmp_path_factory.mktemp("offset"), 850001)
     ingest(project, None, silent)
     build_distortion(project, None, silent)
     build_sensitivity(project, None, silent)
+    return project
+
+
+def test_offset_mass_adds_its_own_field_and_moves_with_its_grid(small: Project, project: Project) -> None:
+    """What it adds to the sensitivity is the central difference of a point that moves by u + θ x w."""
     tm = load_model(project.model)[1].test_masses()[0]
     with (
         open_checked(project.build_dir / "unit_loads.h5", UNIT_LOADS) as unit,
@@ -71,6 +77,21 @@ def test_offset_mass_adds_its_own_field_and_moves_with_its_grid(small: Project, 
     np.testing.assert_allclose(more.T, wanted, rtol=0, atol=1e-5 * np.abs(wanted).max())
     # without the rotation it would be another number
     assert np.abs(np.cross(turn, LEVER)).max() > 0.1 * np.abs(move).max()
+
+
+def test_grid_with_a_lever_contributes_by_its_rotation(project: Project) -> None:
+    """Of the arrays in the .vtu: gradients times motions, grid by grid, and their sum [S_SG]."""
+    done = export_mesh(project.build_dir, None, Asked(("uniform",), ("TM1_a_y",)), silent)
+    found = {a.name: a.values for a in done.on_points}
+    part = found["contribution_TM1_a_y_uniform"]
+    moved = (found["gradient_TM1_a_y"] * found["displacement_uniform"]).sum(axis=1)
+    turned = (found["gradient_rotation_TM1_a_y"] * found["rotation_uniform"]).sum(axis=1)
+    np.testing.assert_allclose(part, moved + turned, rtol=0, atol=1e-12 * np.abs(part).max())
+    assert found["grid_id"][np.flatnonzero(found["gradient_rotation_TM1_a_y"].any(axis=1))].tolist() == [850001]
+    with open_checked(project.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        S = file.array("/S")[file.strings("/row/label").index("TM1_a_y")].sum()
+    assert part.sum() == pytest.approx(S, rel=1e-9, abs=0)
+    assert abs(turned.sum()) > 1e-6 * abs(S)  # it would be missed
 
 
 def test_offset_mass_on_a_grid_that_cannot_turn_is_refused(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import run_case
-from tedm_cli.noise.contributions import Makeup, shares_at, shares_over, sum_by
+from tedm_cli.noise.contributions import Makeup, path_shares, share_weights, shares_at, shares_over, sum_by
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation, full_blocks
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.propagation import output_psd_from_factor
@@ -69,6 +69,31 @@ def test_shares_are_the_derivative_of_the_power_with_area_amplitude(seed, k, f):
         step = 1e-4 * (np.arange(k) == i)
         slope = (psd(step) - psd(-step)) / (4e-4 * psd(0 * step))  # central, exact for a quadratic
         np.testing.assert_allclose(slope, share[:, i], rtol=1e-6, atol=1e-9 * np.abs(share).max())
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 8), f=st.floats(1e-4, 0.1))
+def test_weights_turn_any_terms_into_their_shares(seed, k, f):
+    """Against the shares of paths and of areas, which come from the factor of R and not from R."""
+    rng = np.random.default_rng(seed)
+    mixing = rng.normal(size=(k, k)) * np.exp(2j * np.pi * rng.random((k, k)))
+    mixing /= np.linalg.norm(mixing, axis=1, keepdims=True)
+    delay_s = rng.uniform(0, 500, k) * rng.integers(2)
+    whole = Correlation((np.arange(k),), mixing, np.zeros(k, dtype=int), delay_s)
+    shapes = [WhiteSpectrum(1e-3), ShapedSpectrum(1e-3, order=1), ShapedSpectrum(1e-4, corner_hz=5e-3)]
+    model = TemperatureModel.from_spectra([shapes[rng.integers(3)] for _ in range(k)])
+    terms = rng.normal(size=(4, k))
+    row, amplitude = terms.sum(axis=0), model.amplitudes(np.array([f]))[:, 0]
+    weights = share_weights(row, amplitude, mixing @ mixing.conj().T, delay_s, f)
+    wanted = path_shares(terms, model, whole, np.array([f]))
+    by_area = shares_at(row[None], model, whole, f)[0]
+    room = max(1.0, np.abs(terms * weights).sum())
+    np.testing.assert_allclose(terms @ weights, wanted, rtol=0, atol=1e-9 * room)
+    np.testing.assert_allclose(row * weights, by_area, rtol=0, atol=1e-9 * room)
+
+
+def test_weights_of_an_output_without_noise_are_nought():
+    assert not share_weights(np.ones(2), np.ones(2), np.zeros((2, 2)), np.zeros(2), 1e-3).any()
 
 
 def test_shares_by_hand():

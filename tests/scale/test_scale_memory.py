@@ -14,6 +14,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.progress import silent
 from tedm_cli.stages.distortion import build_distortion
+from tedm_cli.stages.export_mesh import Asked, export_mesh
 from tedm_cli.stages.sensitivity import build_sensitivity
 from tedm_cli.store import open_checked
 
@@ -37,6 +38,7 @@ def stages(where: Project, areas: int) -> dict[str, Callable[[], object]]:
         "ingest": lambda: synthetic.write_unit_loads(where, synthetic.block(CELLS), areas),
         "build-distortion": lambda: build_distortion(where, None, silent),
         "build-sensitivity": lambda: build_sensitivity(where, None, silent),
+        "export-vtu": lambda: export_mesh(where.build_dir, None, Asked(("uniform",), ("TM1_a_x",)), silent),
     }
 
 
@@ -58,7 +60,7 @@ def peaks(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[int, int]]
         return {name: {areas: peak(run[name]) for areas, run in runs.items()} for name in runs[FEW]}
 
 
-@pytest.mark.parametrize("stage", ["ingest", "build-distortion", "build-sensitivity"])
+@pytest.mark.parametrize("stage", ["ingest", "build-distortion", "build-sensitivity", "export-vtu"])
 def test_memory_does_not_grow_with_the_number_of_areas(peaks: dict[str, dict[int, int]], stage: str) -> None:
     more = (MANY - FEW) * len(synthetic.block(CELLS).grid_id) * 3 * 4  # bytes of [D] in single precision
     assert peaks[stage][MANY] - peaks[stage][FEW] < 0.1 * more

@@ -1,0 +1,131 @@
+"""Commands that write results for other programs. Stages are imported inside, so that --help is quick."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tedm_cli.cli.app import DEFAULT_BUILD, DEFAULT_CONFIG, BuildDir, Config, Quiet, app, open_project, say
+
+
+class _Format(Enum):
+    csv = "csv"
+    npz = "npz"
+    mat = "mat"
+
+
+_FormatOption = Annotated[_Format, typer.Option("--format", help="csv: a file per matrix; npz, mat: all in one.")]
+_Folder = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Folder, or a .npz or .mat file. Default: BUILD_DIR/export.")
+]
+
+
+@app.command()
+def export(
+    what: Annotated[
+        list[str] | None, typer.Argument(help="optics, sensitivity, distortion; all that are there, if none is named.")
+    ] = None,
+    fmt: _FormatOption = _Format.mat,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: _Folder = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the matrices for other programs.
+
+    S_BW, P, O_ideal, D, N; S_SG, stiffness; D_opt: with labels and units, as CSV, NPZ (NumPy) or MAT (MATLAB).
+    """
+    from tedm_cli.stages.export import export as stage
+
+    done = stage(build_dir, what or [], fmt.value, output)
+    held = [f"{m.name} {m.values.shape[0]} x {m.values.shape[1]}: {m.description}" for m in done.matrices]
+    say(quiet, *(str(path) for path in done.paths), *held)
+
+
+@app.command("export-case")
+def export_case(
+    case: Annotated[
+        list[str] | None, typer.Argument(metavar="[CASE]...", help="All that were run, if none is named.")
+    ] = None,
+    fmt: _FormatOption = _Format.mat,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: _Folder = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the results of cases for other programs.
+
+    Spectra, bounds, requirements, correlation, contributions and verdicts, with labels and units.
+    """
+    from tedm_cli.stages.export_case import export_cases
+
+    say(quiet, *(str(path) for path in export_cases(build_dir, case or [], fmt.value, output)))
+
+
+@app.command("export-state-space")
+def export_state_space(
+    case: Annotated[list[str], typer.Argument(metavar="CASE...", help="Cases, or all.")],
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", help="Largest relative deviation of the spectra's amplitudes.")
+    ] = 0.01,
+    rate_hz: Annotated[float | None, typer.Option("--rate-hz", help="Also the sampled form at this rate.")] = None,
+    temperatures: Annotated[
+        bool, typer.Option("--temperatures", help="Also the temperatures of the areas, C_T and D_T.")
+    ] = False,
+    fmt: _FormatOption = _Format.mat,
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: _Folder = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the noise of cases as linear systems driven by white noise.
+
+    A, B, C, D with the filters that shape the noise, and the static gain, for end-to-end simulators.
+    """
+    from tedm_cli.stages.export_state_space import Wanted
+    from tedm_cli.stages.export_state_space import export_state_space as stage
+
+    project = open_project(config, build_dir, 0)
+    for done in stage(project, case, fmt.value, output, Wanted(tolerance, rate_hz, temperatures)):
+        say(
+            quiet,
+            *(str(path) for path in done.paths),
+            f"case {done.case_id}: {done.states} states, {done.inputs} white noises of one-sided PSD 1/Hz; amplitudes"
+            f" within {done.filter_deviation:.2g} of the configured ones, outputs within {done.output_deviation:.2g} of"
+            f" {done.compared_with}",
+        )
+
+
+@app.command("export-vtu")
+def export_vtu(
+    area: Annotated[
+        list[str] | None,
+        typer.Option("--area", metavar="NAME", help="Displacements per kelvin of this area, or uniform; repeatable."),
+    ] = None,
+    of: Annotated[
+        list[str] | None,
+        typer.Option("--of", metavar="OUTPUT", help="What each grid has in TM1_a_x, A_TM1_x, ...; repeatable."),
+    ] = None,
+    case: Annotated[
+        list[str] | None,
+        typer.Option("--case", metavar="CASE", help="Shares in the noise of a case that was run; repeatable."),
+    ] = None,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="The .vtu file. Default: BUILD_DIR/export/mesh.vtu.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the finite-element mesh for ParaView.
+
+    Elements, areas, masses; displacements per kelvin; the gradient of an output, and what each grid contributes to it
+    under an area or has in its noise. Without options: what the worst verdict is about.
+    """
+    from tedm_cli.cli.say.mesh import mesh_lines
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.export_mesh import Asked, export_mesh
+
+    with progress(quiet) as step:
+        done = export_mesh(build_dir, output, Asked(tuple(area or ()), tuple(of or ()), tuple(case or ())), step)
+    say(quiet, *mesh_lines(done))

@@ -1,0 +1,42 @@
+"""What each grid has in an output: fields of several unit loads together, and their contraction with the operator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tedm_cli.blocks import Blocks, node_blocks
+
+Array = NDArray[np.float64]
+
+
+def superposed(
+    dataset: Blocks, weights: Array, advance: Callable[[int], None] = lambda _: None, per: Array | None = None
+) -> Array:
+    """Sums [m, n, 3] of the areas' fields in a dataset [k, n, 3], each with `weights` [m, k]; read piece by piece.
+
+    Areas without weight are not read. `per` [k] divides the fields (loads in kelvin); `advance` is called with the
+    number of vectors read.
+    """
+    n = dataset.shape[1]
+    out = np.zeros((len(weights), n, 3))
+    scaled = weights if per is None else weights / per
+    needed = np.flatnonzero(weights.any(axis=0)).tolist()
+    for block in node_blocks(n):
+        for area in needed:
+            field = dataset[area, block]
+            for row in np.flatnonzero(scaled[:, area]).tolist():
+                out[row, block] += scaled[row, area] * field
+            advance(block.stop - block.start)
+    return out
+
+
+def gradient(operator: Blocks, rows: Sequence[tuple[float, int]]) -> Array:
+    """-G [n, 3] of a sum of rows of an operator [rows, n, 3], each with its coefficient: what a displacement adds."""
+    out = np.zeros(operator.shape[1:])
+    for block in node_blocks(len(out)):
+        for coefficient, row in rows:
+            out[block] -= coefficient * operator[row, block]
+    return out
