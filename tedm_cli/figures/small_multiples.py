@@ -30,7 +30,7 @@ from tedm_cli.figures.style import (
 )
 
 _LEFT, _RIGHT, _TOP, _FOOT, _GAP = 0.8, 0.12, 0.42, 1.1, 0.28  # inches, as are all below
-_TITLE = 0.54  # three lines above each panel
+_TITLE = 0.58  # three lines above each panel
 _SMALL = 8.0  # points
 
 
