@@ -28,7 +28,7 @@ from tedm_cli.report.document import (
 )
 
 _WIDEST_PT, _HIGHEST_PT = 178 / 25.4 * 72, 205 / 25.4 * 72  # what a page leaves to a figure and its caption
-_SCALE = 0.82  # of figures made for a screen, where paper is wide enough
+_SCALE = 0.8  # of figures made for a screen
 
 
 def to_pdf(document: Document) -> bytes:
@@ -113,8 +113,8 @@ def _inline(text: Text) -> list[dict[str, str]]:
 
 
 def _width_pt(svg: str) -> float:
-    """Width on paper: that of the figure, or as wide as the page and as high as it allow."""
+    """Width on paper, no wider than the page and no higher than leaves room for a caption."""
     found = re.search(r'viewBox="\S+ \S+ (\S+) (\S+)"', svg)
     assert found, "figures of matplotlib have a viewBox"
     width, height = float(found[1]), float(found[2])
-    return min(max(_SCALE * width, min(width, _WIDEST_PT)), _WIDEST_PT, _HIGHEST_PT * width / height)
+    return min(_SCALE * width, _WIDEST_PT, _HIGHEST_PT * width / height)
