@@ -16,6 +16,7 @@ from tedm_cli.report.field import dc_verdicts, field_section
 from tedm_cli.report.model import model_section
 from tedm_cli.report.optics import optics_section
 from tedm_cli.report.provenance import ReportFile, provenance_section
+from tedm_cli.report.series import series_section
 from tedm_cli.store import Reader
 
 
@@ -39,6 +40,7 @@ class ReportInputs:
     sensitivity: Reader
     optics: Reader
     cases: list[CaseNoise]
+    series: dict[str, Reader]
     files: list[ReportFile]
     figures: list[ReportFigure]
 
@@ -62,9 +64,8 @@ def document_of(inputs: ReportInputs) -> Document:
     sections.append(cases_section(inputs.cases, figures))
     if figures["cases"]:
         sections.append(spectra_section(figures))
-    if figures["series"]:
-        text = "Temperature series, measured or simulated, carried to time series and spectra of the outputs."
-        sections.append(Section("series", "Time series", "Time series", (Paragraph(text), *figures["series"])))
+    if inputs.series:
+        sections.append(series_section(inputs.series, figures))
     text = (
         "Response to one kelvin in one thermal area. Cells at the dark end of a scale may lie below it (zero by"
         " symmetry)."

@@ -88,7 +88,9 @@ def _document(project: Project) -> Document:
             for s in figure_specs(results, cases)
         ]
         readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
+        readers += results.series.values()
         hashes = [*upstream, results.sensitivity_file, results.optics_file, *results.case_files]
+        hashes += results.series_files.values()
         return document_of(
             ReportInputs(
                 title=project.title,
@@ -97,6 +99,7 @@ def _document(project: Project) -> Document:
                 sensitivity=results.sensitivity,
                 optics=results.optics,
                 cases=cases,
+                series=results.series,
                 files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
                 figures=figures,
             )

@@ -120,7 +120,7 @@ def run_series(project: Project, names: Sequence[str], output: Path | None, step
         path = output if output is not None else project.build_dir / series_file_name(table.name)
         source = project.cases.parent / table.file
         trace = provenance([file], [*sources, source])
-        outputs = read_outputs(*sources)
+        outputs = read_outputs(*sources).with_differences(config.applied_requirements())
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent) as scratch:
             sampled = _sample(source, table, outputs, f"{project.cases}: series {table.name}", scratch)

@@ -139,6 +139,22 @@ def test_white_noise_is_judged_as_the_exact_case_judges_it(small: Project) -> No
         assert estimate.std() / estimate.mean() == pytest.approx(np.sqrt(2 / nu), rel=0.1)
 
 
+def test_differences_that_requirements_judge_are_outputs(small: Project) -> None:
+    step = np.arange(ROWS)
+    write_hdf5(small.folder / "t.h5", {"time_s": STEP * step, "all": np.sin(0.01 * step)})
+    configure(small, "t.h5")
+    text = (small.folder / "cases.toml").read_text()
+    (small.folder / "cases.toml").write_text(
+        text
+        + '\n[[requirement]]\nname = "lpf_acceleration"\noutputs = ["TM1_a_x-TM2_a_x"]\napplies_to = "differential"\n'
+    )
+    found = json.loads(small.run("run-series", "test", "--json").ok().out)[0]
+    assert "TM1_a_x-TM2_a_x" in {v["output"] for v in found["verdicts"]}
+    with h5py.File(small.build / "series_test.h5") as file:
+        first, second, difference = (file[f"series/{o}"][()] for o in ("TM1_a_x", "TM2_a_x", "TM1_a_x-TM2_a_x"))
+    np.testing.assert_allclose(difference, first - second, rtol=0, atol=1e-9 * np.abs(first).max())
+
+
 GOOD = "time_s,outside,inside\n" + "".join(f"{4 * n},293.{n % 7},293\n" for n in range(9000))
 
 

@@ -11,13 +11,16 @@ from report_project import CASES, make_project
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, SERIES
 from tedm_cli.errors import InputError
-from tedm_cli.figures.data import Spectrum
+from tedm_cli.figures.data import Spectrum, ratio_text
 from tedm_cli.figures.series import series_figure
 from tedm_cli.figures.spectra import case_figure
 from tedm_cli.figures.thinning import MOST, piece_starts, thinned
 from tedm_cli.progress import silent
+from tedm_cli.provenance import sha256_of
 from tedm_cli.stages.case import run_cases
+from tedm_cli.stages.plot import plot
 from tedm_cli.stages.plot_series import read_series, series_specs
+from tedm_cli.stages.report import report
 from tedm_cli.stages.results import open_results, read_case
 from tedm_cli.stages.series import run_series
 from tedm_cli.store import open_checked
@@ -142,3 +145,17 @@ def test_a_realised_case_shows_its_estimate_over_the_exact_curve(project: Projec
         assert edge.min() < line.min()
         assert edge.max() > line.max()
         assert axes.get_xlabel() == "frequency (mHz)"
+
+
+def test_the_report_tells_of_series_and_where_they_come_from(project: Project) -> None:
+    plot(project, None, silent)
+    text = report(project, project.build_dir / "r.md")[0].read_text(encoding="utf-8")
+    section = text[text.index("## Time series") :]
+    section = section[: section.index("\n## ", 5)]
+    with open_checked(project.build_dir / "series_warm.h5", SERIES) as file:
+        ratio = dict(zip(file.strings("/verdict/output"), file.array("/verdict/ratio"), strict=True))
+        assert file.string("/temperature/source") in section
+    for output, value in ratio.items():
+        assert f"| {output} | " in section
+        assert ratio_text(float(value)) in section
+    assert sha256_of(project.build_dir / "series_warm.h5") in text
