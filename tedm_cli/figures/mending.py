@@ -48,7 +48,7 @@ def mending_figure(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Figure:
         )
         heading(figure, f"{j.output}, case {case.id}: what would lower {ratio_text(j.ratio)} × {j.requirement}?")
         notes = (
-            (0.38, "The worst areas improved: without noise (silent), with a tenth of it"),
+            (0.38, "The worst areas without noise (silent) or with a tenth of it, the best partners matched"),
             (_TOP + _CURVES + 0.5, lines),
             (total - _FOOT - bars - 0.2, "The temperatures of one group: the factor that just meets the requirement"),
         )

@@ -42,7 +42,7 @@ def _matrix(cases: Sequence[CaseNoise]) -> Table | None:
             for j in case.judged
         ]
         rows.append(row(f"{case.id}", case.title, "" if case.role == "possible" else case.role, *cells))
-    titles = [f"{j.output}\n{j.requirement}" for j in merged[0].judged]
+    titles = [f"{j.output}\n{j.requirement}".replace(", ", ",\n") for j in merged[0].judged]
     return Table(columns("Case", "Correlation", "Role", *titles, text=(0, 1, 2)), tuple(rows), tight=True)
 
 

@@ -185,8 +185,6 @@ def _what_would_help(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Text:
         said.append("no group alone can meet it")
     said.append(f"all groups together would need {ratio_text(m.all_factor)} of their temperature noise")
     for way, (verb, _) in WAYS.items():
-        if way not in m.ratio:
-            continue
         enough = [int(n) for n, r in zip(m.count, m.ratio[way], strict=True) if r <= 1.0]
         chosen = m.areas_of[way]
         if way == MATCHED and not _stand_alone(case, chosen[: enough[0] if enough else 0].tolist()):

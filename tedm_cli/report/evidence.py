@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tedm_cli.figures.data import (
+    MATCHED,
     WAYS,
     Areas,
     CaseNoise,
@@ -135,7 +136,8 @@ def change_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, 
     for case, j in deciding_pairs(cases):
         blocks += [
             Heading(f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement}"),
-            Columns((_stability(j, areas), _improvement(j, areas))),
+            _stability(j, areas),
+            _improvement(j, areas),
         ]
     text = (
         "Required temperature stability: the factor on the temperature amplitudes of one group, the others unchanged,"
@@ -171,20 +173,22 @@ def _stability(j: JudgedOutput, areas: Areas) -> Table:
 
 
 def _improvement(j: JudgedOutput, areas: Areas) -> Table:
+    """Ratios with more and more areas improved; silent and quieter areas are the same ones."""
     m = j.mending
-    ways = [way for way in WAYS if way in m.ratio]
+    families = [[way for way in WAYS if way != MATCHED], [MATCHED]]
     rows = []
-    before = {way: 0 for way in ways}
+    before = 0
     for i, n in enumerate(m.count.tolist()):
         cells: list[str | Cell] = [f"{n}"]
-        for way in ways:
-            names = [areas.name[a] for a in m.areas_of[way][before[way] : n]]
-            before[way] = n
-            cells += [_ratio(float(m.ratio[way][i])), ", ".join(names) or ("" if n == 0 else "no other helps")]
+        for ways in families:
+            cells += [_ratio(float(m.ratio[way][i])) for way in ways]
+            names = [areas.name[a] for a in m.areas_of[ways[0]][before:n]]
+            cells.append(", ".join(names) or ("" if n == 0 else "no other helps"))
+        before = n
         rows.append(row(*cells))
-    titles = [t for way in ways for t in (f"Ratio,\n{WAYS[way][1]}", "these and those above")]
-    head = columns("Areas", *titles, text=tuple(range(2, 2 * len(ways) + 1, 2)))
-    return Table(head, tuple(rows), "Improvement by area", tight=True)
+    titles = [t for ways in families for t in (*(f"Ratio,\n{WAYS[way][1]}" for way in ways), "these and those above")]
+    words = tuple(1 + i for i, title in enumerate(titles) if not title.startswith("Ratio"))
+    return Table(columns("Areas", *titles, text=words), tuple(rows), "Improvement by area", tight=True)
 
 
 def case_head(case: CaseNoise) -> Row:
