@@ -87,17 +87,17 @@ CASE = FileKind(
         ),
         "/improvement/silenced": Dataset(("verdict", "count"), "float", "1", "ratio with these areas silent"),
         "/improvement/quieter": Dataset(("verdict", "count"), "float", "1", "ratio with a tenth of their noise"),
-        "/improvement/matched_area": Dataset(
+        "/improvement/matched_block": Dataset(
             ("verdict", "rank"),
             "int",
             "1",
-            "areas to share one temperature fluctuation: the best pair, then one after the other; -1: no relief left",
+            "blocks to share one temperature fluctuation: the best pair, then one after the other; -1: no relief left",
         ),
         "/improvement/matched": Dataset(
             ("verdict", "count"),
             "float",
             "1",
-            "ratio with the first of these areas fully correlated, and uncorrelated with the others",
+            "ratio with all areas of the first of these blocks fully correlated, the other blocks as they are",
         ),
         "/stability/group": Dataset(("group",), "str", "1", "groups with noise"),
         "/stability/factor": Dataset(

@@ -20,7 +20,7 @@ SILENCED, MATCHED = "silenced", "matched"
 WAYS = {
     SILENCED: ("silencing", "silent"),
     "quieter": ("a tenth of the noise in", "at a tenth"),
-    MATCHED: ("one common fluctuation in", "matched"),
+    MATCHED: ("one common temperature of", "matched"),
 }
 QUANTITY = {
     "acceleration": "self-gravity acceleration",
@@ -47,9 +47,10 @@ class Mending:
 
     Parameters
     ----------
-    count : [c], numbers of areas improved.
+    count : [c], numbers of areas improved, or of blocks matched.
     ratio : by what is done to them (a key of `WAYS`), the ratio [c] with each number of them.
-    areas_of : by the same, indices of the areas in the order they are chosen, without those that bring no relief.
+    chosen : by the same, names of the areas (of blocks, where areas are matched) in the order they are chosen, without
+        those that bring no relief.
     group_factor : by group, the factor on its temperatures that just meets the requirement; infinite where the output
         does not feel it, NaN where this group alone cannot do it.
     group_level : by group, its temperature ASD at the binding frequency, K/√Hz; NaN where its areas differ.
@@ -58,7 +59,7 @@ class Mending:
 
     count: NDArray[np.int64]
     ratio: dict[str, Array]
-    areas_of: dict[str, NDArray[np.int64]]
+    chosen: dict[str, list[str]]
     group_factor: dict[str, float]
     group_level: dict[str, float]
     all_factor: float

@@ -28,7 +28,7 @@ def mending_figure(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Figure:
     """Above, the ratio with more and more areas improved; below, the factor that each group's temperatures may have."""
     with style():
         m = j.mending
-        names = "Worst first: " + (", ".join(areas.name[i] for i in m.areas_of[SILENCED]) or "no area brings relief")
+        names = "Worst first: " + (", ".join(m.chosen[SILENCED]) or "no area brings relief")
         lines = wrapped(names, WIDTH - 0.3, _SMALL, 3)
         between = _BETWEEN + 0.135 * lines.count("\n")
         factors = {**m.group_factor, "all together": m.all_factor}
@@ -48,7 +48,7 @@ def mending_figure(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Figure:
         )
         heading(figure, f"{j.output}, case {case.id}: what would lower {ratio_text(j.ratio)} × {j.requirement}?")
         notes = (
-            (0.38, "The worst areas without noise (silent) or with a tenth of it, the best partners matched"),
+            (0.38, "The worst areas without noise (silent) or with a tenth of it, the best blocks matched"),
             (_TOP + _CURVES + 0.5, lines),
             (total - _FOOT - bars - 0.2, "The temperatures of one group: the factor that just meets the requirement"),
         )
@@ -62,7 +62,7 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
     m = j.mending
     least = _LEAST * max(j.ratio, 1e-300)
     ends = {}
-    shown = m.count <= max(len(m.areas_of[SILENCED]), 1)  # no further area brings relief
+    shown = m.count <= max(max(map(len, m.chosen.values())), 1)  # no further area brings relief
     shown[np.flatnonzero(~shown)[:1]] = True
     for name, ratio in m.ratio.items():
         label, colour, marker, dashes = _LOOKS[name]

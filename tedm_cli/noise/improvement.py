@@ -28,12 +28,13 @@ class Improvement:
     worst : [10], areas in the order of greatest relief at the binding frequency, each after those before it were
         silenced; -1 where no further area brings relief.
     silenced, quieter : [6], ratio with the first `COUNTS` of them without noise, and with a `QUIETER`-th of it.
-    match : [10], areas that lower the noise at the binding frequency most when they are matched: the best pair, then
-        the best area to join those before it; -1 where none lowers it. Silent areas are not among them.
-    matched : [6], ratio with the first `COUNTS` of these areas matched. They share one fluctuation of temperature, each
-        with its own amplitude A_i(f) and none later than another, which is uncorrelated with all other areas; these
-        keep the correlation they have: S = (Σ_matched g_i A_i)² + S of the others alone. Correlation that a matched
-        area has with others in the case is lost. One area is no match: the ratios at 0 and 1 are that of the case.
+    match : [10], blocks of the correlation that lower the noise at the binding frequency most when they are matched:
+        the best pair, then the best block to join those before it; -1 where none lowers it. An area that stands alone
+        is a block.
+    matched : [6], ratio with the first `COUNTS` of these blocks matched: all their areas share one fluctuation of
+        temperature, each with its own amplitude A_i(f) and none later than another, and the other blocks stay as they
+        are: S = (Σ_matched g_i A_i)² + S of the others. Whole blocks are matched because an area taken out of one
+        would be torn from those it moves with. One block is no match: the ratios at 0 and 1 are that of the case.
     group_factor : [G], the factor on the temperature amplitudes of each group, the others unchanged, that would just
         meet the requirement: how much quieter it must be (< 1) or how much noisier it may be (> 1, infinite where the
         output does not feel it); NaN where this group alone cannot do it.
@@ -69,22 +70,27 @@ def improvement(
     terms = (row * temperature.scale * values[carriers.index, binding])[:, None] * correlation.factor
     worst = _worst(terms, COUNTS[-1])
 
-    def noise(areas: NDArray[np.intp], scale: float) -> Array:
-        """Power [6, F] with the amplitudes of the first `COUNTS` of the areas scaled."""
+    def noise(areas: Sequence[NDArray[np.intp]], scale: float) -> Array:
+        """Power [6, F] with the amplitudes of the areas scaled, for each of `COUNTS` those in its place."""
         rows = np.tile(row, (len(COUNTS), 1))
-        for n, count in enumerate(COUNTS):
-            rows[n, areas[:count]] *= scale
+        for n, chosen in enumerate(areas):
+            rows[n, chosen] *= scale
         return psd_of_fields(carriers.rows(rows, correlation.factor), values)
 
     together = Carriers.of(temperature)  # without delays
     shapes = together.values(frequency_hz)
     amplitude = np.where(correlation.active, row * temperature.scale * shapes[together.index, binding], 0.0)
-    match = _match(terms, amplitude, COUNTS[-1])
+    by_block = np.array([terms[b].sum(axis=0) for b in correlation.blocks]).reshape(
+        len(correlation.blocks), len(terms.T)
+    )
+    match = _match(by_block, np.array([amplitude[b].sum() for b in correlation.blocks]), COUNTS[-1])
+    joined = [np.concatenate([np.empty(0, np.intp), *(correlation.blocks[b] for b in match[:n])]) for n in COUNTS]
     members = np.zeros((len(COUNTS), len(row)))
-    for n, count in enumerate(COUNTS):
-        members[n, match[:count]] = row[match[:count]]
-    matched = noise(match, 0.0) + psd_of_fields(together.rows(members, np.ones((len(row), 1))), shapes)
-    matched[:2] = noise(match[:0], 1.0)[:2]
+    for n, inside in enumerate(joined):
+        members[n, inside] = row[inside]
+    matched = noise(joined, 0.0) + psd_of_fields(together.rows(members, np.ones((len(row), 1))), shapes)
+    matched[:2] = noise([], 1.0)[:2]
+    first = [worst[:n] for n in COUNTS]
 
     parts = np.array([part for mask in groups for part in (np.where(mask, row, 0.0), np.where(mask, 0.0, row))])
     fields = carriers.rows(parts, correlation.factor)
@@ -94,8 +100,8 @@ def improvement(
     fields = triangle.T.reshape(number, c, -1)
     return Improvement(
         worst=_filled(worst),
-        silenced=_ratios(noise(worst, 0.0), limit),
-        quieter=_ratios(noise(worst, 1.0 / QUIETER), limit),
+        silenced=_ratios(noise(first, 0.0), limit),
+        quieter=_ratios(noise(first, 1.0 / QUIETER), limit),
         match=_filled(match),
         matched=_ratios(matched, limit),
         group_factor=np.array(
@@ -109,8 +115,8 @@ def _ratios(psd: Array, limit: Array) -> Array:
     return ratio
 
 
-def _filled(areas: NDArray[np.intp]) -> NDArray[np.intp]:
-    return np.pad(areas, (0, COUNTS[-1] - len(areas)), constant_values=-1)
+def _filled(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
+    return np.pad(chosen, (0, COUNTS[-1] - len(chosen)), constant_values=-1)
 
 
 def _worst(terms: NDArray[Any], most: int) -> NDArray[np.intp]:
@@ -131,9 +137,9 @@ def _worst(terms: NDArray[Any], most: int) -> NDArray[np.intp]:
 
 
 def _match(terms: NDArray[Any], amplitude: Array, most: int) -> NDArray[np.intp]:
-    """Areas that lower (Σ_in amplitude_i)² + |Σ_out terms_i|² most by being in: the best pair, then one by one.
+    """Blocks that lower (Σ_in amplitude_b)² + |Σ_out terms_b|² most by being in: the best pair, then one by one.
 
-    `terms` [k, m] of areas that are out, signed `amplitude` [k] of areas that are in, 0 for silent ones.
+    `terms` [b, m] of blocks that are out, signed `amplitude` [b] of blocks that are in.
     """
     total = terms.sum(axis=0)
     own = np.sum(np.abs(terms) ** 2, axis=1)
@@ -141,8 +147,6 @@ def _match(terms: NDArray[Any], amplitude: Array, most: int) -> NDArray[np.intp]
     leaves = 2.0 * np.real(terms @ total.conj()) - own  # |total|² - |total - terms_i|²
     common = np.real(terms @ terms.conj().T) + np.outer(amplitude, amplitude)
     relief = leaves[:, None] + leaves - amplitude[:, None] ** 2 - amplitude**2 - 2.0 * common
-    silent = amplitude == 0.0
-    relief[silent] = relief[:, silent] = -np.inf
     np.fill_diagonal(relief, -np.inf)
     if most < 2 or len(terms) < 2 or relief.max() <= least:
         return np.empty(0, dtype=np.intp)
@@ -151,7 +155,7 @@ def _match(terms: NDArray[Any], amplitude: Array, most: int) -> NDArray[np.intp]
     total = total - terms[chosen].sum(axis=0)
     for _ in range(2, min(most, len(terms))):
         gain = 2.0 * np.real(terms @ total.conj()) - own - amplitude * (2.0 * inside + amplitude)
-        gain[silent] = gain[chosen] = -np.inf
+        gain[chosen] = -np.inf
         best = int(gain.argmax())
         if gain[best] <= least:
             break

@@ -185,26 +185,18 @@ def _what_would_help(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Text:
         said.append("no group alone can meet it")
     said.append(f"all groups together would need {ratio_text(m.all_factor)} of their temperature noise")
     for way, (verb, _) in WAYS.items():
-        enough = [int(n) for n, r in zip(m.count, m.ratio[way], strict=True) if r <= 1.0]
-        chosen = m.areas_of[way]
-        if way == MATCHED and not _stand_alone(case, chosen[: enough[0] if enough else 0].tolist()):
-            continue
-        if enough and enough[0] <= len(chosen):
-            names = [areas.name[i] for i in chosen[: enough[0]]]
-            said.append(f"{verb} {count(enough[0], 'area')} ({_few(names)}) is enough")
+        enough = next((int(n) for n, r in zip(m.count, m.ratio[way], strict=True) if r <= 1.0), None)
+        if enough is not None and enough <= len(m.chosen[way]):
+            what = count(enough, "block" if way == MATCHED else "area")
+            said.append(f"{verb} {what} ({_few(m.chosen[way][:enough])}) is enough")
         elif way == SILENCED:
             said.append(f"{verb} the {int(m.count[-1])} worst areas leaves {ratio_text(float(m.ratio[way][-1]))}")
     text = "; ".join(said)
     return (f"{text[:1].upper()}{text[1:]}. ", Link("Table", "change"))
 
 
-def _stand_alone(case: CaseNoise, chosen: Sequence[int]) -> bool:
-    """Are these areas uncorrelated with all others? Only then is matching them a remedy, and nothing is torn apart."""
-    return all(np.count_nonzero(case.block == case.block[i]) == 1 for i in chosen)
-
-
 def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+    return "; ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
 
 
 def _field_card(dc: Sequence[DcVerdict]) -> VerdictCard:

@@ -142,10 +142,10 @@ def change_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, 
     text = (
         "Required temperature stability: the factor on the temperature amplitudes of one group, the others unchanged,"
         " that just meets the requirement; below 1 the group must be quieter, above 1 it may be noisier. Improvement:"
-        " the ratio when the worst areas are silent, have a tenth of their noise, or are matched, that is follow one"
-        " common fluctuation, each with its own amplitude, the others as before, which tears them from areas that they"
-        " moved with. The worst areas to silence and the best ones to match are chosen one after the other and need not"
-        " be the same."
+        " the ratio when the worst areas are silent or have a tenth of their noise, and when the best blocks are"
+        " matched, that is when all their areas follow one common fluctuation, each with its own amplitude, and the"
+        " other blocks stay as they are. Areas and blocks are chosen one after the other; an area that stands alone is"
+        " a block."
     )
     first = figures["mending"]
     return Section("change", "What would change it", "What to change", (*first, Paragraph(text), *blocks))
@@ -182,13 +182,19 @@ def _improvement(j: JudgedOutput, areas: Areas) -> Table:
         cells: list[str | Cell] = [f"{n}"]
         for ways in families:
             cells += [_ratio(float(m.ratio[way][i])) for way in ways]
-            names = [areas.name[a] for a in m.areas_of[ways[0]][before:n]]
-            cells.append(", ".join(names) or ("" if n == 0 else "no other helps"))
+            cells.append("; ".join(m.chosen[ways[0]][before:n]) or ("" if n == 0 else "no other helps"))
         before = n
         rows.append(row(*cells))
-    titles = [t for ways in families for t in (*(f"Ratio,\n{WAYS[way][1]}" for way in ways), "these and those above")]
+    titles = [
+        t
+        for ways in families
+        for t in (
+            *(f"Ratio,\n{WAYS[way][1]}" for way in ways),
+            f"these {'blocks' if ways == [MATCHED] else 'areas'}\nand those above",
+        )
+    ]
     words = tuple(1 + i for i, title in enumerate(titles) if not title.startswith("Ratio"))
-    return Table(columns("Areas", *titles, text=words), tuple(rows), "Improvement by area", tight=True)
+    return Table(columns("Number", *titles, text=words), tuple(rows), "Improvement by area", tight=True)
 
 
 def case_head(case: CaseNoise) -> Row:

@@ -79,7 +79,7 @@ def _write_verdicts(writer: Writer, r: CaseResult) -> None:
         writer.write("/filter_sensitivity/corner", r.filter_sensitivity.corner_hz)
         writer.write("/filter_sensitivity/ratio", r.filter_sensitivity.ratio)
     writer.write("/improvement/count", np.array(COUNTS))
-    for path, name in (("area", "worst"), ("matched_area", "match")):
+    for path, name in (("area", "worst"), ("matched_block", "match")):
         ranked = np.array([getattr(i, name) for i in r.improvements], dtype=int).reshape(n, COUNTS[-1])
         writer.write(f"/improvement/{path}", ranked)
     for name in ("silenced", "quieter", "matched"):

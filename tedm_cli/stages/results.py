@@ -25,6 +25,7 @@ from tedm_cli.figures.data import (
     Spectrum,
     TemperatureSpectra,
 )
+from tedm_cli.noise.selection import listed
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.provenance import ConfigFile, InputFile, input_files
@@ -208,7 +209,9 @@ def _path_share(file: Reader, path: str) -> dict[str, float] | None:
 
 def _read_mending(file: Reader, v: int, binding_hz: float) -> Mending:
     """What would mend verdict number `v`."""
-    worst, match = (file.array(f"/improvement/{name}")[v] for name in ("area", "matched_area"))
+    names, block = np.array(file.strings("/area/name")), file.array("/case/block")
+    worst = [str(names[i]) for i in file.array("/improvement/area")[v] if i >= 0]
+    match = [listed(names[block == b].tolist()) for b in file.array("/improvement/matched_block")[v] if b >= 0]
     groups = file.strings("/stability/group")
     at = int(np.abs(file.array("/frequency") - binding_hz).argmin())
     level = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
@@ -217,7 +220,7 @@ def _read_mending(file: Reader, v: int, binding_hz: float) -> Mending:
     return Mending(
         count=file.array("/improvement/count"),
         ratio={way: file.array(f"/improvement/{way}")[v] for way in WAYS},
-        areas_of={way: chosen[chosen >= 0] for way, chosen in zip(WAYS, (worst, worst, match), strict=True)},
+        chosen=dict(zip(WAYS, (worst, worst, match), strict=True)),
         group_factor=dict(zip(groups, (float(x) for x in file.array("/stability/factor")[v]), strict=True)),
         group_level={g: _common(level[of_area == g]) for g in groups},
         all_factor=float(file.array("/stability/all")[v]),

@@ -107,10 +107,11 @@ def test_role_and_reason_are_printed_and_stored(small: Project) -> None:
         with h5py.File(small.build / name) as file:
             assert file["/case/role"][()].decode() == case["role"]
             assert file["/case/reason"][()].decode() == case["reason"] != ""
-    # Matching ends where no further area brings relief, and its ratio falls until there.
+    # Matching ends where no further block brings relief, and its ratio falls until there.
     for verdict in printed[0]["sensitivity"]:
-        matched = list(verdict["ratio_with_areas_matched"].values())
-        assert 2 <= len(verdict["matched_areas"]) <= 10
+        matched = list(verdict["ratio_with_blocks_matched"].values())
+        assert 2 <= len(verdict["matched_blocks"]) <= 10
+        assert all(len(block) == 1 for block in verdict["matched_blocks"]), "areas stand alone in case 2"
         assert matched[0] == matched[1] > matched[2] >= matched[-1]
 
 

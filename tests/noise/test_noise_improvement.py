@@ -124,10 +124,27 @@ def test_path_shares_are_the_derivative_of_the_power(seed, k, p):
         assert slope == pytest.approx(share[i], rel=1e-6, abs=1e-8 * np.abs(share).max())
 
 
-def matched_directly(row, model, found, limit, areas):
-    """Ratio with the areas following one fluctuation, none later than another, apart from all others."""
+def random_blocks(seed, k):
+    """A random problem in which every area is in one of some blocks, correlated at random inside of them, or silent."""
+    rng, row, model, found = random_problem(seed, k)
+    owner = rng.integers(0, rng.integers(1, k + 1), k)
+    owner[rng.random(k) < 0.2] = -1
+    members = [np.flatnonzero(owner == b) for b in np.unique(owner[owner >= 0])]
+    factors = [correlation_factor((found.factor @ found.factor.T)[np.ix_(m, m)]) for m in members]
+    factor = np.zeros((k, sum(f.shape[1] for f in factors)))
+    column = 0
+    for m, f in zip(members, factors, strict=True):
+        factor[m, column : column + f.shape[1]] = f
+        column += f.shape[1]
+    width = [f.shape[1] for f in factors]
+    blocks = Correlation(tuple(members), factor, np.repeat(np.arange(len(members)), width), found.delay_s)
+    return rng, row, model, blocks
+
+
+def matched_directly(row, model, found, limit, blocks):
+    """Ratio with the areas of the blocks following one fluctuation, none later than another, apart from all others."""
     k = len(row)
-    inside = np.isin(np.arange(k), areas)
+    inside = np.isin(np.arange(k), [i for b in blocks for i in found.blocks[b]])
     factor = np.hstack([np.where(inside[:, None], 0.0, found.factor), inside[:, None]])
     own = Correlation((np.arange(k),), factor, np.zeros(factor.shape[1], dtype=int), np.where(inside, 0, found.delay_s))
     return worst_ratio(row, model, own, limit)
@@ -135,17 +152,13 @@ def matched_directly(row, model, found, limit, areas):
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 12))
-def test_matching_is_propagation_with_these_areas_as_one_block(seed, k):
-    rng, row, model, found = random_problem(seed, k)
-    silent = rng.random(k) < 0.2
-    factor = np.where(silent[:, None], 0.0, found.factor)
-    found = Correlation(found.blocks, factor, found.column_block, found.delay_s)
+def test_matching_is_propagation_with_these_blocks_as_one(seed, k):
+    rng, row, model, found = random_blocks(seed, k)
     limit, binding = np.ones(len(F)), int(rng.integers(len(F)))
-    result = improvement(row, model, found, F, binding, limit, [~silent])
+    result = improvement(row, model, found, F, binding, limit, [found.active])
     match = result.match[result.match >= 0]
     assert len(match) != 1
     assert len(set(match.tolist())) == len(match)
-    assert not silent[match].any()
     for n, count in enumerate(COUNTS):
         expected = matched_directly(row, model, found, limit, match[:count] if count > 1 else [])
         assert result.matched[n] >= 0.0
@@ -153,14 +166,14 @@ def test_matching_is_propagation_with_these_areas_as_one_block(seed, k):
     np.testing.assert_array_equal(result.matched[:2], result.silenced[:1].repeat(2))
 
     # The first pair is the best of all pairs at the binding frequency, and each next area the best there is.
-    def power(areas):
+    def power(blocks):
         f = F[binding : binding + 1]
-        inside = np.isin(np.arange(k), areas)
+        inside = np.isin(np.arange(k), [i for b in blocks for i in found.blocks[b]])
         out = output_psd_from_factor(np.where(inside, 0, row)[None], model, found.factor, f, found.delay_s)[0, 0]
         return out + (np.where(inside, row, 0) @ model.amplitudes(f)[:, 0]) ** 2
 
-    whole, felt = power([]), np.flatnonzero(~silent)
-    small = 1e-9 * (whole + np.sum((row[felt] * model.amplitudes(F[binding : binding + 1])[felt, 0]) ** 2))
+    whole, felt = power([]), range(len(found.blocks))
+    small = 1e-9 * (whole + np.sum((row * model.amplitudes(F[binding : binding + 1])[:, 0]) ** 2))
     pairs = [power([i, j]) for i in felt for j in felt if i < j]
     if len(match):
         assert power(match[:2]) <= min(pairs) + small
@@ -210,3 +223,13 @@ def test_all_areas_matched_turn_every_area_alone_into_all_correlated():
     model = TemperatureModel.from_spectra([ShapedSpectrum(1e-3)] * 10)
     one = full_blocks([np.arange(10)], 10)
     assert result.matched[-1] == pytest.approx(worst_ratio(np.array(row), model, one, np.ones(len(F))), rel=1e-12)
+
+
+def test_matching_joins_whole_blocks():
+    """Blocks {3, -1} and {-2}, {0.5}: 4 + 4 + 0.25. The first two as one cancel; nothing is taken out of a block."""
+    row = np.array([3.0, -1.0, -2.0, 0.5])
+    model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 4)
+    found = full_blocks([np.array([0, 1]), np.array([2]), np.array([3])], 4)
+    result = improvement(row, model, found, F, 0, np.ones(len(F)), [np.ones(4, dtype=bool)])
+    assert result.match.tolist() == [0, 1, *[-1] * 8]
+    np.testing.assert_allclose(result.matched, np.sqrt([8.25, 8.25, 0.25, 0.25, 0.25, 0.25]), rtol=1e-14)

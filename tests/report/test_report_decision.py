@@ -10,7 +10,7 @@ import pytest
 from tedm_cli.figures.data import WAYS, Areas, CaseNoise, JudgedOutput, Limit, Mending
 from tedm_cli.figures.judging import deciding, told_once
 from tedm_cli.report.decision import decision_section, limited_by, summary
-from tedm_cli.report.document import VerdictCard, plain
+from tedm_cli.report.document import Table, VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs
 from tedm_cli.report.field import DcVerdict
 
@@ -27,7 +27,7 @@ def judged(ratio: float, output: str = "A_TM1_x", **more: object) -> JudgedOutpu
     mending = Mending(
         np.array([0, 1, 2]),
         {way: ratio * np.array([1.0, 0.6, 0.3]) for way in WAYS},
-        {way: np.array([0, 1]) for way in WAYS},
+        {way: ["S1", "S2"] for way in WAYS},
         {"struts": 0.5 / ratio, "bench": np.nan},
         {"struts": 1e-3, "bench": 1e-4},
         1.0 / ratio,
@@ -120,14 +120,12 @@ def test_what_limits() -> None:
 
 
 def test_what_would_help() -> None:
-    """Remedies come from the file: a group, silent areas; matching only where it tears no areas apart."""
+    """Remedies come from the file: a group, silent areas, matched blocks."""
     together = plain(dict(card(case("1", "likely", judged(1.5))).facts)["What would help"])
     assert "others unchanged: struts to 0.333" in together
     assert "all groups together would need 0.667" in together
     assert "silencing 1 area (S1) is enough" in together
-    assert "one common fluctuation" not in together, "S1 and S2 are correlated in this case"
-    apart = replace(case("1", "likely", judged(1.5)), block=np.array([0, 1, 2]))
-    assert "one common fluctuation in 1 area (S1) is enough" in plain(dict(card(apart).facts)["What would help"])
+    assert "one common temperature of 1 block (S1) is enough" in together
     margin = plain(dict(card(case("1", "likely", judged(0.25))).facts)["Margin"])
     assert "4.00 times as large" in margin
     assert "safety factor of 8.00" in margin
@@ -146,8 +144,12 @@ def test_outputs_that_say_the_same_are_told_once() -> None:
 
 def test_required_stability_names_levels() -> None:
     section = change_section([case("1", "likely", judged(2.0))], AREAS, FIGURES)  # type: ignore[arg-type]
-    tables = [t for b in section.blocks for t in getattr(b, "blocks", ())]
+    tables = [b for b in section.blocks if isinstance(b, Table)]
     rows = {r.cells[0].text: [c.text for c in r.cells[1:]] for r in tables[0].rows}
     assert rows["struts"] == ["2", "1.00 × 10⁻³", "0.250", "2.50 × 10⁻⁴"]
     assert rows["bench"][2] == "cannot alone"
     assert rows["all together"][2] == "0.500"
+    improvement = [[c.text for c in r.cells] for r in tables[1].rows]
+    assert improvement[0] == ["0", "2.00", "2.00", "", "2.00", ""]
+    assert improvement[1] == ["1", "1.20", "1.20", "S1", "1.20", "S1"]
+    assert improvement[2] == ["2", "0.600", "0.600", "S2", "0.600", "S2"]

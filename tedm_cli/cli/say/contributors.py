@@ -92,8 +92,8 @@ def more_dict(r: CaseResult) -> dict[str, Any]:
                 "filter_ratio": None if r.filter_sensitivity is None else r.filter_sensitivity.ratio[v].tolist(),
                 "ratio_with_areas_silent": dict(zip(map(str, COUNTS), i.silenced.tolist(), strict=True)),
                 "worst_areas": [str(r.areas.name[a]) for a in i.worst.tolist() if a >= 0],
-                "ratio_with_areas_matched": dict(zip(map(str, COUNTS), i.matched.tolist(), strict=True)),
-                "matched_areas": [str(r.areas.name[a]) for a in i.match.tolist() if a >= 0],
+                "ratio_with_blocks_matched": dict(zip(map(str, COUNTS), i.matched.tolist(), strict=True)),
+                "matched_blocks": [r.areas.name[r.blocks[b]].tolist() for b in i.match.tolist() if b >= 0],
                 "group_factor": {
                     g: f if np.isfinite(f) else None for g, f in zip(r.groups, i.group_factor.tolist(), strict=True)
                 },
@@ -104,6 +104,7 @@ def more_dict(r: CaseResult) -> dict[str, Any]:
 
 def _improvement_lines(r: CaseResult, v: int, verdict: Verdict) -> list[str]:
     from tedm_cli.noise.improvement import COUNTS, QUIETER
+    from tedm_cli.noise.selection import listed
 
     i = r.improvements[v]
     ratios = [
@@ -113,14 +114,13 @@ def _improvement_lines(r: CaseResult, v: int, verdict: Verdict) -> list[str]:
         f"{g} {'cannot alone' if np.isnan(f) else f'x {f:.3g}'}"
         for g, f in zip(r.groups, i.group_factor.tolist(), strict=True)
     ]
-    worst, match = (
-        ", ".join(str(r.areas.name[a]) for a in areas[:_TOP].tolist() if a >= 0) or "none"
-        for areas in (i.worst, i.match)
-    )
+    worst = ", ".join(str(r.areas.name[a]) for a in i.worst[:_TOP].tolist() if a >= 0) or "none"
+    names = [listed(r.areas.name[r.blocks[b]].tolist()) for b in i.match[:_TOP].tolist() if b >= 0]
+    match = "; ".join(names) or "none"
     matched = [f"{n}: {q:.3g}" for n, q in zip(COUNTS, i.matched.tolist(), strict=True) if n > 1]
     return [
         f"  ratio with the worst areas silent (at 1/{QUIETER:g}): {', '.join(ratios)}; worst: {worst}",
-        f"  ratio with areas that share one temperature fluctuation: {', '.join(matched)}; best together: {match}",
+        f"  ratio with blocks that share one temperature fluctuation: {', '.join(matched)}; best together: {match}",
         f"  temperature amplitude that just meets it: {', '.join(factors)}; all together x {verdict.margin:.3g}",
     ]
 
