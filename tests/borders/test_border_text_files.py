@@ -79,8 +79,9 @@ def test_no_room(finished: Project, tmp_path: Path, command: str) -> None:
 def test_target_that_is_a_folder(finished: Project, tmp_path: Path) -> None:
     project = finished.copy(tmp_path / "small")
     (tmp_path / "taken").mkdir()
-    for command in ("write-deck", "solve", "report"):
-        project.run(command, "-o", tmp_path / "taken").refused(4, "taken", "cannot be written")
+    (tmp_path / "taken.html").mkdir()
+    for command, taken in (("write-deck", "taken"), ("solve", "taken"), ("report", "taken.html")):
+        project.run(command, "-o", tmp_path / taken).refused(4, taken, "cannot be written")
 
 
 def test_solver_refuses_by_name(finished: Project, tmp_path: Path) -> None:

@@ -2,22 +2,41 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import pytest
+from matplotlib.figure import Figure
 from report_project import make_project
 
 from tedm_cli.config.project import Project, load_project
+from tedm_cli.figures.data import CaseNoise
+from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.progress import silent
-from tedm_cli.stages.plot import plot
+from tedm_cli.stages.plot import figure_specs, plot
+from tedm_cli.stages.results import Results
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Project:
-    """A project with its figures; tests must not change it."""
+def plotted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str, Figure]]:
+    """A project with its figures, and the figures as they were drawn, by the names of their files."""
     project = make_project(tmp_path_factory.mktemp("finished"))
-    plot(project, None, silent)
-    return project
+    figures: dict[str, Figure] = {}
+
+    def recording(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
+        specs = figure_specs(results, cases)
+        return [replace(s, draw=lambda s=s: figures.setdefault(s.name, s.draw())) for s in specs]  # type: ignore[misc]
+
+    with mock.patch("tedm_cli.stages.plot.figure_specs", recording):
+        plot(project, None, silent)
+    return project, figures
+
+
+@pytest.fixture(scope="session")
+def finished(plotted: tuple[Project, dict[str, Figure]]) -> Project:
+    """A project with its figures; tests must not change it."""
+    return plotted[0]
 
 
 @pytest.fixture

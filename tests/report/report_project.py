@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from tedm_cli.config.base import read_toml
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, FileKind
+from tedm_cli.figures.style import style, svg
 from tedm_cli.gravity.requirements import UNITS, dc_quantities, judge
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.labels import read_out_labels
@@ -20,6 +22,8 @@ from tedm_cli.optics.sensitivity import sensitivity_matrix
 from tedm_cli.progress import silent
 from tedm_cli.provenance import Provenance, input_files
 from tedm_cli.stages.case import run_cases, select_cases
+from tedm_cli.stages.plot import FIGURES, figure_specs
+from tedm_cli.stages.results import open_results, read_case
 from tedm_cli.store import create
 
 CASES = """
@@ -195,3 +199,14 @@ def make_project(folder: Path, cases: str = CASES, changed: Mapping[str, Any] | 
     write_matrices(project, changed=changed)
     run_cases(project, select_cases(project, ["all"]), None, silent)
     return project
+
+
+def sketch(project: Project) -> None:
+    """Empty figures that bear the sources of the real ones, for tests of what stands around them."""
+    folder = project.build_dir / FIGURES
+    folder.mkdir(parents=True, exist_ok=True)
+    with open_results(project) as results:
+        for spec in figure_specs(results, [read_case(case) for case in results.cases]):
+            figure = Figure(figsize=(4.0, 3.0))
+            with style():
+                (folder / spec.name).write_bytes(svg(figure, "sketch", spec.sources))

@@ -23,7 +23,6 @@ from tedm_cli.figures.inline import figure_sources
 from tedm_cli.figures.judging import worth_showing
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import style, svg
-from tedm_cli.stages.plot import figure_specs
 from tedm_cli.stages.results import open_results, read_areas, read_case
 
 OPTICS = {"bench.svg", "s_bw.svg", "read_out_by_area.svg", "shares_displacement.svg", "shares_angle.svg"}
@@ -48,14 +47,12 @@ def areas(finished: Project) -> Areas:
 
 
 @pytest.fixture(scope="module")
-def figures(finished: Project, cases: list[CaseNoise]) -> dict[str, Figure]:
+def figures(plotted: tuple[Project, dict[str, Figure]]) -> dict[str, Figure]:
     """All figures, drawn once, so that their texts and legends have their places."""
-    with open_results(finished) as results:
-        drawn = {s.name: s.draw() for s in figure_specs(results, cases)}
-    for figure in drawn.values():
+    for figure in plotted[1].values():
         with style():
             FigureCanvasAgg(figure).draw()
-    return drawn
+    return plotted[1]
 
 
 def test_all_figures_of_the_results(figures: dict[str, Figure]) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_project import AREAS, CASES, make_project
+from report_project import AREAS, CASES, make_project, sketch
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, SENSITIVITY
@@ -224,7 +224,7 @@ def test_weak_coupling_of_test_masses_is_not_rounding(tmp_path: Path) -> None:
     k = np.ones((12, 12))
     k[3:6, 9:12] = 1e-12 * np.array([[1.0, 1e-10, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 0.0]])
     project = make_project(tmp_path, ONE_CASE, {"/stiffness/linearised": k})
-    plot(project, None, silent)
+    sketch(project)
     page = Page(report(project, None)[0].read_text(encoding="utf-8"))
     assert [row[10:13] for row in page.rows if len(row) == 13][4:7] == [
         ["1.00 × 10⁻¹²", "0", "1.00 × 10⁻¹²"],
@@ -236,7 +236,7 @@ def test_weak_coupling_of_test_masses_is_not_rounding(tmp_path: Path) -> None:
 def test_lumped_masses_have_no_error_estimate(tmp_path: Path) -> None:
     error = np.array([[np.nan, 1e-14, 1e-10]] * 2)
     project = make_project(tmp_path, ONE_CASE, {"/source/mass_model": "lumped", "/source/quadrature_error": error})
-    plot(project, None, silent)
+    sketch(project)
     page = Page(report(project, None)[0].read_text(encoding="utf-8"))
     assert "Mass model of the structure: lumped" in page.text
     rows = [row for row in page.rows if row[1:2] == ["structure"]]
@@ -261,14 +261,14 @@ def test_provenance_names_every_file_with_its_hash(finished: Project, page: Page
 def test_project_without_requirements(with_cases: Callable[[str], Project]) -> None:
     kept = re.sub(r"\[\[requirement\]\]\nname.*\noutputs.*\n", "", ONE_CASE)
     project = with_cases(kept)
-    plot(project, None, silent)
+    sketch(project)
     text = report(project, None)[0].read_text(encoding="utf-8")
     assert "no requirement on noise: none is judged" in text
 
 
 def test_white_temperature_has_no_filter_to_vary(with_cases: Callable[[str], Project]) -> None:
     project = with_cases(ONE_CASE.replace('preset = "thesis"', 'preset = "white"'))
-    plot(project, None, silent)
+    sketch(project)
     text = Page(report(project, None)[0].read_text(encoding="utf-8")).text
     assert "no low-pass" in text
     assert "low-pass temperature filter are assumed" not in text

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from report_project import CASES, make_project
+from report_project import CASES, make_project, sketch
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, SERIES
@@ -18,7 +18,6 @@ from tedm_cli.figures.thinning import MOST, piece_starts, thinned
 from tedm_cli.progress import silent
 from tedm_cli.provenance import sha256_of
 from tedm_cli.stages.case import run_cases
-from tedm_cli.stages.plot import plot
 from tedm_cli.stages.plot_series import read_series, series_specs
 from tedm_cli.stages.report import report
 from tedm_cli.stages.results import open_results, read_case
@@ -148,7 +147,7 @@ def test_a_realised_case_shows_its_estimate_over_the_exact_curve(project: Projec
 
 
 def test_the_report_tells_of_series_and_where_they_come_from(project: Project) -> None:
-    plot(project, None, silent)
+    sketch(project)
     text = report(project, project.build_dir / "r.md")[0].read_text(encoding="utf-8")
     section = text[text.index("## Time series") :]
     section = section[: section.index("\n## ", 5)]
