@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from report_project import make_project
 
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.figures.data import CaseNoise
+from tedm_cli.figures.data import Areas, CaseNoise
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.progress import silent
 from tedm_cli.stages.plot import figure_specs, plot
-from tedm_cli.stages.results import Results
+from tedm_cli.stages.results import Results, open_results, read_areas, read_case
 
 
 @pytest.fixture(scope="session")
@@ -37,6 +37,18 @@ def plotted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str
 def finished(plotted: tuple[Project, dict[str, Figure]]) -> Project:
     """A project with its figures; tests must not change it."""
     return plotted[0]
+
+
+@pytest.fixture(scope="module")
+def cases(finished: Project) -> list[CaseNoise]:
+    with open_results(finished) as results:
+        return [read_case(r) for r in results.cases]
+
+
+@pytest.fixture(scope="module")
+def areas(finished: Project) -> Areas:
+    with open_results(finished) as results:
+        return read_areas(results.sensitivity)
 
 
 @pytest.fixture

@@ -23,7 +23,6 @@ from tedm_cli.figures.inline import figure_sources
 from tedm_cli.figures.judging import worth_showing
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import style, svg
-from tedm_cli.stages.results import open_results, read_areas, read_case
 
 OPTICS = {"bench.svg", "s_bw.svg", "read_out_by_area.svg", "shares_displacement.svg", "shares_angle.svg"}
 
@@ -32,18 +31,6 @@ QUANTITIES = ("acceleration", "displacement")
 
 def of_the_optics(name: str) -> bool:
     return name in OPTICS or name.startswith("bench_area")
-
-
-@pytest.fixture(scope="module")
-def cases(finished: Project) -> list[CaseNoise]:
-    with open_results(finished) as results:
-        return [read_case(r) for r in results.cases]
-
-
-@pytest.fixture(scope="module")
-def areas(finished: Project) -> Areas:
-    with open_results(finished) as results:
-        return read_areas(results.sensitivity)
 
 
 @pytest.fixture(scope="module")

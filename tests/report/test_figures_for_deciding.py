@@ -25,22 +25,9 @@ from tedm_cli.figures.small_multiples import cases_figure
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import pdf, style
 from tedm_cli.stages.plot import rest_verdicts
-from tedm_cli.stages.results import open_results, read_areas, read_case
 from tedm_cli.store import open_checked
 
 KINDS = ("acceleration", "displacement")
-
-
-@pytest.fixture(scope="module")
-def cases(finished: Project) -> list[CaseNoise]:
-    with open_results(finished) as results:
-        return [read_case(r) for r in results.cases]
-
-
-@pytest.fixture(scope="module")
-def areas(finished: Project) -> Areas:
-    with open_results(finished) as results:
-        return read_areas(results.sensitivity)
 
 
 @pytest.fixture(scope="module")
