@@ -308,6 +308,7 @@ class Columns:
             if isinstance(item, h5py.Dataset) and item.ndim == 1 and item.dtype.kind in "fiu"
         }
         self.columns = list(self._data)
+        self.ignored = [str(n) for n, item in file.items() if isinstance(item, h5py.Dataset) and n not in self._data]
         self.length = 0
 
     def read(self, name: str, part: slice) -> NDArray[np.float64]:

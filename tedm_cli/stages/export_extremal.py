@@ -13,6 +13,7 @@ from tedm_cli.config.correlation_file import matrix_csv
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
+from tedm_cli.noise.differences import no_output
 from tedm_cli.stages.common import FloatArray, case_file_name
 from tedm_cli.store import Reader, open_checked, replacing
 
@@ -56,7 +57,7 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
         labels = file.strings("/output/label")
         unknown = [label for label in wanted if label not in labels]
         if unknown:
-            raise UsageError(f"there is no output {unknown[0]!r}; there are: {', '.join(labels)}", where=str(path))
+            raise UsageError(no_output(unknown[0], labels), where=str(path))
         chosen = list(dict.fromkeys(wanted or file.strings("/verdict/output") or labels))
         active = file.array("/case/block") >= 0
         names = [n for n, a in zip(file.strings("/area/name"), active.tolist(), strict=True) if a]
