@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from border_tools import Project, replace, tedm
+from border_tools import Project, replace, tedm, untouched
 
 from tedm_cli.noise.bounds import BOUNDS
 
@@ -59,7 +59,15 @@ def test_bounds_are_reached_by_the_files_that_are_written(small: Project, case: 
 def test_refusals(chain: Project, tmp_path: Path) -> None:
     run = lambda *args: tedm("export-extremal", *args, "-d", chain.build)  # noqa: E731
     run("77").refused(4, "case77.h5: no such file", hint="tedm run-case 77")
-    run("3", "--of", "A_TM3_x", "-o", tmp_path / "x").refused(2, "there is no output 'A_TM3_x'; there are: TM1_a_x")
+    run("3", "--of", "A_TM3_x", "-o", tmp_path / "x").refused(2, "there is no output 'A_TM3_x'; did you mean A_TM")
     (tmp_path / "f").write_text("")
     run("3", "-o", tmp_path / "f").refused(4, "is a file; wanted a folder")
     assert [p.name for p in tmp_path.iterdir()] == ["f"]
+
+
+def test_a_file_that_lacks_some_of_its_bounds(small: Project) -> None:
+    for name, command in (("/extremal/minimum", "export-extremal"), ("/bounds/maximum/A_TM1_x", "export-case")):
+        with h5py.File(small.build / "case03.h5", "r+") as file:
+            del file[name]
+        with untouched(small.build):
+            tedm(command, "3", "-d", small.build).refused(4, f"case03.h5: has no {name}", hint="tedm run-case")
