@@ -149,7 +149,9 @@ class Reader:
         return float(self.dataset(path)[()])
 
     def dataset(self, path: str) -> Blocks:
-        """A numeric dataset, for stages that read it in blocks."""
+        """A numeric dataset, for stages that read it in blocks; `InputError` where a family of datasets lacks it."""
+        if path not in self._file:
+            raise InputError(f"has no {path}", where=str(self.path), hint=f"make it with `{self.kind.made_by}`")
         return Blocks(self._file[path], self.path)
 
     def units(self, path: str) -> str:
@@ -308,6 +310,7 @@ class Columns:
             if isinstance(item, h5py.Dataset) and item.ndim == 1 and item.dtype.kind in "fiu"
         }
         self.columns = list(self._data)
+        self.ignored = [str(n) for n, item in file.items() if isinstance(item, h5py.Dataset) and n not in self._data]
         self.length = 0
 
     def read(self, name: str, part: slice) -> NDArray[np.float64]:

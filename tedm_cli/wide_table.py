@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -63,7 +63,7 @@ def open_wide(path: Path, key: str) -> Iterator[WideTable]:
     """
     if path.suffix.lower() in HDF5_SUFFIXES:
         with open_columns(path, key) as source:
-            _require(source.columns, key, str(path))
+            _require(source.columns, key, str(path), source.ignored)
             yield _Hdf5Table(path, key, source)
         return
     try:
@@ -140,16 +140,20 @@ class _CsvTable:
         )
 
 
-def _require(columns: list[str], key: str, where: str) -> None:
+def _require(columns: list[str], key: str, where: str, ignored: Sequence[str] = ()) -> None:
+    """Raise `InputError` without a key column or without another; `ignored` datasets are no columns."""
+    besides = (
+        f"; no columns, as they are not one-dimensional and of real numbers: {', '.join(ignored)}" if ignored else ""
+    )
     if key not in columns:
         shown = ", ".join(columns[:6]) + (" ..." if len(columns) > 6 else "")
         raise InputError(
-            f"there is no column {key}" + (f"; there are: {shown}" if columns else ""),
+            f"there is no column {key}" + (f"; there are: {shown}" if columns else "") + besides,
             where=where,
             hint=f"a table has the column {key} and one for each thermal area, group or shield, or one named all",
         )
     if len(columns) < 2:
-        raise InputError(f"there is the column {key} and no other", where=where)
+        raise InputError(f"there is the column {key} and no other{besides}", where=where)
 
 
 def _checked(table: WideTable, names: list[str], at: int, numbers: Array, places: NDArray[np.int64]) -> Block:

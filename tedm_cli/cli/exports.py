@@ -97,6 +97,30 @@ def export_state_space(
         )
 
 
+@app.command("export-extremal")
+def export_extremal(
+    case: Annotated[str, typer.Argument(metavar="CASE", help="A case that was run.")],
+    of: Annotated[
+        list[str] | None,
+        typer.Option("--of", metavar="OUTPUT", help="TM1_a_x, A_TM1_x, ...; repeatable. Default: what is judged."),
+    ] = None,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder. Default: BUILD_DIR/export/caseNN_extremal.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the correlations that reach the bounds of a case.
+
+    A CSV matrix for each bound and output, and cases.toml with cases that name them: append it to your own cases file
+    and run them.
+    """
+    from tedm_cli.cli.say.extremal import extremal_lines
+    from tedm_cli.stages.export_extremal import export_extremal as stage
+
+    say(quiet, *extremal_lines(stage(build_dir, case, of or [], output)))
+
+
 @app.command("export-vtu")
 def export_vtu(
     area: Annotated[

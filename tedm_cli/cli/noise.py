@@ -24,6 +24,7 @@ from tedm_cli.cli.app import (
 
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
+    from tedm_cli.stages.series import SeriesResult
 
 
 @app.command("run-case")
@@ -95,22 +96,34 @@ def run_series(
 ) -> None:
     """Outputs and verdicts of temperature time series.
 
-    Propagates measured or simulated temperatures (CSV or HDF5) to time series and spectra of all outputs.
+    Propagates measured or simulated temperatures (CSV or HDF5) to time series and spectra of all outputs, and judges
+    the requirements. A series that is refused does not keep the others from being run.
     """
     from tedm_cli.cli.say.series import series_dict, series_lines
-    from tedm_cli.errors import UsageError
+    from tedm_cli.errors import TedmError, UsageError
     from tedm_cli.progress import progress
     from tedm_cli.stages.series import run_series as run
     from tedm_cli.stages.series import select_series
 
     project = open_project(config, build_dir, verbose)
     names = select_series(project, series)
-    if output is not None and len(names) != 1:
+    if output is not None and len(names) > 1:
         raise UsageError(f"--output names one file, but {len(names)} series are run")
-    with progress(quiet) as step:
-        done = run(project, names, output, step)
+    done: list[SeriesResult] = []
+    refused: TedmError | None = None
+    try:
+        with progress(quiet) as step:
+            run(project, names, output, step, done.append)
+    except TedmError as error:
+        if not done:
+            raise
+        refused = error
     if as_json:
         print(json.dumps([series_dict(r) for r in done], indent=1))
+    elif not names:
+        say(quiet, f"no time series in {project.cases}; describe them in tables [[series]]")
     else:
         for r in done:
             say(quiet, *series_lines(r))
+    if refused is not None:
+        raise refused

@@ -7,12 +7,14 @@ import hashlib
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.provenance import ConfigFile
+
+IDENTIFIER = r"^[A-Za-z0-9_-]+$"  # what may be part of a file's name anywhere
 
 
 class Strict(BaseModel):
@@ -91,7 +93,10 @@ def _fact(model: type[BaseModel], error: Any) -> str:
         near = difflib.get_close_matches(str(error["loc"][-1]), _known_keys(model), n=1, cutoff=0.5)
         return "unknown key" + (f"; did you mean {near[0]}?" if near else "")
     if kind == "missing":
-        return "missing"
+        choices = _choices(model, str(error["loc"][-1]))
+        return f"missing; wanted one of {', '.join(map(repr, choices))}" if choices else "missing"
+    if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == IDENTIFIER:
+        return f"must be made of letters without accents, digits, _ and - (found {error['input']!r:.60})"
     message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must")
     shown = repr(error["input"])
     return message if kind == "value_error" or len(shown) > 60 else f"{message} (found {shown})"
@@ -105,20 +110,31 @@ def _either(facts: list[str]) -> str:
 
 def _known_keys(model: type[BaseModel]) -> list[str]:
     """All keys of `model` and of the tables nested in it, for suggestions."""
+    return [key for key, _ in _fields(model)]
+
+
+def _choices(model: type[BaseModel], key: str) -> tuple[Any, ...]:
+    """The values `key` may have, where it is a choice wherever it occurs."""
+    found = {get_args(kind) if get_origin(kind) is Literal else () for name, kind in _fields(model) if name == key}
+    return found.pop() if len(found) == 1 else ()
+
+
+def _fields(model: type[BaseModel]) -> list[tuple[str, Any]]:
+    """(key, annotation) of all fields of `model` and of the tables nested in it."""
     seen: dict[type[BaseModel], None] = {}
-    keys: list[str] = []
+    fields: list[tuple[str, Any]] = []
 
     def visit(m: type[BaseModel]) -> None:
         if m in seen:
             return
         seen[m] = None
         for name, field in m.model_fields.items():
-            keys.append(field.alias or name)
+            fields.append((field.alias or name, field.annotation))
             for arg in _models_in(field.annotation):
                 visit(arg)
 
     visit(model)
-    return keys
+    return fields
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from tedm_cli.config.base import Strict
+from tedm_cli.config.base import IDENTIFIER, Strict
 from tedm_cli.config.correlation_file import read_matrix
 from tedm_cli.noise.correlation import CorrelationCase, Role
 from tedm_cli.noise.selection import BlockSelector
@@ -87,7 +87,7 @@ class CaseTable(Strict):
     `reason` say what the case is for; no number depends on them.
     """
 
-    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=r"^[A-Za-z0-9_-]+$")]
+    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER)]
     title: str = Field(min_length=1)
     role: Role = "possible"
     reason: str = ""

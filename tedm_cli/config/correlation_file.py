@@ -1,9 +1,11 @@
-"""Correlation matrices from files: CSV, or NPZ with the arrays `area` and `R`."""
+"""Correlation matrices from files, CSV or NPZ with the arrays `area` and `R`, and as the text of a CSV."""
 
 from __future__ import annotations
 
 import csv
+import io
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +36,15 @@ def read_matrix(path: Path) -> LabelledMatrix:
         raise InputError(f"cannot be read ({exc.strerror or exc})", where=str(path)) from exc
     real = value.real if np.iscomplexobj(value) and not value.imag.any() else value
     return LabelledMatrix(tuple(names), real, str(path))
+
+
+def matrix_csv(names: Sequence[str], value: NDArray[np.float64]) -> str:
+    """A real matrix [n, n] as the CSV that `read_matrix` takes, without loss."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["area", *names])
+    writer.writerows([name, *map(repr, row)] for name, row in zip(names, value.tolist(), strict=True))
+    return text.getvalue()
 
 
 def _read_npz(path: Path) -> tuple[list[str], Matrix]:

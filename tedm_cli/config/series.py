@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from tedm_cli.config.base import Strict
+from tedm_cli.config.base import IDENTIFIER, Strict
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
 
@@ -34,7 +34,7 @@ class RealisationTable(Strict):
 class SeriesTable(Strict):
     """A measured or simulated temperature series: `time_s`, and a column for each area, group or shield, or `all`."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
+    name: Annotated[str, Field(pattern=IDENTIFIER)]
     file: str = Field(min_length=1)
     remove: Literal["nothing", "mean", "linear"]
     constant: Names | None = None

@@ -9,6 +9,7 @@ minimum close in a plane, which real R = V Vᵀ with unit rows of V [k, 2] holds
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,19 +127,24 @@ def extremal_block_vectors(h: Array, correlation: Correlation, frequency_hz: flo
     return np.stack([coherence.real, coherence.imag], axis=1)
 
 
-def extremal_matrix(vectors: Array, correlation: Correlation | None = None, frequency_hz: float = 0.0) -> Array:
-    """Real correlation matrix [k, k] of extremal `vectors` [k, 2], with the blocks of `correlation` where known.
+def extremal_matrix(vectors: Array, block: NDArray[np.int_] | None = None, inside: Array | None = None) -> Array:
+    """Real correlation matrix [k, k] of extremal `vectors` [k, 2].
 
-    Areas of zero vectors are uncorrelated to all others.
+    Areas of zero vectors are uncorrelated to all others. Where the blocks are known, `block` [k] is the number of each
+    area's, and areas of the same block have the correlation `inside` [k, k].
     """
     matrix: Array = vectors @ vectors.T
-    if correlation is None:
-        np.fill_diagonal(matrix, 1.0)
-        return matrix
-    field = _delayed_factor(correlation, frequency_hz)
-    for index in correlation.blocks:
-        matrix[np.ix_(index, index)] = np.real(field[index] @ field[index].conj().T)
+    if block is not None and inside is not None:
+        matrix = np.where(block[:, None] == block, inside, matrix)
+    np.fill_diagonal(matrix, 1.0)
     return matrix
+
+
+def matrix_at(matrix: NDArray[Any], delay_s: Array, frequency_hz: float) -> Array:
+    """Real part [k, k], which is all that counts, of R_ij exp(-2πi f (τ_i - τ_j)) at one frequency."""
+    turn = np.exp(-2j * np.pi * frequency_hz * (delay_s[:, None] - delay_s))
+    real: Array = np.real(matrix * turn)
+    return real
 
 
 def _delayed_factor(correlation: Correlation, frequency_hz: float) -> NDArray[np.complex128]:

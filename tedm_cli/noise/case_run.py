@@ -14,7 +14,7 @@ from tedm_cli.noise.bounds import BOUNDS, Bounds, correlation_bounds
 from tedm_cli.noise.case_contributions import Contributions, Judged, contributions
 from tedm_cli.noise.contributions import Makeup
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
-from tedm_cli.noise.differences import terms
+from tedm_cli.noise.differences import no_output, terms
 from tedm_cli.noise.filter_sensitivity import FilterSensitivity, filter_sensitivity
 from tedm_cli.noise.improvement import Improvement, improvement
 from tedm_cli.noise.propagation import output_psd_from_factor
@@ -211,7 +211,7 @@ def _judged(
         for label in applied.outputs:
             path = f"requirement[{number}].outputs"
             if label not in labels:
-                problems.append((path, f"there is no output {label!r}; there are: {', '.join(labels)}"))
+                problems.append((path, no_output(label, labels)))
                 continue
             o = list(labels).index(label)
             facts = mismatches(applied.requirement, kinds[o], frequency_hz)

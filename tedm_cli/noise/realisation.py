@@ -71,6 +71,16 @@ def temperature_blocks(
     ------
     InputError : the past noise that the delays ask for does not fit into 134 MB.
     """
+    return output_blocks(np.eye(len(factor)), temperature, factor, plan, delay_s)
+
+
+def output_blocks(
+    rows: Array, temperature: TemperatureModel, factor: Matrix, plan: Plan, delay_s: Array | None = None
+) -> Iterator[Array]:
+    """Outputs [n_out, B] with sensitivities `rows` [n_out, k], as `temperature_blocks` makes temperatures.
+
+    The temperatures themselves are never held: of many areas and low frequencies they would take most of the memory.
+    """
     columns = np.flatnonzero(np.any(factor != 0.0, axis=0))
     factor = factor[:, columns]
     lag, fraction = _lags(factor, delay_s, plan.rate_hz)
@@ -81,13 +91,14 @@ def temperature_blocks(
     length = fft.next_fast_len(block + taps, real=True)
     block = length - taps
     in_phase, quadrature = _responses(temperature, plan, filters, taps, length)
+    gain = rows * temperature.scale
     rng = np.random.default_rng(plan.seed)
     tails = rng.standard_normal((len(columns), longest + taps))
     at_once = max(1, _BLOCK_NUMBERS // length)
     left = plan.samples
     while left > 0:
         wanted = min(block, left)
-        out = np.zeros((len(factor), wanted))
+        out = np.zeros((len(rows), wanted))
         for first in range(0, len(columns), at_once):
             part = slice(first, first + at_once)
             white = np.concatenate([tails[part], rng.standard_normal((len(tails[part]), block))], axis=1)
@@ -103,7 +114,7 @@ def temperature_blocks(
                         used = np.flatnonzero(weight.any(axis=0))
                         if used.size:
                             driven = fft.irfft(spectrum[used] * response, length, axis=1)[:, taps : taps + wanted]
-                            out[index] += temperature.scale[index, None] * (weight[:, used] @ driven)
+                            out += (gain[:, index] @ weight[:, used]) @ driven
         yield out
         left -= wanted
 
@@ -122,8 +133,8 @@ def realise(
     `temperature_blocks` does.
     """
     welch = Welch(len(rows), plan.rate_hz, segment_length(plan.rate_hz, plan.lowest_hz))
-    for block in temperature_blocks(temperature, factor, plan, delay_s):
-        welch.add(rows @ block)
+    for block in output_blocks(rows, temperature, factor, plan, delay_s):
+        welch.add(block)
         advance(block.shape[1])
     return welch.estimate()
 

@@ -61,18 +61,21 @@ def run_cases(
         except TedmError as error:
             refused[case_id] = error
             continue
-        result = run_case(
-            case,
-            outputs.areas,
-            temperature,
-            outputs.rows,
-            outputs.labels,
-            outputs.kinds,
-            frequency,
-            requirements,
-            config.safety_factor,
-            outputs.makeup,
-        )
+        try:
+            result = run_case(
+                case,
+                outputs.areas,
+                temperature,
+                outputs.rows,
+                outputs.labels,
+                outputs.kinds,
+                frequency,
+                requirements,
+                config.safety_factor,
+                outputs.makeup,
+            )
+        except ConfigError as error:  # of the requirements, which are the same for every case
+            raise ConfigError(error.problems, where=str(project.cases)) from error
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
             realised = realise_case(outputs.rows, result, config, step)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -89,10 +90,11 @@ def area_specs(results: Results, names: Sequence[str]) -> list[FigureSpec]:
     areas = read_areas(results.optics)
     unknown = [name for name in names if name not in areas.name]
     if unknown:
+        near = difflib.get_close_matches(unknown[0], areas.name, n=1)
         raise UsageError(
             f"no thermal area is called {', '.join(unknown)}",
             where=str(results.optics_file.path),
-            hint=f"there are {', '.join(areas.name)}",
+            hint=f"did you mean {near[0]}?" if near else f"there are {', '.join(areas.name)}",
         )
     return [_area_spec(results, areas, areas.name.index(name), "") for name in dict.fromkeys(names)]
 

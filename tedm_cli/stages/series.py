@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -21,9 +21,10 @@ from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
 from tedm_cli.contracts import SERIES as KIND
-from tedm_cli.errors import ConfigError, InputError, UsageError
+from tedm_cli.errors import ConfigError, InputError, TedmError, UsageError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.columns import columns_of_areas
+from tedm_cli.noise.differences import no_output
 from tedm_cli.noise.requirements import UNITS
 from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler
 from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_column
@@ -109,25 +110,56 @@ def select_series(project: Project, wanted: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(wanted))
 
 
-def run_series(project: Project, names: Sequence[str], output: Path | None, step: Step) -> list[SeriesResult]:
-    """Propagate the series of these names and write one file each."""
+def run_series(
+    project: Project,
+    names: Sequence[str],
+    output: Path | None,
+    step: Step,
+    done: Callable[[SeriesResult], None] = lambda result: None,
+) -> None:
+    """Propagate the series of these names and write one file each; `done` is told of each.
+
+    A series that is refused does not keep the others from being run: the first refusal is raised at the end.
+    """
     file, config = load_cases(project.cases)
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
-    done = []
+    outputs = read_outputs(*sources).with_differences(config.applied_requirements())
+    _require_outputs(outputs, config, str(project.cases))
+    refused: dict[str, TedmError] = {}
     for number, table in enumerate(t for t in config.series if t.name in names):
-        if table.spectrum == "log":
-            require_speckit()
         path = output if output is not None else project.build_dir / series_file_name(table.name)
         source = project.cases.parent / table.file
-        trace = provenance([file], [*sources, source])
-        outputs = read_outputs(*sources).with_differences(config.applied_requirements())
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path.parent) as scratch:
-            sampled = _sample(source, table, outputs, f"{project.cases}: series {table.name}", scratch)
-            with create(path, KIND, trace) as writer:
-                done.append(_finish(writer, path, source, sampled, table, outputs, config))
+        try:
+            if table.spectrum == "log":
+                require_speckit()
+            trace = provenance([file], [*sources, source])
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=path.parent) as scratch:
+                sampled = _sample(source, table, outputs, f"{project.cases}: series {table.name}", scratch)
+                with create(path, KIND, trace) as writer:
+                    result = _finish(writer, path, source, sampled, table, outputs, config)
+        except TedmError as error:
+            refused[table.name] = error
+            continue
+        done(result)
         step(number + 1, len(names), "running series")
-    return done
+    if refused:
+        first, *others = refused.values()
+        if others:
+            first.hint = f"{first.hint}; refused too: series {', '.join(list(refused)[1:])}".removeprefix("; ")
+        raise first
+
+
+def _require_outputs(outputs: Outputs, config: CasesConfig, where: str) -> None:
+    """Raise `ConfigError` for requirements on outputs that there are not."""
+    problems = [
+        (f"requirement[{number}].outputs", no_output(label, outputs.labels))
+        for number, applied in enumerate(config.applied_requirements())
+        for label in applied.outputs
+        if label not in outputs.labels
+    ]
+    if problems:
+        raise ConfigError(problems, where=where)
 
 
 def _sample(source: Path, table: SeriesTable, outputs: Outputs, where: str, scratch: IO[bytes]) -> _Sampled:
@@ -257,11 +289,8 @@ def _log(sampled: _Sampled, remove: str) -> Estimate:
 def _judge(estimate: Estimate, outputs: Outputs, config: CasesConfig) -> tuple[list[SeriesVerdict], list[str]]:
     verdicts: list[SeriesVerdict] = []
     unjudged: list[str] = []
-    for number, applied in enumerate(config.applied_requirements()):
+    for applied in config.applied_requirements():
         for label in applied.outputs:
-            if label not in outputs.labels:
-                fact = f"there is no output {label!r}; there are: {', '.join(outputs.labels)}"
-                raise ConfigError([(f"requirement[{number}].outputs", fact)], where="requirements")
             o = outputs.labels.index(label)
             found = judge_estimate(
                 estimate, o, applied.requirement, config.safety_factor, kind=outputs.kinds[o], output=label

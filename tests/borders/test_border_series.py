@@ -242,6 +242,62 @@ def test_names_and_missing_files(small: Project) -> None:
     small.run("run-series", "test").refused(4, "gone.h5", "not a readable HDF5 file")
     write_hdf5(small.folder / "gone.h5", {"time_s": np.arange(3.0), "all": np.arange(4.0)})
     small.run("run-series", "test").refused(4, "/all has 4 values, /time_s 3")
+    write_hdf5(small.folder / "gone.h5", {"time_s": np.arange(3.0), "all": np.ones((3, 2))})
+    small.run("run-series", "test").refused(4, "no columns, as they are not one-dimensional and of real numbers: all")
+    replace(small.folder / "cases.toml", 'remove = "mean"', "")
+    replace(small.folder / "cases.toml", 'name = "test"', 'name = "a/b"')
+    small.run("run-series", "test").refused(
+        3, "series[0].remove: missing; wanted one of 'nothing', 'mean', 'linear'", "made of letters"
+    )
+
+
+DIFFERENCE = """
+[[requirement]]
+name = "lpf_acceleration"
+outputs = ["TM1_a_x-TM2_a_x"]
+applies_to = "differential"
+"""
+
+
+def test_requirements_on_differences_are_judged(small: Project, temperature: np.ndarray) -> None:
+    """As they are in cases: the difference is an output like any other."""
+    write_csv(small.folder / "t.csv", table(temperature))
+    configure(small)
+    cases = small.folder / "cases.toml"
+    cases.write_text(cases.read_text() + DIFFERENCE)
+    out = small.run("run-series", "test").ok().out
+    assert "TM1_a_x-TM2_a_x  lpf_acceleration" in out
+    with h5py.File(small.build / "series_test.h5") as file:
+        y = {label: file[f"series/{label}"][()] for label in ("TM1_a_x", "TM2_a_x", "TM1_a_x-TM2_a_x")}
+        assert b"TM1_a_x-TM2_a_x" in file["/verdict/output"][()]
+    first, second, difference = y.values()
+    np.testing.assert_allclose(difference, first - second, rtol=0, atol=1e-12 * np.abs(first).max())
+    replace(cases, '"TM1_a_x-TM2_a_x"]\n', '"TM1_a_x-TM3_a_x"]\n')
+    for command, what in (("run-series", "test"), ("run-case", "3")):
+        small.run(command, what).refused(
+            3, "cases.toml: requirement[2].outputs: there is no output 'TM1_a_x-TM3_a_x'; did you mean"
+        )
+
+
+def test_a_series_that_is_refused_keeps_no_other_from_running(small: Project, temperature: np.ndarray) -> None:
+    write_csv(small.folder / "t.csv", table(temperature))
+    bad = table(temperature)
+    bad["inside"] = np.where(np.arange(ROWS) == 700, np.nan, bad["inside"])
+    write_csv(small.folder / "bad.csv", bad)
+    text = "".join(
+        SERIES.replace('"test"', f'"{name}"').format(file=file, remove="mean", more="")
+        for name, file in (("first", "bad.csv"), ("good", "t.csv"), ("last", "gone.csv"))
+    )
+    cases = small.folder / "cases.toml"
+    cases.write_text(cases.read_text() + text)
+    outcome = small.run("run-series", "all")
+    outcome.refused(4, "bad.csv:702: inside is nan", hint="refused too: series last")
+    assert "series good: " in outcome.out
+    assert [p.name for p in small.build.glob("series_*")] == ["series_good.h5"]
+
+
+def test_nothing_to_run_is_said(small: Project) -> None:
+    assert "no time series in " in small.run("run-series", "all").ok().out
 
 
 def test_log_spectra_need_speckit(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:

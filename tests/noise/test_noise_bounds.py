@@ -10,6 +10,7 @@ from tedm_cli.noise.bounds import (
     extremal_block_vectors,
     extremal_matrix,
     extremal_vectors,
+    matrix_at,
 )
 from tedm_cli.noise.correlation import CorrelationCase, correlation, full_blocks
 from tedm_cli.noise.correlation_check import check_correlation
@@ -82,10 +83,13 @@ def attained(found, rows, model, which, o, f):
     h = rows[o] * model.amplitudes(np.array([f]))[:, 0]
     if which.startswith("known_blocks"):
         vectors = extremal_block_vectors(h, found, f, smallest=which.endswith("minimum"))
-        matrix = extremal_matrix(vectors, found, f)
+        block = np.full(len(h), -1)
+        for b, index in enumerate(found.blocks):
+            block[index] = b
+        matrix = extremal_matrix(vectors, block, matrix_at(found.matrix(), found.delay_s, f))
     else:
         matrix = extremal_matrix(extremal_vectors(h * found.active, which))
-        matrix = matrix * np.outer(found.active, found.active)
+    matrix = matrix * np.outer(found.active, found.active)
     check_correlation(matrix, found.active)
     if which == "maximum_non_negative":
         assert matrix.min() >= 0.0

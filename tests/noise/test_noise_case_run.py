@@ -208,7 +208,7 @@ def test_requirements_that_do_not_fit_are_refused_together(areas, config):
     paths, facts = zip(*caught.value.problems, strict=True)
     assert paths == ("requirement[0].outputs", "requirement[0].outputs", "requirement[1].outputs")
     assert "TM1_a_x: lpf_readout limits displacement (m), not acceleration (m s^-2)" in facts[0]
-    assert "no output 'C_TM1_x'; there are: TM1_a_x, TM1_omegadot_x, A_TM1_x" in facts[1]
+    assert "no output 'C_TM1_x'; did you mean A_TM1_x?; there are: TM1_a_x, TM1_omegadot_x, A_TM1_x" in facts[1]
     assert "band edge 0.0001 and 0.1 Hz is not among the frequencies" in facts[2]
 
 

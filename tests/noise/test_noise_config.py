@@ -104,7 +104,7 @@ outputs = []
         "temperature.corner_mhz": "unknown key; did you mean corner_hz?",
         "temperature.order": "valid number",
         "frequency": "min_hz 0.1 is not below max_hz 0.01",
-        "case[0].id": "pattern",
+        "case[0].id": "made of letters",
         "case[0].title": "at least 1 character",
         "case[0].blocks[0].group": "unknown key; did you mean groups?",
         "case[0].blocks[1]": 'areas = ["*"] for all',

@@ -114,6 +114,17 @@ def test_memory_does_not_grow_with_the_length(areas, config):
     assert peak[1] < 1.02 * peak[0]
 
 
+def test_temperatures_of_all_areas_are_never_held(areas, config):
+    """Not even of the samples that a filter of 128 periods of a low frequency is long."""
+    factor = block_factor(blocks(config.case("4"), areas), len(areas))
+    plan = replace(PLAN, samples=130_000, low_hz=1e-4, lowest_hz=1e-4)
+    tracemalloc.start()
+    realise(np.ones((2, len(areas))), config.temperature.model(areas), factor, plan)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 8 * len(areas) * 128 * plan.rate_hz / plan.lowest_hz
+
+
 def series_of(model, factor, plan, delay_s=None):
     return np.concatenate(list(temperature_blocks(model, factor, plan, delay_s)), axis=1)
 

@@ -62,8 +62,9 @@ def contributor_lines(r: CaseResult) -> list[str]:
             f"{r.areas.name[i]} {c.amplitude[o, i]:+.2e} {_percent(c.share[o, i], c.band_share[o, i])}" for i in order
         ]
         lines.append(f"  areas ({r.units[o]}/sqrt(Hz)): {', '.join(areas)}")
-        spectra = np.array([f"spectrum {i}" for i in r.temperature_set.tolist()])
-        for what, labels in (("groups", r.areas.group), ("shield", r.areas.shield), ("spectra", spectra)):
+        level = r.temperature_asd[:, int(np.abs(r.frequency_hz - c.frequency_hz[o]).argmin())]
+        spectra = np.array([f"no. {i} of {level[i]:.2g} K/sqrt(Hz)" for i in r.temperature_set.tolist()])
+        for what, labels in (("groups", r.areas.group), ("shield", r.areas.shield), ("temperature spectra", spectra)):
             names, share, band = c.by(labels)
             parts = [(str(n), share[o, i], band[o, i]) for i, n in enumerate(names)]
             lines.append(f"  {what}: {_parts(parts)}")
@@ -141,4 +142,5 @@ def _signs(r: CaseResult, o: int) -> str:
     order = np.argsort(-np.abs(amplitude), kind="stable")
     shown = [f"{'+' if amplitude[i] > 0 else '-'}{r.areas.name[i]}" for i in order[: 2 * _TOP] if amplitude[i]]
     up, down = int((amplitude > 0).sum()), int((amplitude < 0).sum())
-    return f"{up} areas rise while {down} fall: {' '.join(shown)}"
+    more = f" and {up + down - len(shown)} more" if up + down > len(shown) else ""
+    return f"{up} areas rise while {down} fall: {' '.join(shown)}{more}"
