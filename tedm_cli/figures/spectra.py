@@ -20,6 +20,7 @@ from tedm_cli.figures.data import (
     capital,
     kinds_of,
     mhz_text,
+    power_text,
     quantity,
     ratio_text,
     unit_text,
@@ -30,6 +31,7 @@ from tedm_cli.figures.style import (
     COLOURS,
     DASHES,
     ENVELOPE,
+    FLIGHT,
     STACK,
     WIDTH,
     frequency_axis,
@@ -40,6 +42,7 @@ from tedm_cli.figures.style import (
     style,
 )
 from tedm_cli.figures.thinning import thinned
+from tedm_cli.noise.flight_results import flight_results
 
 _MOST_DECADES = 9.0
 _LEFT, _RIGHT, _TITLE, _PANEL, _STRIP, _LEGEND = 0.68, 0.1, 0.42, 2.45, 0.85, 0.165  # inches of a case's figure
@@ -165,19 +168,26 @@ def _realised(axes: Axes, above: Axes, j: JudgedOutput) -> None:
 def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
     """The worst judged output of every case in one panel, each named at its right end."""
     with style():
-        figure = Figure(figsize=(WIDTH, 5.0))
+        figure = Figure(figsize=(WIDTH, 5.2))
         axes = figure.subplots()
         shown = [c for c in cases if c.of_kind(kind)]
         worst = [c.worst(kind) for c in shown]
         curves = [c.safety_factor * j.asd for c, j in zip(shown, worst, strict=True)]
         limits = shown[0].limits_of(kind)
         f = shown[0].frequency_hz
-        low, high = log_range([*curves, *(q.amplitude for q in limits)])
+        flight = flight_results(kind, f[0], f[-1])
+        levels = [np.array([result.amplitude]) for result, _ in flight]
+        low, high = log_range([*curves, *(q.amplitude for q in limits), *levels])
         bands(axes, limits)
         looks = [(COLOURS[i % len(COLOURS)], DASHES[i // 2 % len(DASHES)]) for i in range(len(curves))]
         for curve, (colour, dashes) in zip(curves, looks, strict=True):
             axes.plot(f * 1e3, curve, color=colour, linestyle=dashes, linewidth=1.7)
         limit_lines(axes, f, limits)
+        for result, band in flight:
+            label = f"{result.mission} in flight, {power_text(result.amplitude, 3)}"
+            axes.plot(
+                np.array(band) * 1e3, [result.amplitude] * 2, color=FLIGHT, linewidth=3.2, alpha=0.75, label=label
+            )
         _scales(axes, f, low, high, worst[0].unit, f"safety factor {shown[0].safety_factor:g} × noise")
         outputs = [j.output for j in worst]
         title = f"{capital(quantity(kind, outputs))}, the worst output of every case"
@@ -185,7 +195,7 @@ def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
         names = [f"{c.id}: {j.output}, {ratio_text(j.ratio)}" for c, j in zip(shown, worst, strict=True)]
         names = [fitted(name, 1.9, 8.5) for name in names]
         right = 0.62 + max(1.3, *(text_width(name, 8.5) for name in names))
-        inches(figure, left=0.72, right=right, top=0.45, bottom=0.95)
+        inches(figure, left=0.72, right=right, top=0.45, bottom=1.15)
         _name_ends(figure, axes, names, curves, looks)
         axes.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.11), ncols=2, handlelength=3.4)
         return figure

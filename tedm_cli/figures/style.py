@@ -25,6 +25,7 @@ STACK = (("#56B4E9", 4.4, "-"), ("#E69F00", 3.0, DASHES[1]), ("#0072B2", 1.9, DA
 BAND = "#EDEDED"
 WIDTH = 7.0  # inches: a figure this wide stands on A4 in its own size
 ENVELOPE = "#0072B2"
+FLIGHT = "#8C6BB1"  # what was measured in flight
 
 _RC: dict[str, Any] = {
     "font.family": "sans-serif",

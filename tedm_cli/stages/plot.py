@@ -12,6 +12,7 @@ from tedm_cli.figures.data import REALISATION_CONFIDENCE, AreaMap, CaseNoise, Re
 from tedm_cli.figures.judging import worth_showing
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.gravity.requirements import MODELLED
+from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import case_file_name
 from tedm_cli.stages.plot_optics import area_specs, optics_specs
@@ -75,7 +76,8 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         add(
             f"all_{kind}.svg",
             "all cases",
-            f"All cases: {title}, amplitude spectral density with the safety factor applied.",
+            f"All cases: {title}, amplitude spectral density with the safety factor applied."
+            f"{_flight_words(cases[0], kind)}",
             all_cases,
             lambda kind=kind: _room("spectra").overlay_figure(cases, kind),  # type: ignore[misc]
         )
@@ -155,6 +157,15 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             lambda case=case: _room("spectra").case_figure(case),  # type: ignore[misc]
         )
     return specs
+
+
+def _flight_words(case: CaseNoise, kind: str) -> str:
+    """What was measured in flight, where the figure shows it."""
+    shown = flight_results(kind, case.frequency_hz[0], case.frequency_hz[-1])
+    if not shown:
+        return ""
+    said = [f"{r.mission}, {r.meaning} ({r.source})" for r, _ in shown]
+    return f" For orientation, not a limit: {'; '.join(said)}."
 
 
 def _room(name: str) -> Any:

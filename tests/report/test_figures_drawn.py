@@ -23,6 +23,7 @@ from tedm_cli.figures.inline import figure_sources
 from tedm_cli.figures.judging import worth_showing
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import style, svg
+from tedm_cli.noise.flight_results import flight_results
 
 OPTICS = {"bench.svg", "s_bw.svg", "read_out_by_area.svg", "shares_displacement.svg", "shares_angle.svg"}
 
@@ -155,6 +156,18 @@ def test_bounds_hold_the_curve_they_belong_to(cases: list[CaseNoise]) -> None:
             assert np.all(j.asd >= j.bound_low * (1 - 1e-9))
             assert j.correlation_ratio[0] <= j.ratio * (1 + 1e-9)
             assert j.correlation_ratio[1] >= j.ratio * (1 - 1e-9)
+
+
+def test_overlay_shows_what_was_measured_in_flight(cases: list[CaseNoise]) -> None:
+    """Where it was measured: the free fall of LISA Pathfinder from 0.7 to 20 mHz, its read-out above 60 mHz."""
+    for kind, level, ends in (("acceleration", 5.2e-15, (0.7, 20.0)), ("displacement", 34.8e-15, (60.0, 100.0))):
+        axes = overlay_figure(cases, kind).axes[0]
+        (line,) = [line for line in axes.get_lines() if "in flight" in str(line.get_label())]
+        assert tuple(line.get_xdata()) == pytest.approx(ends, rel=1e-12)
+        assert set(line.get_ydata()) == {level}
+        assert axes.get_ylim()[0] < level < axes.get_ylim()[1]
+    assert [r.amplitude for r, _ in flight_results("displacement", 0.1, 1.0)] == [34.8e-15, 32.0e-15]
+    assert not flight_results("angle", 1e-4, 1.0)
 
 
 def test_overlay_names_every_case_in_the_order_of_the_curves(cases: list[CaseNoise]) -> None:
