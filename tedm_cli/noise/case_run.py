@@ -114,7 +114,7 @@ def run_case(
     InputError : the shapes disagree, or a sensitivity is not finite.
     """
     _check_rows(rows, labels, kinds, areas)
-    judged = _judged(requirements, labels, kinds, frequency_hz)
+    judged = judged_outputs(requirements, labels, kinds, frequency_hz)
     found = correlation(case, areas)
     psd = output_psd_from_factor(rows, temperature, found.factor, frequency_hz, found.delay_s)
     bounds = correlation_bounds(rows, temperature, found, frequency_hz)
@@ -201,10 +201,10 @@ def _check_rows(rows: Array, labels: Sequence[str], kinds: Sequence[str], areas:
         raise InputError(f"quantity {unknown[0]!r}; known: {', '.join(UNITS)}", where="noise")
 
 
-def _judged(
+def judged_outputs(
     requirements: Sequence[AppliedRequirement], labels: Sequence[str], kinds: Sequence[str], frequency_hz: Array
 ) -> list[tuple[Requirement, int]]:
-    """(requirement, index of output) of every verdict to be."""
+    """(requirement, index of output) of every verdict to be; `ConfigError` as `run_case` raises it."""
     problems: list[tuple[str, str]] = []
     judged: list[tuple[Requirement, int]] = []
     for number, applied in enumerate(requirements):

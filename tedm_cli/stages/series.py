@@ -23,8 +23,8 @@ from tedm_cli.config.series import SeriesTable
 from tedm_cli.contracts import SERIES as KIND
 from tedm_cli.errors import ConfigError, InputError, TedmError, UsageError
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.case_run import judged_outputs
 from tedm_cli.noise.columns import columns_of_areas
-from tedm_cli.noise.differences import no_output
 from tedm_cli.noise.requirements import UNITS
 from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler
 from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_column
@@ -124,7 +124,10 @@ def run_series(
     file, config = load_cases(project.cases)
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
     outputs = read_outputs(*sources).with_differences(config.applied_requirements())
-    _require_outputs(outputs, config, str(project.cases))
+    try:
+        judged_outputs(config.applied_requirements(), outputs.labels, outputs.kinds, config.frequency_hz())
+    except ConfigError as error:
+        raise ConfigError(error.problems, where=str(project.cases)) from error
     refused: dict[str, TedmError] = {}
     for number, table in enumerate(t for t in config.series if t.name in names):
         path = output if output is not None else project.build_dir / series_file_name(table.name)
@@ -148,18 +151,6 @@ def run_series(
         if others:
             first.hint = f"{first.hint}; refused too: series {', '.join(list(refused)[1:])}".removeprefix("; ")
         raise first
-
-
-def _require_outputs(outputs: Outputs, config: CasesConfig, where: str) -> None:
-    """Raise `ConfigError` for requirements on outputs that there are not."""
-    problems = [
-        (f"requirement[{number}].outputs", no_output(label, outputs.labels))
-        for number, applied in enumerate(config.applied_requirements())
-        for label in applied.outputs
-        if label not in outputs.labels
-    ]
-    if problems:
-        raise ConfigError(problems, where=where)
 
 
 def _sample(source: Path, table: SeriesTable, outputs: Outputs, where: str, scratch: IO[bytes]) -> _Sampled:

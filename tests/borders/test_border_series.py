@@ -277,6 +277,11 @@ def test_requirements_on_differences_are_judged(small: Project, temperature: np.
         small.run(command, what).refused(
             3, "cases.toml: requirement[2].outputs: there is no output 'TM1_a_x-TM3_a_x'; did you mean"
         )
+    replace(cases, '"TM1_a_x-TM3_a_x"]\napplies_to = "differential"\n', '"TM1_a_x-TM2_a_x", "A_TM1_x"]\n')
+    for command, what in (("run-series", "test"), ("run-case", "3")):
+        small.run(command, what).refused(
+            3, "lpf_acceleration is for single outputs", "A_TM1_x: lpf_acceleration limits acceleration"
+        )
 
 
 def test_a_series_that_is_refused_keeps_no_other_from_running(small: Project, temperature: np.ndarray) -> None:
