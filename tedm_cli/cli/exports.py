@@ -79,9 +79,9 @@ def export_state_space(
     output: _Folder = None,
     quiet: Quiet = False,
 ) -> None:
-    """Write the noise of cases as linear systems driven by white noise.
+    """Write the noise of cases as A, B, C, D.
 
-    A, B, C, D with the filters that shape the noise, and the static gain, for end-to-end simulators.
+    Linear systems driven by white noise, with the filters that shape it and the static gain, for end-to-end simulators.
     """
     from tedm_cli.stages.export_state_space import Wanted
     from tedm_cli.stages.export_state_space import export_state_space as stage
@@ -110,10 +110,10 @@ def export_extremal(
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Write the correlations that reach the bounds of a case.
+    """Write the correlations at the bounds of a case.
 
-    A CSV matrix for each bound and output, and cases.toml with cases that name them: append it to your own cases file
-    and run them.
+    A CSV matrix for each bound and output, and cases.toml with cases that name them: append it to your own cases file and
+    run them, and their noise is at the bounds.
     """
     from tedm_cli.cli.say.extremal import extremal_lines
     from tedm_cli.stages.export_extremal import export_extremal as stage

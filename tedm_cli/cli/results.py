@@ -50,7 +50,10 @@ def plot(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Draw the figures of all cases and series run, of the optics, and of the bench under its worst areas."""
+    """Draw the figures.
+
+    Of all cases and series run, of the optics, and of the bench under its worst areas.
+    """
     from tedm_cli.progress import progress
     from tedm_cli.stages.plot import plot as stage
 
@@ -71,7 +74,7 @@ def report(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Write the report: report.html, report.pdf and report.md.
+    """Write the report: HTML, PDF and Markdown.
 
     Decision first: verdicts, why, how sure, what would change them; then the evidence. The page needs no other file.
     """
