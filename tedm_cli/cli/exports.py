@@ -112,7 +112,7 @@ def export_extremal(
 ) -> None:
     """Write the correlations at the bounds of a case.
 
-    A CSV matrix for each bound and output, and cases.toml with cases that name them: append it to your own cases file and
+    A CSV matrix for each bound and output, and cases.toml with cases that name them: append it to your own cases file,
     run them, and their noise is at the bounds.
     """
     from tedm_cli.cli.say.extremal import extremal_lines
