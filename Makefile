@@ -41,7 +41,7 @@ $(DEV_STAMP): $(RUN_STAMP)
 	@touch $@
 
 test: $(DEV_STAMP) ## Run the tests on two cores
-	$(BIN)/python -m pytest -n 2 --dist loadscope -q
+	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder -q
 
 check: $(DEV_STAMP)
 	$(BIN)/ruff check .
