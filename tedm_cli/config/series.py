@@ -10,11 +10,14 @@ from tedm_cli.config.base import IDENTIFIER, Strict
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
 
+Spectrum = Literal["welch", "log"]
+
 
 class RealisationTable(Strict):
     """A realisation of the temperature noise in the time domain, beside the exact spectra of every case.
 
-    By default it is long enough for the PSD at `lowest_hz` to be within ±`tolerance` with probability `confidence`.
+    By default it is long enough for the PSD at `lowest_hz` to be within ±`tolerance` with probability `confidence`,
+    estimated by Welch's method.
     """
 
     seed: int = Field(ge=0)
@@ -23,6 +26,7 @@ class RealisationTable(Strict):
     tolerance: float = Field(default=0.1, gt=0.0, lt=1.0)
     confidence: float = Field(default=0.95, gt=0.0, lt=1.0)
     samples: int | None = Field(default=None, ge=1)
+    spectrum: Spectrum = "welch"
 
     @model_validator(mode="after")
     def _one_length(self) -> RealisationTable:
@@ -42,7 +46,7 @@ class SeriesTable(Strict):
     method: Literal["linear", "polyphase"] | None = None
     max_gap_s: float | None = Field(default=None, gt=0.0)
     lowest_hz: float | None = Field(default=None, gt=0.0)
-    spectrum: Literal["welch", "log"] = "welch"
+    spectrum: Spectrum = "welch"
     confidence: float = Field(default=0.95, gt=0.0, lt=1.0)
 
     @model_validator(mode="after")

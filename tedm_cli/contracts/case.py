@@ -129,7 +129,7 @@ CASE = FileKind(
             ("output", "bin"),
             "float",
             None,
-            "Welch's estimate of the one-sided PSD (Kaiser's window, beta = 22)",
+            "estimate of the one-sided PSD",
             optional=True,
         ),
         "/realisation/exact": Dataset(
@@ -137,6 +137,13 @@ CASE = FileKind(
         ),
         "/realisation/degrees_of_freedom": Dataset(
             ("bin",), "float", "1", "equivalent degrees of freedom of the estimate (chi-square)", optional=True
+        ),
+        "/realisation/method": Dataset(
+            (),
+            "str",
+            "1",
+            "estimate: welch (Kaiser's window, beta = 22), or log (log-spaced by speckit, beta = 25.4)",
+            optional=True,
         ),
         "/realisation/rate": Dataset((), "float", "Hz", "samples per second of the realisation", optional=True),
         "/realisation/samples": Dataset((), "int", "1", "samples of the realisation", optional=True),

@@ -24,7 +24,7 @@ from scipy import fft
 
 from tedm_cli.errors import InputError
 from tedm_cli.noise.propagation import Carriers, psd_of_fields
-from tedm_cli.noise.spectral_estimate import LOWEST_BIN, Estimate, Welch, kaiser, segment_length, through_window
+from tedm_cli.noise.spectral_estimate import LOWEST_BIN, Estimate, Welch, Window, kaiser, segment_length, through_window
 from tedm_cli.noise.temperature import TemperatureModel
 
 Array = NDArray[np.float64]
@@ -146,8 +146,11 @@ def expected_psd(
     plan: Plan,
     frequency_hz: Array,
     delay_s: Array | None = None,
+    window: Window | None = None,
 ) -> Array:
     """Expectation [n_out, F] of what `realise` estimates: the exact PSDs through the window of the estimate.
+
+    `window` is of another estimate from the same series.
 
     It differs from the exact PSD where that bends within the window's width: by 1.1 % for f^-4 at the lowest frequency,
     falling with 1/f², and everywhere between areas with delays. Two that are τ apart keep a share of about
@@ -160,8 +163,9 @@ def expected_psd(
         shape = temperature.shape_values(np.clip(f, plan.low_hz, plan.high_hz))[carriers.shape]
         return psd_of_fields(fields, shape * np.exp(-2j * np.pi * carriers.delay_s[:, None] * f))
 
-    bin_hz = plan.rate_hz / segment_length(plan.rate_hz, plan.lowest_hz)
-    return through_window(psd, frequency_hz, bin_hz, float(np.ptp(carriers.delay_s)))
+    if window is None:
+        window = Window(plan.rate_hz / segment_length(plan.rate_hz, plan.lowest_hz))
+    return through_window(psd, frequency_hz, window, float(np.ptp(carriers.delay_s)))
 
 
 def _lags(factor: Matrix, delay_s: Array | None, rate_hz: float) -> tuple[NDArray[np.intp], Array]:
@@ -203,10 +207,16 @@ def _responses(
     return out[0], out[1]
 
 
-def in_band(frequency_hz: Array, plan: Plan) -> NDArray[np.bool_]:
-    """Where [F] an estimate can be compared to the exact spectrum: clear of the ends of the realised band."""
-    margin = plan.lowest_hz * 10.0 / LOWEST_BIN
-    inside: NDArray[np.bool_] = (frequency_hz >= plan.low_hz) & (
-        frequency_hz <= min(plan.high_hz, plan.rate_hz / 2 - margin)
+def in_band(frequency_hz: Array, plan: Plan, window: Window | None = None) -> NDArray[np.bool_]:
+    """Where [F] an estimate can be compared to the exact spectrum: clear of the ends of the realised band.
+
+    `window` is of an estimate other than that of `realise`; `lowest_hz` bounds it, since below the filters smooth more.
+    """
+    lowest, bin_hz = (
+        (plan.low_hz, plan.lowest_hz / LOWEST_BIN)
+        if window is None
+        else (max(plan.low_hz, plan.lowest_hz), window.bin_hz)
     )
+    highest = np.minimum(plan.high_hz, plan.rate_hz / 2 - 10.0 * bin_hz)
+    inside: NDArray[np.bool_] = (frequency_hz >= lowest) & (frequency_hz <= highest)
     return inside

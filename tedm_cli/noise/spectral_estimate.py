@@ -19,7 +19,6 @@ from tedm_cli.errors import InputError
 Array = NDArray[np.float64]
 
 KAISER_BETA = 22.0
-_MAIN_LOBE = 7.1  # bins on either side of Kaiser's window at this β
 LOWEST_BIN = 32  # of the lowest frequency wanted: the window's main lobe is 7 bins wide on either side
 HOPS = 4  # segments overlap by 3/4: at this β they share little then
 
@@ -44,6 +43,20 @@ class Estimate:
         nu = self.degrees_of_freedom
         low, high = (1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0
         return nu / stats.chi2.ppf(high, nu), nu / stats.chi2.ppf(low, nu)
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Kaiser's window that an estimate is made with.
+
+    Parameters
+    ----------
+    bin_hz : width of a bin, the rate over the samples of a segment; one for all frequencies or [F].
+    beta : its shape.
+    """
+
+    bin_hz: float | Array
+    beta: float = KAISER_BETA
 
 
 class Welch:
@@ -95,20 +108,26 @@ class Welch:
         return Estimate(frequency, scale * self._sum[:, part], np.full(len(frequency), nu))
 
 
-def through_window(psd: Callable[[Array], Array], frequency_hz: Array, bin_hz: float, longest_s: float = 0.0) -> Array:
-    """Expectation [n, F] of Welch's estimate with segments of 1 / `bin_hz`, of series whose PSDs [n, F] are `psd`(f).
+def through_window(psd: Callable[[Array], Array], frequency_hz: Array, window: Window, longest_s: float = 0.0) -> Array:
+    """Expectation [n, F] of an estimate from segments with this window, of series whose PSDs [n, F] are `psd`(f).
 
     The spectrum is averaged over the window's main lobe, (sin z / z)² with z² = (πν)² - β² and ν in bins (Kaiser and
     Schafer, IEEE Trans. ASSP 28, 1980). The sum is exact for cosines in f of periods down to 1 / `longest_s`.
     """
     # Lags beyond a segment are not seen; sampled at 1/q of a bin, they are for q - 1 segments more.
-    per_bin = 2 + int(np.ceil(longest_s * bin_hz))
-    steps = int(_MAIN_LOBE * per_bin)
+    per_bin = 2 + int(np.ceil(longest_s * np.max(window.bin_hz)))
+    steps = int(main_lobe(window.beta) * per_bin)
     offset = np.arange(-steps, steps + 1) / per_bin
-    z = np.sqrt((np.pi * offset) ** 2 - KAISER_BETA**2 + 0j)
+    z = np.sqrt((np.pi * offset) ** 2 - window.beta**2 + 0j)
     weight = np.real(np.sin(z) / z) ** 2
-    average: Array = sum(w * psd(frequency_hz + o * bin_hz) for w, o in zip(weight, offset, strict=True)) / weight.sum()
+    shifted = ((w, frequency_hz + o * window.bin_hz) for w, o in zip(weight, offset, strict=True))
+    average: Array = sum(w * psd(f) for w, f in shifted) / weight.sum()
     return average
+
+
+def main_lobe(beta: float) -> float:
+    """Bins that the main lobe of Kaiser's window reaches to either side, rounded up to tenths."""
+    return float(np.ceil(10.0 * np.hypot(1.0, beta / np.pi)) / 10.0)
 
 
 def kaiser(n: int) -> Array:

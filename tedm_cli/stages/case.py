@@ -19,6 +19,7 @@ from tedm_cli.stages.common import (
     case_file_name,
     provenance,
 )
+from tedm_cli.stages.log_spectrum import require_speckit
 from tedm_cli.stages.outputs import read_outputs
 from tedm_cli.stages.realisation import realise_case, write_realisation
 from tedm_cli.stages.temperature import table_paths, temperature_model
@@ -47,6 +48,8 @@ def run_cases(
     A case that does not fit the model does not keep the others from being run: what it raises is raised at the end.
     """
     file, config = load_cases(project.cases)
+    if config.realisation is not None and config.realisation.spectrum == "log":
+        require_speckit()
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
     requirements = config.applied_requirements()
     outputs = read_outputs(*sources).with_differences(requirements)
@@ -78,7 +81,7 @@ def run_cases(
             raise ConfigError(error.problems, where=str(project.cases)) from error
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
-            realised = realise_case(outputs.rows, result, config, step)
+            realised = realise_case(outputs.rows, result, config, step, path.parent)
         except InputError as error:
             refused[case_id] = error
             continue

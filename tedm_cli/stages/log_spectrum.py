@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from tedm_cli.errors import UsageError
-from tedm_cli.noise.spectral_estimate import Estimate
+from tedm_cli.noise.spectral_estimate import Estimate, Window
 from tedm_cli.stages.common import FloatArray
 
 _LOWEST_BIN = 8  # below it the window's main lobe would reach the mean of each segment
@@ -21,9 +23,11 @@ def require_speckit() -> None:
         ) from exc
 
 
-def log_estimate(series: FloatArray, rate_hz: float) -> Estimate:
-    """One-sided PSD [1, F] of a series [T] (Kaiser's window, side lobes at -200 dB, bins from 8 on)."""
+def log_estimate(series: FloatArray, rate_hz: float) -> tuple[Estimate, Window]:
+    """One-sided PSD [1, F] of a series [T] (Kaiser's window, side lobes at -200 dB, bins from 8 on), and the window."""
     import speckit
+    from speckit.utils import kaiser_alpha
 
     found = speckit.compute_spectrum(series, rate_hz, win="kaiser", psll=_SIDE_LOBES_DB, bmin=_LOWEST_BIN, order=-1)
-    return Estimate(found.f, found.Gxx[None], found.nu)
+    window = Window(rate_hz / found.L, np.pi * kaiser_alpha(_SIDE_LOBES_DB))
+    return Estimate(found.f, found.Gxx[None], found.nu), window

@@ -55,15 +55,15 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
         areas = read_areas(s)
         if o.strings("/area/name") != s.strings("/area/name"):
             raise InputError("hold different thermal areas", where=f"{sensitivity} and {optics}")
-        rows = [s.array("/S")]
         labels = s.strings("/row/label")
+        rows = [_finite(s.array("/S"), labels, sensitivity, "/S")]
         kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in s.strings("/row/unit")]
         read_out, units = o.strings("/label/read_out"), o.strings("/label/read_out_unit")
         makeup: dict[str, Makeup] = {}
         elements = [label.rpartition("_")[0] for label in o.strings("/label/element_dof")[::N_MOTIONS]]
         motion, rigid = o.array("/motion"), o.array("/rigid_motion")
         for name in o.strings("/set/name"):
-            rows.append(o.array(f"/N/{name}"))
+            rows.append(_finite(o.array(f"/N/{name}"), read_out, optics, f"/N/{name}"))
             labels += [f"{name}_{label}" for label in read_out]
             kinds += [_READ_OUT_KIND[u] for u in units]
             gain = o.array(f"/gain/{name}")
@@ -73,3 +73,14 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
             for i, label in enumerate(read_out):
                 makeup[f"{name}_{label}"] = Makeup(tuple(elements), by_element[i], distortion[i])
         return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds, makeup)
+
+
+def _finite(rows: FloatArray, labels: Sequence[str], path: Path, dataset: str) -> FloatArray:
+    """The rows [n, k] of a dataset; `InputError` names the first that is not finite."""
+    for label, row in zip(labels, rows, strict=True):
+        bad = row[~np.isfinite(row)]
+        if bad.size:
+            raise InputError(
+                f"{dataset} is {bad[0]:g} in row {label}", where=str(path), hint="build the file again from its inputs"
+            )
+    return rows

@@ -273,7 +273,7 @@ def _log(sampled: _Sampled, remove: str) -> Estimate:
     found = []
     for o in range(sampled.n_out):
         series = np.concatenate([block[:, o] for _, block in sampled.blocks(remove)])
-        found.append(log_estimate(series, 1.0 / sampled.step_s))
+        found.append(log_estimate(series, 1.0 / sampled.step_s)[0])
     return Estimate(found[0].frequency_hz, np.concatenate([e.psd for e in found]), found[0].degrees_of_freedom)
 
 

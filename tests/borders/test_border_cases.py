@@ -163,3 +163,15 @@ def test_files_that_are_not_there(small: Project) -> None:
 def test_a_case_of_groups_that_are_not_there(small: Project) -> None:
     replace(small.folder / "cases.toml", 'groups = ["struts", "flanges"]', 'groups = ["struts", "flange"]')
     small.run("run-case", "4").refused(3, "cases.toml", "no thermal area has 'flange'; did you mean flanges?")
+
+
+@pytest.mark.parametrize(
+    ("name", "dataset", "labels"),
+    [("sensitivity.h5", "/S", "/row/label"), ("optics.h5", "/N/A", "/label/read_out")],
+)
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_rows_that_are_not_finite(small: Project, name: str, dataset: str, labels: str, value: float) -> None:
+    with h5py.File(small.build / name, "r+") as file:
+        file[dataset][1, 3] = value
+        label = file[labels].asstr()[1]
+    small.run("run-case", "3").refused(4, name, f"{dataset} is {value:g} in row {label}", hint="build the file again")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import tracemalloc
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from border_tools import Project, replace, snapshot, tedm
 from scipy.integrate import trapezoid
 
 from tedm_cli import wide_table
+from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.wide_table import open_wide
 
 STEP, ROWS = 4.0, 17_000
@@ -306,8 +308,6 @@ def test_nothing_to_run_is_said(small: Project) -> None:
 
 
 def test_log_spectra_need_speckit(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-
     (small.folder / "t.csv").write_text(GOOD)
     configure(small, more='spectrum = "log"\n')
     monkeypatch.setitem(sys.modules, "speckit", None)
@@ -409,3 +409,32 @@ def test_a_realisation_with_delays(small: Project) -> None:
         assert np.abs(ratio.mean(axis=1) - 1.0).max() < 0.03
     cases.write_text(cases.read_text().replace("333.3", "1e9"))
     small.run("run-case", "late").refused(4, "case late: realisation", "1e+09 s later", hint="shorten the delays")
+
+
+def log_realisation(small: Project) -> None:
+    with open(small.folder / "cases.toml", "a") as stream:
+        stream.write('\n[realisation]\nseed = 3\nsamples = 60_000\nlowest_hz = 1e-3\nspectrum = "log"\n')
+
+
+def test_log_spectra_of_a_realisation_need_speckit(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    log_realisation(small)
+    monkeypatch.setitem(sys.modules, "speckit", None)
+    small.run("run-case", "3").refused(2, "needs speckit", hint="pip install 'tedm[spectra]'")
+
+
+def test_log_spectra_of_a_realisation(small: Project) -> None:
+    """Against the exact spectra through a window of another width at every frequency."""
+    pytest.importorskip("speckit")
+    log_realisation(small)
+    assert "log-spaced spectra" in small.run("run-case", "3").ok().out
+    with h5py.File(small.build / "case03.h5") as file:
+        group = file["realisation"]
+        assert group["method"].asstr()[()] == "log"
+        f, nu, exact = (group[name][()] for name in ("frequency", "degrees_of_freedom", "exact"))
+        ratio = group["psd"][()] / exact
+    assert 1e-3 <= f[0] < 1.05e-3
+    assert 0.09 < f[-1] <= 0.1
+    assert np.diff(np.log(f)).max() < 0.05
+    assert np.abs(np.average(ratio, axis=1, weights=nu) - 1.0).max() < 0.02
+    low, high = Estimate(f, ratio, nu).interval(0.95)
+    assert np.mean((ratio * low <= 1.0) & (ratio * high >= 1.0)) > 0.88

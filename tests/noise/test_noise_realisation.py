@@ -9,7 +9,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.noise.correlation import block_factor, blocks, correlation_factor
 from tedm_cli.noise.propagation import output_psd_from_factor
 from tedm_cli.noise.realisation import Plan, expected_psd, in_band, realise, temperature_blocks
-from tedm_cli.noise.spectral_estimate import kaiser, segment_length
+from tedm_cli.noise.spectral_estimate import Window, kaiser, segment_length
 from tedm_cli.noise.temperature import FlightSpectrum, ShapedSpectrum, TemperatureModel, WhiteSpectrum
 
 SHIPPED = ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10", "10b"]
@@ -212,3 +212,17 @@ def test_expectation_without_delays_is_the_exact_spectrum_but_where_it_is_steep(
     exact = output_psd_from_factor(np.ones((1, 1)), model, np.eye(1), f)[0]
     excess = expected_psd(np.ones((1, 1)), model, np.eye(1), PLAN, f)[0] / exact - 1
     assert excess == pytest.approx(10 * (2e-3 / 30 / f) ** 2, rel=0.03, abs=0)
+
+
+def test_expectation_through_windows_of_a_width_for_each_frequency():
+    """By the window's own transform, here of segments that get shorter with frequency, f^-4."""
+    beta, rate = 25.4, PLAN.rate_hz
+    model = TemperatureModel.from_spectra([ShapedSpectrum(1.0, corner_hz=1e-5, order=2)])
+    f, segment = np.array([2e-3, 6e-3, 0.02]), np.array([800, 400, 160])
+    found = expected_psd(np.ones((1, 1)), model, np.eye(1), PLAN, f, window=Window(rate / segment, beta))[0]
+    for at, length, value in zip(f, segment, found, strict=True):
+        taps = np.kaiser(length + 1, beta)[:length]
+        near = at + np.linspace(-9, 9, 3001) * rate / length
+        power = np.abs(np.exp(-2j * np.pi * np.outer(near - at, np.arange(length)) / rate) @ taps) ** 2
+        exact = output_psd_from_factor(np.ones((1, 1)), model, np.eye(1), np.clip(near, PLAN.low_hz, PLAN.high_hz))[0]
+        assert value == pytest.approx(trapezoid(power * exact, near) / trapezoid(power, near), rel=2e-4, abs=0)

@@ -102,7 +102,9 @@ def realisation_line(r: Realised) -> str:
     low, high = r.estimate.interval(0.95)
     held = float(np.mean((ratio * low <= 1.0) & (ratio * high >= 1.0)))
     means = ratio.mean(axis=1)
+    spacing = ", log-spaced spectra" if r.method == "log" else ""
     return (
-        f"realisation: {r.samples:,} samples at {r.rate_hz:g} Hz, seed {r.seed}; PSD over its expectation, mean of an"
-        f" output {means.min():.4f} to {means.max():.4f}; {held:.1%} of all values hold it in their 95 % interval"
+        f"realisation: {r.samples:,} samples at {r.rate_hz:g} Hz, seed {r.seed}{spacing}; PSD over its expectation,"
+        f" mean of an output {means.min():.4f} to {means.max():.4f}; {held:.1%} of all values hold it in their 95 %"
+        " interval"
     )
