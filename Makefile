@@ -12,7 +12,7 @@ TEDM := $(BIN)/tedm
 RUN_STAMP := $(VENV)/.tedm-installed
 DEV_STAMP := $(VENV)/.tedm-dev-installed
 OPTIONS := -c $(PROJECT) -d $(BUILD)
-CODE := $(shell find tedm_cli -name '*.py' -o -name '*.j2')
+CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
