@@ -16,8 +16,6 @@ Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Facts = list[tuple[str, str]]
 
-PARTITIONS = ("all", "none", "group", "shield", "side", "mirror")
-
 
 @dataclass(frozen=True)
 class BlockSelector:

@@ -73,7 +73,7 @@ def _card(limit: Limit, pairs: Sequence[Pair], areas: Areas) -> VerdictCard:
         ("All possible cases", _by_case(possible)),
         ("How sure", _how_sure(case, j)),
         ("Limited by", limited_by(j, areas)),
-        ("What would help" if not j.passed else "Margin", _what_would_help(case, j, areas)),
+        ("What would help" if not j.passed else "Margin", _what_would_help(case, j)),
     ]
     return VerdictCard(state, word, limit.name, lead, tuple(facts))
 
@@ -169,7 +169,7 @@ def _largest(shares: dict[str, float]) -> str:
     return ", ".join(shown) or f"none above {percent(_SMALL)}"
 
 
-def _what_would_help(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Text:
+def _what_would_help(case: CaseNoise, j: JudgedOutput) -> Text:
     m = j.mending
     if j.passed:
         return (
@@ -213,7 +213,7 @@ def _field_card(dc: Sequence[DcVerdict]) -> VerdictCard:
         Link("field at rest", "field"),
         f" is within its allocation in {passed} of {count(len(dc), 'quantity', 'quantities')}{together}; the worst is"
         f" {worst.symbol} of {worst.test_mass} by {worst.subsystem}, {sci(worst.value)} {worst.unit}, which is"
-        f" {ratio_text(worst.ratio)} times its limit.",
+        f" {ratio_text(worst.ratio)} times its limit (nominal frame of the test mass).",
     )
     return VerdictCard("met" if met else "violated", "Met" if met else "Violated", "field at rest", lead)
 

@@ -137,7 +137,7 @@ def change_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, 
         blocks += [
             Heading(f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement}"),
             _stability(j, areas),
-            _improvement(j, areas),
+            _improvement(j),
         ]
     text = (
         "Required temperature stability: the factor on the temperature amplitudes of one group, the others unchanged,"
@@ -147,8 +147,8 @@ def change_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, 
         " other blocks stay as they are. Areas and blocks are chosen one after the other; an area that stands alone is"
         " a block."
     )
-    first = figures["mending"]
-    return Section("change", "What would change it", "What to change", (*first, Paragraph(text), *blocks))
+    blocks = [*figures["mending"], Paragraph(text), *blocks]
+    return Section("change", "What would change it", "What to change", tuple(blocks))
 
 
 def _stability(j: JudgedOutput, areas: Areas) -> Table:
@@ -172,7 +172,7 @@ def _stability(j: JudgedOutput, areas: Areas) -> Table:
     return Table(head, tuple(rows), "Required temperature stability")
 
 
-def _improvement(j: JudgedOutput, areas: Areas) -> Table:
+def _improvement(j: JudgedOutput) -> Table:
     """Ratios with more and more areas improved; silent and quieter areas are the same ones."""
     m = j.mending
     families = [[way for way in WAYS if way != MATCHED], [MATCHED]]

@@ -215,7 +215,7 @@ def _read_mending(file: Reader, v: int, binding_hz: float) -> Mending:
     groups = file.strings("/stability/group")
     at = int(np.abs(file.array("/frequency") - binding_hz).argmin())
     level = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
-    level = np.where(file.array("/case/block") >= 0, level, np.nan)
+    level = np.where(block >= 0, level, np.nan)
     of_area = np.array(file.strings("/area/group"))
     return Mending(
         count=file.array("/improvement/count"),
