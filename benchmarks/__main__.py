@@ -44,7 +44,7 @@ def cases(k: int = 78, outputs: int = 24, frequencies: int = 4096) -> Result:
 def solver() -> Result:
     """Factorising and solving the small sample with MUMPS where it is installed, against SciPy's SuperLU."""
     from tedm_cli.fem.static import StaticSolution
-    from tedm_cli.nastran.solver.deck import read_solver_deck
+    from tedm_cli.nastran.structure.deck import read_solver_deck
 
     root = Path(__file__).parents[1]
     structure, load_cases = read_solver_deck(root / "sample_models" / "small" / "unit_loads.bdf")

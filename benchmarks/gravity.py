@@ -9,19 +9,17 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.synthetic import hexahedra
 from benchmarks.timing import Result, timed
+from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.masses import MassDistribution
-
-Array = NDArray[np.float64]
 
 SIDES = np.full(3, 0.046)
 SAMPLE = 60
 
 
-def points_between(lower: float, upper: float, n: int = 66_000) -> Array:
+def points_between(lower: float, upper: float, n: int = 66_000) -> FloatArray:
     """Points in all directions, their distance [m] from the centre uniform between two limits."""
     rng = np.random.default_rng(1)
     direction = rng.normal(size=(n, 3))
@@ -38,7 +36,7 @@ def against_choclo(lower: float, upper: float, threads: int) -> Result:
     points = points_between(lower, upper)
     west, east, south, north, bottom, top = (sign * side / 2 for side in SIDES for sign in (-1, 1))
 
-    def peer() -> Array:
+    def peer() -> FloatArray:
         numba.set_num_threads(threads)
         nine = np.empty((len(points), 9))
         loop(points, west, east, south, north, bottom, top, nine)
@@ -135,7 +133,14 @@ def _choclo_loop(parallel: bool) -> Callable[..., None]:
     en, eu, nu = prism.gravity_en, prism.gravity_eu, prism.gravity_nu
 
     def loop(
-        points: Array, west: float, east: float, south: float, north: float, bottom: float, top: float, out: Array
+        points: FloatArray,
+        west: float,
+        east: float,
+        south: float,
+        north: float,
+        bottom: float,
+        top: float,
+        out: FloatArray,
     ) -> None:
         for i in numba.prange(points.shape[0]):
             x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -152,11 +157,11 @@ def _choclo_loop(parallel: bool) -> Callable[..., None]:
     return numba.njit(parallel=parallel)(loop)  # type: ignore[no-any-return]
 
 
-def _tensor(six: Array) -> Array:
+def _tensor(six: FloatArray) -> FloatArray:
     return six[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
 
 
-def _worst_errors(points: Array, ours: tuple[Array, Array], peer: tuple[Array, Array]) -> str:
+def _worst_errors(points: FloatArray, ours: tuple[FloatArray, FloatArray], peer: tuple[FloatArray, FloatArray]) -> str:
     """Largest relative error of force and gradient of both, over a sample of the points, against 50 digits."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "gravity"))
     from gravity_reference import exact_fields

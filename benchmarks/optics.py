@@ -6,12 +6,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.timing import Result, timed
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import OpticalLayout
-
-Array = NDArray[np.float64]
 
 ROOT = Path(__file__).parents[1]
 COMPLEX_STEP = 1e-30
@@ -45,7 +43,7 @@ def against_optiland() -> Result:
     return timed(lambda: trace(layout, poses.moved(motion)), lambda: outputs(layout, motion), note)
 
 
-def complex_step(layout: OpticalLayout) -> Array:
+def complex_step(layout: OpticalLayout) -> FloatArray:
     """S_BW column by column from traces with an imaginary motion."""
     from tedm_cli.optics.trace import nominal_poses, trace
 
@@ -55,7 +53,7 @@ def complex_step(layout: OpticalLayout) -> Array:
     return np.stack(columns, axis=1) / COMPLEX_STEP
 
 
-def extended_differences(layout: OpticalLayout) -> Array:
+def extended_differences(layout: OpticalLayout) -> FloatArray:
     """S_BW from five-point differences of finite motions in long double (64-bit mantissas on x86)."""
     from tedm_cli.optics.trace import Poses, nominal_poses, trace
 

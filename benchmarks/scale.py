@@ -23,8 +23,8 @@ import h5py
 
 from benchmarks import synthetic
 from benchmarks.timing import Result, timed
-from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import model_geometry
+from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.unit_loads import UnitLoads
 
@@ -82,9 +82,9 @@ def _read(source: Path) -> None:
 
 def _run(task: str, folder: Path, areas: int, cells: tuple[int, int, int]) -> Measured:
     """In the process of the task."""
-    from tedm_cli.stages.distortion import build_distortion
-    from tedm_cli.stages.ingest import ingest
-    from tedm_cli.stages.sensitivity import build_sensitivity
+    from tedm_cli.stages.gravity.sensitivity import build_sensitivity
+    from tedm_cli.stages.model.distortion import build_distortion
+    from tedm_cli.stages.model.ingest import ingest
 
     unit, distortion = folder / "unit_loads.h5", folder / "distortion.h5"
     deck, op2 = folder / "unit_loads.bdf", folder / "unit_loads.op2"

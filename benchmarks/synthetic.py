@@ -10,24 +10,21 @@ from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.base import read_toml
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import UNIT_LOADS
-from tedm_cli.nastran.displacements import unit_load_displacements
+from tedm_cli.files.provenance import Provenance
+from tedm_cli.files.store import create
 from tedm_cli.nastran.geometry import ModelGeometry
-from tedm_cli.nastran.op2_writer import write_op2
+from tedm_cli.nastran.op2.displacements import unit_load_displacements
+from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.positions import Frames
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads
 from tedm_cli.progress import Step, silent
-from tedm_cli.provenance import Provenance
-from tedm_cli.stages.ingest import write_motions
-from tedm_cli.store import create
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from tedm_cli.stages.model.ingest import write_motions
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 HALF_M = (0.5, 0.3, 0.2)

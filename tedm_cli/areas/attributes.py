@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from fnmatch import fnmatchcase
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.areas import AreasTable
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
 
 
-def area_attributes(
-    names: Sequence[str], centroids_m: NDArray[np.float64], table: AreasTable, *, where: str
-) -> AreaTable:
+def area_attributes(names: Sequence[str], centroids_m: FloatArray, table: AreasTable, *, where: str) -> AreaTable:
     """Group, shield and side of each area from the first rule whose pattern matches its name.
 
     The side comes from the centroid [k,3] (basic frame) where the rule does not give it.

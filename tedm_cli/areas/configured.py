@@ -10,10 +10,11 @@ import numpy as np
 
 from tedm_cli.areas.csv_file import read_area_csv
 from tedm_cli.areas.definitions import AreaGrids, define_areas
+from tedm_cli.arrays import IntArray
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.geometry import Grids, IntArray, id_list
+from tedm_cli.nastran.geometry import Grids, id_list
 from tedm_cli.nastran.membership import membership
 
 

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import IntArray
 from tedm_cli.config.areas import AREA_NAME
 from tedm_cli.errors import InputError
 
@@ -17,7 +17,7 @@ _GRID_ID = re.compile(r"[1-9][0-9]{0,8}")  # Nastran's ids have at most nine dig
 _AREA_NAME = re.compile(AREA_NAME)
 
 
-def read_area_csv(path: Path) -> dict[str, NDArray[np.int64]]:
+def read_area_csv(path: Path) -> dict[str, IntArray]:
     """Grid ids of each thermal area from a CSV with the header `node_id,area`, areas in order of first appearance.
 
     Raises
@@ -59,7 +59,7 @@ def read_area_csv(path: Path) -> dict[str, NDArray[np.int64]]:
     return {name: np.array(sorted(ids), dtype=np.int64) for name, ids in out.items()}
 
 
-def area_csv_text(areas: Mapping[str, NDArray[np.int64]]) -> str:
+def area_csv_text(areas: Mapping[str, IntArray]) -> str:
     """Grid ids of each area as `read_area_csv` reads them, areas in their order."""
     rows = [f"{grid},{name}" for name, ids in areas.items() for grid in ids]
     return "\n".join(["node_id,area", *rows]) + "\n"

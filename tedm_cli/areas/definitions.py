@@ -7,14 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, IntArray
 from tedm_cli.config.areas import AreasTable, BoxTable, DefinitionTable, Ids, SelectionTable, id_ranges
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.nastran.geometry import IntArray, id_list, rows_of
+from tedm_cli.nastran.geometry import id_list, rows_of
 from tedm_cli.nastran.membership import Membership
-
-Mask = NDArray[np.bool_]
 
 _ROUNDING_M = 1e-9  # coordinates written with nine digits, and turned: faces of boxes are closed to within this
 _ROUNDING_DEG = 1e-7
@@ -143,7 +141,7 @@ class _Selector:
     problems: list[tuple[str, str]]
     notes: list[str]
 
-    def definition(self, d: DefinitionTable, free: Mask) -> Mask:
+    def definition(self, d: DefinitionTable, free: BoolArray) -> BoolArray:
         if d.remainder:
             return free & self.members.structural
         met = np.zeros(len(self.members.grid_id), dtype=bool)
@@ -151,7 +149,7 @@ class _Selector:
             met |= self.selection(selection, self.at if number == 0 else f"{self.at}.also[{number - 1}]", d.name)
         return met
 
-    def selection(self, s: SelectionTable, at: str, name: str) -> Mask:
+    def selection(self, s: SelectionTable, at: str, name: str) -> BoolArray:
         m = self.members
         met = m.structural.copy()
         if s.set is not None:
@@ -185,7 +183,7 @@ class _Selector:
             chosen.append(ids)
         return np.concatenate(chosen)
 
-    def _sets(self, wanted: Ids, at: str, name: str) -> Mask:
+    def _sets(self, wanted: Ids, at: str, name: str) -> BoolArray:
         m = self.members
         met = np.zeros(len(m.grid_id), dtype=bool)
         for low, high in id_ranges(wanted):
@@ -212,7 +210,7 @@ class _Selector:
                     met |= m.grids_of(np.isin(m.element_id if kind == "element" else m.property_id, ids))
         return met
 
-    def _box(self, box: BoxTable, at: str) -> Mask:
+    def _box(self, box: BoxTable, at: str) -> BoolArray:
         m = self.members
         inside = np.ones(len(m.grid_id), dtype=bool)
         if box.frame not in m.frames:

@@ -39,8 +39,8 @@ def areas(
     Grids, mass, centroid and attributes of each area, from the definitions on the model to be solved, or else from the
     TEMP cards of the unit-load deck. Needs no results. Grids in no area are an error, told after the table.
     """
-    from tedm_cli.cli.say.areas import area_lines
-    from tedm_cli.stages.areas import areas as stage
+    from tedm_cli.cli.printing.areas import area_lines
+    from tedm_cli.stages.model.areas import areas as stage
 
     done = stage(open_project(config, build_dir, verbose), output, figure)
     if as_json:

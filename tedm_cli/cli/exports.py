@@ -37,7 +37,7 @@ def export(
 
     S_BW, P, O_ideal, D, N; S_SG, stiffness; D_opt: with labels and units, as CSV, NPZ (NumPy) or MAT (MATLAB).
     """
-    from tedm_cli.stages.export import export as stage
+    from tedm_cli.stages.exports.matrices import export as stage
 
     done = stage(build_dir, what or [], fmt.value, output)
     held = [f"{m.name} {m.values.shape[0]} x {m.values.shape[1]}: {m.description}" for m in done.matrices]
@@ -58,7 +58,7 @@ def export_case(
 
     Spectra, bounds, requirements, correlation, contributions and verdicts, with labels and units.
     """
-    from tedm_cli.stages.export_case import export_cases
+    from tedm_cli.stages.exports.case import export_cases
 
     say(quiet, *(str(path) for path in export_cases(build_dir, case or [], fmt.value, output)))
 
@@ -83,8 +83,8 @@ def export_state_space(
 
     Linear systems driven by white noise, with the filters that shape it and the static gain, for end-to-end simulators.
     """
-    from tedm_cli.stages.export_state_space import Wanted
-    from tedm_cli.stages.export_state_space import export_state_space as stage
+    from tedm_cli.stages.exports.state_space import Wanted
+    from tedm_cli.stages.exports.state_space import export_state_space as stage
 
     project = open_project(config, build_dir, 0)
     for done in stage(project, case, fmt.value, output, Wanted(tolerance, rate_hz, temperatures)):
@@ -115,8 +115,8 @@ def export_extremal(
     A CSV matrix for each bound and output, and cases.toml with cases that name them: append it to your own cases file,
     run them, and their noise is at the bounds.
     """
-    from tedm_cli.cli.say.extremal import extremal_lines
-    from tedm_cli.stages.export_extremal import export_extremal as stage
+    from tedm_cli.cli.printing.extremal import extremal_lines
+    from tedm_cli.stages.exports.extremal import export_extremal as stage
 
     say(quiet, *extremal_lines(stage(build_dir, case, of or [], output)))
 
@@ -146,9 +146,9 @@ def export_vtu(
     Elements, areas, masses; displacements per kelvin; the gradient of an output, and what each grid contributes to it
     under an area or has in its noise. Without options: what the worst verdict is about.
     """
-    from tedm_cli.cli.say.mesh import mesh_lines
+    from tedm_cli.cli.printing.mesh import mesh_lines
     from tedm_cli.progress import progress
-    from tedm_cli.stages.export_mesh import Asked, export_mesh
+    from tedm_cli.stages.exports.mesh import Asked, export_mesh
 
     with progress(quiet) as step:
         done = export_mesh(build_dir, output, Asked(tuple(area or ()), tuple(of or ()), tuple(case or ())), step)

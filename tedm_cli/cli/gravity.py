@@ -35,9 +35,9 @@ def build_sensitivity(
 
     On each test mass: acceleration at rest, four stiffness matrices, and the sensitivity to each thermal area.
     """
-    from tedm_cli.cli.say.gravity import sensitivity_lines
+    from tedm_cli.cli.printing.gravity import sensitivity_lines
     from tedm_cli.progress import progress
-    from tedm_cli.stages.sensitivity import build_sensitivity as stage
+    from tedm_cli.stages.gravity.sensitivity import build_sensitivity as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
@@ -63,9 +63,9 @@ def audit_mesh(
     The error every element leaves in the self-gravity and its sensitivities, lumped and by quadrature, against 1 % of
     the requirement. Sensitivities follow the element's own motion once build-distortion has run.
     """
-    from tedm_cli.cli.say.gravity import audit_lines
+    from tedm_cli.cli.printing.gravity import audit_lines
     from tedm_cli.progress import progress
-    from tedm_cli.stages.audit import audit as stage
+    from tedm_cli.stages.gravity.audit import audit as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
@@ -90,8 +90,8 @@ def self_gravity(
 
     Force, torque, accelerations and four stiffness matrices of a list of masses, with the exact kernel of a cuboid.
     """
-    from tedm_cli.cli.say.gravity import point_field_lines
-    from tedm_cli.stages.self_gravity import point_dict, point_self_gravity
+    from tedm_cli.cli.printing.gravity import point_field_lines
+    from tedm_cli.stages.gravity.self_gravity import point_dict, point_self_gravity
 
     project = open_project(config, DEFAULT_BUILD, verbose)
     done = point_self_gravity(project, points, per_source=per_source, output=output)
@@ -115,7 +115,7 @@ def accuracy(
     7.2 and 7.8: published quadratures over the test mass. 7.3 and 7.9: size of elements. 8.1: linearisation.
     6.4: mesh of the compensation masses. Writes data (CSV) and the figure (SVG).
     """
-    from tedm_cli.cli.say.gravity import accuracy_lines
-    from tedm_cli.stages.accuracy import accuracy as stage
+    from tedm_cli.cli.printing.gravity import accuracy_lines
+    from tedm_cli.stages.gravity.accuracy import accuracy as stage
 
     say(quiet, *accuracy_lines(stage(open_project(config, build_dir, verbose), figure, output)))

@@ -39,7 +39,7 @@ def write_deck(
     One subcase of +1 K per thermal area, and one that warms all areas together, on the model's own bulk data and
     constraints. What is dropped from its case control is listed. See docs/write-deck.md.
     """
-    from tedm_cli.stages.deck import write_deck as stage
+    from tedm_cli.stages.model.deck import write_deck as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
     say(
@@ -66,10 +66,10 @@ def solve(
     deck, without a shell, has to wait for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says; -v
     shows what it prints.
     """
-    from tedm_cli.cli.say.model import solve_lines
+    from tedm_cli.cli.printing.model import solve_lines
     from tedm_cli.progress import progress, waiting
-    from tedm_cli.stages.solve import solve as stage
-    from tedm_cli.stages.solve import solve_elsewhere
+    from tedm_cli.stages.model.solve import solve as stage
+    from tedm_cli.stages.model.solve import solve_elsewhere
 
     project = open_project(config, build_dir, verbose)
     if run is not None:
@@ -102,9 +102,9 @@ def ingest(
 
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
-    from tedm_cli.cli.say.model import mass_lines, partial_lines
+    from tedm_cli.cli.printing.model import mass_lines, partial_lines
     from tedm_cli.progress import progress
-    from tedm_cli.stages.ingest import ingest as stage
+    from tedm_cli.stages.model.ingest import ingest as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
@@ -131,7 +131,7 @@ def build_distortion(
     Per kelvin of every thermal area, for all grids and for the optical elements, with superposition checked.
     """
     from tedm_cli.progress import progress
-    from tedm_cli.stages.distortion import build_distortion as stage
+    from tedm_cli.stages.model.distortion import build_distortion as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:

@@ -24,7 +24,7 @@ from tedm_cli.cli.app import (
 
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
-    from tedm_cli.stages.series import SeriesResult
+    from tedm_cli.stages.noise.series import SeriesResult
 
 
 @app.command("run-case")
@@ -46,16 +46,17 @@ def run_case(
     also contributors, what would bring each verdict down, and how it hangs on filter, correlation and safety factor.
     A case that does not fit the model is refused after the others have been run.
     """
-    from tedm_cli.cli.say.case import case_dict, case_lines
-    from tedm_cli.cli.say.contributors import contributor_lines, more_dict, sensitivity_table
-    from tedm_cli.cli.say.series import realisation_line
+    from tedm_cli.cli.printing.case import case_dict, case_lines
+    from tedm_cli.cli.printing.contributors import contributor_lines, more_dict, sensitivity_table
+    from tedm_cli.cli.printing.series import realisation_line
+    from tedm_cli.config.cases import select_cases
     from tedm_cli.errors import PhysicsError, TedmError, UsageError
     from tedm_cli.progress import progress
-    from tedm_cli.stages.case import run_cases, select_cases
-    from tedm_cli.stages.realisation import read_realisation
+    from tedm_cli.stages.noise.case import run_cases
+    from tedm_cli.stages.noise.realisation import read_realisation
 
     project = open_project(config, build_dir, verbose)
-    ids = select_cases(project, case)
+    ids = select_cases(project.cases, case)
     if output is not None and len(ids) != 1:
         raise UsageError(f"--output names one file, but {len(ids)} cases are run")
     done: list[tuple[Path, CaseResult]] = []
@@ -99,11 +100,11 @@ def run_series(
     Propagates measured or simulated temperatures (CSV or HDF5) to time series and spectra of all outputs, and judges
     the requirements. A series that is refused does not keep the others from being run.
     """
-    from tedm_cli.cli.say.series import series_dict, series_lines
+    from tedm_cli.cli.printing.series import series_dict, series_lines
     from tedm_cli.errors import TedmError, UsageError
     from tedm_cli.progress import progress
-    from tedm_cli.stages.series import run_series as run
-    from tedm_cli.stages.series import select_series
+    from tedm_cli.stages.noise.series import run_series as run
+    from tedm_cli.stages.noise.series import select_series
 
     project = open_project(config, build_dir, verbose)
     names = select_series(project, series)

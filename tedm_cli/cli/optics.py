@@ -36,8 +36,8 @@ def check_layout(
     """
     import json
 
-    from tedm_cli.cli.say.layout import layout_dict, layout_lines
-    from tedm_cli.stages.layout import inspect_layout, refuse_failures
+    from tedm_cli.cli.printing.layout import layout_dict, layout_lines
+    from tedm_cli.stages.optics.layout import inspect_layout, refuse_failures
 
     done = inspect_layout(open_project(config, build_dir, verbose))
     say(quiet, *([json.dumps(layout_dict(done), indent=2)] if as_json else layout_lines(done)))
@@ -56,9 +56,9 @@ def build_optics(
 
     S_BW by the analytic derivative of the ray trace, P, O_ideal, and the read-out per kelvin of every area.
     """
-    from tedm_cli.cli.say.layout import warning_lines
-    from tedm_cli.cli.say.optics import optics_lines
-    from tedm_cli.stages.optics import build_optics as stage
+    from tedm_cli.cli.printing.layout import warning_lines
+    from tedm_cli.cli.printing.optics import optics_lines
+    from tedm_cli.stages.optics.build import build_optics as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
     say(quiet, *optics_lines(done), *warning_lines(done.warnings))
@@ -87,8 +87,8 @@ def explain(
     """
     import json
 
-    from tedm_cli.cli.say.explain import explain_dict, explain_lines
-    from tedm_cli.stages.explain import explain as stage
+    from tedm_cli.cli.printing.explain import explain_dict, explain_lines
+    from tedm_cli.stages.optics.explain import explain as stage
 
     project = open_project(config, build_dir, verbose)
     done = stage(project, read_out, set_name, area, uniform=uniform, distortion_only=distortion)

@@ -55,7 +55,7 @@ def plot(
     Of all cases and series run, of the optics, and of the bench under its worst areas.
     """
     from tedm_cli.progress import progress
-    from tedm_cli.stages.plot import plot as stage
+    from tedm_cli.stages.reporting.plot import plot as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
@@ -78,7 +78,7 @@ def report(
 
     Decision first: verdicts, why, how sure, what would change them; then the evidence. The page needs no other file.
     """
-    from tedm_cli.stages.report import report as stage
+    from tedm_cli.stages.reporting.report import report as stage
 
     paths = stage(open_project(config, build_dir, verbose), output, [f.value for f in fmt or ()])
     say(quiet, *(f"{path}: {path.stat().st_size / 1e6:.2f} MB" for path in paths))
@@ -93,7 +93,7 @@ def show(
 
     Datasets with their units, what it was made from, and its main numbers.
     """
-    from tedm_cli.stages.show import show_dict, show_lines
+    from tedm_cli.stages.reporting.show import show_dict, show_lines
 
     if as_json:
         print(json.dumps(show_dict(file), indent=1))
@@ -111,7 +111,7 @@ def check(
     Every HDF5 file of the build folder: its contract, its version, and whether its inputs are still the same.
     """
     from tedm_cli.errors import InputError
-    from tedm_cli.stages.check import check_folder
+    from tedm_cli.stages.reporting.check import check_folder
 
     results = check_folder(build_dir)
     if as_json:
@@ -131,6 +131,6 @@ def check(
 @app.command("make-rules", hidden=True)
 def make_rules(config: Config = DEFAULT_CONFIG, build_dir: BuildDir = DEFAULT_BUILD, output: Output = None) -> None:
     """Write the Make variables of a project: its inputs and its cases."""
-    from tedm_cli.stages.make_rules import make_rules as stage
+    from tedm_cli.stages.reporting.make_rules import make_rules as stage
 
     stage(open_project(config, build_dir, 0), output)

@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.provenance import ConfigFile
+from tedm_cli.files.provenance import ConfigFile
 
 IDENTIFIER = r"^[A-Za-z0-9_-]+$"  # what may be part of a file's name anywhere
 

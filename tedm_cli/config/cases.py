@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence
 from pathlib import Path
 
 from pydantic import Field, model_validator
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import Strict, load
 from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.config.series import RealisationTable, SeriesTable
 from tedm_cli.config.temperature import TemperatureTable
 from tedm_cli.errors import ConfigError, UsageError
+from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.noise.correlation import CorrelationCase
 from tedm_cli.noise.realisation import Plan
-from tedm_cli.noise.requirements import AppliedRequirement, Array, frequency_grid
+from tedm_cli.noise.requirements import AppliedRequirement, frequency_grid
 from tedm_cli.noise.spectral_estimate import samples_wanted, segment_length
-from tedm_cli.provenance import ConfigFile
 
 _RATE = 2.5  # samples per period of the highest frequency, where the rate is not given
 
@@ -97,7 +99,7 @@ class CasesConfig(Strict):
         samples = table.samples or samples_wanted(rate, lowest, table.tolerance, table.confidence)
         return Plan(rate, samples, table.seed, self.frequency.min_hz, self.frequency.max_hz, lowest)
 
-    def frequency_hz(self) -> Array:
+    def frequency_hz(self) -> FloatArray:
         """Frequency grid [F] in Hz that holds the band edges of all requirements."""
         bands = [table.requirement().grid_hz for table in self.requirements]
         return frequency_grid(self.frequency.min_hz, self.frequency.max_hz, self.frequency.points, bands)
@@ -140,6 +142,14 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config
+
+
+def select_cases(path: Path, wanted: Sequence[str]) -> list[str]:
+    """Case ids of a cases file for what the user typed, `all` included; `UsageError` lists what exists."""
+    _, config = load_cases(path)
+    if list(wanted) == ["all"]:
+        return config.ids
+    return list(dict.fromkeys(config.case_table(case_id, where=str(path)).id for case_id in wanted))
 
 
 def _beside(folder: Path, config: CasesConfig) -> CasesConfig:

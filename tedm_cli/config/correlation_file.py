@@ -7,15 +7,12 @@ import io
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.correlation import LabelledMatrix
-
-Matrix = NDArray[Any]
 
 
 def read_matrix(path: Path) -> LabelledMatrix:
@@ -38,7 +35,7 @@ def read_matrix(path: Path) -> LabelledMatrix:
     return LabelledMatrix(tuple(names), real, str(path))
 
 
-def matrix_csv(names: Sequence[str], value: NDArray[np.float64]) -> str:
+def matrix_csv(names: Sequence[str], value: FloatArray) -> str:
     """A real matrix [n, n] as the CSV that `read_matrix` takes, without loss."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -47,7 +44,7 @@ def matrix_csv(names: Sequence[str], value: NDArray[np.float64]) -> str:
     return text.getvalue()
 
 
-def _read_npz(path: Path) -> tuple[list[str], Matrix]:
+def _read_npz(path: Path) -> tuple[list[str], AnyArray]:
     try:
         with np.load(path, allow_pickle=False) as archive:
             missing = [key for key in ("area", "R") if key not in archive]
@@ -62,7 +59,7 @@ def _read_npz(path: Path) -> tuple[list[str], Matrix]:
     return names, value.astype(np.complex128 if value.dtype.kind == "c" else np.float64)
 
 
-def _read_csv(path: Path) -> tuple[list[str], Matrix]:
+def _read_csv(path: Path) -> tuple[list[str], AnyArray]:
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream, strict=True)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, PositiveFloat
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import Strict, validate
 from tedm_cli.config.optics_tables import Vector
 from tedm_cli.errors import ConfigError
@@ -15,7 +14,6 @@ from tedm_cli.optics.imported import Conventions, Frame, LabelledMatrix, MotionC
 from tedm_cli.optics.labels import Labels
 from tedm_cli.optics.layout import Vec3
 
-Matrix = NDArray[np.float64]
 Units = list[str] | dict[str, str]
 Point = Literal["layout", "grid"]
 
@@ -51,14 +49,16 @@ class SensitivityTable(LawTable):
 T = TypeVar("T", bound=LawTable)
 
 
-def law_of(values: Matrix, declared: dict[str, Any], *, where: str, hint: str) -> tuple[LabelledMatrix, Conventions]:
+def law_of(
+    values: FloatArray, declared: dict[str, Any], *, where: str, hint: str
+) -> tuple[LabelledMatrix, Conventions]:
     """P and what its entries mean; `ConfigError` lists all that is missing or wrong in the declaration."""
     table = _checked(LawTable, values, declared, where, hint)
     return _labelled(values, table), _outputs(table, None)
 
 
 def sensitivity_of(
-    values: Matrix, declared: dict[str, Any], *, where: str, hint: str
+    values: FloatArray, declared: dict[str, Any], *, where: str, hint: str
 ) -> tuple[LabelledMatrix, Conventions, MotionConventions]:
     """S_BW and what its entries mean; `ConfigError` lists all that is missing or wrong in the declaration."""
     table = _checked(SensitivityTable, values, declared, where, hint)
@@ -71,7 +71,7 @@ def sensitivity_of(
     return _labelled(values, table), _outputs(table, table.accuracy), MotionConventions(table.frame, given)
 
 
-def _checked(model: type[T], values: Matrix, declared: dict[str, Any], where: str, hint: str) -> T:
+def _checked(model: type[T], values: FloatArray, declared: dict[str, Any], where: str, hint: str) -> T:
     problems: list[tuple[str, str]] = []
     table: T | None = None
     try:
@@ -101,7 +101,7 @@ def _quantity(label: str) -> str:
     return label.rpartition("_")[2]
 
 
-def _labelled(values: Matrix, table: LawTable) -> LabelledMatrix:
+def _labelled(values: FloatArray, table: LawTable) -> LabelledMatrix:
     return LabelledMatrix(values, _labels(table.rows, table.row_units), _labels(table.columns, table.column_units))
 
 

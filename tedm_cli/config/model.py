@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.areas import AreasTable
 from tedm_cli.config.base import Strict, load
 from tedm_cli.errors import ConfigError
+from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.provenance import ConfigFile
 
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
 Positive = Annotated[float, Field(gt=0)]
@@ -105,9 +105,9 @@ class CompensationMassTable(Strict):
         return CompensationMass(name=self.name, centre_m=np.array(self.centre_m), size_m=size, mass_kg=mass, axes=axes)
 
 
-def axes_of_rotation(rotation_rad: list[float]) -> NDArray[np.float64]:
+def axes_of_rotation(rotation_rad: list[float]) -> FloatArray:
     """Edges (rows) of a body turned from the basic frame by a rotation vector."""
-    turned: NDArray[np.float64] = Rotation.from_rotvec(rotation_rad).as_matrix()
+    turned: FloatArray = Rotation.from_rotvec(rotation_rad).as_matrix()
     return turned.T
 
 

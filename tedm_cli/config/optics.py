@@ -12,6 +12,7 @@ from tedm_cli.config.base import read_toml, validate
 from tedm_cli.config.optics_checks import Problems, cross_checks, imported_problems, lacks_geometry
 from tedm_cli.config.optics_tables import ElementTable, OpticsTables, PathTable, TolerancesTable
 from tedm_cli.errors import ConfigError
+from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.optics.layout import (
     BeamPath,
     Element,
@@ -22,7 +23,6 @@ from tedm_cli.optics.layout import (
     Tolerances,
     Vec3,
 )
-from tedm_cli.provenance import ConfigFile
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tedm_cli.config.base import Strict, load
-from tedm_cli.provenance import ConfigFile
+from tedm_cli.files.provenance import ConfigFile
 
 
 class ProjectTable(Strict):

@@ -12,9 +12,9 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from tedm_cli.config.base import Strict
 from tedm_cli.config.correlation import Names
-from tedm_cli.csv_table import read_table
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.requirements import AppliedRequirement, Requirement, tabulated
+from tedm_cli.tables.csv_table import read_table
 
 HEADER = ("frequency_hz", "amplitude")
 

@@ -8,9 +8,9 @@ from fnmatch import fnmatchcase
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.config.base import Strict
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
@@ -30,7 +30,6 @@ from tedm_cli.noise.temperature import (
 )
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
-Array = NDArray[np.float64]
 
 _FILTER = ("reference_hz", "order", "corner_hz")
 _LEVELS = ("outside_K", "inside_K", "level_K")
@@ -42,8 +41,8 @@ class SpectrumColumns:
 
     name: str
     columns: list[str]
-    frequency_hz: Array
-    asd: Array
+    frequency_hz: FloatArray
+    asd: FloatArray
 
 
 class _SpectrumTable(Strict):
@@ -98,7 +97,7 @@ class OverrideTable(_SpectrumTable):
             raise ValueError(f"preset {self.preset} needs level_K, in K/sqrt(Hz)")
         return self
 
-    def select(self, areas: AreaTable) -> NDArray[np.bool_]:
+    def select(self, areas: AreaTable) -> BoolArray:
         """Mask [k] of the areas it is for."""
         mask = np.ones(len(areas), dtype=bool)
         if self.groups is not None:
@@ -176,7 +175,7 @@ class TemperatureTable(_SpectrumTable):
         return TemperatureModel.from_spectra([spectra[area] for area in range(len(areas))])
 
 
-def _tabulated(table: SpectrumColumns, areas: AreaTable, mask: NDArray[np.bool_]) -> dict[int, Spectrum]:
+def _tabulated(table: SpectrumColumns, areas: AreaTable, mask: BoolArray) -> dict[int, Spectrum]:
     index = columns_of_areas(table.columns, areas, mask, where=table.name)
     found = {
         int(column): TabulatedSpectrum.of(

@@ -1,6 +1,6 @@
 """One table per kind of HDF5 file: its datasets, their dimensions, type, unit, frame and meaning.
 
-The reader and the writer in `tedm_cli.store` both check against these tables; `docs/files.md` is printed from them.
+The reader and the writer in `tedm_cli.files.store` check against these tables; `docs/files.md` is printed from them.
 A path with a name in braces (`/psd/{output}`) stands for one dataset per name. A unit of `None` is given by the writer.
 Changing a table in a way that older files do not fit raises the kind's `version`.
 """

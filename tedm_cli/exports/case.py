@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
+from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
-from tedm_cli.store import Reader
-
-Array = NDArray[np.float64]
 
 
 def case_notes(file: Reader) -> list[str]:
@@ -68,7 +66,7 @@ _BOUNDS = {
 
 
 def _over_frequency(
-    file: Reader, name: str, values: Array, labels: Sequence[str], units: Sequence[str], description: str
+    file: Reader, name: str, values: FloatArray, labels: Sequence[str], units: Sequence[str], description: str
 ) -> NamedMatrix:
     """A table of `values` [n, F] with the frequency in its first column."""
     frequency = file.array("/frequency")

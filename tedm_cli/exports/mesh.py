@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.blocks import node_blocks
+from tedm_cli.arrays import IntArray
 from tedm_cli.fem.shapes import shape_of
-
-Ints = NDArray[np.int64]
+from tedm_cli.files.blocks import node_blocks
 
 VERTEX, LINE, PYRAMID = 1, 3, 14
 # Numbers of vtkCellType.h by family and number of nodes. Linear wedges stand as Nastran has them, as VTK's own shape
@@ -40,13 +39,13 @@ class Cells:
     elements."""
 
     kind: int
-    nodes: Ints
-    row: Ints
+    nodes: IntArray
+    row: IntArray
 
 
 def element_cells(
-    card: Sequence[str] | NDArray[np.str_], node_offset: Ints, node_index: Ints
-) -> tuple[list[Cells], Ints]:
+    card: Sequence[str] | NDArray[np.str_], node_offset: IntArray, node_index: IntArray
+) -> tuple[list[Cells], IntArray]:
     """Elements as cells, those of one card and number of nodes together; and the rows of those that have no cell.
 
     Cards without a shape are points or lines where they have one node or two (springs, dampers, bushes); with more
@@ -72,12 +71,12 @@ def element_cells(
     return cells, np.sort(np.concatenate(left))
 
 
-def vertices(node: Ints) -> Cells:
+def vertices(node: IntArray) -> Cells:
     """One cell for each of the points `node` [c]."""
     return Cells(VERTEX, node[:, None], np.arange(len(node)))
 
 
-def label_of_cells(nodes: Ints, label: Ints) -> Ints:
+def label_of_cells(nodes: IntArray, label: IntArray) -> IntArray:
     """The label [c] that most nodes [c, n] of each cell have, the lowest of several; `label` [N] of all points."""
     out = np.empty(len(nodes), dtype=np.int64)
     for part in node_blocks(len(nodes)):

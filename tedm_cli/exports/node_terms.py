@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tedm_cli.blocks import Blocks, node_blocks
-
-Array = NDArray[np.float64]
+from tedm_cli.arrays import FloatArray
+from tedm_cli.files.blocks import Blocks, node_blocks
 
 
 def superposed(
-    dataset: Blocks, weights: Array, advance: Callable[[int], None] = lambda _: None, per: Array | None = None
-) -> Array:
+    dataset: Blocks, weights: FloatArray, advance: Callable[[int], None] = lambda _: None, per: FloatArray | None = None
+) -> FloatArray:
     """Sums [m, n, 3] of the areas' fields in a dataset [k, n, 3], each with `weights` [m, k]; read piece by piece.
 
     Areas without weight are not read. `per` [k] divides the fields (loads in kelvin); `advance` is called with the
@@ -33,7 +31,7 @@ def superposed(
     return out
 
 
-def gradient(operator: Blocks, rows: Sequence[tuple[float, int]]) -> Array:
+def gradient(operator: Blocks, rows: Sequence[tuple[float, int]]) -> FloatArray:
     """-G [n, 3] of a sum of rows of an operator [rows, n, 3], each with its coefficient: what a displacement adds."""
     out = np.zeros(operator.shape[1:])
     for block in node_blocks(len(out)):

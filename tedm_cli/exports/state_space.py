@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tedm_cli.matrix_files.named import NamedMatrix
-from tedm_cli.noise.state_space import NoiseModel, StateSpace
-
-Array = NDArray[np.float64]
+from tedm_cli.noise.shaping.state_space import NoiseModel, StateSpace
 
 CONTINUOUS = (
     "x' = A x + B w, y = C x + D w, time in s.",

@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, FileKind
+from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
-from tedm_cli.store import Reader
 
 _MOTIONS = {"ux": "m", "uy": "m", "uz": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
 _OUTPUTS = 'slopes = "angle"\nbeams = { meas = "meas", ref = "ref" }\n'

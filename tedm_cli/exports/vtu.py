@@ -19,11 +19,11 @@ from typing import Any, TextIO
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.exports.mesh import Cells
 from tedm_cli.figures.colours import LEFT_OUT, area_colours
-from tedm_cli.store import replacing
+from tedm_cli.files.store import replacing
 
 _BLOCK = 1 << 15  # bytes, as VTK's own writer takes them
 
@@ -33,7 +33,7 @@ class MeshArray:
     """Numbers on all points or cells, [n] or [n, 3]. `total`: whether their sum says something."""
 
     name: str
-    values: NDArray[Any]
+    values: AnyArray
     unit: str
     meaning: str
     total: bool = False
@@ -65,7 +65,7 @@ def distinct(arrays: Sequence[MeshArray]) -> list[MeshArray]:
 
 def write_vtu(
     path: Path,
-    points: NDArray[np.float64],
+    points: FloatArray,
     cells: Sequence[Cells],
     on_points: Sequence[MeshArray],
     on_cells: Sequence[MeshArray],
@@ -89,7 +89,7 @@ def write_vtu(
 
 def _write_mesh(
     stream: TextIO,
-    points: NDArray[np.float64],
+    points: FloatArray,
     cells: Sequence[Cells],
     on_points: Sequence[MeshArray],
     on_cells: Sequence[MeshArray],
@@ -117,7 +117,7 @@ def _write_mesh(
     stream.write("</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
 
 
-def _write_array(stream: TextIO, name: str, values: NDArray[Any]) -> None:
+def _write_array(stream: TextIO, name: str, values: AnyArray) -> None:
     """A `DataArray` in base64: numbers of blocks and bytes, then blocks compressed by themselves (VTK's XML format)."""
     kind = {"f": ("Float64", "<f8"), "i": ("Int64", "<i8"), "u": ("UInt8", "u1")}[values.dtype.kind]
     raw = np.ascontiguousarray(values, dtype=kind[1]).tobytes()

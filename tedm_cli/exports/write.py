@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from tedm_cli.files.store import replacing
 from tedm_cli.matrix_files.csv_file import write_csv
 from tedm_cli.matrix_files.mat_file import write_mat
 from tedm_cli.matrix_files.named import Format, NamedMatrix
 from tedm_cli.matrix_files.npz_file import write_npz
-from tedm_cli.store import replacing
 
 
 def write_matrices(

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.fem.bars import bar_matrices
 from tedm_cli.fem.elements import ElementMatrices
 from tedm_cli.fem.rods import rod_matrices
 from tedm_cli.fem.shells import shell_matrices
 from tedm_cli.fem.solids import solid_matrices
-from tedm_cli.fem.structure import Floats, Ints, Structure
+from tedm_cli.fem.structure import Structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +26,9 @@ class ThermalLoad:
     """
 
     coupling: sp.csr_matrix
-    reference: Floats
+    reference: FloatArray
 
-    def forces(self, temperature: Floats, amount: Floats | float = 1.0) -> Floats:
+    def forces(self, temperature: FloatArray, amount: FloatArray | float = 1.0) -> FloatArray:
         """Nodal forces [6 N, m] of m sums of temperatures [N, m] in K.
 
         `amount` [m] tells how often the strain-free temperatures are to be taken off: once for the temperatures of one
@@ -47,7 +48,7 @@ class Operators:
 
     stiffness: sp.csr_matrix
     thermal: ThermalLoad
-    expansion_load: Floats
+    expansion_load: FloatArray
 
 
 def assemble(structure: Structure) -> Operators:
@@ -97,7 +98,7 @@ class _BlockSum:
         self._shape = (blocks[0] * size[0], blocks[1] * size[1])
         self._parts: list[sp.bsr_matrix] = []
 
-    def add(self, element: Floats, rows: Ints, columns: Ints) -> None:
+    def add(self, element: FloatArray, rows: IntArray, columns: IntArray) -> None:
         """Add element matrices [e, r · height, c · width] at block rows [e, r] and block columns [e, c]."""
         (height, width), (e, r), c = self._size, rows.shape, columns.shape[1]
         key = (rows[:, :, None] * self._blocks[1] + columns[:, None, :]).reshape(-1)

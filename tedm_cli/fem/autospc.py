@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from tedm_cli.fem.structure import Floats, Ints
+from tedm_cli.arrays import FloatArray, IntArray
 
 # A stiffness below this share of the largest of its grid's translations (or rotations) holds nothing.
 _ZERO_STIFFNESS = 1e-12
 
 
-def stiff_components(stiffness: sp.csr_matrix, dependent: Ints, constrained: Ints) -> tuple[Ints, Floats]:
+def stiff_components(
+    stiffness: sp.csr_matrix, dependent: IntArray, constrained: IntArray
+) -> tuple[IntArray, FloatArray]:
     """Degrees of freedom with stiffness.
 
     The three translations of a grid, and its three rotations, are eliminated with pivots from their own 3 x 3 block of

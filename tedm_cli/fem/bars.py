@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.constraints import rigid_motion
 from tedm_cli.fem.elements import ElementMatrices, dof_of
-from tedm_cli.fem.structure import BarBlock, Bools, Floats, Ints
+from tedm_cli.fem.structure import BarBlock
 
 # Local degrees of freedom (end A: u v w rx ry rz, then end B) of bending in plane 1 and in plane 2, in the order
 # deflection A, slope A, deflection B, slope B. The slope of w is minus the rotation about y.
@@ -24,7 +25,7 @@ _RANK_TOLERANCE = 1e-10
 _ROUNDING = 1e-13
 
 
-def bar_matrices(position: Floats, block: BarBlock) -> ElementMatrices:
+def bar_matrices(position: FloatArray, block: BarBlock) -> ElementMatrices:
     """Element matrices of all bars; the thermal strain is that of the mean of the two end temperatures.
 
     Raises
@@ -66,7 +67,7 @@ def bar_matrices(position: Floats, block: BarBlock) -> ElementMatrices:
     )
 
 
-def _local_stiffness(length: Floats, block: BarBlock) -> Floats:
+def _local_stiffness(length: FloatArray, block: BarBlock) -> FloatArray:
     """Stiffness along the bars' axes, [B, 12, 12]."""
     local = np.zeros((len(length), 12, 12))
     axial = block.youngs_modulus * block.area / length
@@ -92,7 +93,7 @@ def _local_stiffness(length: Floats, block: BarBlock) -> Floats:
     return local
 
 
-def _release(local: Floats, push: Floats, released: Bools) -> tuple[Floats, Floats]:
+def _release(local: FloatArray, push: FloatArray, released: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Stiffness [B, 12, 12] and forces [B, 12] after the released freedoms have followed the others freely."""
     local, push = local.copy(), push.copy()
     for k in np.flatnonzero(released.any(axis=1)):
@@ -110,7 +111,7 @@ def _release(local: Floats, push: Floats, released: Bools) -> tuple[Floats, Floa
     return local, push
 
 
-def _local_axes(position: Floats, block: BarBlock) -> tuple[Floats, Floats]:
+def _local_axes(position: FloatArray, block: BarBlock) -> tuple[FloatArray, FloatArray]:
     """Lengths [B] and unit axes [B, 3 axes, 3] in the basic frame."""
     ends = position[block.connectivity] + block.offset
     span = ends[:, 1] - ends[:, 0]
@@ -125,7 +126,7 @@ def _local_axes(position: Floats, block: BarBlock) -> tuple[Floats, Floats]:
     return length, np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def _bending(length: Floats, shear: Floats) -> Floats:
+def _bending(length: FloatArray, shear: FloatArray) -> FloatArray:
     """Bending stiffness over the rigidity E I, [B, 4, 4]; `shear` is 12 E I / (K A G L²)."""
     one = np.ones_like(length)
     first = [12.0 * one, 6.0 * length, -12.0 * one, 6.0 * length]
@@ -136,7 +137,7 @@ def _bending(length: Floats, shear: Floats) -> Floats:
     return np.asarray(np.moveaxis(table, 2, 0) / ((1.0 + shear) * length**3)[:, None, None])
 
 
-def _require(good: Bools, element_id: Ints, fact: str) -> None:
+def _require(good: BoolArray, element_id: IntArray, fact: str) -> None:
     bad = element_id[~good]
     if bad.size:
         some = ", ".join(map(str, bad[:10])) + (" ..." if bad.size > 10 else "")

@@ -15,10 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.linear import Factorisation
 from tedm_cli.fem.solids import block_shape
-from tedm_cli.fem.structure import Floats, SolidBlock, Structure
+from tedm_cli.fem.structure import SolidBlock, Structure
 
 _SUMS = 2
 _TOLERANCE = 1e-3  # of the residual: the change is wanted to a few digits
@@ -34,9 +35,9 @@ class RandomSums:
     amount : [2], how often the strain-free temperatures are contained.
     """
 
-    unknown: Floats
-    temperature: Floats
-    amount: Floats
+    unknown: FloatArray
+    temperature: FloatArray
+    amount: FloatArray
     random: np.random.Generator
 
     @classmethod
@@ -44,7 +45,7 @@ class RandomSums:
         """Sums of no load case yet."""
         return cls(np.zeros((n_unknowns, _SUMS)), np.zeros((n_grids, _SUMS)), np.zeros(_SUMS), np.random.default_rng(0))
 
-    def add(self, unknown: Floats, temperature: Floats) -> None:
+    def add(self, unknown: FloatArray, temperature: FloatArray) -> None:
         """Add load cases with solutions [n, m] and temperatures [N, m]."""
         sign = self.random.choice([-1.0, 1.0], size=(unknown.shape[1], _SUMS))
         self.unknown += unknown @ sign
@@ -81,7 +82,7 @@ def bending_change(
     load = transform.T @ softer.thermal.forces(sums.temperature, sums.amount)
     unknown = sums.unknown.copy()
 
-    def product(x: Floats) -> Floats:
+    def product(x: FloatArray) -> FloatArray:
         return np.asarray(transform.T @ (softer.stiffness @ (transform @ x)))
 
     residual = load - product(unknown)
@@ -102,5 +103,5 @@ def bending_change(
     return float(np.linalg.norm(after - before) / (np.linalg.norm(after) or 1.0))
 
 
-def _translations(motion: Floats) -> Floats:
+def _translations(motion: FloatArray) -> FloatArray:
     return motion.reshape(-1, 6, motion.shape[1])[:, :3]

@@ -12,8 +12,9 @@ from graphlib import CycleError, TopologicalSorter
 import numpy as np
 import scipy.sparse as sp
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.fem.structure import Floats, Ints, Mpc, Rbe2, Rbe3, Structure
+from tedm_cli.fem.structure import Mpc, Rbe2, Rbe3, Structure
 
 # An RBE3 whose least-squares problem is worse conditioned than this does not determine the motion it is asked for.
 _RANK_TOLERANCE = 1e-10
@@ -29,7 +30,7 @@ class Elimination:
     """
 
     transform: sp.csr_matrix
-    dependent: Ints
+    dependent: IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +38,12 @@ class _Equations:
     """Dependent degrees of freedom [m] of one element as `coefficients` [m, k] of `sources` [k]."""
 
     name: str
-    dependent: Ints
-    sources: Ints
-    coefficients: Floats
+    dependent: IntArray
+    sources: IntArray
+    coefficients: FloatArray
 
 
-def rigid_motion(arm: Floats) -> Floats:
+def rigid_motion(arm: FloatArray) -> FloatArray:
     """Motion of points at `arm` [M, 3] (m) from a reference under the reference's six motions, [M, 6, 6]."""
     motion = np.zeros((len(arm), 6, 6))
     motion[:, range(6), range(6)] = 1.0
@@ -62,7 +63,9 @@ def to_basic(structure: Structure) -> sp.csr_matrix:
     return sp.csr_matrix(sp.bsr_matrix((blocks, where[:-1], where), shape=(6 * structure.n_grids,) * 2))
 
 
-def rbe3_coefficients(position: Floats, element: Rbe3, frame: Floats | None = None) -> tuple[Ints, Floats]:
+def rbe3_coefficients(
+    position: FloatArray, element: Rbe3, frame: FloatArray | None = None
+) -> tuple[IntArray, FloatArray]:
     """Weighted least-squares motion of an RBE3's dependent grid.
 
     The rigid motion of the dependent grid that fits the independent displacements best, in the sense of the weights, is
@@ -139,14 +142,14 @@ def eliminate(structure: Structure) -> Elimination:
     return Elimination(transform, dependent)
 
 
-def _expand(components: tuple[str, ...]) -> tuple[Ints, Ints]:
+def _expand(components: tuple[str, ...]) -> tuple[IntArray, IntArray]:
     """Grid number and zero-based component of every digit in `components`."""
     pairs = [(k, int(digit) - 1) for k, digits in enumerate(components) for digit in digits]
     table = np.array(pairs, dtype=np.int64).reshape(-1, 2)
     return table[:, 0], table[:, 1]
 
 
-def to_displacement_frames(frame: Floats | None, grids: Ints) -> Floats:
+def to_displacement_frames(frame: FloatArray | None, grids: IntArray) -> FloatArray:
     """Six motions in the frame of the positions to motions in the displacement frames of `grids` [M], [M, 6, 6]."""
     out = np.tile(np.eye(6), (len(grids), 1, 1))
     if frame is not None:
@@ -184,7 +187,7 @@ def _mpc_equation(number: int, element: Mpc) -> _Equations:
     )
 
 
-def _owners(structure: Structure, equations: list[_Equations]) -> Ints:
+def _owners(structure: Structure, equations: list[_Equations]) -> IntArray:
     """For every degree of freedom the number of the element that makes it dependent, else -1."""
     owner = np.full(6 * structure.n_grids, -1, dtype=np.int64)
     for number, one in enumerate(equations):
@@ -209,7 +212,7 @@ def _owners(structure: Structure, equations: list[_Equations]) -> Ints:
     return owner
 
 
-def _refuse_loops(equations: list[_Equations], owner: Ints) -> None:
+def _refuse_loops(equations: list[_Equations], owner: IntArray) -> None:
     graph = {number: set(owner[one.sources].tolist()) - {-1} for number, one in enumerate(equations)}
     try:
         TopologicalSorter(graph).prepare()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tedm_cli.fem.structure import Floats
+from tedm_cli.arrays import FloatArray
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 """Tensor indices of the six components."""
@@ -17,7 +17,7 @@ ISOTROPIC = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 """A strain of one in all directions."""
 
 
-def isotropic_stiffness(youngs_modulus: float, poisson_ratio: float) -> Floats:
+def isotropic_stiffness(youngs_modulus: float, poisson_ratio: float) -> FloatArray:
     """Stiffness [6, 6] in Pa (Timoshenko & Goodier, Theory of Elasticity, section 6)."""
     nu = poisson_ratio
     stiffness = np.zeros((6, 6))
@@ -27,7 +27,9 @@ def isotropic_stiffness(youngs_modulus: float, poisson_ratio: float) -> Floats:
     return stiffness * (youngs_modulus / ((1.0 + nu) * (1.0 - 2.0 * nu)))
 
 
-def orthotropic_stiffness(youngs_modulus: Floats, poisson_ratio: Floats, shear_modulus: Floats) -> Floats:
+def orthotropic_stiffness(
+    youngs_modulus: FloatArray, poisson_ratio: FloatArray, shear_modulus: FloatArray
+) -> FloatArray:
     """Stiffness [6, 6] in Pa from E1, E2, E3, from NU12, NU13, NU23 and from G12, G13, G23.
 
     NU12 is the contraction along the second axis under stress along the first (Jones, Mechanics of Composite Materials,
@@ -40,13 +42,13 @@ def orthotropic_stiffness(youngs_modulus: Floats, poisson_ratio: Floats, shear_m
     return np.asarray(np.linalg.inv(compliance))
 
 
-def rotated(stiffness: Floats, expansion: Floats, axes: Floats) -> tuple[Floats, Floats]:
+def rotated(stiffness: FloatArray, expansion: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Stiffness [6, 6] and expansion [6] of a material whose axes are the rows of `axes` [3, 3], in the basic frame."""
     strain = _strain_map(axes)
     return strain.T @ stiffness @ strain, np.asarray(np.linalg.solve(strain, expansion))
 
 
-def _strain_map(axes: Floats) -> Floats:
+def _strain_map(axes: FloatArray) -> FloatArray:
     """Engineering strains along `axes` of those along the basic axes, [6, 6]; from ε' = R ε Rᵀ."""
     out = np.empty((6, 6))
     for column, (i, j) in enumerate(PAIRS):

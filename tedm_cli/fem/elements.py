@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.fem.structure import Floats, Ints
+from tedm_cli.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -22,14 +22,14 @@ class ElementMatrices:
     reference_temperature : [e], K, at which the element is free of thermal strain.
     """
 
-    dof: Ints
-    grids: Ints
-    stiffness: Floats
-    coupling: Floats
-    expansion_load: Floats
-    reference_temperature: Floats
+    dof: IntArray
+    grids: IntArray
+    stiffness: FloatArray
+    coupling: FloatArray
+    expansion_load: FloatArray
+    reference_temperature: FloatArray
 
 
-def dof_of(grids: Ints, per_grid: int) -> Ints:
+def dof_of(grids: IntArray, per_grid: int) -> IntArray:
     """The first `per_grid` degrees of freedom of each of the grids [e, n], grid by grid, [e, n per_grid]."""
     return np.asarray((6 * grids[:, :, None] + np.arange(per_grid)).reshape(len(grids), -1))

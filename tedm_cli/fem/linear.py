@@ -7,8 +7,8 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import scipy.sparse as sp
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError, UsageError
-from tedm_cli.fem.structure import Floats
 
 SolverName = Literal["auto", "mumps", "superlu"]
 
@@ -23,7 +23,7 @@ class Factorisation(Protocol):
     def name(self) -> str:
         """The library that factorised it."""
 
-    def solve(self, rhs: Floats) -> Floats:
+    def solve(self, rhs: FloatArray) -> FloatArray:
         """Solution [n, m] for the right-hand sides [n, m]."""
 
 
@@ -61,7 +61,7 @@ class _Empty:
 
     name = "none"
 
-    def solve(self, rhs: Floats) -> Floats:
+    def solve(self, rhs: FloatArray) -> FloatArray:
         return rhs
 
 
@@ -84,7 +84,7 @@ class _Mumps:
                 f"{error} while factorising {matrix.shape[0]} unknowns", hint="run Nastran on the written deck"
             ) from error
 
-    def solve(self, rhs: Floats) -> Floats:
+    def solve(self, rhs: FloatArray) -> FloatArray:
         return np.asarray(self._context.solve(np.asfortranarray(rhs)))
 
 
@@ -106,5 +106,5 @@ class _SuperLU:
         except RuntimeError as error:  # "Factor is exactly singular"
             raise np.linalg.LinAlgError(str(error)) from error
 
-    def solve(self, rhs: Floats) -> Floats:
+    def solve(self, rhs: FloatArray) -> FloatArray:
         return np.asarray(self._factors.solve(rhs))

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.fem.shapes import Shape, gauss_rule, measure
-
-Array = NDArray[np.float64]
 
 _BLOCK = 4096
 
 
-def whole_rule(shape: Shape, nodes: Array) -> tuple[Array, Array]:
+def whole_rule(shape: Shape, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Gauss points of whole elements: shape functions [q, n], and weights times the signed measure [E, q].
 
     Exact for polynomials of degree two in position, times a density linear over the element, on elements whose Jacobian
@@ -32,7 +30,7 @@ def whole_rule(shape: Shape, nodes: Array) -> tuple[Array, Array]:
     return values, weight * measure(np.swapaxes(slopes, -1, -2) @ nodes[:, None])
 
 
-def contents(shape: Shape, nodes: Array, density: Array) -> tuple[Array, Array]:
+def contents(shape: Shape, nodes: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Measure [E] (m³, m² or m) of elements, and the integral [E] of a density given at their nodes.
 
     A solid numbered inside out counts as positive.

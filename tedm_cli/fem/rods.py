@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.elements import ElementMatrices, dof_of
-from tedm_cli.fem.structure import Floats, RodBlock
+from tedm_cli.fem.structure import RodBlock
 
 
-def rod_matrices(position: Floats, block: RodBlock) -> ElementMatrices:
+def rod_matrices(position: FloatArray, block: RodBlock) -> ElementMatrices:
     """Element matrices of all rods; the thermal strain is that of the mean of the two end temperatures.
 
     Raises

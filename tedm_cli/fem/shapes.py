@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import roots_jacobi
 
-Array = NDArray[np.float64]
+from tedm_cli.arrays import FloatArray
 
 _HEX_CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 _BOTTOM_TO_TOP = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1), (1, 2), (2, 3), (3, 0)]}
@@ -49,7 +48,7 @@ class Shape:
     def nodes(self) -> int:
         return self.corners + len(self.edges)
 
-    def reference_nodes(self) -> Array:
+    def reference_nodes(self) -> FloatArray:
         """Coordinates ξ of the nodes, [nodes, dimension]."""
         if self.family in ("line", "quadrilateral", "hexahedron"):
             corners = _HEX_CORNERS[: self.corners, : self.dimension].astype(float)
@@ -59,7 +58,7 @@ class Shape:
             corners = np.concatenate([np.zeros((1, self.dimension)), np.eye(self.dimension)])
         return np.concatenate([corners, *(corners[list(edge)].mean(axis=0, keepdims=True) for edge in self.edges)])
 
-    def to_element(self, t: Array) -> Array:
+    def to_element(self, t: FloatArray) -> FloatArray:
         """Coordinates ξ of points t of the unit cube; both [..., dimension], ξ in [0, 1]."""
         if not any(self.collapse):
             return t
@@ -69,7 +68,7 @@ class Shape:
             xi[..., 2] = t[..., 2] * (1.0 - t[..., 0]) * (1.0 - t[..., 1])
         return xi
 
-    def functions(self, xi: Array) -> tuple[Array, Array]:
+    def functions(self, xi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Shape functions [..., nodes] and their derivatives [..., nodes, dimension] at points ξ [..., dimension]."""
         linear, slope = _linear(self, xi)
         if not self.edges:
@@ -83,7 +82,7 @@ class Shape:
         return np.concatenate([corner, middle], axis=-1), np.concatenate([corner_slope, middle_slope], axis=-2)
 
 
-def _linear(shape: Shape, xi: Array) -> tuple[Array, Array]:
+def _linear(shape: Shape, xi: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The linear functions of the corners, and their derivatives."""
     if shape.family in ("line", "quadrilateral", "hexahedron"):
         corners = _HEX_CORNERS[: shape.corners, : shape.dimension]
@@ -108,7 +107,7 @@ def _linear(shape: Shape, xi: Array) -> tuple[Array, Array]:
     return np.concatenate([area * (1.0 - height), area * height], axis=-1), slope
 
 
-def _midside(shape: Shape, xi: Array, linear: Array, slope: Array) -> tuple[Array, Array]:
+def _midside(shape: Shape, xi: FloatArray, linear: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Functions of the midside nodes, 4 a b with a, b linear along the edge, times the linear fall-off across it."""
     values = np.empty((*xi.shape[:-1], len(shape.edges)))
     slopes = np.empty((*values.shape, shape.dimension))
@@ -176,7 +175,7 @@ def corner_count(card: str) -> int | None:
 
 
 @lru_cache(maxsize=256)
-def gauss_rule(counts: tuple[int, ...], exponents: tuple[int, ...]) -> tuple[Array, Array]:
+def gauss_rule(counts: tuple[int, ...], exponents: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
     """Product rule over the unit cube with the weight ``Π (1 - t_i)^exponents_i``.
 
     Parameters
@@ -200,7 +199,7 @@ def gauss_rule(counts: tuple[int, ...], exponents: tuple[int, ...]) -> tuple[Arr
     return points, weights
 
 
-def measure(jacobian: Array) -> Array:
+def measure(jacobian: FloatArray) -> FloatArray:
     """Volume (signed), area or length per unit of ξ; jacobian [..., d, 3] = ∂x/∂ξ."""
     dimension = jacobian.shape[-2]
     if dimension == 1:

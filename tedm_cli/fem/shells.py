@@ -20,11 +20,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.constraints import rigid_motion
 from tedm_cli.fem.elements import ElementMatrices, dof_of
 from tedm_cli.fem.shapes import Shape, gauss_rule, shape_of
-from tedm_cli.fem.structure import Bools, Floats, Ints, ShellBlock
+from tedm_cli.fem.structure import ShellBlock
 
 _BLOCK = 4096
 # Weight of the bending stiffness of the corners' rotations over their shear stiffness in the correction of the latter:
@@ -34,7 +35,7 @@ _SHEAR_CORRECTION = {3: 2.0, 4: 3.6}
 _FLAT = 1e-12
 
 
-def shell_matrices(position: Floats, block: ShellBlock) -> Iterator[ElementMatrices]:
+def shell_matrices(position: FloatArray, block: ShellBlock) -> Iterator[ElementMatrices]:
     """Element matrices of `block`, a few thousand elements at a time.
 
     The thermal strain of an element is that of the mean of its grids' temperatures, constant through the thickness
@@ -49,7 +50,7 @@ def shell_matrices(position: Floats, block: ShellBlock) -> Iterator[ElementMatri
         yield _matrices(position, block, slice(start, min(start + _BLOCK, len(block.element_id))))
 
 
-def _matrices(position: Floats, block: ShellBlock, part: slice) -> ElementMatrices:
+def _matrices(position: FloatArray, block: ShellBlock, part: slice) -> ElementMatrices:
     corners = position[block.connectivity[part]]
     e, n = corners.shape[:2]
     axes = _local_axes(corners)
@@ -82,7 +83,7 @@ def _matrices(position: Floats, block: ShellBlock, part: slice) -> ElementMatric
     )
 
 
-def _local_axes(corners: Floats) -> Floats:
+def _local_axes(corners: FloatArray) -> FloatArray:
     """Unit axes [e, 3 axes, 3] of shells with corners [e, n, 3]; not finite where a shell has no plane."""
     with np.errstate(invalid="ignore", divide="ignore"):
         if corners.shape[1] == 3:
@@ -97,12 +98,12 @@ def _local_axes(corners: Floats) -> Floats:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def _require_convex(plane: Floats, element_id: Ints) -> None:
+def _require_convex(plane: FloatArray, element_id: IntArray) -> None:
     ahead = np.roll(plane, -1, axis=1) - plane
     behind = np.roll(ahead, 1, axis=1)
     turning = behind[..., 0] * ahead[..., 1] - behind[..., 1] * ahead[..., 0]
     size = np.linalg.norm(ahead, axis=2).max(axis=1, keepdims=True) ** 2
-    good: Bools = (turning > 1e-9 * size).all(axis=1)
+    good: BoolArray = (turning > 1e-9 * size).all(axis=1)
     bad = element_id[~good]
     if bad.size:
         some = ", ".join(map(str, bad[:10])) + (" ..." if bad.size > 10 else "")
@@ -112,7 +113,7 @@ def _require_convex(plane: Floats, element_id: Ints) -> None:
         )
 
 
-def _rule(n: int, order: int) -> tuple[Floats, Floats]:
+def _rule(n: int, order: int) -> tuple[FloatArray, FloatArray]:
     """Integration points ξ [q, 2] and weights [q]; of quadrilaterals `order` points a side."""
     if n == 3:  # the midpoints of the sides, exact for quadratic functions
         return np.array([[0.5, 0.0], [0.5, 0.5], [0.0, 0.5]]), np.full(3, 1.0 / 6.0)
@@ -125,7 +126,7 @@ def _shape(n: int, nodes: int) -> Shape:
     return shape
 
 
-def _gradients(plane: Floats) -> tuple[Floats, Floats, Floats]:
+def _gradients(plane: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shape functions of the corners [q, n], their gradients [e, q, n, 2], and weights with the Jacobian [e, q]."""
     n = plane.shape[1]
     point, weight = _rule(n, 2)
@@ -134,13 +135,13 @@ def _gradients(plane: Floats) -> tuple[Floats, Floats, Floats]:
     return value, np.einsum("eqij,qnj->eqni", inverse, slope), weight * determinant
 
 
-def _jacobian(plane: Floats, slope: Floats) -> tuple[Floats, Floats]:
+def _jacobian(plane: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Inverse [e, q, 2, 2] (d/dx_i = sum over j of inverse[i, j] d/dξ_j) and determinant [e, q] of dx/dξ."""
     jacobian = np.einsum("qnj,eni->eqji", slope, plane)
     return np.linalg.inv(jacobian), np.linalg.det(jacobian)
 
 
-def _membrane(gradient: Floats, weight: Floats) -> Floats:
+def _membrane(gradient: FloatArray, weight: FloatArray) -> FloatArray:
     """Strains xx, yy, xy over the six motions of the corners, [e, q, 3, 6 n]."""
     e, q, n, _ = gradient.shape
     strain = np.zeros((e, q, 3, n, 6))
@@ -150,14 +151,14 @@ def _membrane(gradient: Floats, weight: Floats) -> Floats:
     return strain.reshape(e, q, 3, 6 * n)
 
 
-def _push(plane: Floats, stiffness: Floats) -> Floats:
+def _push(plane: FloatArray, stiffness: FloatArray) -> FloatArray:
     """Forces of the membrane [e, 6 n, 1] under a thermal strain of one."""
     _, gradient, weight = _gradients(plane)
     force = np.einsum("eq,eqrd,er->ed", weight, _membrane(gradient, weight), stiffness[:, :, :2].sum(axis=2))
     return np.asarray(force[..., None])
 
 
-def _local_stiffness(plane: Floats, block: ShellBlock, part: slice) -> Floats:
+def _local_stiffness(plane: FloatArray, block: ShellBlock, part: slice) -> FloatArray:
     """Stiffness [e, 6 n, 6 n] of shells with corners [e, n, 2] in their own axes."""
     value, gradient, weight = _gradients(plane)
     e, q, n, _ = gradient.shape
@@ -183,14 +184,14 @@ def _local_stiffness(plane: Floats, block: ShellBlock, part: slice) -> Floats:
     return stiffness + bending + corrected[:, None, None] * shear
 
 
-def _energy(strain: Floats, law: Floats, weight: Floats) -> Floats:
+def _energy(strain: FloatArray, law: FloatArray, weight: FloatArray) -> FloatArray:
     """Integral [e, d, d] of strainᵀ law strain: strain [e, q, r, d], law [e, r, r], weight [e, q]."""
     stress = weight[:, :, None, None] * (law[:, None] @ strain)
     e, q, r, d = strain.shape
     return np.asarray(strain.reshape(e, q * r, d).transpose(0, 2, 1) @ stress.reshape(e, q * r, d))
 
 
-def _shear(plane: Floats) -> tuple[Floats, Floats, Floats]:
+def _shear(plane: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Transverse shear strains xz, yz over the corners' motions [e, q, 2, 6 n], the unit law, and weights [e, q].
 
     Along an edge from corner i to corner j, at d, the deflection exceeds the linear one by 4 t (1 - t) (b_j - b_i) / 8
@@ -219,7 +220,7 @@ def _shear(plane: Floats) -> tuple[Floats, Floats, Floats]:
     )
 
 
-def _add_bubble(deflection: Floats, plane: Floats, point: Floats, inverse: Floats) -> None:
+def _add_bubble(deflection: FloatArray, plane: FloatArray, point: FloatArray, inverse: FloatArray) -> None:
     """Give the deflection of quadrilaterals the term that a constant curvature has where they are no parallelogram.
 
     With x = x0 + ξ a + η b + ξ η d, ξ and η from -1 to 1, half a curvature times x x holds ξ² η² d d, which the sides

@@ -19,11 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.elasticity import ISOTROPIC, PAIRS
 from tedm_cli.fem.elements import ElementMatrices, dof_of
-from tedm_cli.fem.shapes import Array, Shape, gauss_rule, shape_of
-from tedm_cli.fem.structure import Floats, Ints, SolidBlock
+from tedm_cli.fem.shapes import Shape, gauss_rule, shape_of
+from tedm_cli.fem.structure import SolidBlock
 
 _ENTRIES = 4_000_000  # of the strain matrices held at a time
 
@@ -42,36 +43,36 @@ class SolidRun:
     """
 
     elements: slice
-    functions: Floats
-    weight: Floats
-    strain: Floats
-    mode_strain: Floats
-    stiffness: Floats
-    expansion: Floats
+    functions: FloatArray
+    weight: FloatArray
+    strain: FloatArray
+    mode_strain: FloatArray
+    stiffness: FloatArray
+    expansion: FloatArray
 
-    def coupled(self, thermal: Floats, functions: Floats) -> tuple[Floats, Floats]:
+    def coupled(self, thermal: FloatArray, functions: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Loads [e, 3 n, m] on nodes and [e, 3 k, m] on modes by a thermal strain [e, 6] times functions [q, m]."""
         stress = np.matmul(self.stiffness, thermal[:, :, None])[:, None]
 
-        def work(strain: Floats) -> Floats:
+        def work(strain: FloatArray) -> FloatArray:
             power = np.matmul(strain.swapaxes(2, 3), stress)[..., 0] * self.weight[..., None]
             return np.asarray(np.matmul(power.swapaxes(1, 2), functions))
 
         return work(self.strain), work(self.mode_strain)
 
-    def mode_stiffness(self) -> tuple[Floats, Floats]:
+    def mode_stiffness(self) -> tuple[FloatArray, FloatArray]:
         """Stiffness [e, 3 k, 3 k] of the modes and [e, 3 k, 3 n] between modes and nodes."""
         weighted = self._flat(np.matmul(self.stiffness[:, None], self.mode_strain) * self.weight[..., None, None])
         left = weighted.swapaxes(1, 2)
         return np.matmul(left, self._flat(self.mode_strain)), np.matmul(left, self._flat(self.strain))
 
-    def node_stiffness(self) -> Floats:
+    def node_stiffness(self) -> FloatArray:
         """Stiffness [e, 3 n, 3 n] of the nodes, modes held."""
         weighted = self._flat(np.matmul(self.stiffness[:, None], self.strain) * self.weight[..., None, None])
         return np.asarray(np.matmul(weighted.swapaxes(1, 2), self._flat(self.strain)))
 
     @staticmethod
-    def _flat(matrix: Floats) -> Floats:
+    def _flat(matrix: FloatArray) -> FloatArray:
         return matrix.reshape(len(matrix), -1, matrix.shape[3])
 
 
@@ -82,7 +83,7 @@ def block_shape(block: SolidBlock) -> Shape:
     return shape
 
 
-def solid_matrices(position: Floats, block: SolidBlock) -> Iterator[ElementMatrices]:
+def solid_matrices(position: FloatArray, block: SolidBlock) -> Iterator[ElementMatrices]:
     """Element matrices of `block`, some thousand elements at a time.
 
     Parameters
@@ -116,7 +117,7 @@ def solid_matrices(position: Floats, block: SolidBlock) -> Iterator[ElementMatri
         )
 
 
-def solid_runs(position: Floats, block: SolidBlock) -> Iterator[SolidRun]:
+def solid_runs(position: FloatArray, block: SolidBlock) -> Iterator[SolidRun]:
     """Strain matrices of `block`, some thousand elements at a time; raises as `solid_matrices`."""
     shape = block_shape(block)
     xi, weights = gauss_points(shape)
@@ -145,7 +146,7 @@ def solid_runs(position: Floats, block: SolidBlock) -> Iterator[SolidRun]:
         )
 
 
-def gauss_points(shape: Shape) -> tuple[Array, Array]:
+def gauss_points(shape: Shape) -> tuple[FloatArray, FloatArray]:
     """Integration points ξ [q, 3] of a solid and their weights [q]."""
     count = 3 if shape.edges else 2
     if shape.family == "tetrahedron":
@@ -154,11 +155,11 @@ def gauss_points(shape: Shape) -> tuple[Array, Array]:
     return shape.to_element(points), weights
 
 
-def _centre(shape: Shape) -> Array:
+def _centre(shape: Shape) -> FloatArray:
     return np.asarray(shape.reference_nodes()[: shape.corners].mean(axis=0))
 
 
-def _mode_slopes(shape: Shape, xi: Array, weights: Array) -> Array:
+def _mode_slopes(shape: Shape, xi: FloatArray, weights: FloatArray) -> FloatArray:
     """Derivatives [q, k, 3] of the incompatible modes by ξ, with mean zero over the reference element."""
     if shape.family == "tetrahedron":
         return np.zeros((len(xi), 0, 3))
@@ -176,7 +177,7 @@ def _mode_slopes(shape: Shape, xi: Array, weights: Array) -> Array:
     return np.asarray(slopes - np.einsum("q,qkd->kd", weights / weights.sum(), slopes))
 
 
-def definite_inverse(matrix: Floats) -> Floats:
+def definite_inverse(matrix: FloatArray) -> FloatArray:
     """Inverses of positive definite matrices [e, m, m], m small, by Gauss-Jordan elimination of all at once.
 
     LAPACK, called once per small matrix, spends its time on starting and stopping threads.
@@ -194,7 +195,7 @@ def definite_inverse(matrix: Floats) -> Floats:
     return np.ascontiguousarray(np.moveaxis(work, 2, 0))
 
 
-def _cofactors(jacobian: Floats) -> tuple[Floats, Floats]:
+def _cofactors(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Determinants [...] and matrices of cofactors, det J times J⁻ᵀ, of J [..., 3, 3]."""
     out = np.empty_like(jacobian)
     for i in range(3):
@@ -203,7 +204,7 @@ def _cofactors(jacobian: Floats) -> tuple[Floats, Floats]:
     return np.asarray((jacobian[..., 0, :] * out[..., 0, :]).sum(axis=-1)), out
 
 
-def _strain(gradient: Floats) -> Floats:
+def _strain(gradient: FloatArray) -> FloatArray:
     """Strains [e, q, 6, 3 n] (engineering shear) of functions with gradients [e, q, n, 3]."""
     out = np.zeros((*gradient.shape[:2], 6, 3 * gradient.shape[2]))
     for row, (a, b) in enumerate(PAIRS):
@@ -212,7 +213,7 @@ def _strain(gradient: Floats) -> Floats:
     return out
 
 
-def _require_positive(determinant: Floats, element_id: Ints) -> None:
+def _require_positive(determinant: FloatArray, element_id: IntArray) -> None:
     bad = element_id[~(determinant > 0.0).all(axis=1)]
     if bad.size:
         some = ", ".join(map(str, bad[:10])) + (" ..." if bad.size > 10 else "")

@@ -6,10 +6,11 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.constraints import rigid_motion, to_displacement_frames
 from tedm_cli.fem.linear import Factorisation, SolverName, factorise
-from tedm_cli.fem.structure import Bools, Floats, Ints, Structure
+from tedm_cli.fem.structure import Structure
 
 _RANK_TOLERANCE = 1e-9
 # Smallest eigenvalue of the stiffness scaled to a unit diagonal; rounding leaves about 1e-16 of a zero one.
@@ -19,7 +20,7 @@ _SHIFT = 1e-9
 
 
 def require_supported(
-    structure: Structure, stiffness: sp.csr_matrix, active: Ints, constrained: Ints, measure: Floats
+    structure: Structure, stiffness: sp.csr_matrix, active: IntArray, constrained: IntArray, measure: FloatArray
 ) -> None:
     """Refuse a structure of which a connected part can move as a rigid body.
 
@@ -61,7 +62,7 @@ def _count(motions: list[str]) -> str:
     return f"{len(motions)} of 6 rigid-body modes ({', '.join(motions)})"
 
 
-def _free_motions(structure: Structure, dofs: Ints, held: Bools, measure: Floats) -> list[str]:
+def _free_motions(structure: Structure, dofs: IntArray, held: BoolArray, measure: FloatArray) -> list[str]:
     """Names of the rigid motions of a part that its constrained degrees of freedom do not stop."""
     points, where = np.unique(dofs // 6, return_inverse=True)
     arm = structure.position[points] - structure.position[points].mean(axis=0)
@@ -78,7 +79,7 @@ def _free_motions(structure: Structure, dofs: Ints, held: Bools, measure: Floats
     return _axis_names("translation", translations[:3]) + _axis_names("rotation about", rotations)
 
 
-def _null_space(matrix: Floats) -> Floats:
+def _null_space(matrix: FloatArray) -> FloatArray:
     """Orthonormal basis [n, k] of the null space of [m, n]."""
     if not matrix.shape[0] or not matrix.shape[1]:
         return np.eye(matrix.shape[1])
@@ -86,7 +87,7 @@ def _null_space(matrix: Floats) -> Floats:
     return np.asarray(right[int((singular > _RANK_TOLERANCE).sum()) :].T)
 
 
-def _row_space(matrix: Floats) -> Floats:
+def _row_space(matrix: FloatArray) -> FloatArray:
     """Orthonormal basis [n, k] of the row space of [m, n]."""
     if not matrix.shape[1]:
         return np.zeros((0, 0))
@@ -94,7 +95,7 @@ def _row_space(matrix: Floats) -> Floats:
     return np.asarray(right[: int((singular > _RANK_TOLERANCE).sum())].T)
 
 
-def _axis_names(motion: str, basis: Floats) -> list[str]:
+def _axis_names(motion: str, basis: FloatArray) -> list[str]:
     """Name the directions spanned by orthonormal columns [3, k], coordinate axes first."""
     names, rest = [], basis
     for axis, name in enumerate("xyz"):
@@ -108,7 +109,7 @@ def _axis_names(motion: str, basis: Floats) -> list[str]:
 
 
 def factorise_supported(
-    structure: Structure, stiffness: sp.csr_matrix, free: Ints, solver: SolverName
+    structure: Structure, stiffness: sp.csr_matrix, free: IntArray, solver: SolverName
 ) -> tuple[Factorisation, float]:
     """Factorise the stiffness [n, n] of the degrees of freedom `free` [n] and make sure that nothing moves freely.
 
@@ -140,7 +141,7 @@ def factorise_supported(
     return factors, eigenvalue
 
 
-def _softest(factors: Factorisation, stiffness: sp.csr_matrix, diagonal: Floats) -> tuple[float, Floats]:
+def _softest(factors: Factorisation, stiffness: sp.csr_matrix, diagonal: FloatArray) -> tuple[float, FloatArray]:
     """Smallest eigenvalue, and its vector, of the scaled stiffness by inverse iteration from a fixed start."""
     scale = np.sqrt(diagonal)
     vector = np.random.default_rng(0).standard_normal((len(diagonal), 1))

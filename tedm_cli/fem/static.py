@@ -9,6 +9,7 @@ from itertools import islice
 
 import numpy as np
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import Operators, assemble
 from tedm_cli.fem.autospc import stiff_components
@@ -16,7 +17,7 @@ from tedm_cli.fem.bending import RandomSums, bending_change
 from tedm_cli.fem.constraints import eliminate, to_basic
 from tedm_cli.fem.linear import SolverName
 from tedm_cli.fem.stability import factorise_supported, require_supported
-from tedm_cli.fem.structure import Floats, LoadCase, Structure
+from tedm_cli.fem.structure import LoadCase, Structure
 
 Progress = Callable[[int, int, str], None]
 
@@ -104,7 +105,7 @@ class StaticSolution:
         self._sums = RandomSums.none(len(free), structure.n_grids)
         self._progress(3, 3, "factorise")
 
-    def solve(self, load_cases: Iterable[LoadCase]) -> Iterator[tuple[int, Floats]]:
+    def solve(self, load_cases: Iterable[LoadCase]) -> Iterator[tuple[int, FloatArray]]:
         """Displacements of each load case, in order, a few cases at a time.
 
         Yields
@@ -126,7 +127,7 @@ class StaticSolution:
             done += len(batch)
             self._progress(done, total or done, "solve")
 
-    def _solve_batch(self, batch: list[LoadCase]) -> Floats:
+    def _solve_batch(self, batch: list[LoadCase]) -> FloatArray:
         start = time.perf_counter()
         temperature = np.stack([case.temperature for case in batch], axis=1)
         load = self._transform.T @ self._thermal.forces(temperature)

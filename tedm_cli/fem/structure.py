@@ -5,19 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 
 
-def no_ints(*shape: int) -> Ints:
+def no_ints(*shape: int) -> IntArray:
     """Integer array of the given (empty) shape, for blocks a structure does not have."""
     return np.zeros(shape, dtype=np.int64)
 
 
-def no_floats(*shape: int) -> Floats:
+def no_floats(*shape: int) -> FloatArray:
     """Float array of the given (empty) shape, for blocks a structure does not have."""
     return np.zeros(shape)
 
@@ -33,9 +30,9 @@ class SolidMaterials:
     reference_temperature : [M], K, at which the material is free of thermal strain.
     """
 
-    stiffness: Floats
-    expansion: Floats
-    reference_temperature: Floats
+    stiffness: FloatArray
+    expansion: FloatArray
+    reference_temperature: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,9 +50,9 @@ class SolidBlock:
     """
 
     card: str
-    element_id: Ints
-    connectivity: Ints
-    material: Ints
+    element_id: IntArray
+    connectivity: IntArray
+    material: IntArray
     materials: SolidMaterials
     bubble: bool = False
 
@@ -83,35 +80,35 @@ class BarBlock:
         (three translations, three rotations), end A then end B.
     """
 
-    element_id: Ints = field(default_factory=lambda: no_ints(0))
-    connectivity: Ints = field(default_factory=lambda: no_ints(0, 2))
-    area: Floats = field(default_factory=lambda: no_floats(0))
-    inertia_1: Floats = field(default_factory=lambda: no_floats(0))
-    inertia_2: Floats = field(default_factory=lambda: no_floats(0))
-    inertia_12: Floats = field(default_factory=lambda: no_floats(0))
-    torsion_constant: Floats = field(default_factory=lambda: no_floats(0))
-    shear_factor: Floats = field(default_factory=lambda: no_floats(0, 2))
-    youngs_modulus: Floats = field(default_factory=lambda: no_floats(0))
-    shear_modulus: Floats = field(default_factory=lambda: no_floats(0))
-    expansion: Floats = field(default_factory=lambda: no_floats(0))
-    reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
-    orientation: Floats = field(default_factory=lambda: no_floats(0, 3))
-    offset: Floats = field(default_factory=lambda: no_floats(0, 2, 3))
-    released: Bools = field(default_factory=lambda: np.zeros((0, 12), dtype=np.bool_))
+    element_id: IntArray = field(default_factory=lambda: no_ints(0))
+    connectivity: IntArray = field(default_factory=lambda: no_ints(0, 2))
+    area: FloatArray = field(default_factory=lambda: no_floats(0))
+    inertia_1: FloatArray = field(default_factory=lambda: no_floats(0))
+    inertia_2: FloatArray = field(default_factory=lambda: no_floats(0))
+    inertia_12: FloatArray = field(default_factory=lambda: no_floats(0))
+    torsion_constant: FloatArray = field(default_factory=lambda: no_floats(0))
+    shear_factor: FloatArray = field(default_factory=lambda: no_floats(0, 2))
+    youngs_modulus: FloatArray = field(default_factory=lambda: no_floats(0))
+    shear_modulus: FloatArray = field(default_factory=lambda: no_floats(0))
+    expansion: FloatArray = field(default_factory=lambda: no_floats(0))
+    reference_temperature: FloatArray = field(default_factory=lambda: no_floats(0))
+    orientation: FloatArray = field(default_factory=lambda: no_floats(0, 3))
+    offset: FloatArray = field(default_factory=lambda: no_floats(0, 2, 3))
+    released: BoolArray = field(default_factory=lambda: np.zeros((0, 12), dtype=np.bool_))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RodBlock:
     """Straight rods that resist stretch and twist alone; R rods, attributes as those of `BarBlock`."""
 
-    element_id: Ints = field(default_factory=lambda: no_ints(0))
-    connectivity: Ints = field(default_factory=lambda: no_ints(0, 2))
-    area: Floats = field(default_factory=lambda: no_floats(0))
-    torsion_constant: Floats = field(default_factory=lambda: no_floats(0))
-    youngs_modulus: Floats = field(default_factory=lambda: no_floats(0))
-    shear_modulus: Floats = field(default_factory=lambda: no_floats(0))
-    expansion: Floats = field(default_factory=lambda: no_floats(0))
-    reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
+    element_id: IntArray = field(default_factory=lambda: no_ints(0))
+    connectivity: IntArray = field(default_factory=lambda: no_ints(0, 2))
+    area: FloatArray = field(default_factory=lambda: no_floats(0))
+    torsion_constant: FloatArray = field(default_factory=lambda: no_floats(0))
+    youngs_modulus: FloatArray = field(default_factory=lambda: no_floats(0))
+    shear_modulus: FloatArray = field(default_factory=lambda: no_floats(0))
+    expansion: FloatArray = field(default_factory=lambda: no_floats(0))
+    reference_temperature: FloatArray = field(default_factory=lambda: no_floats(0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -131,15 +128,15 @@ class ShellBlock:
     reference_temperature : [E], K.
     """
 
-    element_id: Ints = field(default_factory=lambda: no_ints(0))
-    connectivity: Ints = field(default_factory=lambda: no_ints(0, 4))
-    membrane_stiffness: Floats = field(default_factory=lambda: no_floats(0, 3, 3))
-    bending_stiffness: Floats = field(default_factory=lambda: no_floats(0, 3, 3))
-    shear_stiffness: Floats = field(default_factory=lambda: no_floats(0))
-    drilling_stiffness: Floats = field(default_factory=lambda: no_floats(0))
-    offset: Floats = field(default_factory=lambda: no_floats(0))
-    expansion: Floats = field(default_factory=lambda: no_floats(0))
-    reference_temperature: Floats = field(default_factory=lambda: no_floats(0))
+    element_id: IntArray = field(default_factory=lambda: no_ints(0))
+    connectivity: IntArray = field(default_factory=lambda: no_ints(0, 4))
+    membrane_stiffness: FloatArray = field(default_factory=lambda: no_floats(0, 3, 3))
+    bending_stiffness: FloatArray = field(default_factory=lambda: no_floats(0, 3, 3))
+    shear_stiffness: FloatArray = field(default_factory=lambda: no_floats(0))
+    drilling_stiffness: FloatArray = field(default_factory=lambda: no_floats(0))
+    offset: FloatArray = field(default_factory=lambda: no_floats(0))
+    expansion: FloatArray = field(default_factory=lambda: no_floats(0))
+    reference_temperature: FloatArray = field(default_factory=lambda: no_floats(0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -152,7 +149,7 @@ class Rbe2:
 
     element_id: int
     independent: int
-    dependents: Ints
+    dependents: IntArray
     components: str
     kind: str = "RBE2"
 
@@ -168,8 +165,8 @@ class Rbe3:
     element_id: int
     dependent: int
     components: str
-    independents: Ints
-    weights: Floats
+    independents: IntArray
+    weights: FloatArray
     independent_components: tuple[str, ...]
 
 
@@ -180,9 +177,9 @@ class Mpc:
     `grids` [M] are rows of `Structure.position`, `components` [M] 1 to 6; the first motion is the dependent one.
     """
 
-    grids: Ints
-    components: Ints
-    coefficients: Floats
+    grids: IntArray
+    components: IntArray
+    coefficients: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -204,9 +201,9 @@ class Structure:
     initial_temperature : [N], K, or None. Where given it replaces the elements' reference temperatures.
     """
 
-    grid_id: Ints
-    position: Floats
-    displacement_frame: Floats | None = None
+    grid_id: IntArray
+    position: FloatArray
+    displacement_frame: FloatArray | None = None
     solids: tuple[SolidBlock, ...] = ()
     bars: BarBlock = field(default_factory=BarBlock)
     rods: RodBlock = field(default_factory=RodBlock)
@@ -215,16 +212,16 @@ class Structure:
     rbe2: tuple[Rbe2, ...] = ()
     rbe3: tuple[Rbe3, ...] = ()
     mpc: tuple[Mpc, ...] = ()
-    spc_grid: Ints = field(default_factory=lambda: no_ints(0))
-    spc_component: Ints = field(default_factory=lambda: no_ints(0))
-    initial_temperature: Floats | None = None
+    spc_grid: IntArray = field(default_factory=lambda: no_ints(0))
+    spc_component: IntArray = field(default_factory=lambda: no_ints(0))
+    initial_temperature: FloatArray | None = None
 
     @property
     def n_grids(self) -> int:
         """Number of grids N; each has six degrees of freedom, 6 n + component - 1."""
         return len(self.grid_id)
 
-    def in_displacement_frames(self, motion: Floats) -> Floats:
+    def in_displacement_frames(self, motion: FloatArray) -> FloatArray:
         """Motions [N, 6] given in the frame of the positions, in each grid's displacement frame."""
         if self.displacement_frame is None:
             return motion
@@ -238,4 +235,4 @@ class LoadCase:
 
     id: int
     label: str
-    temperature: Floats
+    temperature: FloatArray

@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, IntArray
 from tedm_cli.fem.shapes import CARDS, corner_count
-
-Ints = NDArray[np.int64]
 
 # Corners of the faces by card, seen from outside counter-clockwise; a triangle repeats its last corner.
 _HEXA = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
@@ -31,15 +29,15 @@ class Surface:
     rim : [R, 2], edges that only one plate has.
     """
 
-    face: Ints
-    solid: NDArray[np.bool_]
-    face_element: Ints
-    line: Ints
-    line_element: Ints
-    rim: Ints
+    face: IntArray
+    solid: BoolArray
+    face_element: IntArray
+    line: IntArray
+    line_element: IntArray
+    rim: IntArray
 
 
-def outer_surface(card: Sequence[str], node_offset: Ints, node_index: Ints) -> Surface:
+def outer_surface(card: Sequence[str], node_offset: IntArray, node_index: IntArray) -> Surface:
     """Outer surface of a mesh by its corners; faces that two solids share, whatever their cards, are inside.
 
     Parameters
@@ -79,25 +77,27 @@ def outer_surface(card: Sequence[str], node_offset: Ints, node_index: Ints) -> S
 _NONE = np.iinfo(np.int64).max
 
 
-def _faces(pattern: Sequence[tuple[int, ...]], members: Ints, offset: Ints, index: Ints) -> tuple[Ints, Ints]:
+def _faces(
+    pattern: Sequence[tuple[int, ...]], members: IntArray, offset: IntArray, index: IntArray
+) -> tuple[IntArray, IntArray]:
     table = np.array(pattern, dtype=np.int64)
     rows = offset[members][:, None, None] + table
     return index[rows].reshape(-1, table.shape[1]), np.repeat(members, len(table))
 
 
-def _joined(parts: list[tuple[Ints, Ints]], width: int) -> tuple[Ints, Ints]:
+def _joined(parts: list[tuple[IntArray, IntArray]], width: int) -> tuple[IntArray, IntArray]:
     empty = (np.zeros((0, width), dtype=np.int64), np.zeros(0, dtype=np.int64))
     faces, elements = zip(empty, *parts, strict=True)
     return np.concatenate(faces), np.concatenate(elements)
 
 
-def _rim(face: Ints) -> Ints:
+def _rim(face: IntArray) -> IntArray:
     edges = np.sort(np.stack([face, np.roll(face, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     edges, count = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)
     return np.asarray(edges[count == 1], dtype=np.int64)
 
 
-def _keys(face: Ints) -> Ints:
+def _keys(face: IntArray) -> IntArray:
     """Distinct corners in ascending order, so that a triangle and a quadrilateral collapsed to it are the same."""
     key = np.sort(face, axis=1)
     key[:, 1:][key[:, 1:] == key[:, :-1]] = _NONE

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.style import BLUE, VERMILION, grid, style, svg
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,9 +19,9 @@ class Isolines:
     title: str
     x_label: str
     y_label: str
-    x: Array
-    y: Array
-    panels: dict[str, Array]
+    x: FloatArray
+    y: FloatArray
+    panels: dict[str, FloatArray]
     guideline: float | None = None
     edge: float | None = None
 
@@ -34,10 +32,10 @@ class Convergence:
 
     title: str
     value_label: str
-    nodes: Array
-    value: Array
+    nodes: FloatArray
+    value: FloatArray
     exact: float
-    error_percent: Array
+    error_percent: FloatArray
 
 
 def draw(data: Isolines | Convergence) -> bytes:
@@ -79,7 +77,7 @@ def _isolines(data: Isolines) -> Figure:
     return figure
 
 
-def _levels(error: Array) -> list[float]:
+def _levels(error: FloatArray) -> list[float]:
     """1, 2 and 5 of every decade where there are few of them, else powers of ten."""
     low, high = float(np.nanmin(error)), float(np.nanmax(error))
     subs = (1.0, 2.0, 5.0) if high < 1e4 * low else (1.0,)

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-from numpy.typing import NDArray
 
-from tedm_cli.figures.data import AreaMap, Areas, CaseNoise, JudgedOutput, unit_text
+from tedm_cli.arrays import IntArray
 from tedm_cli.figures.fit import fitted, wrapped
 from tedm_cli.figures.style import BLUE, VERMILION, WIDTH, grid, inches, power_of_ten, ratio_axis, style
+from tedm_cli.results.noise import AreaMap, Areas, CaseNoise, JudgedOutput, unit_text
 
 _ROW = 0.158  # inches of one area
 _MOST_DECADES = 5.0
@@ -44,7 +44,7 @@ def map_figure(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
         return figure
 
 
-def _map_panel(figure: Figure, axes: Axes, panel: AreaMap, areas: Areas, order: NDArray[np.int64]) -> None:
+def _map_panel(figure: Figure, axes: Axes, panel: AreaMap, areas: Areas, order: IntArray) -> None:
     size = np.abs(panel.value[:, order]).T
     high = float(size.max()) if size.max() > 0 else 1.0
     positive = size[size > 0]

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from tedm_cli.figures.data import RestVerdict, ratio_text
 from tedm_cli.figures.fit import fitted, text_width
 from tedm_cli.figures.style import COLOURS, VERMILION, WIDTH, grid, heading, inches, ratio_axis, style
+from tedm_cli.results.noise import RestVerdict, ratio_text
 
 _ROW, _TOP, _BETWEEN, _FOOT = 0.44, 0.62, 0.5, 1.02  # inches
 _SMALL = 8.0  # points

@@ -6,16 +6,16 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.style import grid, power_of_ten, style, svg
-
-Array = NDArray[np.float64]
 
 _LOW, _HIGH = 1e-6, 1e2  # of the allowance: below, an element does not matter; above, more colour says no more
 
 
-def audit_figure(size_m: Array, gap_m: Array, score: dict[str, Array], title: str, sources: list[str]) -> bytes:
+def audit_figure(
+    size_m: FloatArray, gap_m: FloatArray, score: dict[str, FloatArray], title: str, sources: list[str]
+) -> bytes:
     """One panel per mass model, as SVG.
 
     Parameters

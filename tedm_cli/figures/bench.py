@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Polygon
 from matplotlib.path import Path
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.bench_shapes import (
     ABOVE,
     SIDE,
@@ -25,13 +25,11 @@ from tedm_cli.figures.bench_shapes import (
     out_of_plane,
     outline,
 )
-from tedm_cli.figures.data import SUPERSCRIPT
 from tedm_cli.figures.labels import place_labels
 from tedm_cli.figures.style import COLOURS, style
 from tedm_cli.optics.exaggerated import ExaggeratedBench, TracedBench
 from tedm_cli.optics.layout import Kind, OpticalLayout
-
-Array = NDArray[np.float64]
+from tedm_cli.results.noise import SUPERSCRIPT
 
 SHARED, GHOST, INK = "#4D4D4D", "#B4B4B4", "#000000"
 _OWN = (COLOURS[0], COLOURS[1], COLOURS[2], COLOURS[3], COLOURS[5], COLOURS[4])
@@ -206,14 +204,14 @@ def _draw_beams(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: Vie
             axes.add_artist(PathPatch(heads, facecolor=_colour(owner), edgecolor="none", zorder=2.4))
 
 
-def _path(pieces: Sequence[Array] | Array, *, closed: bool = False) -> Path:
+def _path(pieces: Sequence[FloatArray] | FloatArray, *, closed: bool = False) -> Path:
     """Open or closed pieces as one path: one element of the file in place of many."""
     codes = [code for piece in pieces for code in (Path.MOVETO, *[Path.LINETO] * (len(piece) - 1 + closed))]
     corners = [p for piece in pieces for p in (*piece, *([piece[0]] if closed else ()))]
     return Path(np.array(corners).reshape(-1, 2), codes)
 
 
-def _arrow_heads(flat: Array, per_pt: float, place: float) -> list[Array]:
+def _arrow_heads(flat: FloatArray, per_pt: float, place: float) -> list[FloatArray]:
     """Triangles [3, 2] that point along those segments that have room for them."""
     heads = []
     for start, end in flat:
@@ -226,7 +224,7 @@ def _arrow_heads(flat: Array, per_pt: float, place: float) -> list[Array]:
     return heads
 
 
-def _draw_bodies(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: View, through: bool) -> list[Array]:
+def _draw_bodies(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: View, through: bool) -> list[FloatArray]:
     """Outlines of all elements, drawn; `through`: beams are seen through them, where one stands before the other."""
     shapes = []
     for i, element in enumerate(layout.elements):
@@ -260,7 +258,7 @@ def _draw_arrows(axes: Axes, before: TracedBench, after: TracedBench, view: View
 
 
 def _draw_names(
-    axes: Axes, layout: OpticalLayout, shapes: Sequence[Array], benches: Sequence[TracedBench], view: View,
+    axes: Axes, layout: OpticalLayout, shapes: Sequence[FloatArray], benches: Sequence[TracedBench], view: View,
     per_pt: float,
 ) -> None:  # fmt: skip
     """Names of all elements; from the side only of those at the ends of beams, since a bench is seen edge-on there."""

@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.optics.exaggerated import TracedBench
 from tedm_cli.optics.layout import Beam, Element, OpticalLayout
 from tedm_cli.optics.trace import Poses
-
-Array = NDArray[np.float64]
 
 _RIM = 32  # points on the edge of a round element
 _ASSUMED = 0.02  # half-size where no aperture is given, of the size of the bench
@@ -30,7 +28,7 @@ class View:
     axes: tuple[tuple[float, float, float], tuple[float, float, float]]
     labels: tuple[str, str]
 
-    def flat(self, points_m: Array) -> Array:
+    def flat(self, points_m: FloatArray) -> FloatArray:
         """Points [..., 3] m in the layout frame to [..., 2] mm in the view."""
         return np.asarray(1e3 * points_m @ np.array(self.axes).T)
 
@@ -44,11 +42,11 @@ class Segments:
     """Straight pieces of beams, each once: `points` [n, 2, 3] m, `interferometer` [n], -1 where several share it."""
 
     beam: Beam
-    points: Array
-    interferometer: NDArray[np.int64]
+    points: FloatArray
+    interferometer: IntArray
 
 
-def body(layout: OpticalLayout, place: int, poses: Poses) -> Array:
+def body(layout: OpticalLayout, place: int, poses: Poses) -> FloatArray:
     """Corners of an element's body, [m, 3] m, layout frame; the body is their convex hull.
 
     A plate is the disc or box over its aperture between front and back, a test mass the cube behind its front face.
@@ -87,7 +85,7 @@ def half_sizes(layout: OpticalLayout, element: Element) -> tuple[float, float]:
     return element.aperture_m, element.aperture_m
 
 
-def outline(points: Array) -> Array:
+def outline(points: FloatArray) -> FloatArray:
     """Convex hull of points [m, 2], counter-clockwise (Andrew 1979)."""
     ordered = sorted({(float(p[0]), float(p[1])) for p in np.round(points, 9)})
 
@@ -118,7 +116,7 @@ def interferometers(layout: OpticalLayout) -> list[tuple[str, ...]]:
 def beam_segments(layout: OpticalLayout, bench: TracedBench) -> tuple[Segments, Segments]:
     """Measurement and reference beams as segments, those of several photodiodes once."""
     owner = {name: i for i, names in enumerate(interferometers(layout)) for name in names}
-    found: dict[Beam, dict[tuple[float, ...], tuple[Array, set[int]]]] = {"meas": {}, "ref": {}}
+    found: dict[Beam, dict[tuple[float, ...], tuple[FloatArray, set[int]]]] = {"meas": {}, "ref": {}}
     for i, path in enumerate(layout.paths):
         corners = bench.beam(i)
         for piece in np.stack([corners[:-1], corners[1:]], axis=1):
@@ -127,7 +125,7 @@ def beam_segments(layout: OpticalLayout, bench: TracedBench) -> tuple[Segments, 
     return _segments("meas", found["meas"]), _segments("ref", found["ref"])
 
 
-def _segments(beam: Beam, found: dict[tuple[float, ...], tuple[Array, set[int]]]) -> Segments:
+def _segments(beam: Beam, found: dict[tuple[float, ...], tuple[FloatArray, set[int]]]) -> Segments:
     owners = [min(who) if len(who) == 1 else -1 for _, who in found.values()]
     return Segments(beam, np.array([piece for piece, _ in found.values()]), np.array(owners, dtype=np.int64))
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tedm_cli.arrays import FloatArray
 
 # Okabe and Ito (2008), with a grey and a brown in place of their black and light blue; a ninth group begins again.
 _HUES = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#4D4D4D", "#D55E00", "#F0E442", "#7A4A12")
@@ -16,7 +15,7 @@ _LEVELS = (0.1, 0.6, -0.28, 0.36, 0.78)
 LEFT_OUT = (1.0, 0.0, 1.0)  # magenta: of no group, and hard to overlook
 
 
-def area_colours(group: Sequence[str], neighbours: set[tuple[int, int]]) -> Array:
+def area_colours(group: Sequence[str], neighbours: set[tuple[int, int]]) -> FloatArray:
     """RGB [k, 3] of each area; neighbours of one group differ in lightness as long as the five levels last."""
     groups = list(dict.fromkeys(group))
     beside: dict[int, set[int]] = {}
@@ -32,6 +31,6 @@ def area_colours(group: Sequence[str], neighbours: set[tuple[int, int]]) -> Arra
     return np.array([_mixed(_HUES[groups.index(g) % len(_HUES)], _LEVELS[level[i]]) for i, g in enumerate(group)])
 
 
-def _mixed(hue: str, level: float) -> Array:
+def _mixed(hue: str, level: float) -> FloatArray:
     rgb = np.array([int(hue[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
     return np.asarray(rgb + level * (1.0 - rgb) if level >= 0 else rgb * (1.0 + level))

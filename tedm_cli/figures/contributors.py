@@ -11,9 +11,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from tedm_cli.figures.data import Areas, Array, CaseNoise, JudgedOutput, mhz_text, ratio_text
+from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.fit import fitted, text_width
 from tedm_cli.figures.style import BLUE, VERMILION, WIDTH, grid, heading, inches, style
+from tedm_cli.results.noise import Areas, CaseNoise, JudgedOutput, mhz_text, ratio_text
 
 MOST = 10  # rows of a panel besides that of all others
 _ROW, _GAP, _TOP, _FOOT = 0.195, 0.38, 0.72, 0.8  # inches
@@ -71,14 +72,14 @@ def _of(share: Mapping[str, float], name: str, table: Sequence[tuple[str, float]
 def _by_group(j: JudgedOutput, areas: Areas) -> tuple[dict[str, float], dict[str, float]]:
     group = np.array(areas.group)
 
-    def sums(share: Array) -> dict[str, float]:
+    def sums(share: FloatArray) -> dict[str, float]:
         return {g: float(share[group == g].sum()) for g in dict.fromkeys(areas.group)}
 
     return sums(j.share), sums(j.band_share)
 
 
 def _by_area(j: JudgedOutput, areas: Areas) -> tuple[dict[str, float], dict[str, float]]:
-    def named(share: Array) -> dict[str, float]:
+    def named(share: FloatArray) -> dict[str, float]:
         return {name: float(s) for name, s in zip(areas.name, share, strict=True)}
 
     return named(j.share), named(j.band_share)

@@ -11,15 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, SymLogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.areas import group_edges, group_names
-from tedm_cli.figures.data import AreaMap, Areas, number_text
 from tedm_cli.figures.style import BLUE, VERMILION, power_of_ten, style
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, OpticalLayout
-
-Array = NDArray[np.float64]
+from tedm_cli.results.noise import AreaMap, Areas, number_text
 
 #: Negative blue, positive vermilion, zero white; darker ends widen the range that can be told apart.
 SIGNED = LinearSegmentedColormap.from_list(
@@ -31,7 +29,7 @@ _CELL = 0.14  # inches
 _DECADES = 3  # of each sign in colour; below it fades linearly to white
 
 
-def sensitivity_map(layout: OpticalLayout, S_BW: Array) -> Figure:
+def sensitivity_map(layout: OpticalLayout, S_BW: FloatArray) -> Figure:
     """S_BW with lengths in units of the bench size: outputs by path, motions by element, 12 elements in a panel."""
     with style():
         value = scaled_matrix(layout, S_BW)
@@ -114,17 +112,17 @@ def noise_map(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
         return figure
 
 
-def signed_norm(value: Array) -> SymLogNorm:
+def signed_norm(value: FloatArray) -> SymLogNorm:
     """Symmetric colour scale: three decades of each sign below the largest entry, linear below."""
     largest = float(np.abs(value).max()) or 1.0
     return SymLogNorm(largest * 10.0**-_DECADES, linscale=0.5, vmin=-largest, vmax=largest, base=10)
 
 
-def _image(axes: Axes, value: Array, norm: SymLogNorm) -> Any:
+def _image(axes: Axes, value: FloatArray, norm: SymLogNorm) -> Any:
     return axes.imshow(value, norm=norm, cmap=SIGNED, aspect="auto", interpolation="none")
 
 
-def _write_values(axes: Axes, value: Array, norm: SymLogNorm) -> None:
+def _write_values(axes: Axes, value: FloatArray, norm: SymLogNorm) -> None:
     for (row, column), v in np.ndenumerate(value):
         r, g, b, _ = SIGNED(float(np.asarray(norm(v))))
         dark = 0.2126 * r + 0.7152 * g + 0.0722 * b < 0.45

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tedm_cli.arrays import BoolArray, FloatArray
 
 _ANGLES = np.arange(24) * np.pi / 12
 _GAPS = (2.5, 6.0, 11.0, 18.0, 27.0, 40.0)  # between name and outline, points
@@ -23,21 +22,21 @@ _COST_LABEL, _COST_BODY, _COST_LINE, _COST_OUTSIDE = 1000.0, 60.0, 25.0, 500.0
 class Placed:
     """A name: middle of its box and half its size, in the units of the outlines; `far` where a leader is of use."""
 
-    centre: Array
-    half: Array
+    centre: FloatArray
+    half: FloatArray
     far: bool
 
 
 @functools.cache
-def text_size(text: str, size_pt: float) -> Array:
+def text_size(text: str, size_pt: float) -> FloatArray:
     """Width and height of a text in points."""
     box = TextPath((0, 0), text, prop=FontProperties(family="DejaVu Sans", size=size_pt), usetex=False).get_extents()
     return np.array([box.width, size_pt])
 
 
 def place_labels(
-    names: Sequence[str], shapes: Sequence[Array], obstacles: Sequence[Array], lines: Array, size_pt: float,
-    per_pt: float, limits: tuple[Array, Array],
+    names: Sequence[str], shapes: Sequence[FloatArray], obstacles: Sequence[FloatArray], lines: FloatArray,
+    size_pt: float, per_pt: float, limits: tuple[FloatArray, FloatArray],
 ) -> list[Placed]:  # fmt: skip
     """A place for each name.
 
@@ -71,7 +70,7 @@ def place_labels(
     return done
 
 
-def _inside(shape: Array, low: Array, high: Array) -> bool:
+def _inside(shape: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     """Whether a box lies inside a convex outline, counter-clockwise."""
     way = np.roll(shape, -1, axis=0) - shape
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
@@ -79,7 +78,7 @@ def _inside(shape: Array, low: Array, high: Array) -> bool:
     return bool(np.all(way[:, 0] * out[..., 1] - way[:, 1] * out[..., 0] >= 0.0))
 
 
-def crossing(segments: Array, low: Array, high: Array) -> NDArray[np.bool_]:
+def crossing(segments: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
     """Which segments [n, 2, 2] have a part inside which boxes [m, 2], as [m, n] (Liang and Barsky 1984)."""
     enter, leave = np.zeros((2, len(low), len(segments)))
     leave += 1.0

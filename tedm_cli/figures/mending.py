@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tedm_cli.figures.data import SILENCED, Areas, CaseNoise, JudgedOutput, mhz_text, power_text, ratio_text
 from tedm_cli.figures.fit import fitted, text_width, wrapped
 from tedm_cli.figures.style import BLUE, COLOURS, DASHES, VERMILION, WIDTH, grid, heading, ratio_axis, style
+from tedm_cli.results.noise import SILENCED, Areas, CaseNoise, JudgedOutput, mhz_text, power_text, ratio_text
 
 _TOP, _CURVES, _BETWEEN, _ROW, _FOOT = 0.6, 2.0, 1.05, 0.25, 0.5  # inches
 _SMALL = 8.0  # points

@@ -10,16 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.fem.surface import outer_surface
 from tedm_cli.figures.colours import LEFT_OUT, area_colours
 from tedm_cli.figures.raster import BACKGROUND, Raster, outlines, rasterise
 from tedm_cli.figures.style import style
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _DPI = 150
 _FINE = 2  # pixels per pixel of the figure, averaged
@@ -41,15 +38,15 @@ class AreaModel:
     centre : [3], where sections are cut, m.
     """
 
-    position: Array
+    position: FloatArray
     card: Sequence[str]
-    node_offset: Ints
-    node_index: Ints
-    label: Ints
+    node_offset: IntArray
+    node_index: IntArray
+    label: IntArray
     name: Sequence[str]
     group: Sequence[str]
-    boxes: Sequence[Array]
-    centre: Array
+    boxes: Sequence[FloatArray]
+    centre: FloatArray
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,7 @@ class _View:
     labels: tuple[str, str] | None
 
     @property
-    def frame(self) -> Array:
+    def frame(self) -> FloatArray:
         r, u = np.array(self.right), np.array(self.up)
         r, u = r / np.linalg.norm(r), u / np.linalg.norm(u)
         return np.array([r, u, np.cross(r, u)])
@@ -120,7 +117,7 @@ def _neighbours(model: AreaModel) -> set[tuple[int, int]]:
     return found
 
 
-def _section(model: AreaModel, view: _View) -> tuple[Ints, float | None]:
+def _section(model: AreaModel, view: _View) -> tuple[IntArray, float | None]:
     """Elements that are left when all in front of a plane through the first test mass are taken away, and its place."""
     centre = model.centre
     counts = np.diff(model.node_offset)
@@ -133,8 +130,8 @@ def _section(model: AreaModel, view: _View) -> tuple[Ints, float | None]:
 
 
 def _triangles(
-    model: AreaModel, elements: Ints | None, frame: Array, per_m: float
-) -> tuple[Array, Ints, NDArray[np.bool_], Array]:
+    model: AreaModel, elements: IntArray | None, frame: FloatArray, per_m: float
+) -> tuple[FloatArray, IntArray, BoolArray, FloatArray]:
     """Corners (pixels and depth), labels, halves and shades of what is drawn of the elements, for `rasterise`."""
     card, offset, index = model.card, model.node_offset, model.node_index
     if elements is not None:
@@ -170,7 +167,7 @@ def _triangles(
     )
 
 
-def _draw(axes: Axes, model: AreaModel, view: _View, colours: Array, cut: bool) -> set[int]:
+def _draw(axes: Axes, model: AreaModel, view: _View, colours: FloatArray, cut: bool) -> set[int]:
     """Draw one view; the rows of the areas that are seen in it."""
     frame = view.frame
     elements, place = _section(model, view) if cut else (None, None)
@@ -205,7 +202,7 @@ def _draw(axes: Axes, model: AreaModel, view: _View, colours: Array, cut: bool) 
     return {int(i) for i in np.unique(raster.label) if 0 <= i < len(model.name)}
 
 
-def _image(raster: Raster, colours: Array) -> Array:
+def _image(raster: Raster, colours: FloatArray) -> FloatArray:
     """RGB [H, W, 3] of a raster, smoothed from its finer pixels."""
     table = np.concatenate([colours, [LEFT_OUT, (1.0, 1.0, 1.0)]])  # the background is the last row
     image = table[raster.label] * np.where(raster.label == BACKGROUND, 1.0, raster.shade)[..., None]
@@ -217,7 +214,7 @@ def _image(raster: Raster, colours: Array) -> Array:
     return np.asarray(fine.mean(axis=(1, 3)))
 
 
-def _outline(axes: Axes, corners: Array) -> None:
+def _outline(axes: Axes, corners: FloatArray) -> None:
     """Edges of a cuboid whose corners are in binary order, dashed."""
     for i in range(8):
         for bit in (1, 2, 4):
@@ -276,7 +273,7 @@ def _key_columns(model: AreaModel, seen: set[int]) -> list[list[tuple[int | None
     return columns
 
 
-def _key(figure: Figure, model: AreaModel, colours: Array, seen: set[int]) -> None:
+def _key(figure: Figure, model: AreaModel, colours: FloatArray, seen: set[int]) -> None:
     """Names of all areas with their numbers and colours, group by group."""
     columns = _key_columns(model, seen)
     rows = max(len(c) for c in columns)

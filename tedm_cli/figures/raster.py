@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 
 BACKGROUND = -1
 _CANDIDATES = 1_000_000  # pixels looked at in one go
@@ -20,12 +18,14 @@ _EDGE = 1e-9  # of an area coordinate: no gap between neighbours
 class Raster:
     """What is seen at each pixel, rows from the top: label [H, W], shade [H, W], depth [H, W] (-inf: nothing)."""
 
-    label: Ints
-    shade: Array
-    depth: Array
+    label: IntArray
+    shade: FloatArray
+    depth: FloatArray
 
 
-def rasterise(corner: Array, label: Ints, half: NDArray[np.bool_], shade: Array, width: int, height: int) -> Raster:
+def rasterise(
+    corner: FloatArray, label: IntArray, half: BoolArray, shade: FloatArray, width: int, height: int
+) -> Raster:
     """Nearest triangle at the centre of every pixel.
 
     Parameters
@@ -73,7 +73,7 @@ def rasterise(corner: Array, label: Ints, half: NDArray[np.bool_], shade: Array,
     return Raster(image.reshape(shape), light.reshape(shape), depth.reshape(shape))
 
 
-def outlines(raster: Raster, jump: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def outlines(raster: Raster, jump: float) -> tuple[BoolArray, BoolArray]:
     """Pixels on the border of two labels, and pixels where the depth breaks by more than `jump` (of its unit)."""
     label = raster.label
     border = np.zeros(label.shape, dtype=bool)

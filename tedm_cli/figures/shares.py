@@ -11,12 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator
-from numpy.typing import NDArray
 
-from tedm_cli.figures.data import number_text
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.figures.style import BLUE, COLOURS, VERMILION, grid, inches, style
-
-Array = NDArray[np.float64]
+from tedm_cli.results.noise import number_text
 
 _MOST, _VISIBLE = 8, 2e-3  # bars besides that of all others, and the least of the longest that is worth one
 _ROW, _HEAD, _BETWEEN, _FOOT = 0.185, 0.34, 0.46, 0.85
@@ -32,9 +30,9 @@ class ReadOutShares:
 
     read_out: str
     unit: str
-    by_area: Array
+    by_area: FloatArray
     worst: int
-    by_element: Array
+    by_element: FloatArray
 
 
 def shares_figure(shares: Sequence[ReadOutShares], areas: Sequence[str], elements: Sequence[str], title: str) -> Figure:
@@ -69,7 +67,7 @@ def shares_figure(shares: Sequence[ReadOutShares], areas: Sequence[str], element
         return figure
 
 
-def ranked(size: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def ranked(size: FloatArray) -> tuple[IntArray, IntArray]:
     """Places of the largest values that can be seen beside the first, largest first, and of all others."""
     part = np.round(size / (size.max() or 1.0), 9)  # equals up to rounding keep their order
     order = np.argsort(-part, kind="stable")

@@ -12,7 +12,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
-from tedm_cli.figures.data import CaseNoise, Limit, capital, quantity, ratio_text, unit_text
 from tedm_cli.figures.fit import fitted, text_width, wrapped
 from tedm_cli.figures.spectra import limit_lines, log_range
 from tedm_cli.figures.style import (
@@ -28,6 +27,7 @@ from tedm_cli.figures.style import (
     power_of_ten,
     style,
 )
+from tedm_cli.results.noise import CaseNoise, Limit, capital, quantity, ratio_text, unit_text
 
 _LEFT, _RIGHT, _TOP, _FOOT, _GAP = 0.8, 0.12, 0.42, 1.1, 0.28  # inches, as are all below
 _TITLE = 0.58  # three lines above each panel

@@ -11,20 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tedm_cli.figures.data import (
-    Array,
-    CaseNoise,
-    JudgedOutput,
-    Limit,
-    TemperatureSpectra,
-    capital,
-    kinds_of,
-    mhz_text,
-    power_text,
-    quantity,
-    ratio_text,
-    unit_text,
-)
+from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.fit import fitted, text_width, wrapped
 from tedm_cli.figures.style import (
     BAND,
@@ -43,6 +30,19 @@ from tedm_cli.figures.style import (
 )
 from tedm_cli.figures.thinning import thinned
 from tedm_cli.noise.flight_results import flight_results
+from tedm_cli.results.noise import (
+    CaseNoise,
+    JudgedOutput,
+    Limit,
+    TemperatureSpectra,
+    capital,
+    kinds_of,
+    mhz_text,
+    power_text,
+    quantity,
+    ratio_text,
+    unit_text,
+)
 
 _MOST_DECADES = 9.0
 _LEFT, _RIGHT, _TITLE, _PANEL, _STRIP, _LEGEND = 0.68, 0.1, 0.42, 2.45, 0.85, 0.165  # inches of a case's figure
@@ -202,7 +202,7 @@ def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
 
 
 def _name_ends(
-    figure: Figure, axes: Axes, names: Sequence[str], curves: Sequence[Array], looks: Sequence[tuple[str, Any]]
+    figure: Figure, axes: Axes, names: Sequence[str], curves: Sequence[FloatArray], looks: Sequence[tuple[str, Any]]
 ) -> None:
     """Names beside the right ends of the curves, moved apart where they would overlap and tied by thin lines."""
     low, high = np.log10(axes.get_ylim())
@@ -250,7 +250,7 @@ def temperature_figure(spectra: TemperatureSpectra) -> Figure:
         return figure
 
 
-def _scales(axes: Axes, frequency_hz: Array, low: float, high: float, unit: str, what: str) -> None:
+def _scales(axes: Axes, frequency_hz: FloatArray, low: float, high: float, unit: str, what: str) -> None:
     axes.set_yscale("log")
     axes.set_ylim(low, high)
     label = f"{what} ({unit_text(unit)}/√Hz)"
@@ -271,7 +271,7 @@ def bands(axes: Axes, limits: Sequence[Limit]) -> None:
             axes.axvline(edge * 1e3, color="#808080", linewidth=0.9, linestyle=DASHES[2], zorder=1)
 
 
-def limit_lines(axes: Axes, frequency_hz: Array, limits: Sequence[Limit], width: float = 2.4) -> None:
+def limit_lines(axes: Axes, frequency_hz: FloatArray, limits: Sequence[Limit], width: float = 2.4) -> None:
     """Requirements inside their bands, told apart by dashes."""
     for i, limit in enumerate(limits):
         inside = np.isfinite(limit.amplitude)
@@ -285,7 +285,7 @@ def limit_lines(axes: Axes, frequency_hz: Array, limits: Sequence[Limit], width:
         )
 
 
-def log_range(curves: Sequence[Array]) -> tuple[float, float]:
+def log_range(curves: Sequence[FloatArray]) -> tuple[float, float]:
     """Limits of a logarithmic axis that hold all curves, at most nine decades below the highest."""
     positive = np.concatenate([c[np.isfinite(c) & (c > 0)] for c in curves])
     if not positive.size:

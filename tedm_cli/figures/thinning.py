@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tedm_cli.figures.data import Array, Spectrum
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.results.noise import Spectrum
 
 MOST = 400  # pieces along an axis; a printed panel has no more dots to tell apart
 
@@ -16,13 +16,13 @@ MOST = 400  # pieces along an axis; a printed panel has no more dots to tell apa
 class ThinSpectrum:
     """A spectrum in pieces of its frequencies [p]: ends of the estimate, and of its interval."""
 
-    frequency_hz: Array
-    least: Array
-    most: Array
-    low: Array
-    high: Array
+    frequency_hz: FloatArray
+    least: FloatArray
+    most: FloatArray
+    low: FloatArray
+    high: FloatArray
 
-    def trace(self) -> tuple[Array, Array]:
+    def trace(self) -> tuple[FloatArray, FloatArray]:
         """A line [2 p] through both ends of every piece, which looks like the whole curve."""
         return np.repeat(self.frequency_hz, 2), np.stack([self.least, self.most], axis=1).reshape(-1)
 
@@ -46,7 +46,7 @@ def thinned(s: Spectrum) -> ThinSpectrum:
     )
 
 
-def piece_starts(samples: int, most: int = MOST) -> NDArray[np.int64]:
+def piece_starts(samples: int, most: int = MOST) -> IntArray:
     """First sample of each of at most `most` equal pieces of a series; pieces of one sample where there are few."""
     pieces = min(samples, most)
     return np.arange(pieces, dtype=np.int64) * samples // pieces

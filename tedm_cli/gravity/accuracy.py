@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.compensation import CompensationMass
 from tedm_cli.gravity.kernel import cuboid_field
 from tedm_cli.gravity.published_quadrature import bode_force_x, simpson_gamma_xy
 
-Array = NDArray[np.float64]
 Shape = Literal["centre", "corners", "slab"]
 
 SLAB_THICKNESS = 0.1
@@ -26,21 +25,23 @@ _SOURCE_POINTS = 8
 _LINE_POINTS = 3
 
 
-def bode_error(distance: Array, panels: Sequence[int], sides: Array) -> Array:
+def bode_error(distance: FloatArray, panels: Sequence[int], sides: FloatArray) -> FloatArray:
     """Error of Fx by composite Bode for sources at X = Y = Z = `distance` (figure 7.2), [panels, distances]."""
     points = np.repeat(distance[:, None], 3, axis=1)
     exact = cuboid_field(points, sides).force[:, 0]
     return np.stack([np.abs(bode_force_x(points, sides, n) / exact - 1.0) for n in panels])
 
 
-def simpson_error(distance: Array, divisions: Sequence[int], sides: Array) -> Array:
+def simpson_error(distance: FloatArray, divisions: Sequence[int], sides: FloatArray) -> FloatArray:
     """Error of Γxy by composite Simpson for sources at X = Y = Z = `distance` (figure 7.8), [divisions, distances]."""
     points = np.repeat(distance[:, None], 3, axis=1)
     exact = cuboid_field(points, sides).gamma_lin[:, 0, 1]
     return np.stack([np.abs(simpson_gamma_xy(points, sides, n) / exact - 1.0) for n in divisions])
 
 
-def collapse_error(distance: Array, size: Array, sides: Array, shape: Shape) -> tuple[Array, Array]:
+def collapse_error(
+    distance: FloatArray, size: FloatArray, sides: FloatArray, shape: Shape
+) -> tuple[FloatArray, FloatArray]:
     """Error of a finite homogeneous source on the x axis that is replaced by points (figures 7.3 and 7.9).
 
     Parameters
@@ -75,7 +76,7 @@ def collapse_error(distance: Array, size: Array, sides: Array, shape: Shape) -> 
     return force, gradient
 
 
-def linearisation_error(distance: Array, displacement: Array, sides: Array) -> Array:
+def linearisation_error(distance: FloatArray, displacement: FloatArray, sides: FloatArray) -> FloatArray:
     """Error of Δa = -Γxx dx for a point source on the x axis moved by dx along it (figure 8.1, eq. 8.4 corrected).
 
     The difference is integrated from the change of Γxx over dx, which keeps ten digits where that of two accelerations
@@ -93,7 +94,7 @@ def linearisation_error(distance: Array, displacement: Array, sides: Array) -> A
     return np.asarray(np.abs(change / (start + change)))
 
 
-def nodal_mesh(block: CompensationMass, edge_m: float) -> tuple[Array, Array]:
+def nodal_mesh(block: CompensationMass, edge_m: float) -> tuple[FloatArray, FloatArray]:
     """Block meshed by equal hexahedra no longer than `edge_m`, each sharing its mass equally among its corners.
 
     Returns
@@ -113,7 +114,9 @@ def nodal_mesh(block: CompensationMass, edge_m: float) -> tuple[Array, Array]:
     return block.centre_m + local @ block.axes, masses
 
 
-def _mean_field(centre: Array, offsets: Array, weights: Array, sides: Array) -> tuple[Array, Array]:
+def _mean_field(
+    centre: FloatArray, offsets: FloatArray, weights: FloatArray, sides: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Weighted mean of Fx and Γxx over the points `centre` + `offsets`, [n] each."""
     points = (centre[:, None, :] + offsets[None, :, :]).reshape(-1, 3)
     field = cuboid_field(points, sides)
@@ -121,7 +124,7 @@ def _mean_field(centre: Array, offsets: Array, weights: Array, sides: Array) -> 
     return field.force[:, 0].reshape(shape) @ weights, field.gamma_lin[:, 0, 0].reshape(shape) @ weights
 
 
-def _gamma_xx(x: Array, sides: Array) -> Array:
+def _gamma_xx(x: FloatArray, sides: FloatArray) -> FloatArray:
     points = np.zeros((x.size, 3))
     points[:, 0] = x.ravel()
     return cuboid_field(points, sides).gamma_lin[:, 0, 0].reshape(x.shape)

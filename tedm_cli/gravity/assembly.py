@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.gravity.compiled import compiled
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 
 @compiled
 def put_force_gradient(
-    points: Array, field: Array, separate: bool, rows: Indices, force: Array, gamma_lin: Array
+    points: FloatArray, field: FloatArray, separate: bool, rows: IndexArray, force: FloatArray, gamma_lin: FloatArray
 ) -> None:
     """Write force [n, 3] and gradient [n, 3, 3] of some rows, completed by a point mass where that is `separate`.
 
@@ -38,7 +35,14 @@ def put_force_gradient(
 
 
 @compiled
-def put_torque(points: Array, field: Array, rows: Indices, torque: Array, omega_lin: Array, omega_ang: Array) -> None:
+def put_torque(
+    points: FloatArray,
+    field: FloatArray,
+    rows: IndexArray,
+    torque: FloatArray,
+    omega_lin: FloatArray,
+    omega_ang: FloatArray,
+) -> None:
     """Write torque [n, 3], omega_lin and omega_ang [n, 3, 3] of some rows.
 
     Parameters as of `put_force_gradient`; a point mass at the centre, included in `field` or not, contributes nothing.

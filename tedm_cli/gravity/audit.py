@@ -10,17 +10,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.gravity.cells import size_and_gap
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.masses import ElementBlock, MassDistribution
 from tedm_cli.gravity.quadrature import QuadraturePoints, element_sources, point_sources
 from tedm_cli.gravity.structure import COLUMNS, pull_back
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MODELS = ("lumped", "quadrature")
 _FINER = 1e-2
@@ -32,7 +29,7 @@ REQUIREMENT_A = (1.1e-9, 1.7e-9, 3.2e-9)
 REQUIREMENT_OMEGADOT = (23e-9, 18e-9, 14e-9)
 REQUIREMENT_GAMMA = 5e-7
 
-Motion = Callable[[IntArray, Array], Array]
+Motion = Callable[[IntArray, FloatArray], FloatArray]
 """Displacement per kelvin of nodes with levers: rows [E, n] and levers [E, n, 3] to [k, E, n, 3], m/K."""
 
 
@@ -51,22 +48,22 @@ class MeshAudit:
 
     element_id: IntArray
     card: list[str]
-    size: Array
-    gap: Array
+    size: FloatArray
+    gap: FloatArray
     label: list[str]
     unit: list[str]
-    value: Array
-    requirement: Array
-    error: Array
-    total: Array
+    value: FloatArray
+    requirement: FloatArray
+    error: FloatArray
+    total: FloatArray
 
     @property
-    def allowance(self) -> Array:
+    def allowance(self) -> FloatArray:
         """1 % of the requirement, or of the value where there is none, [Q]."""
         return np.asarray(0.01 * np.where(np.isnan(self.requirement), np.abs(self.value), self.requirement))
 
     @property
-    def score(self) -> Array:
+    def score(self) -> FloatArray:
         """Largest ratio of each element's error to the allowance, [2, E]."""
         allowance = np.where(self.allowance > 0.0, self.allowance, np.inf)
         return np.asarray((np.abs(self.error) / allowance[:, None]).max(axis=1, initial=0.0))
@@ -162,7 +159,7 @@ def _units(per_kelvin: bool) -> list[str]:
     return [*["m/s^2"] * 3, *["rad/s^2"] * 3, *["1/s^2"] * 6, *[motion[0]] * 3, *[motion[1]] * 3]
 
 
-def _coefficients(sources: Iterable[QuadraturePoints], block: ElementBlock, part: slice, tm: TestMass) -> Array:
+def _coefficients(sources: Iterable[QuadraturePoints], block: ElementBlock, part: slice, tm: TestMass) -> FloatArray:
     """Coefficients at the nodes of each element, [E, n, 24]."""
     out = np.zeros((part.stop - part.start, block.shape.nodes, COLUMNS))
     for points in sources:
@@ -170,7 +167,7 @@ def _coefficients(sources: Iterable[QuadraturePoints], block: ElementBlock, part
     return out
 
 
-def _lumps(block: ElementBlock, part: slice, local: Array) -> QuadraturePoints:
+def _lumps(block: ElementBlock, part: slice, local: FloatArray) -> QuadraturePoints:
     """The elements' masses shared equally among their nodes."""
     n = block.shape.nodes
     mass = np.repeat(block.mass[part, None] / n, n, axis=1)
@@ -179,8 +176,8 @@ def _lumps(block: ElementBlock, part: slice, local: Array) -> QuadraturePoints:
 
 
 def _effects(
-    coefficients: Array, nodes: IntArray, lever: Array, tm: TestMass, G: float, motion: Motion | None
-) -> tuple[Array, Array]:
+    coefficients: FloatArray, nodes: IntArray, lever: FloatArray, tm: TestMass, G: float, motion: Motion | None
+) -> tuple[FloatArray, FloatArray]:
     """Field [E, 12] (a, angular acceleration, Γ) and sensitivities [E, 6, k] of coefficients [E, n, 24]."""
     gyration = tm.inertia_kg_m2 / tm.mass_kg
     scaled = G * coefficients
@@ -195,7 +192,7 @@ def _effects(
     return field, -np.einsum("enrc,kenc->erk", operator, motion(nodes, lever), optimize=True)
 
 
-def _by_element(effects: tuple[Array, Array]) -> Array:
+def _by_element(effects: tuple[FloatArray, FloatArray]) -> FloatArray:
     """Field, and norms of the sensitivities over the areas, [18, E]."""
     field, sensitivity = effects
     return np.asarray(np.concatenate([field, np.linalg.norm(sensitivity, axis=2)], axis=1).T)
@@ -205,9 +202,9 @@ class _Sum:
     """Effects summed over elements."""
 
     def __init__(self) -> None:
-        self.effects: tuple[Array, Array] = (np.zeros((1, 12)), np.zeros((1, 6, 1)))
+        self.effects: tuple[FloatArray, FloatArray] = (np.zeros((1, 12)), np.zeros((1, 6, 1)))
 
-    def add(self, effects: tuple[Array, Array]) -> None:
+    def add(self, effects: tuple[FloatArray, FloatArray]) -> None:
         field, sensitivity = self.effects
         self.effects = (
             field + effects[0].sum(axis=0, keepdims=True),

@@ -15,14 +15,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.shapes import Shape
 from tedm_cli.gravity.testmass import TestMass
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MOST_POINTS = 5
 CLOSEST = 1e-3
@@ -41,19 +38,19 @@ class Cells:
     """
 
     element: IntArray
-    low: Array
-    high: Array
+    low: FloatArray
+    high: FloatArray
     counts: tuple[int, ...]
     whole: tuple[bool, ...]
 
 
 def cut(
     shape: Shape,
-    nodes: Array,
+    nodes: FloatArray,
     test_mass: TestMass,
     tolerance: float,
     *,
-    clearance: Array,
+    clearance: FloatArray,
     names: IntArray,
     card: str,
     even: bool = True,
@@ -97,7 +94,7 @@ def cut(
         element, low, high = _halved(element[again], low[again], high[again], halve[again])
 
 
-def size_and_gap(shape: Shape, nodes: Array, test_mass: TestMass) -> tuple[Array, Array]:
+def size_and_gap(shape: Shape, nodes: FloatArray, test_mass: TestMass) -> tuple[FloatArray, FloatArray]:
     """Longest extent [E] of elements, and a lower bound [E] of their distance from a test mass, m.
 
     nodes : [E, n, 3], in the frame of the test mass.
@@ -107,14 +104,16 @@ def size_and_gap(shape: Shape, nodes: Array, test_mass: TestMass) -> tuple[Array
     return _lengths(net, shape.dimension).max(axis=1), _gap(net, test_mass.side_m / 2.0)
 
 
-def _gap(net: Array, half: Array) -> Array:
+def _gap(net: FloatArray, half: FloatArray) -> FloatArray:
     """Distance of the boxes about control nets [c, k, 3] from the test mass, [c]."""
     return np.asarray(
         np.linalg.norm(np.maximum(0.0, np.maximum(net.min(axis=1) - half, -half - net.max(axis=1))), axis=1)
     )
 
 
-def _points_wanted(shape: Shape, lengths: Array, gap: Array, kappa: Array, tolerance: float, even: bool) -> IntArray:
+def _points_wanted(
+    shape: Shape, lengths: FloatArray, gap: FloatArray, kappa: FloatArray, tolerance: float, even: bool
+) -> IntArray:
     """Gauss points per direction, [c, d]; MOST_POINTS + 1 where it takes more.
 
     lengths : [c, d], m; gap : [c], distance from the test mass, m; kappa : [c], departure from an affine cell.
@@ -134,7 +133,7 @@ def _points_wanted(shape: Shape, lengths: Array, gap: Array, kappa: Array, toler
     return wanted
 
 
-def _departure(shape: Shape, nodes: Array) -> Array:
+def _departure(shape: Shape, nodes: FloatArray) -> FloatArray:
     """Largest departure of each element's nodes from its best affine image, relative to its extent, [E].
 
     In the element's own directions it counts per direction, out of a surface or off a line against the smallest extent.
@@ -153,7 +152,7 @@ def _departure(shape: Shape, nodes: Array) -> Array:
     return np.asarray(2.0 * np.maximum(np.abs(inside).max(axis=(1, 2)), relative))
 
 
-def _control_net(shape: Shape, nodes: Array, low: Array, high: Array) -> tuple[Array, Array]:
+def _control_net(shape: Shape, nodes: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bézier control points [c, k^d, 3] of each cell, whose hull holds it, and points [c, k^d, 3] of the cell."""
     k = 3 if shape.edges else 2
     lattice = np.stack(np.meshgrid(*([np.linspace(0.0, 1.0, k)] * shape.dimension), indexing="ij"), axis=-1)
@@ -172,7 +171,7 @@ def _control_net(shape: Shape, nodes: Array, low: Array, high: Array) -> tuple[A
     return net.reshape(points.shape), points
 
 
-def _lengths(net: Array, dimension: int) -> Array:
+def _lengths(net: FloatArray, dimension: int) -> FloatArray:
     """Longest control polygon of each cell along each of its directions, [c, d]."""
     k = 3 if net.shape[1] == 3**dimension else 2
     grid = net.reshape(-1, *(k,) * dimension, 3)
@@ -184,7 +183,7 @@ def _lengths(net: Array, dimension: int) -> Array:
 
 
 def _require_outside(
-    points: Array, half: Array, clearance: Array, names: IntArray, card: str, test_mass: TestMass
+    points: FloatArray, half: FloatArray, clearance: FloatArray, names: IntArray, card: str, test_mass: TestMass
 ) -> None:
     distance = np.linalg.norm(np.maximum(0.0, np.abs(points) - half), axis=2)
     bad = ~(distance > clearance[:, None]).all(axis=1)
@@ -203,7 +202,7 @@ def _touches(name: int, card: str, test_mass: TestMass) -> None:
     )
 
 
-def _grouped(shape: Shape, element: IntArray, low: Array, high: Array, wanted: IntArray) -> Iterator[Cells]:
+def _grouped(shape: Shape, element: IntArray, low: FloatArray, high: FloatArray, wanted: IntArray) -> Iterator[Cells]:
     """Cells with the same points per direction and, where the cube collapses, the same kind of rule."""
     spans = (low == 0.0) & (high == 1.0)
     key = np.concatenate([wanted, spans], axis=1)
@@ -215,7 +214,9 @@ def _grouped(shape: Shape, element: IntArray, low: Array, high: Array, wanted: I
         yield Cells(element[rows], low[rows], high[rows], counts, whole)
 
 
-def _halved(element: IntArray, low: Array, high: Array, halve: NDArray[np.bool_]) -> tuple[IntArray, Array, Array]:
+def _halved(
+    element: IntArray, low: FloatArray, high: FloatArray, halve: BoolArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
     for axis in range(low.shape[1]):
         split = halve[:, axis]
         middle = (low[split, axis] + high[split, axis]) / 2.0

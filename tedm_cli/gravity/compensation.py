@@ -10,15 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.cuboid_source import quantity_differences
 from tedm_cli.gravity.field import SelfGravity, self_gravity
 from tedm_cli.gravity.testmass import TestMass, cuboid_gap, to_test_mass_frame
-
-Array = NDArray[np.float64]
 
 DEFAULT_TOLERANCE = 1e-9
 # Half diagonal of a cell over the distance of its centre from the surface of the test mass. At 0.5 an order gains about
@@ -47,10 +45,10 @@ class CompensationMass:
     """
 
     name: str
-    centre_m: Array
-    size_m: Array
+    centre_m: FloatArray
+    size_m: FloatArray
     mass_kg: float
-    axes: Array = field(default_factory=lambda: np.eye(3))
+    axes: FloatArray = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         for attribute, shape in (("centre_m", (3,)), ("size_m", (3,)), ("axes", (3, 3))):
@@ -123,7 +121,9 @@ def field_of_compensation_masses(
     return total, error, quadrature
 
 
-def block_points(centre: Array, half: Array, block: CompensationMass, order: int) -> tuple[Array, Array]:
+def block_points(
+    centre: FloatArray, half: FloatArray, block: CompensationMass, order: int
+) -> tuple[FloatArray, FloatArray]:
     """Gauss-Legendre product points of the cells of a block and their masses.
 
     Parameters
@@ -146,7 +146,7 @@ def block_points(centre: Array, half: Array, block: CompensationMass, order: int
     return block.centre_m + local.reshape(-1, 3) @ block.axes, masses.ravel()
 
 
-def graded_cells(tm: TestMass, block: CompensationMass) -> tuple[Array, Array]:
+def graded_cells(tm: TestMass, block: CompensationMass) -> tuple[FloatArray, FloatArray]:
     """Cells of a block that are small against their distance from a test mass: centres and half edge lengths, [n, 3].
 
     Raises

@@ -5,19 +5,17 @@ from __future__ import annotations
 from dataclasses import fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.field import SelfGravity, self_gravity
 from tedm_cli.gravity.testmass import TestMass, touch
 
-Array = NDArray[np.float64]
-
 _POINTS_PER_AXIS = 8
 
 
-def cuboid_sources(tm: TestMass, n: int = _POINTS_PER_AXIS) -> tuple[Array, Array]:
+def cuboid_sources(tm: TestMass, n: int = _POINTS_PER_AXIS) -> tuple[FloatArray, FloatArray]:
     """Point masses equivalent to a test mass by Gauss-Legendre product quadrature.
 
     Parameters

@@ -10,15 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.compiled import compiled
-
-Array = NDArray[np.float64]
 
 
 @compiled
-def edge_form(points: Array, half_sides: Array, field: Array) -> None:
+def edge_form(points: FloatArray, half_sides: FloatArray, field: FloatArray) -> None:
     """Mean over the cuboid of the attraction towards each point, and its gradient.
 
     Parameters

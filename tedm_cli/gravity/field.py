@@ -7,14 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tedm_cli.arrays import FloatArray, IndexArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.kernel import CuboidField, cuboid_field, first_inside, inside_fact
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
-
-Array = NDArray[np.float64]
 
 _BLOCK_SOURCES = 1 << 14
 _SHAPES = {f.name: (3,) if f.name in ("force", "torque") else (3, 3) for f in fields(CuboidField)}
@@ -27,17 +26,17 @@ class SelfGravity:
     Contributions of separate source sets (structure, other test mass, compensation masses) add with ``+``.
     """
 
-    acceleration: Array
+    acceleration: FloatArray
     """[3], ``F/M``, m/s²."""
-    angular_acceleration: Array
+    angular_acceleration: FloatArray
     """[3], ``T_i/I_i``, rad/s²."""
-    gamma_lin: Array
+    gamma_lin: FloatArray
     """[3, 3], acceleration per displacement of the test mass, 1/s²."""
-    omega_lin: Array
+    omega_lin: FloatArray
     """[3, 3], angular acceleration per displacement of the test mass, rad/s² per m (1/(m s²))."""
-    gamma_ang: Array
+    gamma_ang: FloatArray
     """[3, 3], acceleration per rotation of the test mass, m/s² per rad."""
-    omega_ang: Array
+    omega_ang: FloatArray
     """[3, 3], angular acceleration per rotation of the test mass, 1/s²."""
 
     def __add__(self, other: SelfGravity) -> SelfGravity:
@@ -50,7 +49,7 @@ def self_gravity(
     test_mass: TestMass,
     *,
     G: float = G_CODATA_2018,
-    node_ids: Sequence[int] | NDArray[np.int64] | None = None,
+    node_ids: Sequence[int] | IntArray | None = None,
 ) -> SelfGravity:
     """Sum the field of point sources on a test mass (Montemurro 2004, chapters 5 and 6, corrected).
 
@@ -95,9 +94,9 @@ class FieldSum:
     """Sums of a field over sources, block by block: pairwise inside a block, exact between the blocks."""
 
     def __init__(self) -> None:
-        self._partial: dict[str, list[Array]] = {name: [] for name in _SHAPES}
+        self._partial: dict[str, list[FloatArray]] = {name: [] for name in _SHAPES}
 
-    def add(self, field: CuboidField, mass: Array) -> None:
+    def add(self, field: CuboidField, mass: FloatArray) -> None:
         """Add n sources of `mass` [n], kg."""
         for name, partial in self._partial.items():
             # summation over a contiguous axis is pairwise
@@ -133,7 +132,7 @@ def self_gravity_by_source(
     return _normalised(total, test_mass)
 
 
-def _normalised(field: dict[str, Array], test_mass: TestMass) -> SelfGravity:
+def _normalised(field: dict[str, FloatArray], test_mass: TestMass) -> SelfGravity:
     """From the quantities of `CuboidField` summed with G m, [..., 3] and [..., 3, 3]."""
     gyration = test_mass.inertia_kg_m2 / test_mass.mass_kg
     return SelfGravity(
@@ -150,8 +149,8 @@ def massive_blocks(
     points: ArrayLike,
     masses: ArrayLike,
     test_mass: TestMass,
-    node_ids: Sequence[int] | NDArray[np.int64] | None,
-) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
+    node_ids: Sequence[int] | IntArray | None,
+) -> Iterator[tuple[IndexArray, FloatArray, FloatArray]]:
     """Iterate over the sources that have mass, in blocks of bounded size.
 
     Yields
@@ -187,5 +186,5 @@ def massive_blocks(
         yield index, position, masses[index]
 
 
-def _node_name(index: int, node_ids: Sequence[int] | NDArray[np.int64] | None) -> str:
+def _node_name(index: int, node_ids: Sequence[int] | IntArray | None) -> str:
     return f"source {index}" if node_ids is None else f"node {node_ids[index]}"

@@ -20,12 +20,11 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.moments import field_weights
-
-Array = NDArray[np.float64]
 
 # Distance of the source over half the body diagonal from which the expansion replaces the edge form, and the degree of
 # the expansion from there on. For the torque and its gradients the truncation of the field without its monopole stays
@@ -38,24 +37,24 @@ _FORCE_TIERS = (
 # Long enough that threads seldom meet at the interpreter.
 _BLOCK_POINTS = 1 << 12
 
-_Part = Callable[[Array, Array, bool, NDArray[np.intp]], None]
+_Part = Callable[[FloatArray, FloatArray, bool, IndexArray], None]
 
 
 @dataclass(frozen=True, eq=False)
 class CuboidField:
     """Field of n point sources on a cuboid, per unit G M m, in its frame (read-only arrays)."""
 
-    force: Array
+    force: FloatArray
     """[n, 3], 1/m²."""
-    gamma_lin: Array
+    gamma_lin: FloatArray
     """[n, 3, 3], 1/m³, symmetric, trace 0."""
-    torque: Array
+    torque: FloatArray
     """[n, 3], 1/m."""
-    omega_lin: Array
+    omega_lin: FloatArray
     """[n, 3, 3], 1/m², row: torque component, column: displacement; trace 0."""
-    gamma_ang: Array
+    gamma_ang: FloatArray
     """[n, 3, 3], 1/m² per rad, row: force component, column: rotation."""
-    omega_ang: Array
+    omega_ang: FloatArray
     """[n, 3, 3], 1/m per rad, row: torque component, column: rotation."""
 
 
@@ -102,7 +101,7 @@ def cuboid_field(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> Cu
     force, torque = np.empty((n, 3)), np.empty((n, 3))
     gamma_lin, omega_lin, omega_ang = np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3))
 
-    def put(position: Array, field: Array, separate: bool, rows: NDArray[np.intp]) -> None:
+    def put(position: FloatArray, field: FloatArray, separate: bool, rows: IndexArray) -> None:
         put_force_gradient(position, field, separate, rows, force, gamma_lin)
         put_torque(position, field, rows, torque, omega_lin, omega_ang)
 
@@ -112,7 +111,7 @@ def cuboid_field(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> Cu
     return CuboidField(force, gamma_lin, torque, omega_lin, omega_lin.swapaxes(1, 2), omega_ang)
 
 
-def cuboid_force_gradient(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> tuple[Array, Array]:
+def cuboid_force_gradient(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> tuple[FloatArray, FloatArray]:
     """Force and gamma_lin alone, at a lower cost than `cuboid_field`; parameters and errors as there.
 
     Returns
@@ -125,14 +124,16 @@ def cuboid_force_gradient(points: ArrayLike, sides: ArrayLike, *, threads: int =
     points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
     force, gamma_lin = np.empty_like(points), np.empty((points.shape[0], 3, 3))
 
-    def put(position: Array, field: Array, separate: bool, rows: NDArray[np.intp]) -> None:
+    def put(position: FloatArray, field: FloatArray, separate: bool, rows: IndexArray) -> None:
         put_force_gradient(position, field, separate, rows, force, gamma_lin)
 
     _evaluate(points, np.asarray(sides, dtype=np.float64), _FORCE_TIERS, put, threads)
     return force, gamma_lin
 
 
-def _evaluate(points: Array, sides: Array, tiers: tuple[tuple[float, int], ...], put: _Part, threads: int) -> None:
+def _evaluate(
+    points: FloatArray, sides: FloatArray, tiers: tuple[tuple[float, int], ...], put: _Part, threads: int
+) -> None:
     """Pass blocks of points, and their field as far as it exerts a torque, to `put`.
 
     Blocks are cut alike for any number of threads, and every point is computed by itself.
@@ -154,7 +155,7 @@ def _evaluate(points: Array, sides: Array, tiers: tuple[tuple[float, int], ...],
         np.argsort(tier, kind="stable"), np.cumsum(np.bincount(tier, minlength=len(tiers)))[: len(tiers)]
     )
 
-    def work(block: tuple[int, NDArray[np.intp]]) -> None:
+    def work(block: tuple[int, IndexArray]) -> None:
         order, rows = block
         position = np.take(points, rows, axis=0)
         field = np.empty((rows.size, 9))
@@ -178,7 +179,7 @@ def _evaluate(points: Array, sides: Array, tiers: tuple[tuple[float, int], ...],
         list(pool.map(work, blocks))
 
 
-def first_inside(points: Array, sides: Array) -> int | None:
+def first_inside(points: FloatArray, sides: FloatArray) -> int | None:
     """Index of the first of `points` ([n, 3], cuboid frame) that is not strictly outside the cuboid, or None."""
     x, y, z = np.abs(points).T
     hx, hy, hz = np.asarray(sides) / 2.0
@@ -186,7 +187,7 @@ def first_inside(points: Array, sides: Array) -> int | None:
     return None if outside.all() else int(np.argmin(outside))
 
 
-def inside_fact(point: Array, sides: Array) -> str:
+def inside_fact(point: FloatArray, sides: FloatArray) -> str:
     """What is wrong with a source that `first_inside` found, to follow its name in a message."""
     if not np.isfinite(point).all():
         return "has no finite position"

@@ -6,12 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.fem.measure import blocks, whole_rule
 from tedm_cli.gravity.masses import MassDistribution
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,15 +17,15 @@ class MassProperties:
     """Mass, centre of gravity [3] and inertia [3, 3] about it, ∫ (r² 1 - r rᵀ) dm, in the basic frame."""
 
     mass_kg: float
-    centre_m: Array
-    inertia_kg_m2: Array
+    centre_m: FloatArray
+    inertia_kg_m2: FloatArray
 
-    def inertia_about(self, place: Array) -> Array:
+    def inertia_about(self, place: FloatArray) -> FloatArray:
         """Inertia about another place [3] (Huygens and Steiner)."""
         return np.asarray(self.inertia_kg_m2 + self.mass_kg * _tensor(np.multiply.outer(*[place - self.centre_m] * 2)))
 
 
-def mass_properties(distribution: MassDistribution, own_inertia: Array | None = None) -> MassProperties:
+def mass_properties(distribution: MassDistribution, own_inertia: FloatArray | None = None) -> MassProperties:
     """Moments of a mass distribution by Gauss quadrature over whole elements (see `tedm_cli.fem.measure`).
 
     Plates count as surfaces and line elements as lines: the inertia about their own middle is left out.
@@ -49,7 +47,7 @@ def mass_properties(distribution: MassDistribution, own_inertia: Array | None = 
     return MassProperties(mass, origin + centre, inertia if own_inertia is None else inertia + own_inertia)
 
 
-def _pieces(distribution: MassDistribution) -> Iterator[tuple[Array, Array]]:
+def _pieces(distribution: MassDistribution) -> Iterator[tuple[FloatArray, FloatArray]]:
     points = distribution.points
     yield points.mass, distribution.position[points.node] + points.offset
     for block in distribution.elements:
@@ -62,5 +60,5 @@ def _pieces(distribution: MassDistribution) -> Iterator[tuple[Array, Array]]:
             yield m.ravel(), (values @ x).reshape(-1, 3)
 
 
-def _tensor(second: Array) -> Array:
+def _tensor(second: FloatArray) -> FloatArray:
     return np.asarray(np.trace(second) * np.eye(3) - second)

@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.shapes import Shape, shape_of
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -31,11 +28,11 @@ class ElementBlock:
     card: str
     shape: Shape
     id: IntArray
-    mass: Array
+    mass: FloatArray
     nodes: IntArray
-    offset: Array
-    half_thickness: Array
-    weight: Array | None = None
+    offset: FloatArray
+    half_thickness: FloatArray
+    weight: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,9 +44,9 @@ class PointMasses:
     """
 
     name: Sequence[str]
-    mass: Array
+    mass: FloatArray
     node: IntArray
-    offset: Array
+    offset: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,7 +61,7 @@ class MassDistribution:
     them.
     """
 
-    position: Array
+    position: FloatArray
     elements: tuple[ElementBlock, ...]
     points: PointMasses
     lever_node: IntArray
@@ -75,17 +72,17 @@ class MassDistribution:
 
 
 def mass_distribution(
-    position: Array,
+    position: FloatArray,
     *,
     element_id: IntArray,
     card: Sequence[str],
-    mass: Array,
+    mass: FloatArray,
     node_offset: IntArray,
     node_index: IntArray,
-    lever: Array,
-    thickness: Array,
+    lever: FloatArray,
+    thickness: FloatArray,
     points: PointMasses,
-    weight: Array | None = None,
+    weight: FloatArray | None = None,
     lumped: bool = False,
     grid_id: IntArray | None = None,
 ) -> MassDistribution:
@@ -155,7 +152,7 @@ def mass_distribution(
 
 
 def lever_nodes(
-    mass: Array, node_offset: IntArray, node_index: IntArray, lever: Array, points: PointMasses
+    mass: FloatArray, node_offset: IntArray, node_index: IntArray, lever: FloatArray, points: PointMasses
 ) -> IntArray:
     """Ascending rows of the grids from which something with mass is offset; arguments as of `mass_distribution`."""
     heavy = np.repeat(mass != 0.0, np.diff(node_offset))

@@ -13,14 +13,12 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from tedm_cli.arrays import ComplexArray, FloatArray
 
 
 @lru_cache(maxsize=64)
-def field_weights(hx: float, hy: float, hz: float, order: int) -> Array:
+def field_weights(hx: float, hy: float, hz: float, order: int) -> FloatArray:
     """Weights of the harmonics in the field of a cuboid less that of a point mass at its centre.
 
     Parameters
@@ -71,7 +69,7 @@ def field_weights(hx: float, hy: float, hz: float, order: int) -> Array:
     return weights
 
 
-def _derivative(series: Complex, axis: int) -> Complex:
+def _derivative(series: ComplexArray, axis: int) -> ComplexArray:
     """Coefficients of the derivative of ``Σ c_lm I_l^m`` along x, y or z (axis 0, 1, 2)."""
     result = np.zeros_like(series)
     if axis == 2:
@@ -85,7 +83,7 @@ def _derivative(series: Complex, axis: int) -> Complex:
 
 
 @lru_cache(maxsize=64)
-def cuboid_moments(hx: float, hy: float, hz: float, order: int) -> Array:
+def cuboid_moments(hx: float, hy: float, hz: float, order: int) -> FloatArray:
     """Means of the regular solid harmonics ``R_l^m`` over a cuboid of half sides (hx, hy, hz), [order + 1, order + 1].
 
     In units of half the body diagonal, such that ``U = Σ_l [M_l0 I_l^0 + 2 Σ_{m>0} M_lm Re I_l^m]``. By Gauss's

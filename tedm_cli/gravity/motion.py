@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.field import SelfGravity
 from tedm_cli.gravity.testmass import TestMass
-
-Array = NDArray[np.float64]
 
 
 def linearised_motion(
     test_masses: Sequence[TestMass],
     fixed: Sequence[SelfGravity],
     mutual: Mapping[tuple[int, int], SelfGravity],
-) -> Array:
+) -> FloatArray:
     """Stiffness of all test masses together: ``(F1/M, T1/I, F2/M, ...) = DC + K (dr1, dα1, dr2, ...)``.
 
     For test mass i moved by dr_i, dα_i among fixed sources ``F = Γ_lin dr_i + Γ_ang dα_i``, ``T = Ω_lin dr_i + Ω_ang
@@ -62,7 +60,7 @@ def motion_labels(test_masses: Sequence[TestMass]) -> tuple[list[str], list[str]
     return rows, columns
 
 
-def _by_motion_of_source(tm: TestMass, other: TestMass, field: SelfGravity) -> Array:
+def _by_motion_of_source(tm: TestMass, other: TestMass, field: SelfGravity) -> FloatArray:
     """Minus the change of the field on `tm` by translation and rotation of `other`, [6, 6], frame of `tm`."""
     separation = _cross_matrix(tm.axes @ (other.position_m - tm.position_m))
     inertia = tm.inertia_kg_m2
@@ -73,7 +71,7 @@ def _by_motion_of_source(tm: TestMass, other: TestMass, field: SelfGravity) -> A
     return np.block([[field.gamma_lin, force_turn], [field.omega_lin, torque_turn]])
 
 
-def _cross_matrix(vector: Array) -> Array:
+def _cross_matrix(vector: FloatArray) -> FloatArray:
     """``[v]x`` with ``[v]x w = v × w``."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

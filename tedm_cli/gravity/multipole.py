@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.compiled import compiled
-
-Array = NDArray[np.float64]
 
 # Points taken together: the innermost loops run over them, so that the compiler can use vector instructions.
 _LANES = 64
@@ -19,7 +17,7 @@ _COLUMN = ((3, 4, 6, 2), (0, 1, 7, 8))
 
 
 @compiled
-def excess_field(points: Array, scale: float, weights: Array, field: Array) -> None:
+def excess_field(points: FloatArray, scale: float, weights: FloatArray, field: FloatArray) -> None:
     """Field of the cuboid less that of a point mass at its centre.
 
     For fixed m, ``I_l^m = (2l-1)!! r⁻¹ [(x + iy)/r²]^m a_l`` with real a_l, ``a_m = 1`` and

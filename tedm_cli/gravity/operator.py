@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.testmass import TestMass
-
-Array = NDArray[np.float64]
 
 _NODES = 512  # of some ten cases: what is multiplied together stays in a processor's cache
 
 
-def contract(operator: Array, displacement: Array | NDArray[np.float32]) -> Array:
+def contract(operator: FloatArray, displacement: FloatArray | NDArray[np.float32]) -> FloatArray:
     """Sensitivity of the accelerations to the load cases, ``S = -G D``.
 
     Nodes may be passed block by block and the results added.

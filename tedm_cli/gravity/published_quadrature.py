@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from tedm_cli.arrays import FloatArray
 
 _BODE = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
 
 
-def bode_force_x(points: ArrayLike, sides: ArrayLike, panels: int) -> Array:
+def bode_force_x(points: ArrayLike, sides: ArrayLike, panels: int) -> FloatArray:
     """Fx per unit G M m by the composite Bode rule along z (eq. 7.1, C.4, weights of eq. 7.2 corrected).
 
     Parameters
@@ -33,7 +33,7 @@ def bode_force_x(points: ArrayLike, sides: ArrayLike, panels: int) -> Array:
     return _composite(points, sides, panels, _BODE, lambda b, r: np.log(b + r))
 
 
-def simpson_gamma_xy(points: ArrayLike, sides: ArrayLike, divisions: int) -> Array:
+def simpson_gamma_xy(points: ArrayLike, sides: ArrayLike, divisions: int) -> FloatArray:
     """Γxy = -∂Fx/∂Y per unit G M m by the composite Simpson rule along z (eq. 7.14).
 
     Parameters
@@ -52,8 +52,12 @@ def simpson_gamma_xy(points: ArrayLike, sides: ArrayLike, divisions: int) -> Arr
 
 
 def _composite(
-    points: ArrayLike, sides: ArrayLike, panels: int, rule: Array, corner: Callable[[Array, Array], Array]
-) -> Array:
+    points: ArrayLike,
+    sides: ArrayLike,
+    panels: int,
+    rule: FloatArray,
+    corner: Callable[[FloatArray, FloatArray], FloatArray],
+) -> FloatArray:
     """Mean over z of the corner sum over x and y of `corner(b, r)`, b and r seen from the source."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     half = np.asarray(sides, dtype=np.float64) / 2.0

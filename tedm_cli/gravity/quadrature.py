@@ -6,17 +6,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.shapes import gauss_rule, measure
 from tedm_cli.gravity.cells import CLOSEST, Cells, cut
 from tedm_cli.gravity.kernel import first_inside, inside_fact
 from tedm_cli.gravity.masses import ElementBlock, MassDistribution, PointMasses
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _BLOCK_ELEMENTS = 1 << 12
 _BLOCK_POINTS = 1 << 14
@@ -36,11 +33,11 @@ class QuadraturePoints:
     """
 
     owner: IntArray
-    position: Array
-    mass: Array
-    values: Array
+    position: FloatArray
+    mass: FloatArray
+    values: FloatArray
     nodes: IntArray
-    lever: Array
+    lever: FloatArray
 
 
 def quadrature_points(
@@ -97,7 +94,7 @@ def point_sources(distribution: MassDistribution, test_mass: TestMass) -> Iterat
 
 
 def element_sources(
-    position: Array, block: ElementBlock, part: slice, test_mass: TestMass, tolerance: float
+    position: FloatArray, block: ElementBlock, part: slice, test_mass: TestMass, tolerance: float
 ) -> Iterator[QuadraturePoints]:
     """Some elements of a block, as `quadrature_points` yields them; `owner` counts from the block's first element."""
     nodes, lever = block.nodes[part], block.offset[part]
@@ -157,7 +154,7 @@ def _bounded(cells: Cells) -> Iterator[Cells]:
         yield Cells(cells.element[s], cells.low[s], cells.high[s], cells.counts, cells.whole)
 
 
-def _element_points(block: ElementBlock, cells: Cells) -> tuple[Array, Array]:
+def _element_points(block: ElementBlock, cells: Cells) -> tuple[FloatArray, FloatArray]:
     """Coordinates ξ [c or 1, q, d] of the Gauss points of cells, and their weights in ξ [c or 1, q]."""
     collapse = np.array(block.shape.collapse)
     # Where a cell spans the cube the rule carries the collapse in its weight; in parts the factor is written out, at
@@ -173,7 +170,7 @@ def _element_points(block: ElementBlock, cells: Cells) -> tuple[Array, Array]:
     return block.shape.to_element(t), scale
 
 
-def _weights(block: ElementBlock, cells: Cells, local: Array) -> Array:
+def _weights(block: ElementBlock, cells: Cells, local: FloatArray) -> FloatArray:
     """Weight times (signed) measure of the Gauss points of cells, [c, q]."""
     xi, scale = _element_points(block, cells)
     _, slopes = block.shape.functions(xi)

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from tedm_cli.arrays import FloatArray
 
 SUBSYSTEMS = ("IS", "LTP", "S/C")
 MODELLED = "IS+LTP"
@@ -85,13 +85,13 @@ def allocation(quantity: str, *subsystems: str) -> tuple[float, float]:
     return sum(low for low, _ in ranges), sum(high for _, high in ranges)
 
 
-def dc_quantities(acceleration: ArrayLike, angular_acceleration: ArrayLike, gamma_lin: ArrayLike) -> Array:
+def dc_quantities(acceleration: ArrayLike, angular_acceleration: ArrayLike, gamma_lin: ArrayLike) -> FloatArray:
     """The judged quantities, [7] in the order of `UNITS`, of a field in the frame of its test mass, SI."""
     gamma_xx = np.asarray(gamma_lin, dtype=np.float64)[0, 0]
     return np.concatenate([[gamma_xx], np.asarray(acceleration), np.asarray(angular_acceleration)])
 
 
-def judge(test_mass: str, total: Array, inertial_sensor: Array | None) -> list[DcVerdict]:
+def judge(test_mass: str, total: FloatArray, inertial_sensor: FloatArray | None) -> list[DcVerdict]:
     """Verdicts on the static field of a model of the LTP.
 
     Parameters

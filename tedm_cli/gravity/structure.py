@@ -6,17 +6,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.field import FieldSum, SelfGravity
 from tedm_cli.gravity.kernel import CuboidField, cuboid_field
 from tedm_cli.gravity.masses import MassDistribution
 from tedm_cli.gravity.quadrature import QuadraturePoints, quadrature_points
 from tedm_cli.gravity.testmass import TestMass
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 COLUMNS = 24
 
@@ -35,14 +32,14 @@ class StructureGravity:
     """
 
     field: SelfGravity
-    operator: Array
-    rotation: Array
-    acceleration: Array
-    angular_acceleration: Array
-    axes: Array
+    operator: FloatArray
+    rotation: FloatArray
+    acceleration: FloatArray
+    angular_acceleration: FloatArray
+    axes: FloatArray
     sources: int
 
-    def nodal(self, quantity: str) -> Array:
+    def nodal(self, quantity: str) -> FloatArray:
         """Acceleration, angular_acceleration [N, 3] or gamma_lin [N, 3, 3] by the share of the mass of each grid.
 
         In the frame of the test mass; their sums over the grids are those of `field`.
@@ -111,7 +108,7 @@ def structure_gravity(
     )
 
 
-def pull_back(block: QuadraturePoints, test_mass: TestMass) -> tuple[CuboidField, Array]:
+def pull_back(block: QuadraturePoints, test_mass: TestMass) -> tuple[CuboidField, FloatArray]:
     """Field of the sources of a block (c q of them), and their coefficients at the nodes of each cell.
 
     The coefficients, [c, n, 24], are masses times, per unit G: Γ_lin (9) and Ω_lin (9) by rows, for displacements in
@@ -128,7 +125,7 @@ def pull_back(block: QuadraturePoints, test_mass: TestMass) -> tuple[CuboidField
     return field, np.asarray(np.swapaxes(block.values, 1, 2) @ rows.reshape(cells, q, COLUMNS))
 
 
-def _add_rows(target: Array, index: IntArray, values: Array) -> None:
+def _add_rows(target: FloatArray, index: IntArray, values: FloatArray) -> None:
     """``target[index] += values`` where rows repeat: sorted sums are many times quicker than `np.add.at`."""
     flat = index.ravel()
     order = np.argsort(flat, kind="stable")
@@ -136,12 +133,12 @@ def _add_rows(target: Array, index: IntArray, values: Array) -> None:
     target[rows] += np.add.reduceat(values.reshape(flat.size, -1)[order], start, axis=0)
 
 
-def _add_levers(target: Array, lever_node: IntArray, block: QuadraturePoints, moment: Array) -> None:
+def _add_levers(target: FloatArray, lever_node: IntArray, block: QuadraturePoints, moment: FloatArray) -> None:
     on = np.any(block.lever != 0.0, axis=2)
     _add_rows(target, np.searchsorted(lever_node, block.nodes[on]), moment[on].reshape(-1, 18))
 
 
-def stack_rows(parts: Iterable[Array]) -> Array:
+def stack_rows(parts: Iterable[FloatArray]) -> FloatArray:
     """Operators [2, 3, n, 3] of t test masses as [6 t, n, 3] in the order of `sensitivity_row_labels`."""
     stacked = np.stack(list(parts), axis=1)
     return stacked.reshape(6 * stacked.shape[1], *stacked.shape[-2:])

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 
 _ORTHONORMALITY_TOLERANCE = 1e-12
@@ -35,10 +36,10 @@ class TestMass:
     __test__ = False
 
     name: str
-    position_m: NDArray[np.float64]
-    side_m: NDArray[np.float64]
+    position_m: FloatArray
+    side_m: FloatArray
     mass_kg: float
-    axes: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    axes: FloatArray = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         for attribute, shape in (("position_m", (3,)), ("side_m", (3,)), ("axes", (3, 3))):
@@ -63,13 +64,13 @@ class TestMass:
             )
 
     @property
-    def inertia_kg_m2(self) -> NDArray[np.float64]:
+    def inertia_kg_m2(self) -> FloatArray:
         """Principal moments of inertia about the centre, [3], kg m²: ``M/12 (Ly² + Lz²)`` about x, and cyclic."""
         squares = self.side_m**2
         return np.asarray(self.mass_kg / 12.0 * (squares.sum() - squares))
 
 
-def to_test_mass_frame(tm: TestMass, points: ArrayLike) -> NDArray[np.float64]:
+def to_test_mass_frame(tm: TestMass, points: ArrayLike) -> FloatArray:
     """Coordinates of `points` ([..., 3], basic frame, m) in the frame of the test mass, [..., 3], m."""
     return np.asarray((np.asarray(points, dtype=np.float64) - tm.position_m) @ tm.axes.T)
 

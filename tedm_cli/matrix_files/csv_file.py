@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tedm_cli.csv_table import csv_lines, finite_number
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.matrix_files.named import NamedMatrix, RawMatrix
+from tedm_cli.tables.csv_table import csv_lines, finite_number
 
 
 def read_csv(path: Path, name: str) -> RawMatrix:
@@ -69,7 +69,7 @@ def _write_table(writer: Any, table: NamedMatrix) -> None:
         writer.writerow([*(table.rows[i : i + 1]), *(repr(float(v)) for v in values)])
 
 
-def _numbers(path: Path, lines: list[tuple[int, list[str]]], first: int, names: list[str]) -> NDArray[np.float64]:
+def _numbers(path: Path, lines: list[tuple[int, list[str]]], first: int, names: list[str]) -> FloatArray:
     return np.array(
         [
             [finite_number(names[k], fields[k], f"{path}:{number}") for k in range(first, len(fields))]

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import ConfigError, InputError
 
 Format = Literal["csv", "npz", "mat"]
@@ -30,7 +30,7 @@ class NamedMatrix:
     """
 
     name: str
-    values: NDArray[np.float64]
+    values: FloatArray
     rows: Sequence[str]
     columns: Sequence[str]
     row_units: Sequence[str]
@@ -43,11 +43,11 @@ class NamedMatrix:
 class RawMatrix:
     """A matrix as found, [rows, columns], and what its file declares of it."""
 
-    values: NDArray[np.float64]
+    values: FloatArray
     declared: dict[str, Any]
 
 
-def as_matrix(value: Any, name: str, path: Path) -> NDArray[np.float64]:
+def as_matrix(value: Any, name: str, path: Path) -> FloatArray:
     """`value` as real numbers in two dimensions."""
     array = np.asarray(value)
     if array.ndim != 2 or array.dtype.kind not in "fiu" or 0 in array.shape:

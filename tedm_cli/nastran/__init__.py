@@ -1,0 +1,1 @@
+"""The only room that imports pyNastran: decks and results in and out, converted to SI and the basic frame."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+
 Frame = tuple[str, FloatArray, FloatArray]
 
 # A grid this near to the axis of a curvilinear frame is on it but for rounding.
@@ -64,9 +63,7 @@ def displacement_axes(
     return out
 
 
-def rounded_off_axis(
-    position_m: FloatArray, displacement_frame: IntArray, frames: Mapping[int, Frame]
-) -> NDArray[np.bool_]:
+def rounded_off_axis(position_m: FloatArray, displacement_frame: IntArray, frames: Mapping[int, Frame]) -> BoolArray:
     """Grids [N] that lie off the axis of their curvilinear displacement frame by no more than rounding.
 
     A solver that finds them off the axis by some 1e-17 takes its angle from that (seen in real results): the directions

@@ -7,16 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
 from tedm_cli.nastran.positions import Frames, basis_at, frames_of, grid_positions
 from tedm_cli.nastran.tied import tied_grids
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Satellites and their parts lie inside of these by a wide margin; what does not is in millimetres, tonnes or pounds.
 _EXTENT_M = (1e-3, 1e2)
@@ -35,8 +32,8 @@ class Grids:
 
     files: list[Path]
     grid_id: IntArray
-    structural: NDArray[np.bool_]
-    tied: NDArray[np.bool_]
+    structural: BoolArray
+    tied: BoolArray
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tedm_cli.nastran.frames import FloatArray, local_coordinates
-from tedm_cli.nastran.geometry import Grids, IntArray, rows_of
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.nastran.frames import local_coordinates
+from tedm_cli.nastran.geometry import Grids, rows_of
 
 _KINDS = {"GRID": "grid", "ELEM": "element", "ELEMENT": "element", "PROP": "property", "PROPERTY": "property"}
 
@@ -26,7 +26,7 @@ class Membership:
     """
 
     grid_id: IntArray
-    structural: NDArray[np.bool_]
+    structural: BoolArray
     element_id: IntArray
     property_id: IntArray
     node_offset: IntArray
@@ -37,13 +37,13 @@ class Membership:
     position_m: FloatArray
     frames: dict[int, tuple[str, FloatArray, FloatArray]]
 
-    def of_material(self, material: IntArray) -> NDArray[np.bool_]:
+    def of_material(self, material: IntArray) -> BoolArray:
         """Elements [E] that have one of these materials in any layer."""
         pairs = self.property_materials
         with_it = pairs[np.isin(pairs[:, 1], material), 0]
         return np.isin(self.property_id, with_it) | np.isin(self.element_material, material)
 
-    def grids_of(self, elements: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def grids_of(self, elements: BoolArray) -> BoolArray:
         """Grids [N] of the elements chosen [E]."""
         mask = np.zeros(len(self.grid_id), dtype=bool)
         mask[self.node_index[np.repeat(elements, np.diff(self.node_offset))]] = True

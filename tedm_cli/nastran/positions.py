@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.nastran.frames import local_basis
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 Frames = dict[int, tuple[str, FloatArray, FloatArray]]
 """Kind (R, C, S), origin [3] and axes [3, 3] (rows) of each coordinate system, in the basic frame."""

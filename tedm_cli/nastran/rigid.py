@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.nastran.frames import displacement_axes
 from tedm_cli.nastran.geometry import ModelGeometry
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Of a link's own motion. Single precision leaves 2e-7 and penalty formulations some 1e-6; a frame that is turned
 # by a degree leaves 2e-2.
@@ -34,7 +31,7 @@ class RigidLinks:
     element: IntArray
     independent: IntArray
     dependent: IntArray
-    tied: NDArray[np.bool_]
+    tied: BoolArray
     lever: FloatArray
     axes: FloatArray
     extent_m: float
@@ -84,7 +81,7 @@ def rigidity(links: RigidLinks, translation: FloatArray, rotation: FloatArray) -
     turn_i, turn_d = rotation[links.independent], rotation[links.dependent]
     still = _STILL * length(translation).max()
 
-    def untied(gap: FloatArray, tied: NDArray[np.bool_]) -> FloatArray:
+    def untied(gap: FloatArray, tied: BoolArray) -> FloatArray:
         return length(np.einsum("lab,la->lb", links.axes, gap) * tied)
 
     gap_u = untied(u_d - u_i - np.cross(turn_i, links.lever), links.tied[:, :3])

@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import IO
 
 from tedm_cli.errors import InputError, UsageError
+from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import id_list
+from tedm_cli.nastran.op2.reader import open_results
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.nastran.results import open_results
-from tedm_cli.store import replacing
 
 _PATIENCE_S = 5.0  # between the request to end and the order to
 _FATAL = re.compile(r"\b(USER|SYSTEM|PROGRAM)?\s*FATAL (MESSAGE|ERROR)\b|^\s*\*ERROR\b")

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
+from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.geometry import IntArray, id_list
+from tedm_cli.nastran.geometry import id_list
 
 STEP_K = 1
 MAX_ID = 99_999_999

@@ -11,12 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _LAMINATES = ("PCOMP", "PCOMPG")
 _EXPANSION = ("a", "a1", "a2", "a3", "A", "ax", "ath", "az")

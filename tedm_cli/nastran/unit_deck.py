@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.bulk_lines import kept_bulk
 from tedm_cli.nastran.case_control import Control, unit_control
 from tedm_cli.nastran.deck_lines import Line, Sections, read_sections
-from tedm_cli.nastran.geometry import Grids, IntArray, grids, id_list, rows_of
+from tedm_cli.nastran.geometry import Grids, grids, id_list, rows_of
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.geometry import FloatArray, IntArray, ModelGeometry, id_list
+from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.temperatures import (
     Field,
     reference_temperatures,

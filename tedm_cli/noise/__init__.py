@@ -1,0 +1,1 @@
+"""Temperature spectra, correlation, propagation, bounds, requirements, contributors. Pure: arrays in and out."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 
 SHIELDS = ("inside", "outside")
@@ -34,7 +35,7 @@ class AreaTable:
     group: NDArray[np.str_]
     shield: NDArray[np.str_]
     side: NDArray[np.str_]
-    centroid_m: NDArray[np.float64] | None = None
+    centroid_m: FloatArray | None = None
 
     def __post_init__(self) -> None:
         lengths = {key: len(getattr(self, key)) for key in ("name", "group", "shield", "side")}

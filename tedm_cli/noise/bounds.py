@@ -9,16 +9,14 @@ minimum close in a plane, which real R = V Vᵀ with unit rows of V [k, 2] holds
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray, ComplexArray, FloatArray
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.propagation import Carriers, psd_of_fields
 from tedm_cli.noise.temperature import TemperatureModel
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,18 +32,18 @@ class Bounds:
     maximum : over all correlations, (Σ|h_i|)².
     """
 
-    minimum: Array
-    known_blocks_minimum: Array
-    known_blocks: Array
-    maximum_non_negative: Array
-    maximum: Array
+    minimum: FloatArray
+    known_blocks_minimum: FloatArray
+    known_blocks: FloatArray
+    maximum_non_negative: FloatArray
+    maximum: FloatArray
 
 
 BOUNDS = tuple(field.name for field in fields(Bounds))
 
 
 def correlation_bounds(
-    rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: Array
+    rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
 ) -> Bounds:
     """Bounds for outputs with `rows` [n_out, k] over the correlations of the areas that are in a block."""
     shape = temperature.shape_values(frequency_hz)
@@ -68,15 +66,15 @@ def correlation_bounds(
     )
 
 
-def _least(largest: Array, total: Array) -> Array:
+def _least(largest: FloatArray, total: FloatArray) -> FloatArray:
     """Smallest square of the vector sum of arrows, from the length of the largest and of all together."""
-    square: Array = np.square(np.maximum(0.0, 2.0 * largest - total))
+    square: FloatArray = np.square(np.maximum(0.0, 2.0 * largest - total))
     return square
 
 
 def _block_amplitudes(
-    rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: Array
-) -> tuple[Array, Array]:
+    rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Sum and largest [n_out, F] of the amplitudes √S_b of the blocks."""
     carriers = Carriers.of(temperature, correlation.delay_s)
     values = carriers.values(frequency_hz)
@@ -96,7 +94,7 @@ def _block_amplitudes(
     return total, largest
 
 
-def extremal_vectors(h: Array, bound: str) -> Array:
+def extremal_vectors(h: FloatArray, bound: str) -> FloatArray:
     """Vectors V [k, 2] whose correlation V_i · V_j reaches a bound over all correlations, for contributions `h` [k].
 
     Rows are unit vectors: (1, 0) and (-1, 0) are opposed, (0, 1) is uncorrelated to both. They are zero where h is
@@ -107,11 +105,13 @@ def extremal_vectors(h: Array, bound: str) -> Array:
     if bound == "maximum_non_negative":
         return np.stack([h > 0.0, h < 0.0], axis=1).astype(np.float64)
     angle = _closing_angles(np.abs(h))
-    vectors: Array = np.sign(h)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    vectors: FloatArray = np.sign(h)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return vectors
 
 
-def extremal_block_vectors(h: Array, correlation: Correlation, frequency_hz: float, *, smallest: bool = False) -> Array:
+def extremal_block_vectors(
+    h: FloatArray, correlation: Correlation, frequency_hz: float, *, smallest: bool = False
+) -> FloatArray:
     """Vectors V [k, 2] whose V_i · V_j, between areas of different blocks, reaches a bound with known blocks.
 
     `h` [k] are the contributions at `frequency_hz`. |V_i| is the coherence of area i with the sum of its block; inside
@@ -127,34 +127,36 @@ def extremal_block_vectors(h: Array, correlation: Correlation, frequency_hz: flo
     return np.stack([coherence.real, coherence.imag], axis=1)
 
 
-def extremal_matrix(vectors: Array, block: NDArray[np.int_] | None = None, inside: Array | None = None) -> Array:
+def extremal_matrix(
+    vectors: FloatArray, block: NDArray[np.int_] | None = None, inside: FloatArray | None = None
+) -> FloatArray:
     """Real correlation matrix [k, k] of extremal `vectors` [k, 2].
 
     Areas of zero vectors are uncorrelated to all others. Where the blocks are known, `block` [k] is the number of each
     area's, and areas of the same block have the correlation `inside` [k, k].
     """
-    matrix: Array = vectors @ vectors.T
+    matrix: FloatArray = vectors @ vectors.T
     if block is not None and inside is not None:
         matrix = np.where(block[:, None] == block, inside, matrix)
     np.fill_diagonal(matrix, 1.0)
     return matrix
 
 
-def matrix_at(matrix: NDArray[Any], delay_s: Array, frequency_hz: float) -> Array:
+def matrix_at(matrix: AnyArray, delay_s: FloatArray, frequency_hz: float) -> FloatArray:
     """Real part [k, k], which is all that counts, of R_ij exp(-2πi f (τ_i - τ_j)) at one frequency."""
     turn = np.exp(-2j * np.pi * frequency_hz * (delay_s[:, None] - delay_s))
-    real: Array = np.real(matrix * turn)
+    real: FloatArray = np.real(matrix * turn)
     return real
 
 
-def _delayed_factor(correlation: Correlation, frequency_hz: float) -> NDArray[np.complex128]:
+def _delayed_factor(correlation: Correlation, frequency_hz: float) -> ComplexArray:
     """Factor [k, m] of the correlation at one frequency."""
     phase = np.exp(-2j * np.pi * frequency_hz * correlation.delay_s)
-    delayed: NDArray[np.complex128] = phase[:, None] * correlation.factor
+    delayed: ComplexArray = phase[:, None] * correlation.factor
     return delayed
 
 
-def _closing_angles(size: Array) -> Array:
+def _closing_angles(size: FloatArray) -> FloatArray:
     """Angles [k] at which arrows of these lengths add up to the least: zero unless one is longer than all others."""
     order = np.argsort(-size, kind="stable")
     if 2.0 * size.max() >= size.sum():
@@ -169,5 +171,5 @@ def _closing_angles(size: Array) -> Array:
     a, b, c = side
     gamma = np.arccos(np.clip((a**2 + b**2 - c**2) / (2 * a * b), -1.0, 1.0))
     beta = np.arccos(np.clip((a**2 + c**2 - b**2) / (2 * a * c), -1.0, 1.0))
-    angles: Array = np.array([0.0, np.pi - gamma, np.pi + beta])[member]
+    angles: FloatArray = np.array([0.0, np.pi - gamma, np.pi + beta])[member]
     return angles

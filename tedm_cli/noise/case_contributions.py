@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.noise.bounds import extremal_block_vectors, extremal_vectors
 from tedm_cli.noise.contributions import Makeup, amplitude_contributions, path_shares, shares_at, shares_over, sum_by
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.requirements import REFERENCE_HZ, Requirement, Verdict, in_band
 from tedm_cli.noise.temperature import TemperatureModel
 
-Array = NDArray[np.float64]
 Judged = Sequence[tuple[Requirement, int]]
 
 
@@ -35,28 +33,28 @@ class Contributions:
         (for known blocks: between areas of different blocks); zero for silent areas.
     """
 
-    frequency_hz: Array
-    amplitude: Array
-    share: Array
-    band_hz: Array
-    band_share: Array
+    frequency_hz: FloatArray
+    amplitude: FloatArray
+    share: FloatArray
+    band_hz: FloatArray
+    band_share: FloatArray
     path_names: tuple[str, ...]
-    path_share: dict[str, Array]
-    path_band_share: dict[str, Array]
-    extremal: dict[str, Array]
+    path_share: dict[str, FloatArray]
+    path_band_share: dict[str, FloatArray]
+    extremal: dict[str, FloatArray]
 
-    def by(self, labels: NDArray[Any]) -> tuple[NDArray[Any], Array, Array]:
+    def by(self, labels: AnyArray) -> tuple[AnyArray, FloatArray, FloatArray]:
         """Distinct labels [q] of areas with `labels` [k], and sums [n_out, q] of share and of band_share over them."""
         names, share = sum_by(self.share, labels)
         return names, share, sum_by(self.band_share, labels)[1]
 
 
 def contributions(
-    rows: Array,
+    rows: FloatArray,
     labels: Sequence[str],
     temperature: TemperatureModel,
     found: Correlation,
-    frequency_hz: Array,
+    frequency_hz: FloatArray,
     judged: Judged,
     verdicts: Sequence[Verdict],
     makeup: Mapping[str, Makeup],

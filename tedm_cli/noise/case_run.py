@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.bounds import BOUNDS, Bounds, correlation_bounds
@@ -27,10 +27,7 @@ from tedm_cli.noise.requirements import (
     judge,
     mismatches,
 )
-from tedm_cli.noise.selection import Indices
 from tedm_cli.noise.temperature import TemperatureModel
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,28 +55,28 @@ class CaseResult:
     labels: tuple[str, ...]
     kinds: tuple[str, ...]
     units: tuple[str, ...]
-    frequency_hz: Array
+    frequency_hz: FloatArray
     temperature: TemperatureModel
-    temperature_set: Indices
-    temperature_asd: Array
-    psd: Array
+    temperature_set: IndexArray
+    temperature_asd: FloatArray
+    psd: FloatArray
     bounds: Bounds
     verdicts: tuple[Verdict, ...]
     safety_factor: float
-    bound_ratio: Array
-    distortion_ratio: Array
+    bound_ratio: FloatArray
+    distortion_ratio: FloatArray
     filter_sensitivity: FilterSensitivity | None
     improvements: tuple[Improvement, ...]
     groups: tuple[str, ...]
     contributions: Contributions = field(repr=False)
 
     @property
-    def blocks(self) -> tuple[Indices, ...]:
+    def blocks(self) -> tuple[IndexArray, ...]:
         """Column indices of each block."""
         return self.correlation.blocks
 
     @property
-    def active(self) -> NDArray[np.bool_]:
+    def active(self) -> BoolArray:
         """Areas [k] in a block."""
         return self.correlation.active
 
@@ -88,10 +85,10 @@ def run_case(
     case: CorrelationCase,
     areas: AreaTable,
     temperature: TemperatureModel,
-    rows: Array,
+    rows: FloatArray,
     labels: Sequence[str],
     kinds: Sequence[str],
-    frequency_hz: Array,
+    frequency_hz: FloatArray,
     requirements: Sequence[AppliedRequirement] = (),
     safety_factor: float = 1.0,
     makeup: Mapping[str, Makeup] | None = None,
@@ -157,7 +154,7 @@ def run_case(
     )
 
 
-def _bound_ratios(bounds: Bounds, frequency_hz: Array, judged: Judged, safety_factor: float) -> Array:
+def _bound_ratios(bounds: Bounds, frequency_hz: FloatArray, judged: Judged, safety_factor: float) -> FloatArray:
     """Ratio [verdicts, 5] to the requirement of each of `BOUNDS`."""
     ratio = np.empty((len(judged), len(BOUNDS)))
     for v, (requirement, o) in enumerate(judged):
@@ -173,10 +170,10 @@ def _distortion_ratios(
     labels: Sequence[str],
     temperature: TemperatureModel,
     found: Correlation,
-    frequency_hz: Array,
+    frequency_hz: FloatArray,
     judged: Judged,
     safety_factor: float,
-) -> Array:
+) -> FloatArray:
     """Ratio [verdicts] of the read-outs without the motion of the bench as one."""
     ratio = np.full(len(judged), np.nan)
     for v, (requirement, o) in enumerate(judged):
@@ -189,7 +186,7 @@ def _distortion_ratios(
     return ratio
 
 
-def _check_rows(rows: Array, labels: Sequence[str], kinds: Sequence[str], areas: AreaTable) -> None:
+def _check_rows(rows: FloatArray, labels: Sequence[str], kinds: Sequence[str], areas: AreaTable) -> None:
     if rows.shape != (len(labels), len(areas)) or len(kinds) != len(labels):
         fact = f"{rows.shape} for {len(labels)} labels, {len(kinds)} quantities and {len(areas)} thermal areas"
         raise InputError(f"sensitivities have shape {fact}", where="noise")
@@ -202,7 +199,7 @@ def _check_rows(rows: Array, labels: Sequence[str], kinds: Sequence[str], areas:
 
 
 def judged_outputs(
-    requirements: Sequence[AppliedRequirement], labels: Sequence[str], kinds: Sequence[str], frequency_hz: Array
+    requirements: Sequence[AppliedRequirement], labels: Sequence[str], kinds: Sequence[str], frequency_hz: FloatArray
 ) -> list[tuple[Requirement, int]]:
     """(requirement, index of output) of every verdict to be; `ConfigError` as `run_case` raises it."""
     problems: list[tuple[str, str]] = []

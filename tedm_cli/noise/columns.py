@@ -6,8 +6,8 @@ import difflib
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, IndexArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 
@@ -15,9 +15,7 @@ ALL = "all"
 _SHOWN = 6
 
 
-def columns_of_areas(
-    columns: Sequence[str], areas: AreaTable, needed: NDArray[np.bool_], *, where: str
-) -> NDArray[np.intp]:
+def columns_of_areas(columns: Sequence[str], areas: AreaTable, needed: BoolArray, *, where: str) -> IndexArray:
     """Column [k] of every area that is needed, -1 for the others.
 
     A column is named after an area, a group, a shield (`inside`, `outside`) or `all`; the narrowest one counts.

@@ -9,17 +9,13 @@ share Re(y_p y*) / S in the same way.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.propagation import Carriers
 from tedm_cli.noise.temperature import TemperatureModel
-
-Array = NDArray[np.float64]
-Matrix = NDArray[Any]  # real or complex
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,45 +29,51 @@ class Makeup:
     """
 
     names: tuple[str, ...]
-    by_element: Array
-    distortion: Array
+    by_element: FloatArray
+    distortion: FloatArray
 
     def __sub__(self, other: Makeup) -> Makeup:
         """Of the difference of two read-outs of one bench."""
         return Makeup(self.names, self.by_element - other.by_element, self.distortion - other.distortion)
 
 
-def amplitude_contributions(rows: Array, temperature: TemperatureModel, frequency_hz: Array) -> Array:
+def amplitude_contributions(rows: FloatArray, temperature: TemperatureModel, frequency_hz: FloatArray) -> FloatArray:
     """Signed h_i = g_i A_i(f) [n_out, k], unit of the output per √Hz, each at its own `frequency_hz` [n_out]."""
-    contribution: Array = rows * temperature.amplitudes(frequency_hz).T
+    contribution: FloatArray = rows * temperature.amplitudes(frequency_hz).T
     return contribution
 
 
-def shares_at(rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: float) -> Array:
+def shares_at(
+    rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: float
+) -> FloatArray:
     """Share [n_out, k] of each area in the PSD of each output at one frequency."""
     carriers = Carriers.of(temperature, correlation.delay_s)
     return _shares(rows, carriers, correlation.factor, _products(carriers, np.array([frequency_hz])))
 
 
-def shares_over(rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: Array) -> Array:
+def shares_over(
+    rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
+) -> FloatArray:
     """Share [n_out, k] of each area in the power of each output between the first and last of `frequency_hz` [F]."""
     carriers = Carriers.of(temperature, correlation.delay_s)
     return _shares(rows, carriers, correlation.factor, _products(carriers, frequency_hz))
 
 
 def path_shares(
-    path_rows: Array, temperature: TemperatureModel, correlation: Correlation, frequency_hz: Array
-) -> Array:
+    path_rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
+) -> FloatArray:
     """Share [p] of each path in an output that is the sum of `path_rows` [p, k], at a frequency or over F of them."""
     carriers = Carriers.of(temperature, correlation.delay_s)
     fields = carriers.rows(path_rows, correlation.factor)
     partner = np.einsum("ab,bm->am", _products(carriers, frequency_hz).conj(), fields.sum(axis=0))
-    power: Array = np.real(np.einsum("pam,am->p", fields, partner.conj()))
+    power: FloatArray = np.real(np.einsum("pam,am->p", fields, partner.conj()))
     total = power.sum()
     return power / total if total > 0.0 else np.zeros(len(power))
 
 
-def share_weights(row: Array, amplitude: Array, correlation: Matrix, delay_s: Array, frequency_hz: float) -> Array:
+def share_weights(
+    row: FloatArray, amplitude: FloatArray, correlation: AnyArray, delay_s: FloatArray, frequency_hz: float
+) -> FloatArray:
     """Weights w [k] (K/√Hz over the unit of the output per √Hz) that turn any term of an output into its share.
 
     Where an output is a sum of terms, y = Σ_n y_n with rows r_n [k] per kelvin that add up to `row`, the share of a
@@ -89,14 +91,14 @@ def share_weights(row: Array, amplitude: Array, correlation: Matrix, delay_s: Ar
     return np.asarray(driven / power if power > 0.0 else np.zeros(len(row)))
 
 
-def sum_by(values: Array, labels: NDArray[Any]) -> tuple[NDArray[Any], Array]:
+def sum_by(values: FloatArray, labels: AnyArray) -> tuple[AnyArray, FloatArray]:
     """Sums of `values` [n_out, k] over areas of equal label [k] (group, shield, shape): labels [q], sums [n_out, q]."""
     names, index = np.unique(labels, return_inverse=True)
-    sums: Array = values @ np.eye(len(names))[index]
+    sums: FloatArray = values @ np.eye(len(names))[index]
     return names, sums
 
 
-def _products(carriers: Carriers, frequency_hz: Array) -> Matrix:
+def _products(carriers: Carriers, frequency_hz: FloatArray) -> AnyArray:
     """v_a v_b* [c, c] of the carriers at one frequency, integrated over several."""
     value = carriers.values(frequency_hz)
     if len(frequency_hz) == 1:
@@ -104,11 +106,11 @@ def _products(carriers: Carriers, frequency_hz: Array) -> Matrix:
     # The weights of the trapezoidal rule make the integral one matrix product.
     step = np.diff(frequency_hz)
     weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
-    products: Matrix = (value * weight) @ value.conj().T
+    products: AnyArray = (value * weight) @ value.conj().T
     return products
 
 
-def _shares(rows: Array, carriers: Carriers, factor: Matrix, weight: Matrix) -> Array:
+def _shares(rows: FloatArray, carriers: Carriers, factor: AnyArray, weight: AnyArray) -> FloatArray:
     """Shares for the products of carriers in `weight` [c, c]; zero for an output without any noise."""
     fields = carriers.rows(rows, factor)  # [n_out, c, m]
     power = np.zeros(rows.shape)

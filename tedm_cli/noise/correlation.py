@@ -10,20 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation_check import check_correlation, correlation_factor
-from tedm_cli.noise.selection import BlockSelector, Facts, Indices, Mask, divide, listed, select, unknown
+from tedm_cli.noise.selection import BlockSelector, Facts, divide, listed, select, unknown
 
-Array = NDArray[np.float64]
-Matrix = NDArray[Any]  # real or complex
 Role = Literal["likely", "possible", "diagnostic"]
 
 
@@ -32,7 +30,7 @@ class LabelledMatrix:
     """Correlation of the named areas, `value` [n, n], real or complex, in any order; `where`, a file, for messages."""
 
     names: tuple[str, ...]
-    value: Matrix
+    value: AnyArray
     where: str = "correlation matrix"
 
 
@@ -65,20 +63,20 @@ class Correlation:
     delay_s : τ [k], s.
     """
 
-    blocks: tuple[Indices, ...]
-    factor: Matrix
-    column_block: Indices
-    delay_s: Array
+    blocks: tuple[IndexArray, ...]
+    factor: AnyArray
+    column_block: IndexArray
+    delay_s: FloatArray
 
     @property
-    def active(self) -> Mask:
+    def active(self) -> BoolArray:
         """Areas [k] that are in a block."""
-        found: Mask = self.factor.any(axis=1)
+        found: BoolArray = self.factor.any(axis=1)
         return found
 
-    def matrix(self) -> Matrix:
+    def matrix(self) -> AnyArray:
         """R [k, k] before delays."""
-        product: Matrix = self.factor @ self.factor.conj().T
+        product: AnyArray = self.factor @ self.factor.conj().T
         return product
 
 
@@ -111,12 +109,12 @@ def correlation(case: CorrelationCase, areas: AreaTable) -> Correlation:
     return Correlation(tuple(found), factor, np.repeat(np.arange(len(found)), width), delay_s)
 
 
-def blocks(case: CorrelationCase, areas: AreaTable) -> list[Indices]:
+def blocks(case: CorrelationCase, areas: AreaTable) -> list[IndexArray]:
     """Column indices of each block, in the order of the case; raises as `correlation` does."""
     return list(correlation(case, areas).blocks)
 
 
-def block_factor(block_list: Sequence[Indices], k: int) -> Array:
+def block_factor(block_list: Sequence[IndexArray], k: int) -> FloatArray:
     """Factor F [k, blocks] of fully correlated blocks: ones where an area is in a block, R = F Fᵀ."""
     factor = np.zeros((k, len(block_list)))
     for column, index in enumerate(block_list):
@@ -124,12 +122,12 @@ def block_factor(block_list: Sequence[Indices], k: int) -> Array:
     return factor
 
 
-def full_blocks(block_list: Sequence[Indices], k: int) -> Correlation:
+def full_blocks(block_list: Sequence[IndexArray], k: int) -> Correlation:
     """k areas in fully correlated blocks, without delays."""
     return Correlation(tuple(block_list), block_factor(block_list, k), np.arange(len(block_list)), np.zeros(k))
 
 
-def correlation_matrix(case: CorrelationCase, areas: AreaTable) -> tuple[Matrix, Mask]:
+def correlation_matrix(case: CorrelationCase, areas: AreaTable) -> tuple[AnyArray, BoolArray]:
     """Correlation matrix R [k, k] of a case, before delays, and the mask [k] of its active areas.
 
     Rows and columns of silent areas are zero, their diagonal too. Raises as `correlation` does.
@@ -138,11 +136,11 @@ def correlation_matrix(case: CorrelationCase, areas: AreaTable) -> tuple[Matrix,
     return found.matrix(), found.active
 
 
-def _blocks(case: CorrelationCase, areas: AreaTable) -> tuple[list[Indices], list[float], Facts]:
+def _blocks(case: CorrelationCase, areas: AreaTable) -> tuple[list[IndexArray], list[float], Facts]:
     """Blocks, their coefficients, and problems."""
     problems: Facts = []
-    selected: list[Mask] = []
-    found: list[Indices] = []
+    selected: list[BoolArray] = []
+    found: list[IndexArray] = []
     coefficients: list[float] = []
     owner = np.full(len(areas), -1)
     twice: Facts = []
@@ -171,7 +169,7 @@ def _impossible_coefficient(rho: float, n: int) -> Facts:
     return []
 
 
-def _coefficient_factor(n: int, rho: float) -> Array:
+def _coefficient_factor(n: int, rho: float) -> FloatArray:
     """Factor of ρ J + (1 - ρ) I [n, n]: exact where ρ is 0 or 1, so that areas that cancel keep their digits."""
     ones = np.ones((n, 1))
     if n == 1 or rho == 1.0:
@@ -180,11 +178,11 @@ def _coefficient_factor(n: int, rho: float) -> Array:
         alone = np.sqrt(1.0 - rho) * np.eye(n)
         return alone if rho == 0.0 else np.hstack([np.sqrt(rho) * ones, alone])
     mean = np.full((n, n), 1.0 / n)  # projector on the eigenvector of 1 + (n - 1) ρ
-    root: Array = np.sqrt(1.0 - rho) * (np.eye(n) - mean) + np.sqrt(max(0.0, 1.0 + (n - 1) * rho)) * mean
+    root: FloatArray = np.sqrt(1.0 - rho) * (np.eye(n) - mean) + np.sqrt(max(0.0, 1.0 + (n - 1) * rho)) * mean
     return root
 
 
-def _matrix_blocks(matrix: LabelledMatrix, areas: AreaTable) -> tuple[list[Indices], list[Matrix], Facts]:
+def _matrix_blocks(matrix: LabelledMatrix, areas: AreaTable) -> tuple[list[IndexArray], list[AnyArray], Facts]:
     """Areas that the matrix connects as blocks, each with its factor."""
     names = areas.name.tolist()
     problems: Facts = [("matrix", f"{matrix.where}: {unknown(n, names)}") for n in matrix.names if n not in names]
@@ -201,7 +199,7 @@ def _matrix_blocks(matrix: LabelledMatrix, areas: AreaTable) -> tuple[list[Indic
     return [place[m] for m in members], [correlation_factor(value[np.ix_(m, m)]) for m in members], []
 
 
-def _delays(case: CorrelationCase, areas: AreaTable) -> tuple[Array, Facts]:
+def _delays(case: CorrelationCase, areas: AreaTable) -> tuple[FloatArray, Facts]:
     """Delay of every area [k], s."""
     delay_s, owner, problems = np.zeros(len(areas)), np.full(len(areas), -1), []
     for number, (selector, value) in enumerate(case.delays):
@@ -216,7 +214,7 @@ def _delays(case: CorrelationCase, areas: AreaTable) -> tuple[Array, Facts]:
     return delay_s, problems
 
 
-def _left_in_the_middle(case: CorrelationCase, areas: AreaTable, covered: Mask) -> Facts:
+def _left_in_the_middle(case: CorrelationCase, areas: AreaTable, covered: BoolArray) -> Facts:
     """Areas on neither side that only a block's choice of sides would silence."""
     for number, selector in enumerate(case.blocks):
         if not selector.side:
@@ -229,5 +227,5 @@ def _left_in_the_middle(case: CorrelationCase, areas: AreaTable, covered: Mask) 
     return []
 
 
-def _are(areas: AreaTable, index: Indices) -> str:
+def _are(areas: AreaTable, index: IndexArray) -> str:
     return f"{listed(areas.name[index].tolist())} {'is' if len(index) == 1 else 'are'}"

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray, BoolArray
 from tedm_cli.errors import PhysicsError
-
-Mask = NDArray[np.bool_]
-Matrix = NDArray[Any]  # real or complex
 
 _CARRIERS = 6  # areas named for a negative eigenvalue
 _CARRIES = 0.1  # least part of the largest component of its eigenvector
 
 
 def check_correlation(
-    matrix: Matrix,
-    active: Mask | None = None,
+    matrix: AnyArray,
+    active: BoolArray | None = None,
     *,
     tolerance: float = 1e-9,
     names: Sequence[str] = (),
@@ -73,7 +69,7 @@ def check_correlation(
         )
 
 
-def correlation_factor(matrix: Matrix) -> Matrix:
+def correlation_factor(matrix: AnyArray) -> AnyArray:
     """Factor F [k, rank] with R = F Fᴴ, from the eigenvectors of a checked R [k, k] (zero rows for silent areas).
 
     Raises `PhysicsError` as `check_correlation` does.
@@ -81,5 +77,5 @@ def correlation_factor(matrix: Matrix) -> Matrix:
     check_correlation(matrix, np.diag(matrix) != 0.0)
     eigenvalues, vectors = np.linalg.eigh(matrix)
     kept = eigenvalues > len(matrix) * np.finfo(np.float64).eps * eigenvalues[-1]
-    factor: Matrix = vectors[:, kept] * np.sqrt(eigenvalues[kept])
+    factor: AnyArray = vectors[:, kept] * np.sqrt(eigenvalues[kept])
     return factor

@@ -6,11 +6,9 @@ import difflib
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.requirements import AppliedRequirement
-
-Array = NDArray[np.float64]
 
 
 def terms(label: str) -> tuple[str, str] | None:
@@ -28,8 +26,8 @@ def no_output(label: str, labels: Sequence[str]) -> str:
 
 
 def with_differences(
-    rows: Array, labels: Sequence[str], kinds: Sequence[str], requirements: Sequence[AppliedRequirement]
-) -> tuple[Array, list[str], list[str]]:
+    rows: FloatArray, labels: Sequence[str], kinds: Sequence[str], requirements: Sequence[AppliedRequirement]
+) -> tuple[FloatArray, list[str], list[str]]:
     """Outputs with the differences that the requirements judge: rows g_1 - g_2, so that common noise cancels.
 
     Parameters

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.propagation import Carriers, psd_of_fields
 from tedm_cli.noise.requirements import Requirement, in_band
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel
-
-Array = NDArray[np.float64]
 
 ORDERS = (1.0, 2.0, 3.0, 4.0)
 CORNERS_HZ = (0.3e-3, 1e-3, 3e-3, 10e-3)
@@ -30,16 +28,16 @@ class FilterSensitivity:
     ratio : [verdicts, p, q], safety factor included.
     """
 
-    order: Array
-    corner_hz: Array
-    ratio: Array
+    order: FloatArray
+    corner_hz: FloatArray
+    ratio: FloatArray
 
 
 def filter_sensitivity(
-    rows: Array,
+    rows: FloatArray,
     temperature: TemperatureModel,
     correlation: Correlation,
-    frequency_hz: Array,
+    frequency_hz: FloatArray,
     judged: Sequence[tuple[Requirement, int]],
     safety_factor: float,
 ) -> FilterSensitivity | None:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.propagation import Carriers, psd_of_fields
 from tedm_cli.noise.temperature import TemperatureModel
-
-Array = NDArray[np.float64]
 
 COUNTS = (0, 1, 2, 3, 5, 10)
 QUIETER = 10.0  # factor on amplitudes of areas made quieter
@@ -40,22 +37,22 @@ class Improvement:
         output does not feel it); NaN where this group alone cannot do it.
     """
 
-    worst: NDArray[np.intp]
-    silenced: Array
-    quieter: Array
-    match: NDArray[np.intp]
-    matched: Array
-    group_factor: Array
+    worst: IndexArray
+    silenced: FloatArray
+    quieter: FloatArray
+    match: IndexArray
+    matched: FloatArray
+    group_factor: FloatArray
 
 
 def improvement(
-    row: Array,
+    row: FloatArray,
     temperature: TemperatureModel,
     correlation: Correlation,
-    frequency_hz: Array,
+    frequency_hz: FloatArray,
     binding: int,
-    limit: Array,
-    groups: Sequence[NDArray[np.bool_]],
+    limit: FloatArray,
+    groups: Sequence[BoolArray],
 ) -> Improvement:
     """Improvements of an output with the sensitivities `row` [k] against a limit.
 
@@ -70,7 +67,7 @@ def improvement(
     terms = (row * temperature.scale * values[carriers.index, binding])[:, None] * correlation.factor
     worst = _worst(terms, COUNTS[-1])
 
-    def noise(areas: Sequence[NDArray[np.intp]], scale: float) -> Array:
+    def noise(areas: Sequence[IndexArray], scale: float) -> FloatArray:
         """Power [6, F] with the amplitudes of the areas scaled, for each of `COUNTS` those in its place."""
         rows = np.tile(row, (len(COUNTS), 1))
         for n, chosen in enumerate(areas):
@@ -110,16 +107,16 @@ def improvement(
     )
 
 
-def _ratios(psd: Array, limit: Array) -> Array:
-    ratio: Array = (np.sqrt(psd) / limit).max(axis=1)
+def _ratios(psd: FloatArray, limit: FloatArray) -> FloatArray:
+    ratio: FloatArray = (np.sqrt(psd) / limit).max(axis=1)
     return ratio
 
 
-def _filled(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
+def _filled(chosen: IndexArray) -> IndexArray:
     return np.pad(chosen, (0, COUNTS[-1] - len(chosen)), constant_values=-1)
 
 
-def _worst(terms: NDArray[Any], most: int) -> NDArray[np.intp]:
+def _worst(terms: AnyArray, most: int) -> IndexArray:
     """Areas whose silence lowers |Σ_i terms_i|² most, one after the other, of `terms` [k, m]."""
     total = terms.sum(axis=0)
     own = np.sum(np.abs(terms) ** 2, axis=1)
@@ -136,7 +133,7 @@ def _worst(terms: NDArray[Any], most: int) -> NDArray[np.intp]:
     return np.array(chosen, dtype=np.intp)
 
 
-def _match(terms: NDArray[Any], amplitude: Array, most: int) -> NDArray[np.intp]:
+def _match(terms: AnyArray, amplitude: FloatArray, most: int) -> IndexArray:
     """Blocks that lower (Σ_in amplitude_b)² + |Σ_out terms_b|² most by being in: the best pair, then one by one.
 
     `terms` [b, m] of blocks that are out, signed `amplitude` [b] of blocks that are in.
@@ -165,11 +162,11 @@ def _match(terms: NDArray[Any], amplitude: Array, most: int) -> NDArray[np.intp]
     return np.array(chosen, dtype=np.intp)
 
 
-def _group_factor(group: NDArray[Any], rest: NDArray[Any], values: NDArray[Any], limit: Array) -> float:
+def _group_factor(group: AnyArray, rest: AnyArray, values: AnyArray, limit: FloatArray) -> float:
     """Factor s at which |s y_group + y_rest| just meets the limit, for their fields [c, m]; NaN for none."""
     own, others = group.T @ values, rest.T @ values
 
-    def power(y: NDArray[Any]) -> Array:
+    def power(y: AnyArray) -> FloatArray:
         return np.asarray(np.sum(y.real**2 + y.imag**2, axis=0))
 
     # s² a + 2 s b + c <= limit² at every frequency: one interval each, their intersection is what is possible.

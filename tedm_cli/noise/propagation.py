@@ -8,16 +8,12 @@ keeps its accuracy where the areas of a block cancel; the quadratic form itself 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray, FloatArray, IndexArray
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.temperature import TemperatureModel
-
-Array = NDArray[np.float64]
-Matrix = NDArray[Any]  # real or complex
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +27,12 @@ class Carriers:
     """
 
     temperature: TemperatureModel
-    index: NDArray[np.intp]
-    shape: NDArray[np.intp]
-    delay_s: Array
+    index: IndexArray
+    shape: IndexArray
+    delay_s: FloatArray
 
     @classmethod
-    def of(cls, temperature: TemperatureModel, delay_s: Array | None = None) -> Carriers:
+    def of(cls, temperature: TemperatureModel, delay_s: FloatArray | None = None) -> Carriers:
         """Carriers of areas with delays [k] in s; none by default."""
         if delay_s is None or not delay_s.any():
             number = len(temperature.shapes)
@@ -45,15 +41,15 @@ class Carriers:
         distinct, index = np.unique(keys, axis=0, return_inverse=True)
         return cls(temperature, index.reshape(-1), distinct[:, 0].astype(np.intp), distinct[:, 1])
 
-    def values(self, frequency_hz: Array) -> Matrix:
+    def values(self, frequency_hz: FloatArray) -> AnyArray:
         """Shape times exp(-2πi f τ) [c, F]; real where nothing is delayed."""
-        shape: Matrix = self.temperature.shape_values(frequency_hz)[self.shape]
+        shape: AnyArray = self.temperature.shape_values(frequency_hz)[self.shape]
         if not self.delay_s.any():
             return shape
-        turned: Matrix = shape * np.exp(-2j * np.pi * self.delay_s[:, None] * frequency_hz)
+        turned: AnyArray = shape * np.exp(-2j * np.pi * self.delay_s[:, None] * frequency_hz)
         return turned
 
-    def rows(self, rows: Array, factor: Matrix) -> Matrix:
+    def rows(self, rows: FloatArray, factor: AnyArray) -> AnyArray:
         """Rows g [n_out, k] carried through level and correlation factor F [k, m], split by carrier: [n_out, c, m].
 
         Multiplied by `values` at a frequency and summed over c they are g A(f) D(f) F, D the phases of the delays.
@@ -66,8 +62,12 @@ class Carriers:
 
 
 def output_psd_from_factor(
-    rows: Array, temperature: TemperatureModel, factor: Matrix, frequency_hz: Array, delay_s: Array | None = None
-) -> Array:
+    rows: FloatArray,
+    temperature: TemperatureModel,
+    factor: AnyArray,
+    frequency_hz: FloatArray,
+    delay_s: FloatArray | None = None,
+) -> FloatArray:
     """One-sided PSD [n_out, F] of outputs with `rows` [n_out, k] for R = F Fᴴ given by `factor` F [k, m].
 
     `delay_s` [k] turns R_ij by exp(-2πi f (τ_i - τ_j)). Unit: (unit of the output)²/Hz, for rows per kelvin. Costs k m
@@ -77,16 +77,18 @@ def output_psd_from_factor(
     return psd_of_fields(carriers.rows(rows, factor), carriers.values(frequency_hz))
 
 
-def psd_of_fields(fields: Matrix, values: Matrix) -> Array:
+def psd_of_fields(fields: AnyArray, values: AnyArray) -> FloatArray:
     """PSD [n_out, F] of the sum over carriers of `fields` [n_out, c, m] times `values` [c, F]."""
     # |Σ_a v_a y_a|² over m components equals |T v|², T the triangular factor of the [m, c] matrix of the y_a.
     triangle = np.linalg.qr(fields.transpose(0, 2, 1), mode="r")
     summed = triangle @ values
-    psd: Array = np.sum(summed.real**2 + summed.imag**2, axis=1)
+    psd: FloatArray = np.sum(summed.real**2 + summed.imag**2, axis=1)
     return psd
 
 
-def output_psd(rows: Array, temperature: TemperatureModel, correlation: Matrix, frequency_hz: Array) -> Array:
+def output_psd(
+    rows: FloatArray, temperature: TemperatureModel, correlation: AnyArray, frequency_hz: FloatArray
+) -> FloatArray:
     """One-sided PSD [n_out, F] of outputs with `rows` [n_out, k] for a correlation matrix R [k, k].
 
     R may be complex Hermitian (phase shifts between areas); silent areas have zero rows. Raises `PhysicsError` where R

@@ -16,19 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
+from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.propagation import Carriers, psd_of_fields
 from tedm_cli.noise.spectral_estimate import LOWEST_BIN, Estimate, Welch, Window, kaiser, segment_length, through_window
 from tedm_cli.noise.temperature import TemperatureModel
-
-Array = NDArray[np.float64]
-Matrix = NDArray[Any]  # real or complex
 
 _BLOCK_NUMBERS = 1 << 20  # numbers of a block of all series: 8 MB
 _FILTER_PERIODS = 128  # of the lowest frequency that a filter is long
@@ -57,8 +53,8 @@ class Plan:
 
 
 def temperature_blocks(
-    temperature: TemperatureModel, factor: Matrix, plan: Plan, delay_s: Array | None = None
-) -> Iterator[Array]:
+    temperature: TemperatureModel, factor: AnyArray, plan: Plan, delay_s: FloatArray | None = None
+) -> Iterator[FloatArray]:
     """Temperatures [k, B] in K of all areas, block after block, `plan.samples` in all.
 
     Parameters
@@ -75,8 +71,8 @@ def temperature_blocks(
 
 
 def output_blocks(
-    rows: Array, temperature: TemperatureModel, factor: Matrix, plan: Plan, delay_s: Array | None = None
-) -> Iterator[Array]:
+    rows: FloatArray, temperature: TemperatureModel, factor: AnyArray, plan: Plan, delay_s: FloatArray | None = None
+) -> Iterator[FloatArray]:
     """Outputs [n_out, B] with sensitivities `rows` [n_out, k], as `temperature_blocks` makes temperatures.
 
     The temperatures themselves are never held: of many areas and low frequencies they would take most of the memory.
@@ -120,12 +116,12 @@ def output_blocks(
 
 
 def realise(
-    rows: Array,
+    rows: FloatArray,
     temperature: TemperatureModel,
-    factor: Matrix,
+    factor: AnyArray,
     plan: Plan,
     advance: Callable[[int], None] = lambda done: None,
-    delay_s: Array | None = None,
+    delay_s: FloatArray | None = None,
 ) -> Estimate:
     """Estimated one-sided PSDs of outputs with `rows` [n_out, k], from series as `temperature_blocks` makes them.
 
@@ -140,14 +136,14 @@ def realise(
 
 
 def expected_psd(
-    rows: Array,
+    rows: FloatArray,
     temperature: TemperatureModel,
-    factor: Matrix,
+    factor: AnyArray,
     plan: Plan,
-    frequency_hz: Array,
-    delay_s: Array | None = None,
+    frequency_hz: FloatArray,
+    delay_s: FloatArray | None = None,
     window: Window | None = None,
-) -> Array:
+) -> FloatArray:
     """Expectation [n_out, F] of what `realise` estimates: the exact PSDs through the window of the estimate.
 
     `window` is of another estimate from the same series.
@@ -159,7 +155,7 @@ def expected_psd(
     carriers = Carriers.of(temperature, delay_s)
     fields = carriers.rows(rows, factor)
 
-    def psd(f: Array) -> Array:
+    def psd(f: FloatArray) -> FloatArray:
         shape = temperature.shape_values(np.clip(f, plan.low_hz, plan.high_hz))[carriers.shape]
         return psd_of_fields(fields, shape * np.exp(-2j * np.pi * carriers.delay_s[:, None] * f))
 
@@ -168,7 +164,7 @@ def expected_psd(
     return through_window(psd, frequency_hz, window, float(np.ptp(carriers.delay_s)))
 
 
-def _lags(factor: Matrix, delay_s: Array | None, rate_hz: float) -> tuple[NDArray[np.intp], Array]:
+def _lags(factor: AnyArray, delay_s: FloatArray | None, rate_hz: float) -> tuple[IndexArray, FloatArray]:
     """Whole samples [k] that each area is later than the earliest, and the fraction [k] of a sample left."""
     k, columns = factor.shape
     active = factor.any(axis=1)
@@ -188,8 +184,8 @@ def _lags(factor: Matrix, delay_s: Array | None, rate_hz: float) -> tuple[NDArra
 
 
 def _responses(
-    temperature: TemperatureModel, plan: Plan, filters: Array, taps: int, length: int
-) -> tuple[Matrix, Matrix]:
+    temperature: TemperatureModel, plan: Plan, filters: FloatArray, taps: int, length: int
+) -> tuple[AnyArray, AnyArray]:
     """Responses [n, length // 2 + 1] of causal filters to unit white samples, and turned by 90°.
 
     `filters` [n, 2]: the spectral shape of each, and the samples by which it delays beyond `taps` / 2.
@@ -207,7 +203,7 @@ def _responses(
     return out[0], out[1]
 
 
-def in_band(frequency_hz: Array, plan: Plan, window: Window | None = None) -> NDArray[np.bool_]:
+def in_band(frequency_hz: FloatArray, plan: Plan, window: Window | None = None) -> BoolArray:
     """Where [F] an estimate can be compared to the exact spectrum: clear of the ends of the realised band.
 
     `window` is of an estimate other than that of `realise`; `lowest_hz` bounds it, since below the filters smooth more.
@@ -218,5 +214,5 @@ def in_band(frequency_hz: Array, plan: Plan, window: Window | None = None) -> ND
         else (max(plan.low_hz, plan.lowest_hz), window.bin_hz)
     )
     highest = np.minimum(plan.high_hz, plan.rate_hz / 2 - 10.0 * bin_hz)
-    inside: NDArray[np.bool_] = (frequency_hz >= lowest) & (frequency_hz <= highest)
+    inside: BoolArray = (frequency_hz >= lowest) & (frequency_hz <= highest)
     return inside

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.requirements import UNITS, Requirement
 
-Array = NDArray[np.float64]
-Shape = Callable[[Array], Array]
+Shape = Callable[[FloatArray], FloatArray]
 
 _LPF_BAND = (1e-3, 30e-3)
 _LISA_BAND = (1e-4, 0.1)
@@ -27,26 +26,26 @@ def _scaled(level: float, shape: Shape) -> Shape:
     return lambda f: level * shape(f)
 
 
-def _lpf_acceleration(f: Array) -> Array:
+def _lpf_acceleration(f: FloatArray) -> FloatArray:
     return 1.0 + (f / 3e-3) ** 2
 
 
-def _lpf_readout(f: Array) -> Array:
+def _lpf_readout(f: FloatArray) -> FloatArray:
     return np.maximum(1.0, (3e-3 / f) ** 2)
 
 
-def _lisa_acceleration(f: Array) -> Array:
-    amplitude: Array = np.sqrt(1.0 + (0.4e-3 / f) ** 2) * np.sqrt(1.0 + (f / 8e-3) ** 4)
+def _lisa_acceleration(f: FloatArray) -> FloatArray:
+    amplitude: FloatArray = np.sqrt(1.0 + (0.4e-3 / f) ** 2) * np.sqrt(1.0 + (f / 8e-3) ** 4)
     return amplitude
 
 
-def _lisa_oms(f: Array) -> Array:
-    amplitude: Array = np.sqrt(1.0 + (2e-3 / f) ** 4)
+def _lisa_oms(f: FloatArray) -> FloatArray:
+    amplitude: FloatArray = np.sqrt(1.0 + (2e-3 / f) ** 4)
     return amplitude
 
 
-def _tianqin_acceleration(f: Array) -> Array:
-    amplitude: Array = np.sqrt(1.0 + 1e-4 / f)
+def _tianqin_acceleration(f: FloatArray) -> FloatArray:
+    amplitude: FloatArray = np.sqrt(1.0 + 1e-4 / f)
     return amplitude
 
 

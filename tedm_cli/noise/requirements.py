@@ -9,11 +9,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.errors import ConfigError, InputError
-
-Array = NDArray[np.float64]
 
 UNITS = {"acceleration": "m s^-2", "angular_acceleration": "rad s^-2", "displacement": "m", "angle": "rad"}
 REFERENCE_HZ = 1e-3
@@ -42,7 +40,7 @@ class Requirement:
     kind: str
     unit: str
     band_hz: tuple[float, float]
-    amplitude: Callable[[Array], Array]
+    amplitude: Callable[[FloatArray], FloatArray]
     source: str
     applies_to: str = "single"
     kinks_hz: tuple[float, ...] = ()
@@ -56,8 +54,8 @@ class Requirement:
 def tabulated(
     name: str,
     kind: str,
-    table_hz: Array,
-    amplitude: Array,
+    table_hz: FloatArray,
+    amplitude: FloatArray,
     *,
     band_hz: tuple[float, float] | None = None,
     applies_to: str = "single",
@@ -91,18 +89,18 @@ def tabulated(
         raise ConfigError([("band_hz", fact)], where=where)
     log_f, log_a = np.log(table_hz), np.log(amplitude)
 
-    def interpolated(f: Array) -> Array:
-        limit: Array = np.exp(np.interp(np.log(f), log_f, log_a))
+    def interpolated(f: FloatArray) -> FloatArray:
+        limit: FloatArray = np.exp(np.interp(np.log(f), log_f, log_a))
         return limit
 
     kinks = tuple(float(f) for f in table_hz if band[0] < f < band[1])
     return Requirement(name, kind, UNITS[kind], band, interpolated, source, applies_to, kinks)
 
 
-def in_band(requirement: Requirement, frequency_hz: Array) -> NDArray[np.bool_]:
+def in_band(requirement: Requirement, frequency_hz: FloatArray) -> BoolArray:
     """Which of `frequency_hz` [F] are in the requirement's band, edges included."""
     low, high = requirement.band_hz
-    inside: NDArray[np.bool_] = (frequency_hz >= low * (1.0 - _SAME_HZ)) & (frequency_hz <= high * (1.0 + _SAME_HZ))
+    inside: BoolArray = (frequency_hz >= low * (1.0 - _SAME_HZ)) & (frequency_hz <= high * (1.0 + _SAME_HZ))
     return inside
 
 
@@ -140,7 +138,7 @@ class Verdict:
     passed: bool
 
 
-def frequency_grid(f_min: float, f_max: float, n: int, bands: Iterable[Sequence[float]] = ()) -> Array:
+def frequency_grid(f_min: float, f_max: float, n: int, bands: Iterable[Sequence[float]] = ()) -> FloatArray:
     """Logarithmic grid of `n` frequencies in Hz, plus exactly those of `bands` and, where inside, 1 mHz.
 
     Raises `ConfigError` for an empty range, fewer than two points, or a band outside the range.
@@ -167,8 +165,8 @@ def frequency_grid(f_min: float, f_max: float, n: int, bands: Iterable[Sequence[
 
 
 def judge(
-    asd: Array,
-    frequency_hz: Array,
+    asd: FloatArray,
+    frequency_hz: FloatArray,
     requirement: Requirement,
     safety_factor: float,
     *,
@@ -204,7 +202,7 @@ def judge(
     )
 
 
-def mismatches(requirement: Requirement, kind: str, frequency_hz: Array) -> list[str]:
+def mismatches(requirement: Requirement, kind: str, frequency_hz: FloatArray) -> list[str]:
     """Why a requirement cannot judge an output of quantity `kind` at `frequency_hz` [F]; empty when it can."""
     facts = []
     if kind != requirement.kind:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
-
-Array = NDArray[np.float64]
 
 _LARGEST_FACTOR = 1000
 _SAME_RATIO = 1e-8  # any ratio is near one of whole numbers: this near it is meant
@@ -29,10 +27,10 @@ class LinearResampler:
         self._step = step_s
         self._first = np.nan
         self._made = 0
-        self._time: Array = np.empty(0)
-        self._held: Array = np.empty((0, 0))
+        self._time: FloatArray = np.empty(0)
+        self._held: FloatArray = np.empty((0, 0))
 
-    def push(self, time_s: Array, values: Array) -> Array:
+    def push(self, time_s: FloatArray, values: FloatArray) -> FloatArray:
         """Values [m, n] on the new stamps that stamps [B] in s and `values` [B, n] allow for."""
         if not len(time_s):
             return values[:0]
@@ -79,8 +77,8 @@ class PolyphaseResampler:
         slow = max(self._up, self._down)
         self._half = _HALF_TAPS * slow
         taps = signal.firwin(2 * self._half + 1, _PASS / slow, window=("kaiser", _KAISER_BETA))
-        self._taps: Array = taps * self._up
-        self._held: Array = np.empty((0, 0))
+        self._taps: FloatArray = taps * self._up
+        self._held: FloatArray = np.empty((0, 0))
         self._offset = 0  # input samples before those held
         self._made = -(-self._half // self._down)  # output samples before this one would reach over the beginning
 
@@ -89,7 +87,7 @@ class PolyphaseResampler:
         """Which sample of the new step, counted from the first stamp, is the first that is made."""
         return -(-self._half // self._down)
 
-    def push(self, time_s: Array, values: Array) -> Array:
+    def push(self, time_s: FloatArray, values: FloatArray) -> FloatArray:
         """Values [m, n] at the new rate that `values` [B, n] (at the next stamps [B]) allow for."""
         held = np.concatenate([self._held, values]) if self._held.size else values
         total = self._offset + len(held)

@@ -10,10 +10,9 @@ from fnmatch import fnmatchcase
 import numpy as np
 from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, FloatArray, IndexArray
 from tedm_cli.noise.areas import AreaTable
 
-Indices = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 Facts = list[tuple[str, str]]
 
 
@@ -40,8 +39,8 @@ class BlockSelector:
     rho: float = 1.0
 
 
-def select(selector: BlockSelector, areas: AreaTable, *, ignore_side: bool = False) -> tuple[Mask, Facts]:
-    """Mask [k] of the selected areas, and what is wrong with the selector as (key, fact)."""
+def select(selector: BlockSelector, areas: AreaTable, *, ignore_side: bool = False) -> tuple[BoolArray, Facts]:
+    """BoolArray [k] of the selected areas, and what is wrong with the selector as (key, fact)."""
     mask = np.ones(len(areas), dtype=bool)
     facts: Facts = []
     for key, wanted, column in (
@@ -64,7 +63,7 @@ def select(selector: BlockSelector, areas: AreaTable, *, ignore_side: bool = Fal
     return mask, facts
 
 
-def divide(selector: BlockSelector, mask: Mask, areas: AreaTable) -> tuple[list[Indices], Facts]:
+def divide(selector: BlockSelector, mask: BoolArray, areas: AreaTable) -> tuple[list[IndexArray], Facts]:
     """Column indices of the blocks that the selected areas `mask` [k] are divided into, and what forbids it."""
     index = np.flatnonzero(mask)
     if selector.partition == "none":
@@ -77,7 +76,7 @@ def divide(selector: BlockSelector, mask: Mask, areas: AreaTable) -> tuple[list[
     return [index[column == value] for value in dict.fromkeys(column.tolist())], []
 
 
-def _mirror_pairs(selector: BlockSelector, index: Indices, areas: AreaTable) -> tuple[list[Indices], Facts]:
+def _mirror_pairs(selector: BlockSelector, index: IndexArray, areas: AreaTable) -> tuple[list[IndexArray], Facts]:
     """(+y area, its mirror image) each, and areas in the middle alone; areas without a partner are refused."""
     plus, minus = (index[areas.side[index] == side] for side in ("+y", "-y"))
     if selector.mirror_names:
@@ -102,7 +101,7 @@ def _mirror_pairs(selector: BlockSelector, index: Indices, areas: AreaTable) -> 
     return pairs + [np.array([i]) for i in middle], []
 
 
-def _nearest_images(centroid_m: NDArray[np.float64], plus: Indices, minus: Indices) -> Indices:
+def _nearest_images(centroid_m: FloatArray, plus: IndexArray, minus: IndexArray) -> IndexArray:
     """For each area in `plus` the one in `minus` at its mirrored centroid, -1 where there is none.
 
     Both must be each other's nearest image, and miss it by less than their distance from the plane: areas that are

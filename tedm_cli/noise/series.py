@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
+from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.noise.requirements import Requirement, Verdict, judge
 from tedm_cli.noise.spectral_estimate import Estimate
-
-Array = NDArray[np.float64]
 
 
 class Trend:
@@ -23,17 +21,17 @@ class Trend:
 
     def __init__(self, n: int) -> None:
         self.count = 0
-        self._sum: Array = np.zeros(n)
-        self._moment: Array = np.zeros(n)
+        self._sum: FloatArray = np.zeros(n)
+        self._moment: FloatArray = np.zeros(n)
 
-    def add(self, block: Array) -> None:
+    def add(self, block: FloatArray) -> None:
         """Take the next samples [B, n]."""
         number = np.arange(self.count, self.count + len(block), dtype=np.float64)
         self._sum += block.sum(axis=0)
         self._moment += number @ block
         self.count += len(block)
 
-    def line(self, remove: str) -> tuple[Array, Array]:
+    def line(self, remove: str) -> tuple[FloatArray, FloatArray]:
         """Value [n] at sample 0 and slope [n] per sample of the `mean` or the `linear` trend; zeros for `nothing`."""
         n, zero = self.count, np.zeros_like(self._sum)
         if remove == "nothing":
@@ -83,7 +81,7 @@ def judge_estimate(
     return SeriesVerdict(verdict, float(np.sqrt(trapezoid(psd, grid))), float(np.sqrt(trapezoid(limit**2, grid))))
 
 
-def rows_by_column(rows: Array, index: NDArray[np.intp], columns: Sequence[str]) -> Array:
+def rows_by_column(rows: FloatArray, index: IndexArray, columns: Sequence[str]) -> FloatArray:
     """Sensitivities [n_out, columns] to the columns of a table, from those to the areas [n_out, k] that follow them.
 
     `index` [k] is the column of each area, -1 for areas that keep their temperature.
@@ -91,5 +89,5 @@ def rows_by_column(rows: Array, index: NDArray[np.intp], columns: Sequence[str])
     moved = index >= 0
     followers = np.zeros((len(index), len(columns)))
     followers[np.flatnonzero(moved), index[moved]] = 1.0
-    out: Array = rows @ followers
+    out: FloatArray = rows @ followers
     return out

@@ -11,12 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft, special, stats
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
-
-Array = NDArray[np.float64]
 
 KAISER_BETA = 22.0
 LOWEST_BIN = 32  # of the lowest frequency wanted: the window's main lobe is 7 bins wide on either side
@@ -34,11 +32,11 @@ class Estimate:
     degrees_of_freedom : [F], equivalent ones of each value: psd times these over its expectation is χ² distributed.
     """
 
-    frequency_hz: Array
-    psd: Array
-    degrees_of_freedom: Array
+    frequency_hz: FloatArray
+    psd: FloatArray
+    degrees_of_freedom: FloatArray
 
-    def interval(self, confidence: float) -> tuple[Array, Array]:
+    def interval(self, confidence: float) -> tuple[FloatArray, FloatArray]:
         """Factors [F] on a PSD between which, with this probability, the expectation of its estimate lies."""
         nu = self.degrees_of_freedom
         low, high = (1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0
@@ -55,7 +53,7 @@ class Window:
     beta : its shape.
     """
 
-    bin_hz: float | Array
+    bin_hz: float | FloatArray
     beta: float = KAISER_BETA
 
 
@@ -70,14 +68,14 @@ class Welch:
     window : [segment]; Kaiser's with β = 22 by default.
     """
 
-    def __init__(self, n: int, rate_hz: float, segment: int, window: Array | None = None) -> None:
+    def __init__(self, n: int, rate_hz: float, segment: int, window: FloatArray | None = None) -> None:
         self._rate, self.segment, self._hop = rate_hz, segment, segment // HOPS
-        self._window: Array = kaiser(segment) if window is None else window
-        self._held: Array = np.empty((n, 0))
-        self._sum: Array = np.zeros((n, segment // 2 + 1))
+        self._window: FloatArray = kaiser(segment) if window is None else window
+        self._held: FloatArray = np.empty((n, 0))
+        self._sum: FloatArray = np.zeros((n, segment // 2 + 1))
         self.segments = 0
 
-    def add(self, block: Array) -> None:
+    def add(self, block: FloatArray) -> None:
         """Take the next samples [n, B]."""
         self._held = np.concatenate([self._held, block], axis=1)
         start = 0
@@ -108,7 +106,9 @@ class Welch:
         return Estimate(frequency, scale * self._sum[:, part], np.full(len(frequency), nu))
 
 
-def through_window(psd: Callable[[Array], Array], frequency_hz: Array, window: Window, longest_s: float = 0.0) -> Array:
+def through_window(
+    psd: Callable[[FloatArray], FloatArray], frequency_hz: FloatArray, window: Window, longest_s: float = 0.0
+) -> FloatArray:
     """Expectation [n, F] of an estimate from segments with this window, of series whose PSDs [n, F] are `psd`(f).
 
     The spectrum is averaged over the window's main lobe, (sin z / z)² with z² = (πν)² - β² and ν in bins (Kaiser and
@@ -121,7 +121,7 @@ def through_window(psd: Callable[[Array], Array], frequency_hz: Array, window: W
     z = np.sqrt((np.pi * offset) ** 2 - window.beta**2 + 0j)
     weight = np.real(np.sin(z) / z) ** 2
     shifted = ((w, frequency_hz + o * window.bin_hz) for w, o in zip(weight, offset, strict=True))
-    average: Array = sum(w * psd(f) for w, f in shifted) / weight.sum()
+    average: FloatArray = sum(w * psd(f) for w, f in shifted) / weight.sum()
     return average
 
 
@@ -130,9 +130,9 @@ def main_lobe(beta: float) -> float:
     return float(np.ceil(10.0 * np.hypot(1.0, beta / np.pi)) / 10.0)
 
 
-def kaiser(n: int) -> Array:
+def kaiser(n: int) -> FloatArray:
     """Kaiser's window [n] with β = 22, periodic."""
-    window: Array = np.kaiser(n + 1, KAISER_BETA)[:n]
+    window: FloatArray = np.kaiser(n + 1, KAISER_BETA)[:n]
     return window
 
 
@@ -141,7 +141,7 @@ def segment_length(rate_hz: float, lowest_hz: float) -> int:
     return HOPS * int(np.ceil(LOWEST_BIN * rate_hz / lowest_hz / HOPS))
 
 
-def independent_averages(segments: int, window: Array) -> float:
+def independent_averages(segments: int, window: FloatArray) -> float:
     """Independent segments with the variance of `segments` that overlap by 3/4."""
     hop = len(window) // HOPS
     lags = np.arange(1, min(HOPS, segments))

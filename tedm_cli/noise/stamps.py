@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
-
-Array = NDArray[np.float64]
 
 STEP_TOLERANCE = 1e-3  # of the step: stamps printed with few digits are regular still
 _GAP = 1.5  # steps from which on samples are missing
@@ -31,7 +29,7 @@ class Stamps:
         self.first_s = self.last_s = np.nan
         self.step_s = np.nan
 
-    def add(self, time_s: Array, places: NDArray[np.int64]) -> None:
+    def add(self, time_s: FloatArray, places: IntArray) -> None:
         """Take the stamps [B] of a block, in s, and the places [B] of its rows.
 
         Raises
@@ -65,7 +63,7 @@ class Stamps:
         """Step of a regular series over all of it, which the print of single stamps does not round, s."""
         return (self.last_s - self.first_s) / (self.count - 1)
 
-    def _refuse_irregular(self, step: Array, places: NDArray[np.int64]) -> None:
+    def _refuse_irregular(self, step: FloatArray, places: IntArray) -> None:
         wrong = np.flatnonzero(np.abs(step - self.step_s) > STEP_TOLERANCE * self.step_s)
         if not wrong.size:
             return
@@ -80,7 +78,7 @@ class Stamps:
             hint=f'stamps must be regular, or be made so: resample_s = {self.step_s:.6g} and method = "linear"',
         )
 
-    def _refuse_gaps(self, step: Array, places: NDArray[np.int64]) -> None:
+    def _refuse_gaps(self, step: FloatArray, places: IntArray) -> None:
         allowed = self._max_gap_s if self._max_gap_s is not None else 3.0 * self.step_s
         wrong = np.flatnonzero(step > allowed * (1.0 + STEP_TOLERANCE))
         if wrong.size:

@@ -18,12 +18,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
-
-Array = NDArray[np.float64]
 
 OUTSIDE_LEVEL_K = 1e-3
 INSIDE_LEVEL_K = 1e-4
@@ -60,11 +58,11 @@ class ShapedSpectrum:
             if not (np.isfinite(value) and value > 0.0):
                 raise InputError(f"{key} is {value:g}, not positive", where="temperature spectrum")
 
-    def amplitude(self, frequency_hz: Array) -> Array:
+    def amplitude(self, frequency_hz: FloatArray) -> FloatArray:
         """Amplitude spectral density [F] in K/√Hz at `frequency_hz` [F]."""
         exponent = 2.0 * self.order
         top = 1.0 + (self.reference_hz / self.corner_hz) ** exponent
-        amplitude: Array = self.level_K * np.sqrt(top / (1.0 + (frequency_hz / self.corner_hz) ** exponent))
+        amplitude: FloatArray = self.level_K * np.sqrt(top / (1.0 + (frequency_hz / self.corner_hz) ** exponent))
         return amplitude
 
     def words(self) -> str:
@@ -82,7 +80,7 @@ class WhiteSpectrum:
     def __post_init__(self) -> None:
         _check_level(self.level_K)
 
-    def amplitude(self, frequency_hz: Array) -> Array:
+    def amplitude(self, frequency_hz: FloatArray) -> FloatArray:
         """Amplitude spectral density [F] in K/√Hz at `frequency_hz` [F]."""
         return np.full(np.shape(frequency_hz), self.level_K)
 
@@ -110,9 +108,9 @@ class FlightSpectrum:
     def __post_init__(self) -> None:
         _check_level(self.level_K)
 
-    def amplitude(self, frequency_hz: Array) -> Array:
+    def amplitude(self, frequency_hz: FloatArray) -> FloatArray:
         """Amplitude spectral density [F] in K/√Hz at `frequency_hz` [F] (positive)."""
-        amplitude: Array = self.level_K * np.sqrt(1.0 + (FLIGHT_KNEE_HZ / frequency_hz) ** 6)
+        amplitude: FloatArray = self.level_K * np.sqrt(1.0 + (FLIGHT_KNEE_HZ / frequency_hz) ** 6)
         return amplitude
 
     def words(self) -> str:
@@ -137,7 +135,7 @@ class TabulatedSpectrum:
     name: str
 
     @classmethod
-    def of(cls, frequency_hz: Array, asd: Array, name: str) -> TabulatedSpectrum:
+    def of(cls, frequency_hz: FloatArray, asd: FloatArray, name: str) -> TabulatedSpectrum:
         """Spectrum through `asd` [N] in K/√Hz at `frequency_hz` [N] in Hz; its level is that at 1 mHz or nearest to it.
 
         Raises
@@ -165,7 +163,7 @@ class TabulatedSpectrum:
     def __post_init__(self) -> None:
         _check_level(self.level_K)
 
-    def amplitude(self, frequency_hz: Array) -> Array:
+    def amplitude(self, frequency_hz: FloatArray) -> FloatArray:
         """Amplitude spectral density [F] in K/√Hz at `frequency_hz` [F]; `InputError` for one outside the table."""
         low, high = self.frequency_hz[0], self.frequency_hz[-1]
         outside = (frequency_hz < low * (1.0 - _SAME_HZ)) | (frequency_hz > high * (1.0 + _SAME_HZ))
@@ -176,7 +174,7 @@ class TabulatedSpectrum:
                 hint="nothing is assumed outside a table: extend it, or narrow [frequency] in the cases file",
             )
         log = np.interp(np.log(frequency_hz), np.log(self.frequency_hz), np.log(self.relative))
-        amplitude: Array = self.level_K * np.exp(log)
+        amplitude: FloatArray = self.level_K * np.exp(log)
         return amplitude
 
     def words(self) -> str:
@@ -198,8 +196,8 @@ class TemperatureModel:
     shapes : the s distinct spectra, each of level 1.
     """
 
-    scale: Array
-    shape_index: NDArray[np.intp]
+    scale: FloatArray
+    shape_index: IndexArray
     shapes: tuple[Spectrum, ...]
 
     @classmethod
@@ -215,16 +213,16 @@ class TemperatureModel:
         """Model with one spectrum outside and one inside the thermal shield."""
         return cls.from_spectra([outside if shield == "outside" else inside for shield in areas.shield])
 
-    def shape_values(self, frequency_hz: Array) -> Array:
+    def shape_values(self, frequency_hz: FloatArray) -> FloatArray:
         """The distinct shapes [s, F] at `frequency_hz` [F]."""
         return np.stack([shape.amplitude(frequency_hz) for shape in self.shapes])
 
-    def amplitudes(self, frequency_hz: Array) -> Array:
+    def amplitudes(self, frequency_hz: FloatArray) -> FloatArray:
         """Amplitude spectral density [k, F] of every area, K/√Hz."""
-        amplitude: Array = self.scale[:, None] * self.shape_values(frequency_hz)[self.shape_index]
+        amplitude: FloatArray = self.scale[:, None] * self.shape_values(frequency_hz)[self.shape_index]
         return amplitude
 
-    def distinct(self, frequency_hz: Array) -> tuple[NDArray[np.intp], Array]:
+    def distinct(self, frequency_hz: FloatArray) -> tuple[IndexArray, FloatArray]:
         """Areas of equal spectrum: the set [k] each area is in, and one amplitude spectral density per set [q, F]."""
         keys = np.stack([self.shape_index.astype(np.float64), self.scale], axis=1)
         rows, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)

@@ -9,16 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.optics.common_mode import CommonMode, common_mode
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
 from tedm_cli.optics.read_out import RANK_TOLERANCE, ReadOutInverse, read_out_inverse
 from tedm_cli.optics.sensitivity import check_shape
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +31,13 @@ class SetReadOut:
     name: str
     photodiodes: tuple[str, ...]
     law: ReadOutInverse
-    inverse: Matrix
-    gain: Matrix
-    N: Matrix
-    N_rigid: Matrix
+    inverse: FloatArray
+    gain: FloatArray
+    N: FloatArray
+    N_rigid: FloatArray
 
     @property
-    def N_distortion(self) -> Matrix:
+    def N_distortion(self) -> FloatArray:
         return self.N - self.N_rigid
 
 
@@ -52,23 +50,23 @@ class OpticsChain:
     (m/K, rad/K); the rigid part of the motion; one `SetReadOut` per set.
     """
 
-    P: Matrix
-    O_ideal: Matrix
-    singular_values: Matrix
+    P: FloatArray
+    O_ideal: FloatArray
+    singular_values: FloatArray
     rank: int
-    motion: Matrix
-    D: Matrix
+    motion: FloatArray
+    D: FloatArray
     rigid: CommonMode
     sets: tuple[SetReadOut, ...]
 
 
 def optics_chain(
     layout: OpticalLayout,
-    S_BW: Matrix,
-    D_opt: Matrix,
-    node_positions_m: Matrix | None = None,
-    face_m: Matrix | None = None,
-    P: Matrix | None = None,
+    S_BW: FloatArray,
+    D_opt: FloatArray,
+    node_positions_m: FloatArray | None = None,
+    face_m: FloatArray | None = None,
+    P: FloatArray | None = None,
 ) -> OpticsChain:
     """Optical chain for all read-out sets.
 
@@ -105,7 +103,7 @@ def optics_chain(
     return OpticsChain(P, O_ideal, values, rank, motion, PS @ motion, rigid, tuple(sets))
 
 
-def _motion(layout: OpticalLayout, D_opt: Matrix, face_m: Matrix | None) -> Matrix:
+def _motion(layout: OpticalLayout, D_opt: FloatArray, face_m: FloatArray | None) -> FloatArray:
     """Motions of all elements, [6 * n_elements, k] in the layout frame.
 
     A plane that moves along its normal reflects as if its body had moved, so a test mass that expands stands here with

@@ -9,12 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
 from tedm_cli.optics.sensitivity import cross_matrix
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +23,14 @@ class CommonMode:
     [6 * n_elements, k]: the motion of every element that follows, zero for the test masses.
     """
 
-    amplitude: Matrix
-    about: Matrix
-    motion: Matrix
+    amplitude: FloatArray
+    about: FloatArray
+    motion: FloatArray
 
 
 def rigid_motion(
-    layout: OpticalLayout, node_positions_m: Matrix | None = None, *, about_m: Matrix | None = None
-) -> Matrix:
+    layout: OpticalLayout, node_positions_m: FloatArray | None = None, *, about_m: FloatArray | None = None
+) -> FloatArray:
     """Motions of all elements under the six rigid motions about a point, [6 * n_elements, 6].
 
     Columns: translations along, then rotations about, the layout axes. The point `about_m` [3] (m, layout frame) is the
@@ -47,7 +45,7 @@ def rigid_motion(
     return rigid_motion_about(layout.pivots_m(node_positions_m), centre)
 
 
-def rigid_motion_about(pivots_m: Matrix, centre_m: Matrix) -> Matrix:
+def rigid_motion_about(pivots_m: FloatArray, centre_m: FloatArray) -> FloatArray:
     """Motions of elements with pivots [n, 3] under the six rigid motions about `centre_m`, [6 * n, 6], same axes."""
     motion = np.zeros((len(pivots_m), N_MOTIONS, N_MOTIONS))
     motion[:, :3, :3] = np.eye(3)
@@ -56,7 +54,7 @@ def rigid_motion_about(pivots_m: Matrix, centre_m: Matrix) -> Matrix:
     return motion.reshape(-1, N_MOTIONS)
 
 
-def common_mode(layout: OpticalLayout, motion: Matrix, node_positions_m: Matrix | None = None) -> CommonMode:
+def common_mode(layout: OpticalLayout, motion: FloatArray, node_positions_m: FloatArray | None = None) -> CommonMode:
     """The rigid motion nearest to the elements' motions `motion` [6 * n_elements, k] (m/K, rad/K, layout frame).
 
     Least squares over the translations and rotations of all bench elements alike, a rotation counting as the

@@ -13,8 +13,8 @@ from functools import cached_property
 from itertools import combinations, permutations, product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.optics.common_mode import rigid_motion_about
 from tedm_cli.optics.imported import ImportedSensitivity, in_frame
 from tedm_cli.optics.invariances import scaled_matrix
@@ -22,8 +22,6 @@ from tedm_cli.optics.labels import input_labels, output_labels
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.row_defects import named_factor, row_defect, stray_entry
 from tedm_cli.optics.sensitivity import cross_matrix
-
-Matrix = NDArray[np.float64]
 
 RESTORED = 1e-3  # of the residual, or what the digits make of it, may be left by a slip that is taken for the cause
 _NEEDED = 0.1  # of the residual at most, whatever the digits
@@ -39,7 +37,7 @@ class Explanation:
     left: float
 
 
-def explain_defect(layout: OpticalLayout, matrix: ImportedSensitivity, node_positions_m: Matrix) -> str:
+def explain_defect(layout: OpticalLayout, matrix: ImportedSensitivity, node_positions_m: FloatArray) -> str:
     """The defect of an imported S_BW in words; empty when no single slip explains what fails.
 
     Parameters
@@ -68,33 +66,33 @@ def most_changed(layout: OpticalLayout, matrix: ImportedSensitivity) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """Matrix S and rigid motions M of all elements, in the maker's frame, about the declared points.
+    """FloatArray S and rigid motions M of all elements, in the maker's frame, about the declared points.
 
     Rows of S and columns of M are in units of the layout's size; the motions between them stay in m and rad, so that
     columns given as others keep the size they were given with.
     """
 
     layout: OpticalLayout
-    S: Matrix
-    M: Matrix
+    S: FloatArray
+    M: FloatArray
 
     @cached_property
-    def residual(self) -> Matrix:
+    def residual(self) -> FloatArray:
         return self.S @ self.M
 
 
-def _trial(layout: OpticalLayout, matrix: ImportedSensitivity, points_m: Matrix) -> _Trial:
+def _trial(layout: OpticalLayout, matrix: ImportedSensitivity, points_m: FloatArray) -> _Trial:
     size = layout.size_m
     motion = rigid_motion_about(points_m, points_m.mean(axis=0)) * np.repeat([size, 1.0], 3)
     return _Trial(layout, _row_units(layout)[:, None] * matrix.given, motion)
 
 
-def _row_units(layout: OpticalLayout) -> Matrix:
+def _row_units(layout: OpticalLayout) -> FloatArray:
     """Factors that measure the outputs in units of the layout's size."""
     return np.array([1 / layout.size_m if unit == "m" else 1.0 for unit in output_labels(layout).units])
 
 
-def _hypotheses(trial: _Trial, matrix: ImportedSensitivity, node_positions_m: Matrix) -> Iterator[Explanation]:
+def _hypotheses(trial: _Trial, matrix: ImportedSensitivity, node_positions_m: FloatArray) -> Iterator[Explanation]:
     """From the simplest to the least specific."""
     yield from _scaled_kinds(trial)
     yield from _other_points(trial, matrix, node_positions_m)
@@ -128,7 +126,7 @@ def _scaled_columns(trial: _Trial) -> Iterator[Explanation]:
             yield from _scaling(what, trial, np.arange(first, first + size))
 
 
-def _scaling(what: str, trial: _Trial, chosen: NDArray[np.intp]) -> Iterator[Explanation]:
+def _scaling(what: str, trial: _Trial, chosen: IndexArray) -> Iterator[Explanation]:
     """The chosen columns times one factor."""
     part = trial.S[:, chosen] @ trial.M[chosen]
     square = float((part**2).sum())
@@ -141,7 +139,7 @@ def _scaling(what: str, trial: _Trial, chosen: NDArray[np.intp]) -> Iterator[Exp
         yield Explanation(f"{what} {looks} scaled by {named_factor(1 / mend)}", left)
 
 
-def _other_points(trial: _Trial, matrix: ImportedSensitivity, node_positions_m: Matrix) -> Iterator[Explanation]:
+def _other_points(trial: _Trial, matrix: ImportedSensitivity, node_positions_m: FloatArray) -> Iterator[Explanation]:
     """Turned about the layout's reference points or about the grids, whatever was declared."""
     layout = trial.layout
     for what, points in (
@@ -167,7 +165,7 @@ def _other_frames(trial: _Trial) -> Iterator[Explanation]:
         yield Explanation(f"columns of every element look to be in the order {names}", left)
 
 
-def _rotations(layout: OpticalLayout) -> Iterator[tuple[Matrix, str]]:
+def _rotations(layout: OpticalLayout) -> Iterator[tuple[FloatArray, str]]:
     """Rotations from the declared axes to others, in words: along other axes, or of layout and basic frame."""
     for places in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
@@ -207,7 +205,7 @@ def _exchanged(trial: _Trial) -> Iterator[Explanation]:
             yield Explanation(f"columns {labels[a]} and {labels[b]} look exchanged", float(np.linalg.norm(swapped)))
 
 
-def _distances(rows: Matrix) -> Matrix:
+def _distances(rows: FloatArray) -> FloatArray:
     """Squared distances between all rows."""
     return np.asarray(np.sum((rows[:, None] - rows[None]) ** 2, axis=2))
 
@@ -257,7 +255,7 @@ def _wrong_columns(trial: _Trial) -> Iterator[Explanation]:
             yield Explanation(f"columns of {e.name} are all zero", _left_free(trial, columns))
 
 
-def _left_free(trial: _Trial, chosen: NDArray[np.intp]) -> float:
+def _left_free(trial: _Trial, chosen: IndexArray) -> float:
     """Residual when the chosen columns may be anything."""
     span = trial.M[chosen]
     return float(np.linalg.norm(trial.residual - trial.residual @ np.linalg.pinv(span) @ span))

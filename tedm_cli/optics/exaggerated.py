@@ -10,13 +10,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
 from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.optics.trace import Poses, RayLostError, Trace, nominal_poses, trace_path
-
-Array = NDArray[np.float64]
 
 _SHIFT = 0.05  # largest shift of an element or of a beam on a surface, of the size of the bench
 _TURN = 0.2  # largest rotation of an element, rad
@@ -30,7 +28,7 @@ class TracedBench:
     poses: Poses
     traces: tuple[Trace, ...]
 
-    def beam(self, path: int) -> Array:
+    def beam(self, path: int) -> FloatArray:
         """Corners of one beam, [m, 3] m, layout frame: injector, then every surface."""
         hits = self.traces[path].hits
         source = hits[0].point - hits[0].distance * hits[0].direction
@@ -57,7 +55,7 @@ def traced_bench(layout: OpticalLayout, poses: Poses | None = None) -> TracedBen
     return TracedBench(at, tuple(trace_path(layout, path, at) for path in layout.paths))
 
 
-def motion_of_elements(layout: OpticalLayout, D_opt: Array, node_positions_m: Array) -> Array:
+def motion_of_elements(layout: OpticalLayout, D_opt: FloatArray, node_positions_m: FloatArray) -> FloatArray:
     """Motion of all elements about the layout's reference points, [n_elements, 6] (m, rad), layout frame.
 
     Parameters
@@ -73,7 +71,7 @@ def motion_of_elements(layout: OpticalLayout, D_opt: Array, node_positions_m: Ar
     return motion
 
 
-def exaggerated_bench(layout: OpticalLayout, motion: Array) -> ExaggeratedBench:
+def exaggerated_bench(layout: OpticalLayout, motion: FloatArray) -> ExaggeratedBench:
     """The bench after its motions times the largest factor of one digit that can be drawn.
 
     No element, and no beam on a surface, is shifted by more than 5 % of the bench, none turned by more than

@@ -6,13 +6,13 @@ import difflib
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.optics.layout import OpticalLayout
 
 
-def face_motion(layout: OpticalLayout, areas: Sequence[str]) -> NDArray[np.float64]:
+def face_motion(layout: OpticalLayout, areas: Sequence[str]) -> FloatArray:
     """How far the face of each test mass moves along its normal per kelvin of each of the `areas`, [n_tm, k] m/K.
 
     A body of uniform temperature expands about its centre: a face at the distance `front_offset_m` from it moves by

@@ -13,15 +13,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.labels import Labels, input_labels, laser_labels, output_labels
 from tedm_cli.optics.layout import N_OUTPUTS, Beam, OpticalLayout, Vec3
 from tedm_cli.optics.sensitivity import cross_matrix, turned_about
 
-Matrix = NDArray[np.float64]
 Slopes = Literal["angle", "zernike", "noll"]
 Frame = Literal["layout", "basic"]
 
@@ -43,7 +42,7 @@ _SHOWN = 8  # labels named in one message
 class LabelledMatrix:
     """A matrix as its maker wrote it: an entry has the unit of its row per unit of its column."""
 
-    values: Matrix
+    values: FloatArray
     rows: Labels
     columns: Labels
 
@@ -103,12 +102,12 @@ class ImportedSensitivity:
     frame : that frame.
     """
 
-    S_BW: Matrix
-    error: Matrix
+    S_BW: FloatArray
+    error: FloatArray
     digits: str
-    given: Matrix
-    given_error: Matrix
-    points_m: Matrix
+    given: FloatArray
+    given_error: FloatArray
+    points_m: FloatArray
     frame: Frame
 
 
@@ -117,7 +116,7 @@ def import_sensitivity(
     matrix: LabelledMatrix,
     outputs: Conventions,
     motions: MotionConventions,
-    node_positions_m: Matrix,
+    node_positions_m: FloatArray,
 ) -> ImportedSensitivity:
     """S_BW as `optics_chain` takes it, for motions of the grids at `node_positions_m` [n_bench, 3] (m, basic frame).
 
@@ -148,12 +147,12 @@ def import_sensitivity(
     )
 
 
-def in_frame(layout: OpticalLayout, frame: Frame, points_m: Matrix) -> Matrix:
+def in_frame(layout: OpticalLayout, frame: Frame, points_m: FloatArray) -> FloatArray:
     """Points [n, 3] of the layout frame in the layout or the basic frame."""
     return np.asarray(points_m @ layout.axes + np.array(layout.frame_origin_m) if frame == "basic" else points_m)
 
 
-def import_law(layout: OpticalLayout, matrix: LabelledMatrix, outputs: Conventions) -> Matrix:
+def import_law(layout: OpticalLayout, matrix: LabelledMatrix, outputs: Conventions) -> FloatArray:
     """P [3 * n_pd, 5 * n_paths] as `optics_chain` takes it: OPD (m), WFT (rad) by outputs in m and rad.
 
     Raises
@@ -167,7 +166,7 @@ def import_law(layout: OpticalLayout, matrix: LabelledMatrix, outputs: Conventio
     return np.asarray(values / _slopes(layout, outputs))
 
 
-def printed_accuracy(values: Matrix) -> tuple[Matrix, str]:
+def printed_accuracy(values: FloatArray) -> tuple[FloatArray, str]:
     """Bound of the rounding error of each of `values`, and in words what it was found from.
 
     Taken for numbers printed with n digits, or n decimals where that is fewer, when all of them are; else for numbers
@@ -175,7 +174,7 @@ def printed_accuracy(values: Matrix) -> tuple[Matrix, str]:
     """
     eps = float(np.finfo(np.float64).eps)
 
-    def same(rounded: Matrix) -> bool:
+    def same(rounded: FloatArray) -> bool:
         return bool((np.abs(rounded - values) <= 8 * eps * np.abs(values)).all())
 
     size = np.abs(values)
@@ -191,13 +190,13 @@ def printed_accuracy(values: Matrix) -> tuple[Matrix, str]:
     return 8 * eps * size, "double precision"
 
 
-def _rounded(values: Matrix, decimals: Matrix) -> Matrix:
+def _rounded(values: FloatArray, decimals: FloatArray) -> FloatArray:
     """Values at so many decimals; by powers of ten that are exact as long as they may be, not by their inverses."""
     up, down = 10.0 ** np.maximum(decimals, 0), 10.0 ** np.maximum(-decimals, 0)
     return np.asarray(np.round(values / down * up) / up * down)
 
 
-def _arranged(matrix: LabelledMatrix, rows: Labels, columns: Labels) -> tuple[Matrix, Matrix, str]:
+def _arranged(matrix: LabelledMatrix, rows: Labels, columns: Labels) -> tuple[FloatArray, FloatArray, str]:
     """Values and errors of the wanted rows and columns in their order, in SI."""
     problems = [
         *_label_problems("row", matrix.rows, rows),
@@ -235,7 +234,7 @@ def _label_problems(axis: str, found: Labels, wanted: Labels) -> list[str]:
     return out[:_SHOWN]
 
 
-def _sizes(labels: Labels) -> Matrix:
+def _sizes(labels: Labels) -> FloatArray:
     return np.array([UNITS[unit][1] for unit in labels.units])
 
 
@@ -244,19 +243,19 @@ def _places(found: Labels, wanted: Labels) -> list[int]:
     return [at[name] for name in wanted.names]
 
 
-def _slopes(layout: OpticalLayout, outputs: Conventions) -> Matrix:
+def _slopes(layout: OpticalLayout, outputs: Conventions) -> FloatArray:
     """SI output per output as given, [5 * n_paths]."""
     factors = np.ones((len(layout.paths), N_OUTPUTS))
     factors[:, 3:] = outputs.slope_per_output
     return factors.reshape(-1)
 
 
-def _on_axes(S: Matrix, turn: Matrix) -> Matrix:
+def _on_axes(S: FloatArray, turn: FloatArray) -> FloatArray:
     """S [rows, 6 * n_elements] with each triple of columns times `turn` [3, 3]."""
     return np.asarray((S.reshape(len(S), -1, 3) @ turn).reshape(S.shape))
 
 
-def _reference_points(layout: OpticalLayout, motions: MotionConventions, node_positions_m: Matrix) -> Matrix:
+def _reference_points(layout: OpticalLayout, motions: MotionConventions, node_positions_m: FloatArray) -> FloatArray:
     """What the elements turn about, [n_elements, 3] m, layout frame."""
     given = motions.reference_points
     names = [e.name for e in layout.elements]

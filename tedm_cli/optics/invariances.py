@@ -11,16 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.optics.common_mode import rigid_motion
 from tedm_cli.optics.labels import Labels, input_labels, laser_labels, output_labels, read_out_labels
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, OpticalLayout
 from tedm_cli.optics.read_out import read_out_inverse
 from tedm_cli.optics.sensitivity import check_shape
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ class InvarianceResiduals:
 
 
 def invariance_residuals(
-    layout: OpticalLayout, S_BW: Matrix, node_positions_m: Matrix | None = None, P: Matrix | None = None
+    layout: OpticalLayout, S_BW: FloatArray, node_positions_m: FloatArray | None = None, P: FloatArray | None = None
 ) -> InvarianceResiduals:
     """Residuals of `S_BW` [5 * n_paths, 6 * n_elements].
 
@@ -95,7 +93,7 @@ def invariance_residuals(
     )
 
 
-def scaled_matrix(layout: OpticalLayout, S_BW: Matrix) -> Matrix:
+def scaled_matrix(layout: OpticalLayout, S_BW: FloatArray) -> FloatArray:
     """S_BW without dimension: lengths in units of the largest distance between two reference points."""
     size = layout.size_m
     return np.asarray(
@@ -103,23 +101,23 @@ def scaled_matrix(layout: OpticalLayout, S_BW: Matrix) -> Matrix:
     )
 
 
-def scaled_motion(layout: OpticalLayout, motion: Matrix) -> Matrix:
+def scaled_motion(layout: OpticalLayout, motion: FloatArray) -> FloatArray:
     """`rigid_motion` [6 * n_elements, 6] in the same units."""
     return _scaled(motion, input_labels(layout), layout.size_m)
 
 
-def scaled_read_out(layout: OpticalLayout, motion: Matrix) -> Matrix:
+def scaled_read_out(layout: OpticalLayout, motion: FloatArray) -> FloatArray:
     """Read-out [n_dof, 6] of the columns of `rigid_motion`, in the same units."""
     return _scaled(motion, read_out_labels(layout), layout.size_m)
 
 
-def slopes_and_translations(layout: OpticalLayout) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def slopes_and_translations(layout: OpticalLayout) -> tuple[BoolArray, BoolArray]:
     """Rows of S_BW that are slopes, and columns that are translations; the entries where both meet are zero."""
     slopes = np.array([unit == "rad" for unit in output_labels(layout).units])
     return slopes, np.array([unit == "m" for unit in input_labels(layout).units])
 
 
-def untouched_entries(layout: OpticalLayout) -> NDArray[np.bool_]:
+def untouched_entries(layout: OpticalLayout) -> BoolArray:
     """Entries of S_BW of elements that a path does not meet, as far as its steps are known; they are zero."""
     untouched = np.zeros((N_OUTPUTS * len(layout.paths), N_MOTIONS * len(layout.elements)), dtype=bool)
     for path in layout.paths:
@@ -129,7 +127,7 @@ def untouched_entries(layout: OpticalLayout) -> NDArray[np.bool_]:
     return untouched
 
 
-def _bench_motion(layout: OpticalLayout, PS: Matrix, motion: Matrix) -> dict[str, float]:
+def _bench_motion(layout: OpticalLayout, PS: FloatArray, motion: FloatArray) -> dict[str, float]:
     bench = layout.columns_of(layout.bench)
     expected = -motion[layout.read_out_columns]
     out = {}
@@ -140,16 +138,16 @@ def _bench_motion(layout: OpticalLayout, PS: Matrix, motion: Matrix) -> dict[str
     return out
 
 
-def _in_units_of(labels: Labels, size: float) -> Matrix:
+def _in_units_of(labels: Labels, size: float) -> FloatArray:
     """Factors that measure the labelled quantities in units of `size` (lengths) and radians (angles)."""
     return np.array([1 / size if unit == "m" else 1.0 for unit in labels.units])
 
 
-def _scaled(motion: Matrix, rows: Labels, size: float) -> Matrix:
+def _scaled(motion: FloatArray, rows: Labels, size: float) -> FloatArray:
     """Rows in units of `size` or radians, for rigid motions of one `size` and one radian."""
     return np.asarray(motion * _in_units_of(rows, size)[:, None] * np.array([size] * 3 + [1.0] * 3))
 
 
-def _ratio(part: Matrix, whole: Matrix) -> float:
+def _ratio(part: FloatArray, whole: FloatArray) -> float:
     largest = float(np.abs(whole).max())
     return float(np.abs(part).max(initial=0.0)) / largest if largest > 0 else 0.0

@@ -6,17 +6,15 @@ Montemurro 2004, eq. 10.3, for photodiodes and wave fronts of any orientation an
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import N_LASER, N_OUTPUTS, BeamPath, OpticalLayout
 from tedm_cli.optics.trace import trace
-
-Matrix = NDArray[np.float64]
 
 _ROUNDING = 1e-12  # nominal slopes (rad) and spots (m) this small are rounding of the trace, not geometry
 
 
-def law_matrix(layout: OpticalLayout, *, curved: bool = True) -> Matrix:
+def law_matrix(layout: OpticalLayout, *, curved: bool = True) -> FloatArray:
     """P, [3 * n_pd, 5 * n_paths]: OPD (m), WFT1, WFT2 (rad) of each photodiode as measurement minus reference beam.
 
     All are those of the phase front at a point q that is fixed to the photodiode: nominally the middle of its two
@@ -53,7 +51,7 @@ def law_matrix(layout: OpticalLayout, *, curved: bool = True) -> Matrix:
     return matrix
 
 
-def _law(path: BeamPath, off: Matrix, z: Matrix, curved: bool) -> Matrix:
+def _law(path: BeamPath, off: FloatArray, z: FloatArray, curved: bool) -> FloatArray:
     """Signed part [3, 5] of one beam that arrives `off` [2] m from the point q with slopes `z` [2]."""
     curvature = 1.0 / path.wavefront_radius_m if curved and path.wavefront_radius_m else 0.0
     by_spot = curvature * (np.eye(2) - np.outer(z, z))

@@ -12,8 +12,8 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.errors import InputError
 
 Vec3 = tuple[float, float, float]
@@ -207,24 +207,24 @@ class OpticalLayout:
         """Names of the photodiodes in layout order."""
         return tuple(e.name for e in self.elements if e.kind == "photodiode")
 
-    def columns_of(self, elements: tuple[Element, ...]) -> NDArray[np.intp]:
+    def columns_of(self, elements: tuple[Element, ...]) -> IndexArray:
         """Input columns of several elements, six each, as indices [6 * len(elements)]."""
         first = N_MOTIONS * np.array([self.index(e.name) for e in elements], dtype=np.intp)
         return (first[:, None] + np.arange(N_MOTIONS)).reshape(-1)
 
     @cached_property
-    def read_out_columns(self) -> NDArray[np.intp]:
+    def read_out_columns(self) -> IndexArray:
         """Input columns of the measured degrees of freedom, test mass by test mass [n_tm * len(read_out)]."""
         places = np.array([DOF_COLUMN[dof] for dof in self.read_out], dtype=np.intp)
         return (self.columns_of(self.test_masses)[::N_MOTIONS, None] + places).reshape(-1)
 
-    def laser_rows(self, photodiodes: tuple[str, ...]) -> NDArray[np.intp]:
+    def laser_rows(self, photodiodes: tuple[str, ...]) -> IndexArray:
         """Rows of OPD, WFT1, WFT2 of the given photodiodes [3 * len(photodiodes)]."""
         first = N_LASER * np.array([self.photodiodes.index(name) for name in photodiodes], dtype=np.intp)
         return (first[:, None] + np.arange(N_LASER)).reshape(-1)
 
     @cached_property
-    def refs_m(self) -> NDArray[np.float64]:
+    def refs_m(self) -> FloatArray:
         """Reference points of all elements, [n_elements, 3] m."""
         return np.array([e.ref_m for e in self.elements])
 
@@ -234,11 +234,11 @@ class OpticalLayout:
         return float(np.linalg.norm(self.refs_m[:, None] - self.refs_m[None], axis=2).max())
 
     @cached_property
-    def axes(self) -> NDArray[np.float64]:
+    def axes(self) -> FloatArray:
         """Rotation from the basic into the layout frame, [3, 3]: `v_layout = axes @ v_basic`."""
         return np.array(self.frame_axes)
 
-    def pivots_m(self, node_positions_m: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    def pivots_m(self, node_positions_m: FloatArray | None = None) -> FloatArray:
         """Points the motions of all elements refer to, [n_elements, 3] m, layout frame.
 
         Parameters

@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import BeamPath, Kind, OpticalLayout
 from tedm_cli.optics.obstruction import lateral_excess, obstructions
 from tedm_cli.optics.trace import Hit, Poses, RayLostError, encounters, nominal_poses, output_of, step_label
-
-Array = NDArray[np.float64]
 
 Check = Literal[
     "trace",
@@ -253,5 +251,5 @@ def _angle(angle: float) -> str:
     return f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)"
 
 
-def _place(point: Array) -> str:
+def _place(point: FloatArray) -> str:
     return "(" + ", ".join(f"{v:.4f}" for v in point) + ") m"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.optics.common_mode import rigid_motion
 from tedm_cli.optics.invariances import (
@@ -19,8 +19,6 @@ from tedm_cli.optics.invariances import (
 )
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.read_out import read_out_inverse
-
-Matrix = NDArray[np.float64]
 
 RESIDUAL_LIMIT = 1e-9  # rigid motions through an exact matrix leave rounding, about 1e-14
 _LOST_DIGITS = 0.1  # of the smallest singular value; more of it may not be error
@@ -51,7 +49,7 @@ class BlockDifference:
     value: float
 
 
-def block_differences(layout: OpticalLayout, S_BW: Matrix, other: Matrix) -> tuple[BlockDifference, ...]:
+def block_differences(layout: OpticalLayout, S_BW: FloatArray, other: FloatArray) -> tuple[BlockDifference, ...]:
     """Differences of all blocks of two matrices [5 * n_paths, 6 * n_elements], largest first."""
     scaled = scaled_matrix(layout, other)
     difference = np.abs(scaled_matrix(layout, S_BW) - scaled) / np.abs(scaled).max()
@@ -65,10 +63,10 @@ def block_differences(layout: OpticalLayout, S_BW: Matrix, other: Matrix) -> tup
 
 def judge_matrix(
     layout: OpticalLayout,
-    S_BW: Matrix,
-    P: Matrix,
-    node_positions_m: Matrix,
-    error: Matrix | None = None,
+    S_BW: FloatArray,
+    P: FloatArray,
+    node_positions_m: FloatArray,
+    error: FloatArray | None = None,
 ) -> tuple[Judged, ...]:
     """Residuals of `invariance_residuals` and, of an imported matrix, of `row_factors`, each with its limit.
 
@@ -93,7 +91,7 @@ def judge_matrix(
     return tuple(Judged(name, value, max(limits[name], RESIDUAL_LIMIT)) for name, value in found.items())
 
 
-def row_factors(layout: OpticalLayout, S_BW: Matrix) -> Matrix:
+def row_factors(layout: OpticalLayout, S_BW: FloatArray) -> FloatArray:
     """Factor by which each output looks scaled, [n_paths, 5]: x, y, opl, z1, z2; all are 1 in a sound matrix.
 
     A photodiode that moves alone gives the scale away, at any incidence. With its axes ex, ey, ez and the direction d
@@ -109,12 +107,12 @@ def row_factors(layout: OpticalLayout, S_BW: Matrix) -> Matrix:
     return np.where(np.isnan(out).any(axis=1)[:, None], np.nan, out)
 
 
-def row_factor_error(layout: OpticalLayout, error: Matrix) -> float:
+def row_factor_error(layout: OpticalLayout, error: FloatArray) -> float:
     """How far `row_factors` can be off for entries off by `error`; the entries they are made of are of order one."""
     return 8 * float(max(error[layout.rows(p), layout.columns(p.photodiode)].max() for p in layout.paths))
 
 
-def _factors(shift: Matrix, turn: Matrix) -> Matrix:
+def _factors(shift: FloatArray, turn: FloatArray) -> FloatArray:
     normal = shift[2] / np.linalg.norm(shift[2])
     across = shift[:2] - np.outer(shift[:2] @ normal, normal)
     x, y = np.linalg.norm(across, axis=1)
@@ -130,7 +128,7 @@ def _factors(shift: Matrix, turn: Matrix) -> Matrix:
 
 
 def _limits(
-    layout: OpticalLayout, S_BW: Matrix, P: Matrix, node_positions_m: Matrix, error: Matrix
+    layout: OpticalLayout, S_BW: FloatArray, P: FloatArray, node_positions_m: FloatArray, error: FloatArray
 ) -> dict[str, float]:
     """Residuals that entries off by `error` can make at worst."""
     S, E = scaled_matrix(layout, S_BW), scaled_matrix(layout, error)
@@ -153,7 +151,7 @@ def _limits(
     return limits
 
 
-def _judge_condition(layout: OpticalLayout, S_BW: Matrix, P: Matrix, error: Matrix) -> None:
+def _judge_condition(layout: OpticalLayout, S_BW: FloatArray, P: FloatArray, error: FloatArray) -> None:
     """Refuse a set whose smallest singular value is no more than the errors of its entries."""
     for name, photodiodes in layout.sets.items():
         law = read_out_inverse(layout, name, P @ S_BW)

@@ -11,11 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import Element, OpticalLayout
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +22,11 @@ class Obstruction:
     that point inside the edge (plus the clearance)."""
 
     element: str
-    point: Array
+    point: FloatArray
     depth_m: float
 
 
-def lateral_excess(element: Element, point: Array) -> tuple[float, float]:
+def lateral_excess(element: Element, point: FloatArray) -> tuple[float, float]:
     """Distance (m) of `point` from the middle of the aperture in the element's plane, and the limit it has there.
 
     Of a rectangular aperture the direction is reported in which the point is furthest out.
@@ -42,7 +40,9 @@ def lateral_excess(element: Element, point: Array) -> tuple[float, float]:
     return values[worst], element.aperture_m[worst]
 
 
-def obstructions(layout: OpticalLayout, start: Array, end: Array, apart_from: tuple[str, ...]) -> Iterator[Obstruction]:
+def obstructions(
+    layout: OpticalLayout, start: FloatArray, end: FloatArray, apart_from: tuple[str, ...]
+) -> Iterator[Obstruction]:
     """Bodies, enlarged by the layout's clearance, on the segment from `start` to `end` (m, layout frame)."""
     clearance = layout.tolerances.clearance_m
     for element in layout.elements:
@@ -55,7 +55,7 @@ def obstructions(layout: OpticalLayout, start: Array, end: Array, apart_from: tu
             yield Obstruction(element.name, point, limit + clearance - value)
 
 
-def _inside(element: Element, start: Array, way: Array, clearance: float) -> float | None:
+def _inside(element: Element, start: FloatArray, way: FloatArray, clearance: float) -> float | None:
     """Middle of the part of `start + t way`, 0 <= t <= 1, inside the enlarged body; None where there is none."""
     offset, normal = start - np.array(element.ref_m), np.array(element.normal)
     depth = 2 * element.front_offset_m if element.kind == "test_mass" else element.thickness_m
@@ -75,7 +75,7 @@ def _inside(element: Element, start: Array, way: Array, clearance: float) -> flo
     return (low + high) / 2 if low <= high else None
 
 
-def _axes(element: Element) -> tuple[Array, Array]:
+def _axes(element: Element) -> tuple[FloatArray, FloatArray]:
     y = np.array(element.local_y)
     return np.cross(y, np.array(element.normal)), y
 
@@ -88,7 +88,7 @@ def _between(offset: float, slope: float, lower: float, upper: float) -> tuple[f
     return ends[0], ends[1]
 
 
-def _within_radius(offset: Array, slope: Array, radius: float) -> tuple[float, float]:
+def _within_radius(offset: FloatArray, slope: FloatArray, radius: float) -> tuple[float, float]:
     """Range of t with `|offset + slope t| <= radius`; empty as (1, 0)."""
     a, b, c = float(slope @ slope), float(offset @ slope), float(offset @ offset) - radius**2
     if a == 0.0:

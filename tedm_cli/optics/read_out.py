@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.optics.labels import read_out_labels
 from tedm_cli.optics.layout import OpticalLayout
-
-Matrix = NDArray[np.float64]
 
 #: Singular values up to this fraction of the largest one count as zero; tolerates matrices printed with seven digits.
 RANK_TOLERANCE = 1e-6
@@ -26,13 +24,13 @@ class ReadOutInverse:
     `O` [3 * n_pd, n_dof] (m, rad by m, rad), `inverse` [n_dof, 3 * n_pd], `condition` in the 2-norm of those units.
     """
 
-    O: Matrix  # noqa: E741 - the matrix has this name in the field
-    inverse: Matrix
-    singular_values: Matrix
+    O: FloatArray  # noqa: E741 - the matrix has this name in the field
+    inverse: FloatArray
+    singular_values: FloatArray
     condition: float
 
 
-def read_out_inverse(layout: OpticalLayout, set_name: str, PS: Matrix) -> ReadOutInverse:
+def read_out_inverse(layout: OpticalLayout, set_name: str, PS: FloatArray) -> ReadOutInverse:
     """Law of the set `set_name` on the measured degrees of freedom, and its inverse.
 
     Parameters
@@ -60,7 +58,7 @@ def read_out_inverse(layout: OpticalLayout, set_name: str, PS: Matrix) -> ReadOu
     return ReadOutInverse(law, inverse, values, float(values[0] / values[-1]))
 
 
-def lost_degrees_of_freedom(layout: OpticalLayout, law: Matrix, n_lost: int) -> list[str]:
+def lost_degrees_of_freedom(layout: OpticalLayout, law: FloatArray, n_lost: int) -> list[str]:
     """What a law [3 * n_pd, n_dof] with an `n_lost`-dimensional null space does not read, in words.
 
     Degrees of freedom belong together where the projector onto the null space joins them, which needs no choice of a
@@ -88,7 +86,7 @@ def _listed(names: list[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def _hidden(names: list[str], null: Matrix, scale: Matrix) -> str:
+def _hidden(names: list[str], null: FloatArray, scale: FloatArray) -> str:
     """How much of several degrees of freedom is not seen, `null` [n_lost, n] being their part of the null space."""
     dimension = round(float(np.sum(null**2)))  # trace of the projector
     if dimension > 1:
@@ -96,7 +94,7 @@ def _hidden(names: list[str], null: Matrix, scale: Matrix) -> str:
     return f"{_combination(names, np.linalg.svd(null)[2][0] * scale)} changes nothing"
 
 
-def _combination(names: list[str], v: Matrix) -> str:
+def _combination(names: list[str], v: FloatArray) -> str:
     """A motion as text, its first component 1 (m, rad), e.g. ``TM1_x - 0.5 TM2_x``."""
     terms = [names[0]]
     for name, value in zip(names[1:], v[1:] / v[0], strict=True):

@@ -5,15 +5,13 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.imported import ImportedSensitivity
 from tedm_cli.optics.invariances import slopes_and_translations, untouched_entries
 from tedm_cli.optics.labels import input_labels, output_labels
 from tedm_cli.optics.layout import N_OUTPUTS, OpticalLayout
 from tedm_cli.optics.matrix_checks import row_factor_error, row_factors
-
-Matrix = NDArray[np.float64]
 
 _OUTPUTS = ("x", "y", "opl", "z1", "z2")
 _SAME = 1e-3  # relative: a factor that has a name
@@ -75,7 +73,7 @@ def _rows(layout: OpticalLayout, places: list[tuple[int, int]]) -> str:
     return f"{what} of {where}"
 
 
-def stray_entry(layout: OpticalLayout, S: Matrix) -> str:
+def stray_entry(layout: OpticalLayout, S: FloatArray) -> str:
     """Two paths whose rows look exchanged, or the largest entry where none can be; empty when there is none.
 
     Parameters

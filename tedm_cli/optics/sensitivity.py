@@ -8,20 +8,18 @@ five outputs are carried back through these maps, from the photodiode to the inj
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, OpticalLayout
 from tedm_cli.optics.trace import Hit, Poses, nominal_poses, photodiode_axes, trace_path
-
-Matrix = NDArray[np.float64]
 
 _POINT, _DIRECTION, _OPL = slice(0, 3), slice(3, 6), 6  # places in the state of a ray
 _GENERATORS = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 9)  # [e_k]x, one per row
 _SHIFT, _TURN = slice(0, 3), slice(3, 6)  # places in the motion of an element
 
 
-def sensitivity_matrix(layout: OpticalLayout) -> Matrix:
+def sensitivity_matrix(layout: OpticalLayout) -> FloatArray:
     """S_BW, [5 * n_paths, 6 * n_elements]: outputs x, y, opl (m), z1, z2 (rad) by motions ux uy uz (m), rx ry rz (rad).
 
     Motions are along and about the layout axes, rotations about the layout's reference points.
@@ -48,7 +46,7 @@ def sensitivity_matrix(layout: OpticalLayout) -> Matrix:
     return matrix
 
 
-def reference_offsets(layout: OpticalLayout, node_positions_m: Matrix) -> Matrix:
+def reference_offsets(layout: OpticalLayout, node_positions_m: FloatArray) -> FloatArray:
     """Reference point minus finite-element node of each bench element in layout order, [n_bench, 3] m, layout frame.
 
     Parameters
@@ -59,7 +57,7 @@ def reference_offsets(layout: OpticalLayout, node_positions_m: Matrix) -> Matrix
     return np.asarray((layout.refs_m - layout.pivots_m(node_positions_m))[places])
 
 
-def move_reference_points(S_BW: Matrix, layout: OpticalLayout, node_positions_m: Matrix) -> Matrix:
+def move_reference_points(S_BW: FloatArray, layout: OpticalLayout, node_positions_m: FloatArray) -> FloatArray:
     """S_BW for motions of the finite-element nodes instead of the layout's reference points.
 
     A node and the reference point of its element are taken as rigidly joined: `u_ref = u_node + theta x (ref - node)`,
@@ -78,7 +76,7 @@ def move_reference_points(S_BW: Matrix, layout: OpticalLayout, node_positions_m:
     return turned_about(S_BW, layout.refs_m - layout.pivots_m(node_positions_m))
 
 
-def turned_about(S_BW: Matrix, offsets_m: Matrix) -> Matrix:
+def turned_about(S_BW: FloatArray, offsets_m: FloatArray) -> FloatArray:
     """S_BW [rows, 6 * n_elements] for rotations about new points; `offsets_m` [n_elements, 3]: old minus new point."""
     moved = S_BW.copy()
     columns = moved.reshape(len(moved), -1, 2, 3)  # a view: row, element, translation or rotation, axis
@@ -86,7 +84,7 @@ def turned_about(S_BW: Matrix, offsets_m: Matrix) -> Matrix:
     return moved
 
 
-def check_shape(S_BW: Matrix, layout: OpticalLayout) -> None:
+def check_shape(S_BW: FloatArray, layout: OpticalLayout) -> None:
     """Raise `InputError` unless S_BW is finite and has five rows per path and six columns per element."""
     shape = (N_OUTPUTS * len(layout.paths), N_MOTIONS * len(layout.elements))
     if S_BW.shape != shape:
@@ -96,12 +94,12 @@ def check_shape(S_BW: Matrix, layout: OpticalLayout) -> None:
         raise InputError(f"{bad} entries of the optical sensitivity matrix are not finite", where="S_BW")
 
 
-def cross_matrix(vector: Matrix) -> Matrix:
+def cross_matrix(vector: FloatArray) -> FloatArray:
     """[v]x, the matrix of `v x`, [..., 3, 3]."""
     return np.asarray((vector @ _GENERATORS).reshape(*vector.shape, 3))
 
 
-def _at_photodiode(hit: Hit, poses: Poses) -> tuple[Matrix, Matrix]:
+def _at_photodiode(hit: Hit, poses: Poses) -> tuple[FloatArray, FloatArray]:
     """Outputs by the state of the ray on the photodiode [5, 7], and by the photodiode's own motion [5, 6].
 
     With `s = u + theta x (p - ref)`: `dx = ex.(dp - s)`, `dz1 = ex.(dd - theta x d)`, and the same along ey.
@@ -116,7 +114,7 @@ def _at_photodiode(hit: Hit, poses: Poses) -> tuple[Matrix, Matrix]:
     return by_state, by_motion
 
 
-def _linearised(hits: list[Hit], poses: Poses) -> tuple[Matrix, Matrix]:
+def _linearised(hits: list[Hit], poses: Poses) -> tuple[FloatArray, FloatArray]:
     """State of the ray behind each hit by the state before it [n, 7, 7], and by the motion of the element [n, 7, 6].
 
     At the hit point p with normal n against the ray, N the index before, `s = u + theta x (p - ref)`, `dn = theta x n`:
@@ -158,7 +156,7 @@ def _linearised(hits: list[Hit], poses: Poses) -> tuple[Matrix, Matrix]:
     return by_state, by_motion
 
 
-def _coefficients(hits: list[Hit], c1: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+def _coefficients(hits: list[Hit], c1: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Factors a, b, c, each [n], of `dd' = a dd - b n (n.dd + d.dn) + c dn`, from the cosines of incidence."""
     kind = np.array([hit.kind for hit in hits])
     mu = np.array([hit.index_in / hit.index_out for hit in hits])

@@ -9,14 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import N_OUTPUTS
 
-Matrix = NDArray[np.float64]
 
-
-def motion_terms(gain: Matrix, motion: Matrix) -> Matrix:
+def motion_terms(gain: FloatArray, motion: FloatArray) -> FloatArray:
     """Terms [n_dof, n_motions, k] of the read-out; their sum over the second axis is N.
 
     Parameters
@@ -27,7 +25,7 @@ def motion_terms(gain: Matrix, motion: Matrix) -> Matrix:
     return np.asarray(gain[:, :, None] * motion)
 
 
-def beam_terms(inverse: Matrix, P: Matrix, S_BW: Matrix, motion: Matrix) -> Matrix:
+def beam_terms(inverse: FloatArray, P: FloatArray, S_BW: FloatArray, motion: FloatArray) -> FloatArray:
     """Terms [n_dof, n_paths, k] of the read-out by the beam that carries them; their sum over the paths is N.
 
     Parameters
@@ -41,7 +39,7 @@ def beam_terms(inverse: Matrix, P: Matrix, S_BW: Matrix, motion: Matrix) -> Matr
     return np.asarray(np.einsum("rpo,pok->rpk", law, outputs))
 
 
-def shares(terms: Matrix, total: Matrix) -> Matrix:
+def shares(terms: FloatArray, total: FloatArray) -> FloatArray:
     """Signed shares [n_terms] of the terms [n_terms, k] in their sum `total` [k] over the areas; they sum to 1.
 
     With one area the term over the sum. With several, `sum_j terms_j total_j / sum_j total_j^2`: the share of the
@@ -66,14 +64,14 @@ class SetComparison:
 
     first: str
     second: str
-    difference: Matrix
-    amplitudes: tuple[Matrix, Matrix]
-    mean: Matrix
-    best: Matrix
-    weight: Matrix
+    difference: FloatArray
+    amplitudes: tuple[FloatArray, FloatArray]
+    mean: FloatArray
+    best: FloatArray
+    weight: FloatArray
 
     @property
-    def relative(self) -> Matrix:
+    def relative(self) -> FloatArray:
         """Amplitude of the difference over the larger one of the two sets, [n_dof]."""
         larger = np.maximum(*self.amplitudes)
         return np.asarray(_amplitude(self.difference) / np.where(larger > 0, larger, 1.0))
@@ -83,7 +81,7 @@ class SetComparison:
 SAME = 1e-9
 
 
-def compare_sets(first: str, N_first: Matrix, second: str, N_second: Matrix) -> SetComparison:
+def compare_sets(first: str, N_first: FloatArray, second: str, N_second: FloatArray) -> SetComparison:
     """What the set `second` adds to the set `first`, from their read-outs [n_dof, k] (m/K, rad/K)."""
     difference = N_first - N_second
     squared = np.sum(difference**2, axis=1)
@@ -102,5 +100,5 @@ def compare_sets(first: str, N_first: Matrix, second: str, N_second: Matrix) -> 
     )
 
 
-def _amplitude(N: Matrix) -> Matrix:
+def _amplitude(N: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.sum(N**2, axis=1)))

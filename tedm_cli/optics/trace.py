@@ -12,8 +12,8 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import AnyArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.optics.layout import BeamPath, Element, Operation, OpticalLayout
 
@@ -21,7 +21,6 @@ AMBIENT_INDEX = 1.0
 GRAZING = 1e-9  # |cos| of the incidence angle below which a ray counts as parallel to the surface
 BEHIND_M = 1e-12  # surfaces in contact may come out this far behind each other by rounding
 
-Array = NDArray[Any]  # float64, or complex128 under a complex step
 SurfaceKind = Literal["reflect", "refract", "detect"]
 Face = Literal["front", "back"]
 
@@ -38,11 +37,11 @@ class RayLostError(PhysicsError):
 class Poses:
     """Where all elements are: `ref` (m), `normal`, `local_y` (zero: none), each [n_elements, 3], layout frame."""
 
-    ref: Array
-    normal: Array
-    local_y: Array
+    ref: AnyArray
+    normal: AnyArray
+    local_y: AnyArray
 
-    def moved(self, motion: Array) -> Poses:
+    def moved(self, motion: AnyArray) -> Poses:
         """Poses after the finite motions `motion` [n_elements, 6] (m, rad), rotations `exp([theta]x)` about `ref`."""
         theta = motion[:, 3:]
         return Poses(self.ref + motion[:, :3], rotated(self.normal, theta), rotated(self.local_y, theta))
@@ -60,9 +59,9 @@ class Hit:
     face: Face
     kind: SurfaceKind
     distance: Any
-    point: Array
-    normal: Array
-    direction: Array
+    point: AnyArray
+    normal: AnyArray
+    direction: AnyArray
     index_in: float
     index_out: float
 
@@ -72,7 +71,7 @@ class Trace:
     """A traced path: the surfaces met, and the output [5] on the photodiode: x, y, opl (m), z1, z2 (rad)."""
 
     hits: tuple[Hit, ...]
-    output: Array
+    output: AnyArray
 
 
 def nominal_poses(layout: OpticalLayout) -> Poses:
@@ -84,7 +83,7 @@ def nominal_poses(layout: OpticalLayout) -> Poses:
     )
 
 
-def rotated(vector: Array, theta: Array) -> Array:
+def rotated(vector: AnyArray, theta: AnyArray) -> AnyArray:
     """Rotate `vector` [..., 3] by the rotation vector `theta` [..., 3] (rad): Rodrigues' formula, analytic."""
     square = np.sum(theta * theta, axis=-1, keepdims=True)
     small = np.abs(square) < 1e-4
@@ -98,7 +97,7 @@ def rotated(vector: Array, theta: Array) -> Array:
     return np.asarray(vector + first * turned + second * np.cross(theta, turned))
 
 
-def trace(layout: OpticalLayout, poses: Poses | None = None) -> Array:
+def trace(layout: OpticalLayout, poses: Poses | None = None) -> AnyArray:
     """Outputs of all paths, [n_paths, 5]: x, y, opl (m), z1, z2 (rad), at the given (default nominal) poses.
 
     Raises
@@ -125,7 +124,7 @@ def trace_path(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Trace:
     return Trace(hits, output_of(hits, poses, offset))
 
 
-def output_of(hits: tuple[Hit, ...], poses: Poses, opl_offset_m: float) -> Array:
+def output_of(hits: tuple[Hit, ...], poses: Poses, opl_offset_m: float) -> AnyArray:
     """Output [5] of a path from all its hits: x, y, opl (m), z1, z2 (rad)."""
     last = hits[-1]
     ex, ey = photodiode_axes(poses, last.element)
@@ -134,7 +133,7 @@ def output_of(hits: tuple[Hit, ...], poses: Poses, opl_offset_m: float) -> Array
     return np.array([ex @ spot, ey @ spot, opl, ex @ last.direction, ey @ last.direction])
 
 
-def photodiode_axes(poses: Poses, place: int) -> tuple[Array, Array]:
+def photodiode_axes(poses: Poses, place: int) -> tuple[AnyArray, AnyArray]:
     """Axes `ex`, `ey` of the photodiode that stands at `place` in the layout order."""
     ey = poses.local_y[place]
     return np.cross(ey, poses.normal[place]), ey
@@ -213,7 +212,7 @@ def _surfaces(element: Element, op: Operation, from_front: bool) -> list[tuple[F
     ]
 
 
-def _refracted(direction: Array, normal: Array, ratio: float) -> Array | None:
+def _refracted(direction: AnyArray, normal: AnyArray, ratio: float) -> AnyArray | None:
     """Snell's law in vector form; `normal` against the ray, `ratio` = index before / behind; None: total reflection."""
     cosine = -(direction @ normal)
     square = 1 - ratio**2 * (1 - cosine**2)

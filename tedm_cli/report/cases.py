@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tedm_cli.figures.data import CaseNoise, ratio_text
-from tedm_cli.figures.judging import told_once
 from tedm_cli.report.document import Block, Cell, Figure, Folded, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.evidence import case_head
 from tedm_cli.report.numbers import span
+from tedm_cli.results.deciding import told_once
+from tedm_cli.results.noise import CaseNoise, ratio_text
 
 
 def cases_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -> Section:

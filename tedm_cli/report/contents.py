@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tedm_cli import __version__
-from tedm_cli.figures.data import Areas, CaseNoise
+from tedm_cli.files.store import Reader
 from tedm_cli.report.cases import cases_section, spectra_section
 from tedm_cli.report.decision import decision_section, summary
 from tedm_cli.report.document import Document, Figure, Paragraph, Section
@@ -17,7 +17,7 @@ from tedm_cli.report.model import model_section
 from tedm_cli.report.optics import optics_section
 from tedm_cli.report.provenance import ReportFile, provenance_section
 from tedm_cli.report.series import series_section
-from tedm_cli.store import Reader
+from tedm_cli.results.noise import Areas, CaseNoise
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tedm_cli.figures.data import (
+from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Section, State, Strong, Text, VerdictCard
+from tedm_cli.report.field import DcVerdict, worst_verdict
+from tedm_cli.report.numbers import count, listed, percent, sci, span
+from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY, POSSIBLE, Pair, by_requirement, deciding, worst_of
+from tedm_cli.results.noise import (
     MATCHED,
     SILENCED,
     WAYS,
@@ -18,10 +22,6 @@ from tedm_cli.figures.data import (
     ratio_text,
     unit_text,
 )
-from tedm_cli.figures.judging import DIAGNOSTIC, LIKELY, POSSIBLE, Pair, by_requirement, deciding, worst_of
-from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Section, State, Strong, Text, VerdictCard
-from tedm_cli.report.field import DcVerdict, worst_verdict
-from tedm_cli.report.numbers import count, listed, percent, sci, span
 
 _NAMED = 3  # groups, areas and optical elements named in a sentence
 _ORDER: tuple[State, ...] = ("violated", "open", "met")

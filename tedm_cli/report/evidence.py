@@ -6,7 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tedm_cli.figures.data import (
+from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
+from tedm_cli.report.numbers import count, percent, sci, span
+from tedm_cli.results.deciding import Pair, by_requirement, deciding, told_once
+from tedm_cli.results.noise import (
     MATCHED,
     WAYS,
     Areas,
@@ -17,9 +20,6 @@ from tedm_cli.figures.data import (
     ratio_text,
     unit_text,
 )
-from tedm_cli.figures.judging import Pair, by_requirement, deciding, told_once
-from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
-from tedm_cli.report.numbers import count, percent, sci, span
 
 _TOP = 5  # areas and optical elements listed for each judged output
 

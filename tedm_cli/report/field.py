@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.figures.data import SUPERSCRIPT, Array, first_largest, ratio_text, unit_text
+from tedm_cli.arrays import FloatArray
+from tedm_cli.files.store import Reader
 from tedm_cli.gravity.requirements import MODELLED
 from tedm_cli.report.document import (
     Block,
@@ -27,7 +28,7 @@ from tedm_cli.report.document import (
     row,
 )
 from tedm_cli.report.numbers import sci, vector
-from tedm_cli.store import Reader
+from tedm_cli.results.noise import SUPERSCRIPT, first_largest, ratio_text, unit_text
 
 _ROUNDING = 1e-9  # entries this far below what they are compared with are shown as 0
 
@@ -198,7 +199,7 @@ def _by_source(file: Reader) -> list[Block]:
     ]
 
 
-def _marked(values: Array, reference: Array) -> list[tuple[float, bool]]:
+def _marked(values: FloatArray, reference: FloatArray) -> list[tuple[float, bool]]:
     """Values, and whether each is no more than rounding beside the largest of its kind."""
     largest = float(np.abs(reference).max())
     return [(float(v), bool(abs(v) < _ROUNDING * largest)) for v in values]
@@ -225,7 +226,7 @@ def _stiffness(file: Reader, t: int, name: str, sources: list[str]) -> list[Bloc
     ]
 
 
-def _matrix(value: Array, caption: str) -> Table:
+def _matrix(value: FloatArray, caption: str) -> Table:
     rows = tuple(row(axis, *map(_number, _marked(v, value))) for axis, v in zip("xyz", value, strict=True))
     return Table(columns("", "x", "y", "z"), rows, caption, heading_column=True)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from tedm_cli.figures.data import SUPERSCRIPT, ratio_text
+from tedm_cli.results.noise import SUPERSCRIPT, ratio_text
 
 
 def sci(value: float, digits: int = 4) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tedm_cli.figures.data import first_largest
+from tedm_cli.files.store import Reader
 from tedm_cli.report.document import (
     Block,
     Facts,
@@ -19,7 +19,7 @@ from tedm_cli.report.document import (
     row,
 )
 from tedm_cli.report.numbers import count, sci
-from tedm_cli.store import Reader
+from tedm_cli.results.noise import first_largest
 
 
 def optics_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 from tedm_cli.errors import InputError
-from tedm_cli.provenance import relative_name
+from tedm_cli.files.provenance import relative_name
+from tedm_cli.files.store import Reader
 from tedm_cli.report.document import (
     Block,
     Cell,
@@ -23,7 +24,6 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
-from tedm_cli.store import Reader
 
 
 @dataclass(frozen=True)

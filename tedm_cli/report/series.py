@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tedm_cli.figures.data import Array, mhz_text, ratio_text, unit_text
+from tedm_cli.arrays import FloatArray
+from tedm_cli.files.store import Reader
 from tedm_cli.report.document import Block, Cell, Facts, Figure, Heading, Paragraph, Section, Table, columns, row
 from tedm_cli.report.numbers import sci
-from tedm_cli.store import Reader
+from tedm_cli.results.noise import mhz_text, ratio_text, unit_text
 
 
 def series_section(files: Mapping[str, Reader], figures: dict[str, list[Figure]]) -> Section:
@@ -21,7 +22,7 @@ def series_section(files: Mapping[str, Reader], figures: dict[str, list[Figure]]
         )
     ]
     for (name, file), figure in zip(files.items(), figures["series"], strict=True):
-        time: Array = file.array("/time")
+        time: FloatArray = file.array("/time")
         span = f"{len(time):,} samples over {sci(float(time[-1] - time[0]))} s"
         treatment = f"{file.string('/temperature/treatment')}; {span}"
         facts = Facts((("Temperatures", file.string("/temperature/source")), ("Treatment", treatment)))

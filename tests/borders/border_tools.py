@@ -17,7 +17,7 @@ from unittest import mock
 import numpy as np
 
 from tedm_cli.cli import main
-from tedm_cli.nastran.op2_writer import write_op2
+from tedm_cli.nastran.op2.writer import write_op2
 
 ROOT = Path(__file__).parents[2]
 SMALL = ROOT / "sample_models" / "small"

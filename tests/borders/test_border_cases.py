@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from border_tools import Project, replace, tedm, untouched
 
-from tedm_cli.stages.outputs import read_outputs
+from tedm_cli.results.outputs import read_outputs
 
 MATRIX = "area,STRUT_1,STRUT_2,FLANGE_1\nSTRUT_2,{0},1,{0}\nSTRUT_1,1,{0},{0}\nFLANGE_1,{0},{0},1\n"
 TABLE = "frequency_hz,amplitude\n1e-3,1e-14\n3e-2,1e-13\n"

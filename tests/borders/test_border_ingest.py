@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from border_tools import MODEL_TOML, Project, replace, tiny_ids, tiny_motions, untouched
 
-from tedm_cli.nastran.op2_writer import write_op2
+from tedm_cli.nastran.op2.writer import write_op2
 
 
 def refuse(tiny: Project, code: int, *pieces: str, hint: str = "") -> None:

@@ -13,7 +13,7 @@ from unittest import mock
 import pytest
 from border_tools import STAGES, Project, in_child, snapshot
 
-from tedm_cli import store
+from tedm_cli.files import store
 
 
 def write_until(project: Project, command: str, number: int) -> None:

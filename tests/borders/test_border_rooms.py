@@ -12,7 +12,7 @@ PACKAGE = ROOT / "tedm_cli"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 PURE = [p for p in MODULES if p.relative_to(PACKAGE).parts[0] in ("gravity", "optics", "noise", "fem", "distortion.py")]
 OUTSIDE = {"h5py", "pyNastran", "typer", "matplotlib", "rich", "pydantic", "jinja2"}
-ROOMS = {"cli", "store", "stages", "nastran", "figures", "config", "report", "say"}
+ROOMS = {"cli", "files", "tables", "results", "stages", "nastran", "figures", "config", "report", "exports"}
 
 
 def imports(path: Path) -> set[str]:
@@ -48,7 +48,7 @@ def test_pure_rooms_know_no_files(path: Path) -> None:
 @pytest.mark.parametrize(
     ("library", "door"),
     [
-        ("h5py", "store.py"),
+        ("h5py", "files"),
         ("pyNastran", "nastran"),
         ("matplotlib", "figures"),
         ("typer", "cli"),
@@ -63,3 +63,29 @@ def test_one_door_for_each_library(library: str, door: str) -> None:
 def test_only_the_command_line_imports_the_stages() -> None:
     users = {p.relative_to(PACKAGE).parts[0] for p in MODULES if "stages" in rooms(p) or "cli" in rooms(p)}
     assert users <= {"cli", "stages"}
+
+
+ROOMS_WITH_TEXT = [p for p in MODULES if p.name == "__init__.py"]
+WINGS = sorted(p.name for p in (PACKAGE / "stages").iterdir() if (p / "__init__.py").exists())
+
+
+def test_there_are_wings() -> None:
+    assert WINGS == ["exports", "gravity", "model", "noise", "optics", "reporting"]
+
+
+@pytest.mark.parametrize("wing", WINGS)
+def test_wings_do_not_import_each_other(wing: str) -> None:
+    """What two wings need is in a pure room, in `results` or in `stages/common.py`."""
+    others = {f"tedm_cli.stages.{w}" for w in WINGS if w != wing}
+    for path in sorted((PACKAGE / "stages" / wing).rglob("*.py")):
+        crossed = {name for name in imports(path) for o in others if name == o or name.startswith(f"{o}.")}
+        assert not crossed, f"{path.relative_to(ROOT)} imports {sorted(crossed)}"
+
+
+@pytest.mark.parametrize(
+    "room", ROOMS_WITH_TEXT, ids=[p.parent.relative_to(PACKAGE.parent).as_posix() for p in ROOMS_WITH_TEXT]
+)
+def test_every_room_says_what_it_is_for(room: Path) -> None:
+    text = ast.get_docstring(ast.parse(room.read_text()))
+    assert text
+    assert len(text.split()) >= 5

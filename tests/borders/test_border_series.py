@@ -13,9 +13,9 @@ import pytest
 from border_tools import Project, replace, snapshot, tedm
 from scipy.integrate import trapezoid
 
-from tedm_cli import wide_table
 from tedm_cli.noise.spectral_estimate import Estimate
-from tedm_cli.wide_table import open_wide
+from tedm_cli.tables import wide_table
+from tedm_cli.tables.wide_table import open_wide
 
 STEP, ROWS = 4.0, 17_000
 SERIES = '\n[[series]]\nname = "test"\nfile = "{file}"\nremove = "{remove}"\n{more}'

@@ -14,7 +14,7 @@ import pytest
 from border_tools import SMALL, Project, in_child, replace, snapshot
 from test_border_kills import limit_file_size
 
-from tedm_cli import store
+from tedm_cli.files import store
 
 # command: the first file it replaces
 WRITERS = {

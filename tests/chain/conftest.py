@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from tedm_cli.config.cases import select_cases
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.progress import silent
-from tedm_cli.stages.case import run_cases, select_cases
-from tedm_cli.stages.distortion import build_distortion
-from tedm_cli.stages.ingest import ingest
-from tedm_cli.stages.optics import build_optics
-from tedm_cli.stages.sensitivity import build_sensitivity
+from tedm_cli.stages.gravity.sensitivity import build_sensitivity
+from tedm_cli.stages.model.distortion import build_distortion
+from tedm_cli.stages.model.ingest import ingest
+from tedm_cli.stages.noise.case import run_cases
+from tedm_cli.stages.optics.build import build_optics
 
 ROOT = Path(__file__).parents[2]
 SMALL = ROOT / "sample_models" / "small"
@@ -32,7 +33,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Project:
     project = load_project(SMALL / "tedm.toml", tmp_path_factory.mktemp("small"))
     matrices(project)
     build_optics(project, None)
-    run_cases(project, select_cases(project, ["all"]), None, silent)
+    run_cases(project, select_cases(project.cases, ["all"]), None, silent)
     return project
 
 

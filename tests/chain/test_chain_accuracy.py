@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.cli.say.gravity import accuracy_lines
+from tedm_cli.cli.printing.gravity import accuracy_lines
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.errors import ConfigError, UsageError
-from tedm_cli.stages.accuracy import accuracy
+from tedm_cli.stages.gravity.accuracy import accuracy
 
 ROOT = Path(__file__).parents[2]
 BLOCK = """

@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.cli.say.gravity import audit_lines
+from tedm_cli.cli.printing.gravity import audit_lines
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
+from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.audit import MODELS
 from tedm_cli.gravity.structure import structure_gravity
 from tedm_cli.progress import silent
-from tedm_cli.stages.audit import AuditSummary, audit
-from tedm_cli.stages.common import mass_of
-from tedm_cli.stages.ingest import ingest
-from tedm_cli.store import open_checked
+from tedm_cli.results.unit_loads import mass_of
+from tedm_cli.stages.gravity.audit import AuditSummary, audit
+from tedm_cli.stages.model.ingest import ingest
 
 
 @pytest.fixture(scope="module")

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.cli.say.gravity import sensitivity_lines
+from tedm_cli.cli.printing.gravity import sensitivity_lines
+from tedm_cli.config.compensation import HEADER, compensation_masses
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.compensation import field_of_compensation_masses
 from tedm_cli.progress import silent
-from tedm_cli.stages.compensation import HEADER, compensation_masses
-from tedm_cli.stages.sensitivity import build_sensitivity
-from tedm_cli.store import open_checked
+from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 
 TABLES = """
 [[compensation_mass]]

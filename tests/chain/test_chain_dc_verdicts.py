@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.cli.say.gravity import sensitivity_lines
+from tedm_cli.cli.printing.gravity import sensitivity_lines
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError
+from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.progress import silent
-from tedm_cli.stages.sensitivity import build_sensitivity
-from tedm_cli.store import open_checked
+from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 
 
 def verdicts(path: Path) -> dict[tuple[str, str, str], float]:

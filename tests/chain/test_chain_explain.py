@@ -11,13 +11,13 @@ import pytest
 from typer.testing import CliRunner
 
 from tedm_cli.cli import app
-from tedm_cli.cli.say.explain import explain_lines
+from tedm_cli.cli.printing.explain import explain_lines
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import InputError, UsageError
-from tedm_cli.stages.explain import explain
-from tedm_cli.stages.optics import build_optics
-from tedm_cli.store import open_checked
+from tedm_cli.files.store import open_checked
+from tedm_cli.stages.optics.build import build_optics
+from tedm_cli.stages.optics.explain import explain
 
 SMALL = Path(__file__).parents[2] / "sample_models" / "small" / "tedm.toml"
 

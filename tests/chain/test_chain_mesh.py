@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 import pyvista
 
-from tedm_cli.blocks import Blocks
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.exports.node_terms import gradient, superposed
+from tedm_cli.files.blocks import Blocks
 from tedm_cli.progress import silent
-from tedm_cli.stages.export_mesh import Asked, export_mesh
+from tedm_cli.stages.exports.mesh import Asked, export_mesh
 
 AREA = "STRUT_1"
 GRAVITY, READ_OUT = ("TM1_a_x", "TM2_omegadot_z"), ("A_TM1_x", "B_TM2_phi")

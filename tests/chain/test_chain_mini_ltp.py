@@ -13,8 +13,8 @@ import pytest
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.results import open_results
-from tedm_cli.store import open_checked
+from tedm_cli.files.store import open_checked
+from tedm_cli.nastran.op2.reader import open_results
 
 # The OP2 holds single precision; the reference was computed from the same file, so double precision must be met
 # wherever the arithmetic is the same.

@@ -11,13 +11,13 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import PhysicsError
+from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.progress import silent
-from tedm_cli.stages.distortion import build_distortion
-from tedm_cli.stages.export_mesh import Asked, export_mesh
-from tedm_cli.stages.ingest import ingest
-from tedm_cli.stages.sensitivity import build_sensitivity
-from tedm_cli.store import open_checked
+from tedm_cli.stages.exports.mesh import Asked, export_mesh
+from tedm_cli.stages.gravity.sensitivity import build_sensitivity
+from tedm_cli.stages.model.distortion import build_distortion
+from tedm_cli.stages.model.ingest import ingest
 
 SMALL = Path(__file__).parents[2] / "sample_models" / "small"
 LEVER = np.array([0.05, 0.02, 0.03])

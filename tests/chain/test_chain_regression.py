@@ -10,7 +10,7 @@ import pytest
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, OPTICS, SENSITIVITY, UNIT_LOADS
-from tedm_cli.store import open_checked
+from tedm_cli.files.store import open_checked
 
 TABLE = tomllib.loads((Path(__file__).parents[1] / "regression.toml").read_text(encoding="utf-8"))
 

@@ -10,11 +10,11 @@ import pytest
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
+from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.gravity.quadrature import quadrature_points
 from tedm_cli.gravity.structure import structure_gravity
-from tedm_cli.stages.common import mass_of
-from tedm_cli.store import open_checked
+from tedm_cli.results.unit_loads import mass_of
 
 SINGLE = 3e-7  # relative, through an OP2 in single precision
 

@@ -14,7 +14,7 @@ from unittest import mock
 from tedm_cli.cli import main
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.stages.deck import DeckSummary, write_deck
+from tedm_cli.stages.model.deck import DeckSummary, write_deck
 
 Card = tuple[str, ...]
 HEAD = "SOL 101\nCEND\nSPC = 1\nBEGIN BULK\n"

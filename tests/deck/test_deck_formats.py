@@ -11,8 +11,8 @@ from deck_tools import HEAD, bricks, disguised, free, large, plain, project, sma
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.stages.deck import write_deck
-from tedm_cli.stages.solve import solve_deck
+from tedm_cli.stages.model.deck import write_deck
+from tedm_cli.stages.model.solve import solve_deck
 
 
 def bulk_of(deck: str) -> str:

@@ -15,9 +15,9 @@ from pathlib import Path
 import pytest
 from deck_tools import Outcome, bricks, plain, project, tedm
 
-from tedm_cli.nastran.results import open_results
-from tedm_cli.stages.deck import write_deck
-from tedm_cli.stages.solve import solve_deck
+from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.stages.model.deck import write_deck
+from tedm_cli.stages.model.solve import solve_deck
 
 TAKEN = 'shutil.copy("../whole.op2", deck.with_suffix(".op2"))'
 FATAL = """
@@ -94,7 +94,7 @@ def test_results_come_to_their_place(folder: Path, kind: str) -> None:
 
 def test_the_embedded_solver_as_another_one(folder: Path) -> None:
     """A solver that really reads the deck it is given, run from the deck's folder."""
-    command = "import sys; from pathlib import Path; from tedm_cli.stages.solve import solve_deck;"
+    command = "import sys; from pathlib import Path; from tedm_cli.stages.model.solve import solve_deck;"
     command += "deck = Path(sys.argv[1]); solve_deck(deck, deck.with_suffix('.op2'))"
     assert solve(folder, f"{shlex.quote(sys.executable)} -c {shlex.quote(command)} {{deck}}").code == 0
     assert (folder / "results" / "unit_loads.op2").read_bytes() == (folder / "whole.op2").read_bytes()

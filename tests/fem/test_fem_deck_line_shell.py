@@ -11,8 +11,8 @@ from pyNastran.op2.op2 import read_op2
 
 from tedm_cli.errors import InputError
 from tedm_cli.fem.static import StaticSolution
-from tedm_cli.nastran.solver.deck import read_solver_deck
-from tedm_cli.stages.solve import solve_deck
+from tedm_cli.nastran.structure.deck import read_solver_deck
+from tedm_cli.stages.model.solve import solve_deck
 
 CONTROL = """SOL 101
 CEND

@@ -9,7 +9,7 @@ from fem_models import KINDS, NU, YOUNG, solid_mesh
 
 from tedm_cli.errors import InputError
 from tedm_cli.fem.elasticity import isotropic_stiffness, orthotropic_stiffness, rotated
-from tedm_cli.nastran.solver.deck import read_solver_deck
+from tedm_cli.nastran.structure.deck import read_solver_deck
 
 
 @pytest.mark.parametrize(

@@ -24,8 +24,8 @@ from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.linear import factorise
 from tedm_cli.fem.structure import Rbe2, Rbe3, Structure
-from tedm_cli.nastran.solver.finder import Finder
-from tedm_cli.nastran.solver.solids import read_solids
+from tedm_cli.nastran.structure.finder import Finder
+from tedm_cli.nastran.structure.solids import read_solids
 
 SIZE = (0.4, 0.2, 0.1)
 

@@ -27,8 +27,8 @@ from fuzz_model import Case, in_frames
 from fuzz_text import TEXT, Mutation
 
 from tedm_cli.errors import TedmError
-from tedm_cli.nastran.results import open_results
-from tedm_cli.nastran.solver.deck import read_solver_deck
+from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.structure.deck import read_solver_deck
 
 SECONDS = 10.0  # of the processor, which others may share; one run takes 0.05 s
 ROOM = 1 << 30  # bytes of address space beyond what is taken at the start

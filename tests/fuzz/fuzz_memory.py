@@ -10,10 +10,10 @@ from unittest import mock
 
 import numpy as np
 
-from tedm_cli.blocks import Allocated, Blocks, narrowed
 from tedm_cli.contracts import FileKind
 from tedm_cli.errors import InputError
-from tedm_cli.provenance import Provenance
+from tedm_cli.files.blocks import Allocated, Blocks, narrowed
+from tedm_cli.files.provenance import Provenance
 
 
 class _Dataset:
@@ -83,9 +83,9 @@ def in_memory() -> Iterator[dict[str, MemoryFile]]:
         yield files[path.name]
 
     with (
-        mock.patch("tedm_cli.stages.ingest.create", create),
-        mock.patch("tedm_cli.stages.distortion.create", create),
-        mock.patch("tedm_cli.stages.distortion.open_checked", open_checked),
-        mock.patch("tedm_cli.stages.distortion.provenance", return_value=Provenance((), (), "")),
+        mock.patch("tedm_cli.stages.model.ingest.create", create),
+        mock.patch("tedm_cli.stages.model.distortion.create", create),
+        mock.patch("tedm_cli.stages.model.distortion.open_checked", open_checked),
+        mock.patch("tedm_cli.stages.model.distortion.provenance", return_value=Provenance((), (), "")),
     ):
         yield files

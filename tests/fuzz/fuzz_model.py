@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.nastran.op2_writer import write_op2
-from tedm_cli.nastran.results import open_results
-from tedm_cli.stages.deck import write_deck
-from tedm_cli.stages.distortion import build_distortion
-from tedm_cli.stages.ingest import ingest
-from tedm_cli.stages.solve import solve_deck
+from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.writer import write_op2
+from tedm_cli.stages.model.deck import write_deck
+from tedm_cli.stages.model.distortion import build_distortion
+from tedm_cli.stages.model.ingest import ingest
+from tedm_cli.stages.model.solve import solve_deck
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 OPTICAL = (900001, 900002)

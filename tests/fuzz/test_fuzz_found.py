@@ -14,7 +14,7 @@ from fuzz_model import Case
 from tedm_cli.contracts import DISTORTION
 from tedm_cli.distortion import ROUNDING, superposition_excess
 from tedm_cli.errors import InputError, PhysicsError, TedmError
-from tedm_cli.store import open_checked
+from tedm_cli.files.store import open_checked
 
 
 def replace(path: Path, old: str, new: str) -> None:

@@ -15,7 +15,7 @@ from tedm_cli import cli
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.gravity.constants import G_CODATA_2018
-from tedm_cli.stages.self_gravity import point_self_gravity
+from tedm_cli.stages.gravity.self_gravity import point_self_gravity
 
 SMALL = Path(__file__).parents[2] / "sample_models" / "small" / "tedm.toml"
 HEADER = "x_m,y_m,z_m,mass_kg\n"

@@ -10,7 +10,7 @@ from mass_decks import deck, read
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.concentrated import Concentrated
-from tedm_cli.stages.masses import properties_of
+from tedm_cli.stages.model.masses import properties_of
 
 # Frame 6 has z along basic x and x along basic y; frame 5 is cylindrical about the basic z axis.
 FRAMES = "CORD2C,5,0,0.,0.,0.,0.,0.,1.,\n,1.,0.,0.\nCORD2R,6,0,0.,0.,0.,1.,0.,0.,\n,0.,1.,0.\n"

@@ -17,7 +17,7 @@ from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.geometry import ModelGeometry
 from tedm_cli.nastran.masses.audit import check_sample, weight_table
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.stages.masses import (
+from tedm_cli.stages.model.masses import (
     check_grids_outside,
     check_weight_tables,
     properties_of,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.audit import check_sample
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.stages.masses import properties_of
+from tedm_cli.stages.model.masses import properties_of
 
 BAR = "CBAR,1,1,1,2,0.,1.,0."
 BEAM = "CBEAM,1,1,1,2,0.,1.,0."

@@ -10,7 +10,7 @@ import pytest
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.stages.masses import properties_of
+from tedm_cli.stages.model.masses import properties_of
 
 # Grid 2 has a cylindrical displacement frame about the basic z axis: at (0, 1, 0) its radial direction is basic y.
 DECK = """SOL 101

@@ -16,8 +16,8 @@ from pyNastran.op2.op2 import OP2, read_op2
 from pyNastran.op2.tables.oug.oug_displacements import RealDisplacementArray
 
 from tedm_cli.errors import InputError, PhysicsError
-from tedm_cli.nastran.op2_writer import MAX_GRIDS, write_op2
-from tedm_cli.nastran.results import open_results
+from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.writer import MAX_GRIDS, write_op2
 
 IDS = np.array([1, 4711, 99_999_999])
 MOTION = np.random.default_rng(0).standard_normal((3, 6)) * 1e-6
@@ -129,7 +129,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 import numpy as np
-from tedm_cli.nastran.op2_writer import write_op2
+from tedm_cli.nastran.op2.writer import write_op2
 
 def cases():
     yield 1, "A", np.zeros((50_000, 6))

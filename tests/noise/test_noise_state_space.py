@@ -14,9 +14,9 @@ from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import Correlation, correlation
 from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.sampled_filter import sampled, transition
-from tedm_cli.noise.shaping_filter import ShapingFilter, shaping_filter
-from tedm_cli.noise.state_space import NoiseModel, noise_model
+from tedm_cli.noise.shaping.sampled_filter import sampled, transition
+from tedm_cli.noise.shaping.shaping_filter import ShapingFilter, shaping_filter
+from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
 from tedm_cli.noise.temperature import (
     FlightSpectrum,
     ShapedSpectrum,

@@ -2,10 +2,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.optics import load_layout
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import sensitivity_matrix
@@ -22,5 +21,5 @@ def layout(layout_file: Path) -> OpticalLayout:
 
 
 @pytest.fixture(scope="session")
-def S_BW(layout: OpticalLayout) -> NDArray[np.float64]:
+def S_BW(layout: OpticalLayout) -> FloatArray:
     return sensitivity_matrix(layout)

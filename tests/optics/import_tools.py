@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.imported import (
     Conventions,
     ImportedSensitivity,
@@ -15,16 +15,14 @@ from tedm_cli.optics.imported import (
 from tedm_cli.optics.labels import Labels, input_labels, output_labels
 from tedm_cli.optics.layout import OpticalLayout
 
-Matrix = NDArray[np.float64]
-
 ANGLES = Conventions({"meas": "meas", "ref": "ref"}, "angle")
 
 
-def labelled(layout: OpticalLayout, S: Matrix) -> LabelledMatrix:
+def labelled(layout: OpticalLayout, S: FloatArray) -> LabelledMatrix:
     return LabelledMatrix(S, output_labels(layout), input_labels(layout))
 
 
-def nodes_at(layout: OpticalLayout, offsets: float) -> Matrix:
+def nodes_at(layout: OpticalLayout, offsets: float) -> FloatArray:
     """Grids off the reference points, at random, [n_bench, 3] m, basic frame."""
     places = np.array([e.ref_m for e in layout.bench])
     places = places + offsets * np.random.default_rng(3).normal(size=places.shape)
@@ -33,8 +31,8 @@ def nodes_at(layout: OpticalLayout, offsets: float) -> Matrix:
 
 def imported(
     layout: OpticalLayout,
-    S: Matrix,
-    nodes: Matrix,
+    S: FloatArray,
+    nodes: FloatArray,
     points: str = "layout",
     accuracy: float | None = None,
 ) -> ImportedSensitivity:

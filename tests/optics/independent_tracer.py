@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from optiland.coordinate_system import CoordinateSystem
 from optiland.geometries.plane import Plane
 from optiland.interactions.refractive_reflective_model import RefractiveReflectiveModel
@@ -19,10 +18,10 @@ from optiland.rays import RealRays
 from optiland.surfaces.standard_surface import Surface
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import BeamPath, Element, OpticalLayout
 
 MM = 1e3
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -31,9 +30,9 @@ class Placed:
 
     element: Element
     rotation: Rotation
-    ref: Array
+    ref: FloatArray
 
-    def vector(self, v: Sequence[float]) -> Array:
+    def vector(self, v: Sequence[float]) -> FloatArray:
         return np.asarray(self.rotation.apply(v))
 
     def face(self, depth: float) -> CoordinateSystem:
@@ -47,7 +46,7 @@ class Placed:
         return CoordinateSystem(*(MM * vertex), *Rotation.from_matrix(axes).as_euler("xyz"))
 
 
-def outputs(layout: OpticalLayout, motion: Array) -> Array:
+def outputs(layout: OpticalLayout, motion: FloatArray) -> FloatArray:
     """x, y, opl (m), z1, z2 of all paths, [n_paths, 5], after the motions [n_elements, 6] (m, rad)."""
     placed = {
         e.name: Placed(e, Rotation.from_rotvec(m[3:]), np.array(e.ref_m) + m[:3])
@@ -56,7 +55,7 @@ def outputs(layout: OpticalLayout, motion: Array) -> Array:
     return np.stack([_path_output(path, placed, layout.wavelength_m) for path in layout.paths])
 
 
-def _path_output(path: BeamPath, placed: dict[str, Placed], wavelength_m: float) -> Array:
+def _path_output(path: BeamPath, placed: dict[str, Placed], wavelength_m: float) -> FloatArray:
     source = placed[path.steps[0].element]
     rays = RealRays(*(MM * source.ref), *source.vector(source.element.normal), 1.0, 1e6 * wavelength_m)
     last = Surface(None, IdealMaterial(1.0), Plane(CoordinateSystem()))

@@ -10,20 +10,19 @@ from dataclasses import dataclass, field
 from dataclasses import replace as changed
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import Beam, BeamPath, Element, OpticalLayout, Recombination, Step
 
-Vector = NDArray[np.float64]
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
-def unit(v: Vector) -> Vector:
+def unit(v: FloatArray) -> FloatArray:
     return v / np.linalg.norm(v)
 
 
-def angle(a: Vector, b: Vector) -> float:
+def angle(a: FloatArray, b: FloatArray) -> float:
     return float(np.degrees(np.arccos(np.clip(a @ b, -1, 1))))
 
 
@@ -31,8 +30,8 @@ def angle(a: Vector, b: Vector) -> float:
 class Ray:
     """A beam as far as it has been followed: place, direction, optical path, and the steps it took."""
 
-    point: Vector
-    direction: Vector
+    point: FloatArray
+    direction: FloatArray
     path: float = 0.0
     steps: list[Step] = field(default_factory=list)
 
@@ -64,13 +63,13 @@ class Ray:
             self._bend(n, index)
         self.steps.append(Step(e.name, op))  # type: ignore[arg-type]
 
-    def _to(self, plane: Vector, n: Vector, index: float) -> None:
+    def _to(self, plane: FloatArray, n: FloatArray, index: float) -> None:
         way = ((plane - self.point) @ n) / (self.direction @ n)
         assert way > 0, "the generator sent a ray backwards"
         self.point = self.point + way * self.direction
         self.path += index * way
 
-    def _bend(self, n: Vector, ratio: float) -> None:
+    def _bend(self, n: FloatArray, ratio: float) -> None:
         normal = (self.direction @ n) * n
         tangential = ratio * (self.direction - normal)
         self.direction = tangential + np.sqrt(1 - tangential @ tangential) * unit(normal)
@@ -95,7 +94,7 @@ class Builder:
     def name(self, letters: str) -> str:
         return f"{letters}{sum(e.name.startswith(letters) for e in self.elements) + 1}"
 
-    def tilted(self, axis: Vector, low: float, high: float) -> Vector:
+    def tilted(self, axis: FloatArray, low: float, high: float) -> FloatArray:
         """A unit vector between `low` and `high` degrees from `axis`."""
         if self.planar:
             across = np.cross(Z, axis) * self.rng.choice([-1, 1])
@@ -104,7 +103,7 @@ class Builder:
         tilt = np.radians(self.rng.uniform(low, high))
         return unit(np.cos(tilt) * axis + np.sin(tilt) * across)
 
-    def tangential(self, n: Vector) -> Vector:
+    def tangential(self, n: FloatArray) -> FloatArray:
         """Where the reference point lies beside the beam: some millimetres in the surface, in all directions."""
         v = self.rng.uniform(-3e-3, 3e-3, size=3) * ([1, 1, 0] if self.planar else [1, 1, 1])
         return v - (v @ n) * n
@@ -112,7 +111,7 @@ class Builder:
     def distance(self) -> float:
         return float(self.rng.uniform(0.06, 0.2))
 
-    def mirror_to(self, ray: Ray, direction: Vector, distance: float) -> None:
+    def mirror_to(self, ray: Ray, direction: FloatArray, distance: float) -> None:
         n = unit(direction - ray.direction)
         offset = self.rng.uniform(0, 4e-3)
         ref = ray.point + distance * ray.direction - offset * n + self.tangential(n)

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from random_layouts import Ray, random_layout, with_tilted_photodiodes
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.invariances import invariance_residuals
@@ -21,7 +21,6 @@ from tedm_cli.optics.layout_checks import check_layout, failures
 from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
 from tedm_cli.optics.trace import nominal_poses, trace, trace_path
 
-Matrix = NDArray[np.float64]
 STEP = 1e-30
 
 RANDOM = {
@@ -40,16 +39,16 @@ def bench(request: pytest.FixtureRequest, layout: OpticalLayout) -> OpticalLayou
 
 
 @pytest.fixture(scope="module")
-def S(bench: OpticalLayout) -> Matrix:
+def S(bench: OpticalLayout) -> FloatArray:
     return sensitivity_matrix(bench)
 
 
-def blocks(layout: OpticalLayout, S: Matrix, name: str) -> Matrix:
+def blocks(layout: OpticalLayout, S: FloatArray, name: str) -> FloatArray:
     """Columns of one element as [n_paths, 5, 6]."""
     return S[:, layout.columns(name)].reshape(-1, 5, 6)
 
 
-def rigid(layout: OpticalLayout, rotation: Rotation, shift: Matrix) -> Matrix:
+def rigid(layout: OpticalLayout, rotation: Rotation, shift: FloatArray) -> FloatArray:
     """Finite rigid motion of all elements, [n_elements, 6]."""
     motion = np.empty((len(layout.elements), 6))
     motion[:, :3] = rotation.apply(layout.refs_m) + shift - layout.refs_m
@@ -73,7 +72,7 @@ def test_the_trace_follows_every_path_as_another_geometry_does(bench: OpticalLay
         assert found.output[2] == pytest.approx(ray.path, abs=2e-14)
 
 
-def test_the_derivative_agrees_with_a_complex_step(bench: OpticalLayout, S: Matrix) -> None:
+def test_the_derivative_agrees_with_a_complex_step(bench: OpticalLayout, S: FloatArray) -> None:
     """Along twenty random motions of all elements, and along the same motion of all."""
     rng = np.random.default_rng(4)
     n = len(bench.elements)
@@ -91,13 +90,13 @@ def test_motion_of_everything_at_any_amplitude_changes_no_output(bench: OpticalL
         assert trace(bench, nominal_poses(bench).moved(motion)) == pytest.approx(trace(bench), abs=5e-14)
 
 
-def test_all_residuals_are_rounding(bench: OpticalLayout, S: Matrix) -> None:
+def test_all_residuals_are_rounding(bench: OpticalLayout, S: FloatArray) -> None:
     residuals = invariance_residuals(bench, S).named()
     assert {f"bench_motion_{name}" for name in bench.sets} < set(residuals)
     assert max(residuals.values()) < 1e-13
 
 
-def test_a_bench_that_moves_alone_reads_as_minus_its_motion(bench: OpticalLayout, S: Matrix) -> None:
+def test_a_bench_that_moves_alone_reads_as_minus_its_motion(bench: OpticalLayout, S: FloatArray) -> None:
     rng = np.random.default_rng(6)
     shift, theta = rng.normal(size=3), rng.normal(size=3)
     places = [bench.index(e.name) for e in bench.bench]
@@ -111,7 +110,7 @@ def test_a_bench_that_moves_alone_reads_as_minus_its_motion(bench: OpticalLayout
         assert read.N[:, 0] == pytest.approx(expected, abs=1e-12)
 
 
-def test_the_same_bench_in_another_frame_reads_the_same(bench: OpticalLayout, S: Matrix) -> None:
+def test_the_same_bench_in_another_frame_reads_the_same(bench: OpticalLayout, S: FloatArray) -> None:
     """Model and distortion turned and shifted in the basic frame, and the layout frame declared with them."""
     rng = np.random.default_rng(7)
     R, origin = Rotation.random(random_state=7).as_matrix(), rng.normal(size=3)
@@ -129,7 +128,7 @@ def test_the_same_bench_in_another_frame_reads_the_same(bench: OpticalLayout, S:
     assert pytest.approx(here.D, abs=1e-12) == there.D
 
 
-def test_photodiodes_and_windows_parallel_to_a_mass_drop_out(bench: OpticalLayout, S: Matrix) -> None:
+def test_photodiodes_and_windows_parallel_to_a_mass_drop_out(bench: OpticalLayout, S: FloatArray) -> None:
     PS = law_matrix(bench) @ S
     scale = np.abs(PS).max()
     for e in bench.elements:
@@ -139,7 +138,7 @@ def test_photodiodes_and_windows_parallel_to_a_mass_drop_out(bench: OpticalLayou
             assert np.abs(blocks(bench, S, e.name)[:, 2:]).max() < 1e-13 * scale
 
 
-def test_motions_that_map_a_surface_onto_itself_do_nothing(bench: OpticalLayout, S: Matrix) -> None:
+def test_motions_that_map_a_surface_onto_itself_do_nothing(bench: OpticalLayout, S: FloatArray) -> None:
     reflecting = {s.element for p in bench.paths for s in p.steps if s.op == "R"}
     for e in bench.elements:
         block, scale = blocks(bench, S, e.name), np.abs(S).max()
@@ -156,7 +155,7 @@ def test_motions_that_map_a_surface_onto_itself_do_nothing(bench: OpticalLayout,
             assert block[..., :3] @ e.normal == pytest.approx(along, abs=1e-13)
 
 
-def test_translations_never_tilt_and_paths_see_only_what_they_meet(bench: OpticalLayout, S: Matrix) -> None:
+def test_translations_never_tilt_and_paths_see_only_what_they_meet(bench: OpticalLayout, S: FloatArray) -> None:
     parts = S.reshape(len(bench.paths), 5, len(bench.elements), 6)
     assert np.count_nonzero(parts[:, 3:, :, :3]) == 0
     for path in bench.paths:
@@ -165,7 +164,7 @@ def test_translations_never_tilt_and_paths_see_only_what_they_meet(bench: Optica
             assert S[bench.rows(path), bench.columns(e.name)].any() == met
 
 
-def test_a_planar_bench_is_symmetric_about_its_plane(bench: OpticalLayout, S: Matrix) -> None:
+def test_a_planar_bench_is_symmetric_about_its_plane(bench: OpticalLayout, S: FloatArray) -> None:
     parts = S.reshape(len(bench.paths), 5, len(bench.elements), 6)
     odd_by_even = np.abs(parts[:, [1, 4]][..., [0, 1, 5]]).max()  # y, z2 by ux, uy, rz
     even_by_odd = np.abs(parts[:, [0, 2, 3]][..., [2, 3, 4]]).max()  # x, opl, z1 by uz, rx, ry
@@ -173,7 +172,7 @@ def test_a_planar_bench_is_symmetric_about_its_plane(bench: OpticalLayout, S: Ma
     assert (max(odd_by_even, even_by_odd) < 1e-13) == planar
 
 
-def test_length_per_motion_of_each_mass(bench: OpticalLayout, S: Matrix) -> None:
+def test_length_per_motion_of_each_mass(bench: OpticalLayout, S: FloatArray) -> None:
     """`-2 cos(angle of incidence)` along the normal of the face for every reflection, 0 for masses not met."""
     PS = law_matrix(bench) @ S
     poses = nominal_poses(bench)
@@ -190,7 +189,7 @@ def test_length_per_motion_of_each_mass(bench: OpticalLayout, S: Matrix) -> None
         assert np.count_nonzero(expected) >= 1
 
 
-def test_redundant_sets_agree_and_curvature_separates_them(bench: OpticalLayout, S: Matrix) -> None:
+def test_redundant_sets_agree_and_curvature_separates_them(bench: OpticalLayout, S: FloatArray) -> None:
     D_opt = np.random.default_rng(8).normal(size=(5, len(bench.bench), 6))
     chain = optics_chain(bench, S, D_opt)
     assert chain.rank == 3 * len(bench.test_masses)
@@ -214,7 +213,7 @@ def test_a_mass_that_no_beam_meets_makes_the_layout_singular() -> None:
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="long double is no longer than double here")
-def test_central_differences_in_extended_precision(bench: OpticalLayout, S: Matrix) -> None:
+def test_central_differences_in_extended_precision(bench: OpticalLayout, S: FloatArray) -> None:
     """Five-point differences of the finite trace in 64-bit mantissas; 1e-4 m and rad leave errors of 1e-15."""
     h = np.longdouble(1e-4)
     nominal = nominal_poses(bench)
@@ -230,7 +229,7 @@ def test_central_differences_in_extended_precision(bench: OpticalLayout, S: Matr
         assert (error / scale).max() < 1e-12
 
 
-def test_labels_fit_any_layout(bench: OpticalLayout, S: Matrix) -> None:
+def test_labels_fit_any_layout(bench: OpticalLayout, S: FloatArray) -> None:
     assert S.shape == (len(output_labels(bench).names), len(input_labels(bench).names))
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.optics.chain import OpticsChain, optics_chain
 from tedm_cli.optics.invariances import invariance_residuals
@@ -21,17 +21,15 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import move_reference_points
 from tedm_cli.optics.trace import nominal_poses, trace
 
-Matrix = NDArray[np.float64]
-
 
 @pytest.fixture
-def D_opt(layout: OpticalLayout) -> Matrix:
+def D_opt(layout: OpticalLayout) -> FloatArray:
     """Two hundred random thermal areas: 1e-9 m/K and rad/K."""
     return 1e-9 * np.random.default_rng(4).normal(size=(200, len(layout.bench), 6))
 
 
 @pytest.fixture
-def chain(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> OpticsChain:
+def chain(layout: OpticalLayout, S_BW: FloatArray, D_opt: FloatArray) -> OpticsChain:
     return optics_chain(layout, S_BW, D_opt)
 
 
@@ -107,7 +105,7 @@ def test_condition_of_both_sets(chain: OpticsChain) -> None:
 
 @settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1))
-def test_bench_motion_reads_as_minus_that_motion(layout: OpticalLayout, S_BW: Matrix, seed: int) -> None:
+def test_bench_motion_reads_as_minus_that_motion(layout: OpticalLayout, S_BW: FloatArray, seed: int) -> None:
     """The bench moves rigidly in any frame, about finite-element nodes; the test masses stay where they are."""
     rng = np.random.default_rng(seed)
     axes, origin = Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3)
@@ -128,7 +126,7 @@ def test_bench_motion_reads_as_minus_that_motion(layout: OpticalLayout, S_BW: Ma
         assert s.N[:, 0] == pytest.approx(expected, abs=1e-13)
 
 
-def test_noise_against_a_finite_trace(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_noise_against_a_finite_trace(layout: OpticalLayout, S_BW: FloatArray) -> None:
     """Displace the bench elements by nanometres, trace, and let the ideal read-out interpret the change."""
     D_opt = 1e-7 * np.random.default_rng(8).normal(size=(1, len(layout.bench), 6))
     chain = optics_chain(layout, S_BW, D_opt)
@@ -141,7 +139,9 @@ def test_noise_against_a_finite_trace(layout: OpticalLayout, S_BW: Matrix) -> No
         assert np.abs(s.N).max() > 1e-8
 
 
-def test_noise_is_the_inverse_law_on_the_disturbance(layout: OpticalLayout, chain: OpticsChain, D_opt: Matrix) -> None:
+def test_noise_is_the_inverse_law_on_the_disturbance(
+    layout: OpticalLayout, chain: OpticsChain, D_opt: FloatArray
+) -> None:
     bench = layout.columns_of(layout.bench)
     for s in chain.sets:
         D_set = chain.D[layout.laser_rows(s.photodiodes)]
@@ -153,7 +153,7 @@ def test_noise_is_the_inverse_law_on_the_disturbance(layout: OpticalLayout, chai
 
 
 def test_sets_agree_for_plane_waves_and_differ_for_curved_ones(
-    layout: OpticalLayout, S_BW: Matrix, chain: OpticsChain, D_opt: Matrix
+    layout: OpticalLayout, S_BW: FloatArray, chain: OpticsChain, D_opt: FloatArray
 ) -> None:
     A, B = (s.N for s in chain.sets)
     assert np.abs(A - B).max() < 1e-13 * np.abs(A).max()
@@ -178,7 +178,7 @@ def test_curvature_acts_through_the_spot(layout: OpticalLayout) -> None:
     assert np.array_equal(law_matrix(curved_layout(layout), curved=False), law_matrix(layout))
 
 
-def test_invariances_hold_for_curved_waves(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_invariances_hold_for_curved_waves(layout: OpticalLayout, S_BW: FloatArray) -> None:
     assert max(invariance_residuals(curved_layout(layout), S_BW).named().values()) < 1e-13
 
 
@@ -193,8 +193,8 @@ def test_invariances_hold_for_curved_waves(layout: OpticalLayout, S_BW: Matrix) 
 )
 def test_a_singular_set_names_what_it_loses(
     layout: OpticalLayout,
-    S_BW: Matrix,
-    D_opt: Matrix,
+    S_BW: FloatArray,
+    D_opt: FloatArray,
     photodiodes: tuple[str, ...],
     read_out: tuple[str, ...],
     lost: str,
@@ -206,7 +206,7 @@ def test_a_singular_set_names_what_it_loses(
 
 
 def test_a_set_of_all_photodiodes_is_a_least_squares_read_out(
-    layout: OpticalLayout, S_BW: Matrix, chain: OpticsChain, D_opt: Matrix
+    layout: OpticalLayout, S_BW: FloatArray, chain: OpticsChain, D_opt: FloatArray
 ) -> None:
     every = optics_chain(replace(layout, sets={"all": layout.photodiodes}), S_BW, D_opt).sets[0]
     assert every.law.O.shape == (12, 6)
@@ -214,7 +214,7 @@ def test_a_set_of_all_photodiodes_is_a_least_squares_read_out(
     assert pytest.approx(least, abs=1e-21) == every.N
 
 
-def test_motions_that_do_not_fit_are_refused(layout: OpticalLayout, S_BW: Matrix, D_opt: Matrix) -> None:
+def test_motions_that_do_not_fit_are_refused(layout: OpticalLayout, S_BW: FloatArray, D_opt: FloatArray) -> None:
     with pytest.raises(InputError, match=r"\(200, 21, 6\); finite values \[k, 22, 6\]"):
         optics_chain(layout, S_BW, D_opt[:, 1:])
     with pytest.raises(InputError, match="D_opt"):

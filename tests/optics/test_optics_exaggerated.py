@@ -8,24 +8,22 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from random_layouts import random_layout
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements, round_down, traced_bench
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
 
-Matrix = NDArray[np.float64]
 
-
-def random_motion(layout: OpticalLayout, seed: int, size: float = 1e-7) -> Matrix:
+def random_motion(layout: OpticalLayout, seed: int, size: float = 1e-7) -> FloatArray:
     motion = size * np.random.default_rng(seed).normal(size=(len(layout.elements), 6))
     motion[[layout.index(e.name) for e in layout.test_masses]] = 0.0
     return motion
 
 
-def test_beams_after_small_motions_are_the_linear_prediction(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_beams_after_small_motions_are_the_linear_prediction(layout: OpticalLayout, S_BW: FloatArray) -> None:
     """Spots and slopes of the drawn beams; what is left is of second order in the factor."""
     motion = random_motion(layout, 1, size=1.0)
     before = traced_bench(layout)
@@ -103,7 +101,7 @@ def test_motion_about_reference_points_reads_as_that_of_the_grids(layout: Optica
     np.testing.assert_allclose(by_references, by_grids, rtol=0, atol=1e-12 * np.abs(by_grids).max())
 
 
-def test_dimensionless_matrix_does_not_know_the_size_of_the_bench(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_dimensionless_matrix_does_not_know_the_size_of_the_bench(layout: OpticalLayout, S_BW: FloatArray) -> None:
     """A bench three times as large has other entries in m/rad, and the same ones without units."""
 
     def scaled(v: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from random_layouts import random_layout, with_tilted_photodiodes
 
+from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.labels import output_labels
 from tedm_cli.optics.law import law_matrix
@@ -16,7 +16,6 @@ from tedm_cli.optics.layout import BeamPath, OpticalLayout
 from tedm_cli.optics.sensitivity import sensitivity_matrix
 from tedm_cli.optics.trace import Poses, nominal_poses, photodiode_axes, trace, trace_path
 
-Matrix = NDArray[np.float64]
 STEP = 1e-30
 
 PAIRS = {
@@ -43,7 +42,7 @@ def curved(layout: OpticalLayout) -> OpticalLayout:
     )
 
 
-def phase_front(layout: OpticalLayout, path: BeamPath, poses: Poses, q: Matrix) -> NDArray[np.complex128]:
+def phase_front(layout: OpticalLayout, path: BeamPath, poses: Poses, q: FloatArray) -> ComplexArray:
     """Optical path at the point `q` of the photodiode and its gradient along ex, ey, from the wave in space [3]."""
     traced = trace_path(layout, path, poses)
     p, d = traced.hits[-1].point, traced.hits[-1].direction
@@ -60,7 +59,7 @@ def phase_front(layout: OpticalLayout, path: BeamPath, poses: Poses, q: Matrix) 
     return np.array([length, ex @ along, ey @ along])
 
 
-def phase_derivative(layout: OpticalLayout, direction: Matrix) -> Matrix:
+def phase_derivative(layout: OpticalLayout, direction: FloatArray) -> FloatArray:
     """OPD, WFT1, WFT2 of all photodiodes along a motion of all elements, by a complex step of the phase fronts."""
     out, nominal = [], trace(layout)
     poses = nominal_poses(layout).moved(1j * STEP * direction)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from random_layouts import random_layout
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.trace import nominal_poses, trace
 
@@ -18,7 +18,7 @@ AGREEMENT = 2e-14  # m and rad over paths of a metre or so: rounding of either
 MOVED = ("TM1", "TM2", "FIM", "FIR", "W1", "W2", "BS3", "BS4", "BS8", "M1", "M4", "PD1A", "PD12B")
 
 
-def difference(layout: OpticalLayout, motion: NDArray[np.float64]) -> float:
+def difference(layout: OpticalLayout, motion: FloatArray) -> float:
     from independent_tracer import outputs
 
     return float(np.abs(outputs(layout, motion) - trace(layout, nominal_poses(layout).moved(motion))).max())

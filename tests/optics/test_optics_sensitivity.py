@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.optics.common_mode import rigid_motion
 from tedm_cli.optics.invariances import invariance_residuals
@@ -25,26 +25,25 @@ from tedm_cli.optics.sensitivity import (
 )
 from tedm_cli.optics.trace import nominal_poses, trace
 
-Matrix = NDArray[np.float64]
 STEP = 1e-30  # a complex step takes no difference, so it may be as small as one likes
 OUT = ["x", "y", "opl", "z1", "z2"]
 IN = ["ux", "uy", "uz", "rx", "ry", "rz"]
 
-Block = Callable[[str], Matrix]
+Block = Callable[[str], FloatArray]
 
 
 @pytest.fixture
-def block(layout: OpticalLayout, S_BW: Matrix) -> Block:
+def block(layout: OpticalLayout, S_BW: FloatArray) -> Block:
     """The columns of one element as [n_paths, 5, 6]."""
     return lambda name: S_BW[:, layout.columns(name)].reshape(-1, 5, 6)
 
 
-def complex_step(layout: OpticalLayout, direction: Matrix) -> Matrix:
+def complex_step(layout: OpticalLayout, direction: FloatArray) -> FloatArray:
     """Derivative [5 * n_paths] of the trace along the motion `direction` [n_elements, 6]."""
     return trace(layout, nominal_poses(layout).moved(1j * STEP * direction)).imag.reshape(-1) / STEP
 
 
-def turned(layout: OpticalLayout, R: Matrix, shift: Matrix) -> OpticalLayout:
+def turned(layout: OpticalLayout, R: FloatArray, shift: FloatArray) -> OpticalLayout:
     elements = tuple(
         replace(
             e,
@@ -72,7 +71,7 @@ def mutated(layout: OpticalLayout, rng: np.random.Generator) -> OpticalLayout:
     return replace(layout, elements=tuple(elements))
 
 
-def test_every_entry_agrees_with_a_complex_step(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_every_entry_agrees_with_a_complex_step(layout: OpticalLayout, S_BW: FloatArray) -> None:
     n = len(layout.elements)
     columns = [complex_step(layout, unit.reshape(n, 6)) for unit in np.eye(6 * n)]
     assert np.abs(np.stack(columns, axis=1) - S_BW).max() < 1e-14 * np.abs(S_BW).max()
@@ -100,14 +99,14 @@ def test_finite_rigid_motion_changes_no_output(layout: OpticalLayout, seed: int)
     assert trace(layout, nominal_poses(layout).moved(motion)) == pytest.approx(trace(layout), abs=2e-14)
 
 
-def test_the_matrix_turns_with_the_layout(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_the_matrix_turns_with_the_layout(layout: OpticalLayout, S_BW: FloatArray) -> None:
     R = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix()
     S = sensitivity_matrix(turned(layout, R, np.array([0.3, 0.1, -2.0])))
     expected = S_BW @ block_diag(*[R.T] * (2 * len(layout.elements)))
     assert np.abs(S - expected).max() < 1e-13
 
 
-def test_residuals_of_the_exact_matrix_are_rounding(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_residuals_of_the_exact_matrix_are_rounding(layout: OpticalLayout, S_BW: FloatArray) -> None:
     residuals = invariance_residuals(layout, S_BW).named()
     assert set(residuals) == {
         "rigid_body",
@@ -131,7 +130,7 @@ def test_residuals_of_the_exact_matrix_are_rounding(layout: OpticalLayout, S_BW:
     ],
 )
 def test_a_damaged_entry_shows_in_its_residual(
-    layout: OpticalLayout, S_BW: Matrix, row: str, column: str, size: float, name: str
+    layout: OpticalLayout, S_BW: FloatArray, row: str, column: str, size: float, name: str
 ) -> None:
     pd, beam, output = row.split()
     element, motion = column.split()
@@ -142,7 +141,7 @@ def test_a_damaged_entry_shows_in_its_residual(
     assert residuals["rigid_body"] > 1e-2 * size  # whatever entry is wrong, the bodies no longer move as one
 
 
-def test_a_matrix_about_other_points_is_found_out(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_a_matrix_about_other_points_is_found_out(layout: OpticalLayout, S_BW: FloatArray) -> None:
     """A shift common to the whole bench may stay hidden (along x it does: nothing sees y and z of the test masses)."""
     rng = np.random.default_rng(3)
     nodes = np.array([e.ref_m for e in layout.bench]) + rng.normal(scale=0.02, size=(len(layout.bench), 3))
@@ -187,12 +186,12 @@ def test_an_injector_along_its_beam_shortens_the_path_alone(layout: OpticalLayou
         assert along == pytest.approx(expected, abs=1e-14)
 
 
-def test_translations_never_tilt_a_beam(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_translations_never_tilt_a_beam(layout: OpticalLayout, S_BW: FloatArray) -> None:
     parts = S_BW.reshape(len(layout.paths), 5, len(layout.elements), 6)
     assert np.count_nonzero(parts[:, 3:, :, :3]) == 0
 
 
-def test_mirror_symmetry_about_the_bench_plane(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_mirror_symmetry_about_the_bench_plane(layout: OpticalLayout, S_BW: FloatArray) -> None:
     parts = S_BW.reshape(len(layout.paths), 5, len(layout.elements), 6)
     in_plane = [IN.index(c) for c in ("ux", "uy", "rz")]
     out_of_plane = [IN.index(c) for c in ("uz", "rx", "ry")]
@@ -202,7 +201,7 @@ def test_mirror_symmetry_about_the_bench_plane(layout: OpticalLayout, S_BW: Matr
     assert min(np.abs(parts[:, odd][..., out_of_plane]).max(), np.abs(parts[:, even][..., in_plane]).max()) > 1
 
 
-def test_paths_are_blind_to_elements_they_do_not_meet(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_paths_are_blind_to_elements_they_do_not_meet(layout: OpticalLayout, S_BW: FloatArray) -> None:
     blind = 0
     for path in layout.paths:
         for element in layout.elements:
@@ -212,7 +211,7 @@ def test_paths_are_blind_to_elements_they_do_not_meet(layout: OpticalLayout, S_B
     assert blind > 100
 
 
-def test_thick_splitters_matter(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_thick_splitters_matter(layout: OpticalLayout, S_BW: FloatArray) -> None:
     """Splitters taken as thin surfaces lose more than a millimetre per radian of optical path or spot."""
     thin = [replace(e, thickness_m=1e-12) if e.kind == "beamsplitter" else e for e in layout.elements]
     S = sensitivity_matrix(replace(layout, elements=tuple(thin)))
@@ -222,7 +221,9 @@ def test_thick_splitters_matter(layout: OpticalLayout, S_BW: Matrix) -> None:
 
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=20)
-def test_change_of_reference_point_against_motion_of_the_node(layout: OpticalLayout, S_BW: Matrix, seed: int) -> None:
+def test_change_of_reference_point_against_motion_of_the_node(
+    layout: OpticalLayout, S_BW: FloatArray, seed: int
+) -> None:
     """Motion about a node 20 mm off, put into the trace as a rigid lever from the node to the reference point."""
     rng = np.random.default_rng(seed)
     lever = rng.normal(scale=0.02, size=(len(layout.bench), 3))
@@ -242,7 +243,7 @@ def test_change_of_reference_point_against_motion_of_the_node(layout: OpticalLay
     assert np.array_equal(S_node[:, masses], S_BW[:, masses])
 
 
-def test_twenty_millimetres_of_lever_are_twenty_millimetres_per_radian(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_twenty_millimetres_of_lever_are_twenty_millimetres_per_radian(layout: OpticalLayout, S_BW: FloatArray) -> None:
     nodes = np.array([e.ref_m for e in layout.bench])
     nodes[[e.name for e in layout.bench].index("FIM"), 1] -= 0.02
     change = move_reference_points(S_BW, layout, nodes) - S_BW
@@ -255,7 +256,7 @@ def test_cross_matrix() -> None:
     assert cross_matrix(a) @ b == pytest.approx(np.cross(a, b), abs=1e-15)
 
 
-def test_arrays_that_do_not_fit_are_refused(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_arrays_that_do_not_fit_are_refused(layout: OpticalLayout, S_BW: FloatArray) -> None:
     nodes = np.zeros((len(layout.bench), 3))
     with pytest.raises(InputError, match=r"\(40, 143\).*\(40, 144\)"):
         move_reference_points(S_BW[:, :-1], layout, nodes)

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from random_layouts import random_layout, with_tilted_photodiodes
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.optics.chain import OpticsChain, optics_chain
 from tedm_cli.optics.common_mode import common_mode, rigid_motion
@@ -20,8 +20,6 @@ from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matri
 from tedm_cli.optics.shares import beam_terms, compare_sets, motion_terms, shares
 from tedm_cli.optics.trace import nominal_poses, trace
 
-Matrix = NDArray[np.float64]
-
 
 @pytest.fixture(scope="module", params=["shipped", "random"])
 def bench(request: pytest.FixtureRequest, layout: OpticalLayout) -> OpticalLayout:
@@ -29,29 +27,29 @@ def bench(request: pytest.FixtureRequest, layout: OpticalLayout) -> OpticalLayou
 
 
 @pytest.fixture(scope="module")
-def S(bench: OpticalLayout) -> Matrix:
+def S(bench: OpticalLayout) -> FloatArray:
     return sensitivity_matrix(bench)
 
 
 @pytest.fixture(scope="module")
-def D_opt(bench: OpticalLayout) -> Matrix:
+def D_opt(bench: OpticalLayout) -> FloatArray:
     return 1e-8 * np.random.default_rng(21).normal(size=(9, len(bench.bench), 6))
 
 
 @pytest.fixture(scope="module")
-def chain(bench: OpticalLayout, S: Matrix, D_opt: Matrix) -> OpticsChain:
+def chain(bench: OpticalLayout, S: FloatArray, D_opt: FloatArray) -> OpticsChain:
     face = 1e-8 * np.random.default_rng(22).normal(size=(len(bench.test_masses), len(D_opt)))
     return optics_chain(bench, S, D_opt, face_m=face)
 
 
-def moved_alone(layout: OpticalLayout, name: str, motion: Matrix) -> Matrix:
+def moved_alone(layout: OpticalLayout, name: str, motion: FloatArray) -> FloatArray:
     """D_opt [1, n_bench, 6] of one element."""
     out = np.zeros((1, len(layout.bench), 6))
     out[0, [e.name for e in layout.bench].index(name)] = motion
     return out
 
 
-def test_motions_and_beams_sum_to_the_read_out(chain: OpticsChain, S: Matrix) -> None:
+def test_motions_and_beams_sum_to_the_read_out(chain: OpticsChain, S: FloatArray) -> None:
     for s in chain.sets:
         scale = np.abs(s.gain) @ np.abs(chain.motion)
         assert (np.abs(motion_terms(s.gain, chain.motion).sum(axis=1) - s.N) < 1e-14 * scale).all()
@@ -63,13 +61,13 @@ def test_motions_and_beams_sum_to_the_read_out(chain: OpticsChain, S: Matrix) ->
             assert shares(by_beam[r], total).sum() == pytest.approx(1.0, abs=1e-11)
 
 
-def test_beams_of_the_other_set_carry_nothing(bench: OpticalLayout, chain: OpticsChain, S: Matrix) -> None:
+def test_beams_of_the_other_set_carry_nothing(bench: OpticalLayout, chain: OpticsChain, S: FloatArray) -> None:
     for s in chain.sets:
         terms = np.abs(beam_terms(s.inverse, chain.P, S, chain.motion)).max(axis=(0, 2))
         assert [p.photodiode in s.photodiodes for p in bench.paths] == list(terms > 0)
 
 
-def test_one_mover_has_it_all(bench: OpticalLayout, S: Matrix) -> None:
+def test_one_mover_has_it_all(bench: OpticalLayout, S: FloatArray) -> None:
     names = [label.rpartition("_")[0] for label in input_labels(bench).names]
     mirror = next(e.name for e in bench.bench if e.kind == "mirror")
     alone = optics_chain(bench, S, moved_alone(bench, mirror, np.array([1.0, -2.0, 0.5, 0.3, 2.0, 1.0]) * 1e-9))
@@ -103,7 +101,7 @@ def test_shares_are_those_of_the_variance(chain: OpticsChain) -> None:
     assert sampled[0, 1] / sampled[1, 1] == pytest.approx(shares(terms, s.N[1])[best], rel=2e-2)
 
 
-def test_the_same_shares_in_another_frame(bench: OpticalLayout, S: Matrix, D_opt: Matrix) -> None:
+def test_the_same_shares_in_another_frame(bench: OpticalLayout, S: FloatArray, D_opt: FloatArray) -> None:
     """Model and distortion turned and shifted, the layout frame declared with them; rotations about other nodes."""
     rng = np.random.default_rng(24)
     R, origin = Rotation.random(random_state=24).as_matrix(), rng.normal(size=3)
@@ -122,7 +120,7 @@ def test_the_same_shares_in_another_frame(bench: OpticalLayout, S: Matrix, D_opt
     assert pytest.approx(here.rigid.amplitude, rel=1e-11, abs=1e-20) == there.rigid.amplitude
 
 
-def test_a_bench_that_moves_as_one_has_no_distortion(bench: OpticalLayout, S: Matrix) -> None:
+def test_a_bench_that_moves_as_one_has_no_distortion(bench: OpticalLayout, S: FloatArray) -> None:
     """At its nodes, beside the reference points; every test mass reads minus the motion at its own centre."""
     rng = np.random.default_rng(25)
     places = [bench.index(e.name) for e in bench.bench]
@@ -144,7 +142,7 @@ def test_a_bench_that_moves_as_one_has_no_distortion(bench: OpticalLayout, S: Ma
     assert chain.rigid.amplitude[3:, 0] == pytest.approx(theta, rel=1e-11, abs=1e-20)
 
 
-def test_the_rigid_part_is_the_least_squares_one(bench: OpticalLayout, D_opt: Matrix, chain: OpticsChain) -> None:
+def test_the_rigid_part_is_the_least_squares_one(bench: OpticalLayout, D_opt: FloatArray, chain: OpticsChain) -> None:
     """No other rigid motion leaves less, translations and rotations of bench elements but windows weighed alike."""
     asked = tuple(e for e in bench.bench if e.kind != "window")
     rows = bench.columns_of(asked)
@@ -181,7 +179,7 @@ def with_curvature(layout: OpticalLayout, radius: float) -> OpticalLayout:
 
 @pytest.mark.parametrize("radius", [0.5, 3.0, -10.0, 1e4])
 def test_curvature_separates_the_sets_by_the_spot_that_is_left(
-    layout: OpticalLayout, S_BW: Matrix, radius: float
+    layout: OpticalLayout, S_BW: FloatArray, radius: float
 ) -> None:
     """Let the test masses follow what set A reads: it reads nothing more, set B the moved spot over Rc."""
     D_opt = 1e-8 * np.random.default_rng(26).normal(size=(9, len(layout.bench), 6))
@@ -197,7 +195,7 @@ def test_curvature_separates_the_sets_by_the_spot_that_is_left(
     assert np.abs(b.N - a.N).max() > 1e-3 * np.abs(a.N).max() / abs(radius)
 
 
-def test_the_separation_fades_with_the_radius(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_the_separation_fades_with_the_radius(layout: OpticalLayout, S_BW: FloatArray) -> None:
     D_opt = 1e-8 * np.random.default_rng(27).normal(size=(9, len(layout.bench), 6))
     apart = []
     for radius in (1e3, 1e4):
@@ -206,7 +204,7 @@ def test_the_separation_fades_with_the_radius(layout: OpticalLayout, S_BW: Matri
     assert apart[0] / apart[1] == pytest.approx(10.0, rel=1e-2)
 
 
-def test_the_best_weighted_mean_is_no_worse_than_any_other(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_the_best_weighted_mean_is_no_worse_than_any_other(layout: OpticalLayout, S_BW: FloatArray) -> None:
     D_opt = 1e-8 * np.random.default_rng(28).normal(size=(9, len(layout.bench), 6))
     a, b = optics_chain(with_curvature(layout, 0.1), S_BW, D_opt).sets
     found = compare_sets("A", a.N, "B", b.N)
@@ -240,7 +238,7 @@ def expanding(layout: OpticalLayout, *masses: tuple[str, str]) -> OpticalLayout:
     return replace(layout, expansions=tuple(MassExpansion(name, ALPHA, area) for name, area in masses))
 
 
-def test_a_growing_test_mass_reads_as_its_face(layout: OpticalLayout, S_BW: Matrix) -> None:
+def test_a_growing_test_mass_reads_as_its_face(layout: OpticalLayout, S_BW: FloatArray) -> None:
     """Faces look at each other, so both test masses that grow read as if they came nearer."""
     both = expanding(layout, ("TM2", "IS2_EH_DOWN"), ("TM1", "IS1_EH_DOWN"))
     still = np.zeros((3, len(layout.bench), 6))
@@ -253,7 +251,7 @@ def test_a_growing_test_mass_reads_as_its_face(layout: OpticalLayout, S_BW: Matr
     assert not face_motion(layout, AREAS).any()
 
 
-def test_a_growing_test_mass_against_a_trace_with_the_face_moved(bench: OpticalLayout, S: Matrix) -> None:
+def test_a_growing_test_mass_against_a_trace_with_the_face_moved(bench: OpticalLayout, S: FloatArray) -> None:
     """Non-linear trace at both sides of the nominal offset, by the law; 2e-5 m make errors below 1e-9 of the effect."""
     grown = expanding(bench, (bench.test_masses[-1].name, AREAS[1]), (bench.test_masses[0].name, AREAS[2]))
     face = face_motion(grown, AREAS)

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from report_project import make_project
 
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.figures.data import Areas, CaseNoise
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.progress import silent
-from tedm_cli.stages.plot import figure_specs, plot
-from tedm_cli.stages.results import Results, open_results, read_areas, read_case
+from tedm_cli.results.build_folder import Results, open_results, read_areas, read_case
+from tedm_cli.results.noise import Areas, CaseNoise
+from tedm_cli.stages.reporting.plot import figure_specs, plot
 
 
 @pytest.fixture(scope="session")
@@ -28,7 +28,7 @@ def plotted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str
         specs = figure_specs(results, cases)
         return [replace(s, draw=lambda s=s: figures.setdefault(s.name, s.draw())) for s in specs]  # type: ignore[misc]
 
-    with mock.patch("tedm_cli.stages.plot.figure_specs", recording):
+    with mock.patch("tedm_cli.stages.reporting.plot.figure_specs", recording):
         plot(project, None, silent)
     return project, figures
 

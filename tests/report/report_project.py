@@ -10,21 +10,22 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tedm_cli.config.base import read_toml
+from tedm_cli.config.cases import select_cases
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, FileKind
 from tedm_cli.figures.style import style, svg
+from tedm_cli.files.provenance import Provenance, input_files
+from tedm_cli.files.store import create
 from tedm_cli.gravity.requirements import UNITS, dc_quantities, judge
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.labels import read_out_labels
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import sensitivity_matrix
 from tedm_cli.progress import silent
-from tedm_cli.provenance import Provenance, input_files
-from tedm_cli.stages.case import run_cases, select_cases
-from tedm_cli.stages.plot import FIGURES, figure_specs
-from tedm_cli.stages.results import open_results, read_case
-from tedm_cli.store import create
+from tedm_cli.results.build_folder import open_results, read_case
+from tedm_cli.stages.noise.case import run_cases
+from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 
 CASES = """
 safety_factor = 2.0
@@ -197,7 +198,7 @@ def make_project(folder: Path, cases: str = CASES, changed: Mapping[str, Any] | 
     (folder / "cases.toml").write_text(cases, encoding="utf-8")
     project = load_project(folder / "tedm.toml", folder / "build")
     write_matrices(project, changed=changed)
-    run_cases(project, select_cases(project, ["all"]), None, silent)
+    run_cases(project, select_cases(project.cases, ["all"]), None, silent)
     return project
 
 

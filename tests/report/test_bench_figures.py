@@ -13,15 +13,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon
-from numpy.typing import NDArray
 from report_project import AREAS, LAYOUT
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
 from tedm_cli.figures.bench import GHOST, INK, SHARED, bench_figure, exaggerated_figure, factor_text, length_text, tint
 from tedm_cli.figures.bench_shapes import body, interferometers, outline
-from tedm_cli.figures.data import Areas, number_text
 from tedm_cli.figures.heat_maps import noise_map, sensitivity_map
 from tedm_cli.figures.labels import crossing
 from tedm_cli.figures.shares import ReadOutShares, shares_figure
@@ -32,11 +31,10 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import sensitivity_matrix
 from tedm_cli.optics.trace import nominal_poses
 from tedm_cli.progress import silent
-from tedm_cli.stages.plot import plot
-from tedm_cli.stages.plot_optics import read_out_maps, worst_area
-from tedm_cli.stages.results import open_results
-
-Array = NDArray[np.float64]
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.noise import Areas, number_text
+from tedm_cli.stages.reporting.plot import plot
+from tedm_cli.stages.reporting.plot_optics import read_out_maps, worst_area
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +65,7 @@ def under_load(layout: OpticalLayout, loaded: ExaggeratedBench) -> Figure:
     return drawn(exaggerated_figure(layout, loaded, "1 K on IS1_$a$_b", ["set A reads nothing"]))
 
 
-def pieces(axes: Axes, gid: str) -> Array:
+def pieces(axes: Axes, gid: str) -> FloatArray:
     """Segments [n, 2, 2] (mm) of what is drawn under a name."""
     found = [p for p in axes.patches if p.get_label() == gid]
     assert len(found) == 1

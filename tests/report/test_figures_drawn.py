@@ -18,12 +18,12 @@ from matplotlib.figure import Figure
 from tedm_cli.config.project import Project
 from tedm_cli.figures.areas import map_figure
 from tedm_cli.figures.contributors import contributors_figure
-from tedm_cli.figures.data import AreaMap, Areas, CaseNoise, first_largest, kinds_of, ratio_text, unit_text
 from tedm_cli.figures.inline import figure_sources
-from tedm_cli.figures.judging import worth_showing
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import style, svg
 from tedm_cli.noise.flight_results import flight_results
+from tedm_cli.results.deciding import worth_showing
+from tedm_cli.results.noise import AreaMap, Areas, CaseNoise, first_largest, kinds_of, ratio_text, unit_text
 
 OPTICS = {"bench.svg", "s_bw.svg", "read_out_by_area.svg", "shares_displacement.svg", "shares_angle.svg"}
 

@@ -18,14 +18,14 @@ from tedm_cli.contracts import CASE, SENSITIVITY
 from tedm_cli.figures.at_rest import at_rest_figure
 from tedm_cli.figures.certainty import certainty_figure
 from tedm_cli.figures.contributors import contributors_figure
-from tedm_cli.figures.data import Areas, CaseNoise, JudgedOutput, RestVerdict
-from tedm_cli.figures.judging import worth_showing
 from tedm_cli.figures.mending import apart, mending_figure
 from tedm_cli.figures.small_multiples import cases_figure
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import pdf, style
-from tedm_cli.stages.plot import rest_verdicts
-from tedm_cli.store import open_checked
+from tedm_cli.files.store import open_checked
+from tedm_cli.results.deciding import worth_showing
+from tedm_cli.results.noise import Areas, CaseNoise, JudgedOutput, RestVerdict
+from tedm_cli.stages.reporting.plot import rest_verdicts
 
 KINDS = ("acceleration", "displacement")
 

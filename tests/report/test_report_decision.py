@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tedm_cli.figures.data import WAYS, Areas, CaseNoise, JudgedOutput, Limit, Mending
-from tedm_cli.figures.judging import deciding, told_once
 from tedm_cli.report.decision import decision_section, limited_by, summary
 from tedm_cli.report.document import Table, VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs
 from tedm_cli.report.field import DcVerdict
+from tedm_cli.results.deciding import deciding, told_once
+from tedm_cli.results.noise import WAYS, Areas, CaseNoise, JudgedOutput, Limit, Mending
 
 AREAS = Areas(["S1", "S2", "B1"], ["struts", "struts", "bench"], ["outside", "outside", "inside"])
 FREQUENCY = np.array([1e-3, 1e-2])

@@ -33,7 +33,7 @@ from tedm_cli.report.document import (
 from tedm_cli.report.html import to_html
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.pdf import to_pdf
-from tedm_cli.stages.report import report
+from tedm_cli.stages.reporting.report import report
 
 NASTY = "a <b>&amp; | `x` *y* _z_ #1 $m$ [l](u) @ref \\ ~ = //"
 TABLE = Table(

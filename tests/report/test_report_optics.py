@@ -13,13 +13,13 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import InputError
 from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.stages.case import run_cases
-from tedm_cli.stages.plot import plot
-from tedm_cli.stages.plot_optics import optics_specs
-from tedm_cli.stages.report import report
-from tedm_cli.stages.results import open_results
-from tedm_cli.store import open_checked
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.stages.noise.case import run_cases
+from tedm_cli.stages.reporting.plot import plot
+from tedm_cli.stages.reporting.plot_optics import optics_specs
+from tedm_cli.stages.reporting.report import report
 
 
 @pytest.fixture(scope="module")

@@ -13,12 +13,12 @@ from report_project import AREAS, CASES, make_project, sketch
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, SENSITIVITY
-from tedm_cli.figures.data import ratio_text
+from tedm_cli.files.provenance import sha256_of
+from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.provenance import sha256_of
-from tedm_cli.stages.plot import plot
-from tedm_cli.stages.report import report
-from tedm_cli.store import open_checked
+from tedm_cli.results.noise import ratio_text
+from tedm_cli.stages.reporting.plot import plot
+from tedm_cli.stages.reporting.report import report
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 ONE_CASE = CASES[: CASES.index("[[case]]", CASES.index("[[case]]") + 1)]

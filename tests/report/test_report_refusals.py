@@ -11,9 +11,9 @@ from report_project import write_matrices
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
 from tedm_cli.progress import silent
-from tedm_cli.stages.case import run_cases
-from tedm_cli.stages.plot import plot
-from tedm_cli.stages.report import report
+from tedm_cli.stages.noise.case import run_cases
+from tedm_cli.stages.reporting.plot import plot
+from tedm_cli.stages.reporting.report import report
 
 Stage = Callable[[Project], object]
 

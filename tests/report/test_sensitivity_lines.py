@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.cli.say.gravity import sensitivity_lines
+from tedm_cli.cli.printing.gravity import sensitivity_lines
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.stages.sensitivity import SensitivitySummary
+from tedm_cli.stages.gravity.sensitivity import SensitivitySummary
 
 
 def summary(verdicts: list[DcVerdict]) -> SensitivitySummary:

@@ -10,8 +10,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from tedm_cli.blocks import Blocks
-from tedm_cli.stages.audit import element_motion
+from tedm_cli.files.blocks import Blocks
+from tedm_cli.stages.gravity.audit import element_motion
 
 AREAS, NODES = 20, 40_000
 

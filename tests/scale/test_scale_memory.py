@@ -12,11 +12,11 @@ import pytest
 from benchmarks import synthetic
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
+from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.stages.distortion import build_distortion
-from tedm_cli.stages.export_mesh import Asked, export_mesh
-from tedm_cli.stages.sensitivity import build_sensitivity
-from tedm_cli.store import open_checked
+from tedm_cli.stages.exports.mesh import Asked, export_mesh
+from tedm_cli.stages.gravity.sensitivity import build_sensitivity
+from tedm_cli.stages.model.distortion import build_distortion
 
 CELLS = (24, 15, 10)  # 4,400 grids
 FEW, MANY = 40, 160

@@ -13,17 +13,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tedm_cli.blocks import Blocks, PrecisionLossError, SomeNodes, narrowed, node_blocks
 from tedm_cli.config.project import load_project
 from tedm_cli.contracts import Dataset, FileKind
 from tedm_cli.distortion import RigidFit
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.displacements import unit_load_displacements
+from tedm_cli.files.blocks import Blocks, PrecisionLossError, SomeNodes, narrowed, node_blocks
+from tedm_cli.files.provenance import Provenance, input_files
+from tedm_cli.files.store import create, open_checked
+from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.unit_loads import UnitLoad
 from tedm_cli.progress import silent
-from tedm_cli.provenance import Provenance, input_files
-from tedm_cli.stages.ingest import ingest
-from tedm_cli.store import create, open_checked
+from tedm_cli.stages.model.ingest import ingest
 
 SMALL = Path(__file__).parents[2] / "sample_models" / "small"
 
@@ -154,7 +154,7 @@ def test_ingest_takes_the_precision_that_its_numbers_need(
             kept.append(factor * t)
             yield load, factor * t, factor * r
 
-    monkeypatch.setattr("tedm_cli.stages.ingest.unit_load_displacements", motions)
+    monkeypatch.setattr("tedm_cli.stages.model.ingest.unit_load_displacements", motions)
     ingest(load_project(SMALL / "tedm.toml", tmp_path), None, silent)
     with h5py.File(tmp_path / "unit_loads.h5") as file:
         assert file["translation"].dtype == dtype

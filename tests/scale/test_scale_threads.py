@@ -12,9 +12,9 @@ import pytest
 from benchmarks import synthetic
 from tedm_cli.config.model import load_model
 from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.structure import structure_gravity
-from tedm_cli.stages.common import mass_of
-from tedm_cli.store import open_checked
+from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.threads import side_by_side
 
 

@@ -11,14 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import CARDS, corner_count
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _SAMPLE = 50  # elements of each card and property
 # pyNastran takes warped plates as flat, and sides as straight where there are midside nodes. What differs by more than

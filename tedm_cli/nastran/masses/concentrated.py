@@ -11,13 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.positions import Frames, basis_at
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _ALIKE = 1e-6  # of the mass: cards have seven digits
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.measure import contents
 from tedm_cli.fem.shapes import CARDS, Shape, corner_count, shape_of
@@ -17,9 +17,6 @@ from tedm_cli.nastran.masses.nonstructural import Measured, nonstructural
 from tedm_cli.nastran.masses.plates import plate_spread
 from tedm_cli.nastran.masses.solids import solid_spread
 from tedm_cli.nastran.masses.spread import Spread, ToBasic, density_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Springs, dampers, gaps, plots and heat: Nastran gives them no mass (a CBUSH has that of its property).
 _MASSLESS = {

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.masses.spread import FloatArray, Spread, ToBasic, density_of
+from tedm_cli.nastran.masses.spread import Spread, ToBasic, density_of
 
 _BARS = ("CBAR", "CBEAM")
 

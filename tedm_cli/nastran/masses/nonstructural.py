@@ -14,11 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import corner_count, shape_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _ALIAS = {
     **dict.fromkeys(("PSHELL", "PCOMP", "PCOMPG"), "PSHELL"),
@@ -114,7 +112,7 @@ def _cards(model: Any, number: int) -> Iterator[Any]:
             wanted += [int(s) for s in add.nsm_ids]
 
 
-def _named(card: Any, elements: Measured, kind: NDArray[np.str_], where: str) -> NDArray[np.bool_]:
+def _named(card: Any, elements: Measured, kind: NDArray[np.str_], where: str) -> BoolArray:
     """Which elements a card names: by id, or by property id and type, where PCOMP counts as PSHELL and so on."""
     if card.nsm_type in ("PCONEAX", "PRAC2D", "PBEND"):
         raise InputError(f"{card.type} {card.sid}: {card.nsm_type} is not read", where=where)

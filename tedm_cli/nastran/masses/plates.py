@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import Shape
-from tedm_cli.nastran.masses.spread import FloatArray, Spread, density_of
+from tedm_cli.nastran.masses.spread import Spread, density_of
 
 _LEVEL = 1e-9  # of a laminate's thickness: rounding of its ply positions
 

@@ -6,13 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 ToBasic = Callable[[int, FloatArray], FloatArray]
 """Turns a vector [3] in the displacement frame (CD) of a grid, by its id, into the basic frame."""

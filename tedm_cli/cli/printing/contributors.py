@@ -1,0 +1,146 @@
+"""What -v adds to the verdicts of cases: the sensitivity of every verdict, contributors, and what would mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tedm_cli.cli.printing.table import table
+
+if TYPE_CHECKING:
+    from tedm_cli.noise.case_run import CaseResult
+    from tedm_cli.noise.requirements import Verdict
+
+_TOP = 5
+
+
+def sensitivity_table(results: Sequence[CaseResult]) -> list[str]:
+    """One line for each verdict of each case: the ratio for other filters, correlations and safety factors."""
+    orders = next((r.filter_sensitivity.order for r in results if r.filter_sensitivity is not None), np.empty(0))
+    head = (
+        *("case", "output", "requirement", "ratio"),
+        *(f"order {n:g}" for n in orders),
+        *("minimum", "blocks min", "blocks max", "R >= 0", "maximum", "factor 1", "allowed"),
+    )
+    rows = []
+    for r in results:
+        for v, verdict in enumerate(r.verdicts):
+            by_filter = r.filter_sensitivity
+            filters = (
+                [""] * len(orders)
+                if by_filter is None
+                else [f"{q.min():.3g}..{q.max():.3g}" for q in by_filter.ratio[v]]
+            )
+            numbers = (*r.bound_ratio[v], verdict.ratio / r.safety_factor, r.safety_factor * verdict.margin)
+            rows.append((r.case.id, verdict.output, verdict.requirement, f"{verdict.ratio:.3g}", *filters,
+                         *(f"{n:.3g}" for n in numbers)))  # fmt: skip
+    if not rows:
+        return []
+    corners = next((r.filter_sensitivity.corner_hz for r in results if r.filter_sensitivity is not None), None)
+    note = "minimum to maximum: ratio at the bounds over correlations (blocks: only that between the blocks unknown);"
+    lines = ["", "sensitivity of the verdicts", *table(head, rows, right=tuple(range(3, len(head)))), note]
+    if corners is not None:
+        lines.append(f"order: over corners of {', '.join(f'{1e3 * c:g}' for c in corners)} mHz;")
+    return [*lines, "factor 1: ratio without safety factor; allowed: safety factor at which the ratio is 1"]
+
+
+def contributor_lines(r: CaseResult) -> list[str]:
+    """For each verdict: areas, groups, shields, spectra and paths it comes from, and what would bring it down."""
+    lines = []
+    for v, verdict in enumerate(r.verdicts):
+        o = r.labels.index(verdict.output)
+        c = r.contributions
+        at = f"{1e3 * c.frequency_hz[o]:.3g} mHz"
+        lines += [
+            "",
+            f"case {r.case.id}, {verdict.output}, {verdict.requirement}: parts of the power at {at} (in band)",
+        ]
+        order = np.argsort(-np.abs(c.share[o]), kind="stable")[:_TOP]
+        areas = [
+            f"{r.areas.name[i]} {c.amplitude[o, i]:+.2e} {_percent(c.share[o, i], c.band_share[o, i])}" for i in order
+        ]
+        lines.append(f"  areas ({r.units[o]}/sqrt(Hz)): {', '.join(areas)}")
+        level = r.temperature_asd[:, int(np.abs(r.frequency_hz - c.frequency_hz[o]).argmin())]
+        spectra = np.array([f"no. {i} of {level[i]:.2g} K/sqrt(Hz)" for i in r.temperature_set.tolist()])
+        for what, labels in (("groups", r.areas.group), ("shield", r.areas.shield), ("temperature spectra", spectra)):
+            names, share, band = c.by(labels)
+            parts = [(str(n), share[o, i], band[o, i]) for i, n in enumerate(names)]
+            lines.append(f"  {what}: {_parts(parts)}")
+        if verdict.output in c.path_share:
+            shares = c.path_share[verdict.output].tolist(), c.path_band_share[verdict.output].tolist()
+            lines.append(f"  optical elements: {_parts(list(zip(c.path_names, *shares, strict=True)))}")
+            lines.append(f"  ratio if the bench did not move as one: {r.distortion_ratio[v]:.3g}")
+        lines.append(f"  largest over all correlations: {_signs(r, o)}")
+        lines += _improvement_lines(r, v, verdict)
+    return lines
+
+
+def more_dict(r: CaseResult) -> dict[str, Any]:
+    """The same for a program; null where a group cannot meet a requirement alone, or may have any noise."""
+    from tedm_cli.noise.bounds import BOUNDS
+    from tedm_cli.noise.improvement import COUNTS
+
+    listed = []
+    for v, (verdict, i) in enumerate(zip(r.verdicts, r.improvements, strict=True)):
+        listed.append(
+            {
+                "output": verdict.output,
+                "requirement": verdict.requirement,
+                "bound_ratio": dict(zip(BOUNDS, r.bound_ratio[v].tolist(), strict=True)),
+                "distortion_ratio": r.distortion_ratio[v] if np.isfinite(r.distortion_ratio[v]) else None,
+                "filter_ratio": None if r.filter_sensitivity is None else r.filter_sensitivity.ratio[v].tolist(),
+                "ratio_with_areas_silent": dict(zip(map(str, COUNTS), i.silenced.tolist(), strict=True)),
+                "worst_areas": [str(r.areas.name[a]) for a in i.worst.tolist() if a >= 0],
+                "ratio_with_blocks_matched": dict(zip(map(str, COUNTS), i.matched.tolist(), strict=True)),
+                "matched_blocks": [r.areas.name[r.blocks[b]].tolist() for b in i.match.tolist() if b >= 0],
+                "group_factor": {
+                    g: f if np.isfinite(f) else None for g, f in zip(r.groups, i.group_factor.tolist(), strict=True)
+                },
+            }
+        )
+    return {"sensitivity": listed}
+
+
+def _improvement_lines(r: CaseResult, v: int, verdict: Verdict) -> list[str]:
+    from tedm_cli.noise.improvement import COUNTS, QUIETER
+    from tedm_cli.noise.selection import listed
+
+    i = r.improvements[v]
+    ratios = [
+        f"{n}: {a:.3g} ({b:.3g})" for n, a, b in zip(COUNTS, i.silenced.tolist(), i.quieter.tolist(), strict=True)
+    ]
+    factors = [
+        f"{g} {'cannot alone' if np.isnan(f) else f'x {f:.3g}'}"
+        for g, f in zip(r.groups, i.group_factor.tolist(), strict=True)
+    ]
+    worst = ", ".join(str(r.areas.name[a]) for a in i.worst[:_TOP].tolist() if a >= 0) or "none"
+    names = [listed(r.areas.name[r.blocks[b]].tolist()) for b in i.match[:_TOP].tolist() if b >= 0]
+    match = "; ".join(names) or "none"
+    matched = [f"{n}: {q:.3g}" for n, q in zip(COUNTS, i.matched.tolist(), strict=True) if n > 1]
+    return [
+        f"  ratio with the worst areas silent (at 1/{QUIETER:g}): {', '.join(ratios)}; worst: {worst}",
+        f"  ratio with blocks that share one temperature fluctuation: {', '.join(matched)}; best together: {match}",
+        f"  temperature amplitude that just meets it: {', '.join(factors)}; all together x {verdict.margin:.3g}",
+    ]
+
+
+def _parts(parts: list[tuple[str, float, float]]) -> str:
+    ranked = sorted(parts, key=lambda p: -abs(p[1]))
+    shown = [f"{name} {_percent(share, band)}" for name, share, band in ranked[:_TOP] if share or band]
+    return ", ".join(shown) or "none"
+
+
+def _percent(share: float, band: float) -> str:
+    return f"{100 * share:.3g} % ({100 * band:.3g} %)"
+
+
+def _signs(r: CaseResult, o: int) -> str:
+    """Areas that the correlation of the maximum turns against the others, the largest contributions first."""
+    amplitude = r.contributions.amplitude[o]
+    order = np.argsort(-np.abs(amplitude), kind="stable")
+    shown = [f"{'+' if amplitude[i] > 0 else '-'}{r.areas.name[i]}" for i in order[: 2 * _TOP] if amplitude[i]]
+    up, down = int((amplitude > 0).sum()), int((amplitude < 0).sum())
+    more = f" and {up + down - len(shown)} more" if up + down > len(shown) else ""
+    return f"{up} areas rise while {down} fall: {' '.join(shown)}{more}"

@@ -1,0 +1,33 @@
+"""The correlations at the bounds of a case, as lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from tedm_cli.cli.printing.table import table
+
+if TYPE_CHECKING:
+    from tedm_cli.stages.exports.extremal import Extremal
+
+
+def extremal_lines(done: Sequence[Extremal]) -> list[str]:
+    """A table of what was written, and how to run it."""
+    rows = [
+        (
+            e.output,
+            e.bound,
+            f"{e.amplitude:.3g}",
+            f"{e.of_case:.3g}",
+            f"{e.unit}/sqrt(Hz)",
+            f"{1e3 * e.frequency_hz:.3g}",
+            e.id,
+        )
+        for e in done
+    ]
+    folder = done[0].path.parent
+    return [
+        *table(("output", "bound", "noise", "in case", "unit", "at mHz", "case id"), rows, right=(2, 3, 5)),
+        f"{len(done)} matrices and cases.toml in {folder}; to run them: append cases.toml to your cases file, then"
+        f" `tedm run-case {done[-1].id}`",
+    ]

@@ -1,0 +1,69 @@
+"""Masses and the solution of a model as lines of text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tedm_cli.stages.model.ingest import MassSummary
+    from tedm_cli.stages.model.solve import SolveReport
+
+_ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
+_STIFF = 0.01  # relative change of displacements by bubble functions above which the mesh is called too stiff
+
+
+def mass_lines(masses: MassSummary) -> list[str]:
+    """Mass, centre of gravity and inertia of the structure, and what they were checked against."""
+    p, s = masses.properties, masses.sample
+    least = _ROUNDING * float(abs(p.inertia_kg_m2).max())
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (
+        (f"{v:.6g}" if abs(v) > least else "0" for v in row) for row in p.inertia_kg_m2
+    )
+    size = float(p.inertia_kg_m2.trace() / p.mass_kg) ** 0.5
+    x, y, z = (f"{v:.6g}" if abs(v) > _ROUNDING * size else "0" for v in p.centre_m)
+    lines = [
+        f"mass {p.mass_kg:.9g} kg, centre of gravity ({x}, {y}, {z}) m in the basic frame",
+        f"inertia about it: xx {xx}, yy {yy}, zz {zz}, xy {xy}, xz {xz}, yz {yz} kg m2",
+        f"masses of {s.elements:,} elements agree with pyNastran's, by card and property, to {s.largest:.1e}"
+        + (f" ({s.worst})" if s.largest > _ROUNDING else ""),
+    ]
+    lines += [f"the grid point weight table of {path} agrees" for path in masses.weight_tables]
+    return lines + [f"left out: {kg:.6g} kg that stand for {name}" for name, kg in masses.test_mass_kg.items()]
+
+
+def partial_lines(elements: list[int]) -> list[str]:
+    """A note on elements that lack some of their midside nodes."""
+    if not elements:
+        return []
+    shown = ", ".join(map(str, elements[:8])) + (" ..." if len(elements) > 8 else "")
+    return [f"note: {len(elements)} elements lack midside nodes; their mass follows their corners alone: {shown}"]
+
+
+def solve_lines(path: Path, done: SolveReport) -> list[str]:
+    """Size of the model, quality of the solution, and what the elements do badly."""
+    s = done.static
+    elements = ", ".join(f"{number:,} {kind}" for kind, number in (done.solids | done.others).items() if number)
+    lines = [
+        f"{path}: {done.n_cases} load cases, {done.n_grids:,} grids, {elements}",
+        f"{s.solver}: {s.n_dof:,} unknowns, assembled in {s.assemble_seconds:.1f} s, factorised in"
+        f" {s.factor_seconds:.1f} s, solved in {s.solve_seconds:.1f} s; peak memory {done.peak_bytes / 1e9:.1f} GB",
+        f"relative residual {s.max_relative_residual:.1e}, uniform expansion to {s.expansion_residual:.1e}",
+    ]
+    if done.bending_change is not None:
+        lines.append(
+            f"bending: with bubble functions in all linear solids displacements change by {done.bending_change:.2g}"
+        )
+        if done.bending_change > _STIFF:
+            lines.append(
+                "note: the linear solids are too stiff in bending; leave IN and ISOP of their PSOLID blank (bubble"
+                " functions), take CHEXA20, CPENTA15 or CTETRA10, or more elements through the thickness"
+            )
+    if done.linear_tetrahedra:
+        lines.append(
+            f"note: {done.linear_tetrahedra:,} CTETRA4 have constant strain and are too stiff in bending, by an amount"
+            " that is not estimated; take CTETRA10"
+        )
+    if s.unattached_grids:
+        lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")
+    return lines

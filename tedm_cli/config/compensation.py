@@ -1,0 +1,57 @@
+"""The compensation masses of a configuration, from its CSV and its tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.config.model import ModelConfig, axes_of_rotation
+from tedm_cli.config.project import Project
+from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.gravity.compensation import CompensationMass
+from tedm_cli.tables.csv_table import Row, read_table
+
+CENTRE, SIZE = ("x_m", "y_m", "z_m"), ("size_x_m", "size_y_m", "size_z_m")
+ROTATION = ("rotation_x_rad", "rotation_y_rad", "rotation_z_rad")
+HEADER = ("name", *CENTRE, *SIZE, *ROTATION, "mass_kg")
+
+
+def compensation_file(project: Project, config: ModelConfig) -> Path | None:
+    """The CSV of blocks that the model configuration names, if it names one."""
+    name = config.gravity.compensation_masses
+    return None if name is None else project.resolve(name)
+
+
+def compensation_masses(project: Project, config: ModelConfig) -> list[CompensationMass]:
+    """All blocks, those of the CSV first.
+
+    Raises
+    ------
+    InputError : the CSV or a line of it is wrong.
+    ConfigError : two blocks have the same name.
+    """
+    path = compensation_file(project, config)
+    blocks = [] if path is None else [_block(path, row) for row in read_table(path, HEADER, text=("name",))]
+    blocks += [table.block() for table in config.compensation_mass]
+    names = [block.name for block in blocks]
+    problems = [
+        ("compensation_mass", f"two blocks have the name {name!r}")
+        for name in sorted({n for n in names if names.count(n) > 1})
+    ]
+    if problems:
+        raise ConfigError(problems, where=str(project.model))
+    return blocks
+
+
+def _block(path: Path, row: Row) -> CompensationMass:
+    for column in (*SIZE, "mass_kg"):
+        if row.number[column] <= 0.0:
+            raise InputError(f"{column} must be positive, found {row.number[column]:g}", where=f"{path}:{row.line}")
+    return CompensationMass(
+        name=row.text["name"],
+        centre_m=np.array([row.number[c] for c in CENTRE]),
+        size_m=np.array([row.number[c] for c in SIZE]),
+        mass_kg=row.number["mass_kg"],
+        axes=axes_of_rotation([row.number[c] for c in ROTATION]),
+    )

@@ -1,0 +1,36 @@
+"""The temperature model of a cases file, with the tables of spectra it names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.config.cases import CasesConfig
+from tedm_cli.config.project import Project
+from tedm_cli.config.temperature import SpectrumColumns
+from tedm_cli.errors import InputError
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.tables.wide_table import open_wide
+
+
+def table_paths(project: Project, config: CasesConfig) -> list[Path]:
+    """Files with spectra; their names are relative to the cases file."""
+    return [project.cases.parent / name for name in config.temperature.table_names()]
+
+
+def temperature_model(project: Project, config: CasesConfig, areas: AreaTable) -> TemperatureModel:
+    """The model of the thermal areas; raises what reading a table and `TemperatureTable.model` raise."""
+    names = config.temperature.table_names()
+    tables = {name: _read(path) for name, path in zip(names, table_paths(project, config), strict=True)}
+    return config.temperature.model(areas, tables, where=str(project.cases))
+
+
+def _read(path: Path) -> SpectrumColumns:
+    with open_wide(path, "frequency_hz") as table:
+        blocks = list(table.blocks())
+        if not blocks:
+            raise InputError("holds the names of its columns and no row", where=str(path))
+        frequency, asd = (np.concatenate(parts) for parts in ([b.key for b in blocks], [b.values for b in blocks]))
+        return SpectrumColumns(str(path), table.columns, frequency, asd)

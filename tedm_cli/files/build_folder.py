@@ -1,0 +1,62 @@
+"""The files of a build folder: their names, where each comes from, and whether they were made from the same inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from tedm_cli.contracts import KINDS
+from tedm_cli.errors import InputError
+from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
+from tedm_cli.files.store import Reader
+
+UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS = (
+    "unit_loads.h5",
+    "distortion.h5",
+    "sensitivity.h5",
+    "optics.h5",
+)
+
+
+def case_file_name(case_id: str) -> str:
+    """`case03.h5` for case 3, `case4b.h5` for 4b."""
+    return f"case{int(case_id):02d}.h5" if case_id.isdigit() else f"case{case_id}.h5"
+
+
+def series_file_name(name: str) -> str:
+    return f"series_{name}.h5"
+
+
+def provenance(configs: Sequence[ConfigFile], inputs: Iterable[Path]) -> Provenance:
+    """Origin of a file: `configs` as they were read, and the present contents of `inputs`."""
+    paths = list(inputs)
+    for path in paths:
+        if not path.exists():
+            kind = KINDS.get(path.stem)
+            raise InputError("no such file", where=str(path), hint=f"make it with `{kind.made_by}`" if kind else "")
+    return Provenance(tuple(configs), input_files(paths), command_line())
+
+
+def require_same_input(name: str, *files: Reader) -> None:
+    """Refuse files that were made from different contents of the input called `name`."""
+    found: dict[str, Path] = {}
+    for file in files:
+        for item in file.provenance().inputs:
+            if item.path.name == name:
+                found.setdefault(item.sha256, file.path)
+    if len(found) > 1:
+        paths = " and ".join(str(p) for p in found.values())
+        raise InputError(
+            f"were made from different versions of {name}", where=paths, hint="rebuild them; see tedm check"
+        )
+
+
+def require_input(file: Reader, used: InputFile) -> None:
+    """Refuse `file` when it was made from another version of the file `used` that this stage reads as well."""
+    for item in file.provenance().inputs:
+        if item.path.name == used.path.name and item.sha256 != used.sha256:
+            raise InputError(
+                f"is stale: made from another version of {used.path}",
+                where=str(file.path),
+                hint=f"rebuild it with `{file.kind.made_by}`",
+            )

@@ -1,0 +1,354 @@
+"""The only room that touches HDF5: atomic writing and checked reading of the files in `tedm_cli.contracts`.
+
+A file appears under its name only when it is complete: it is written beside the target under a temporary name, its
+datasets are checked against the contract, it is closed and synced, and then renamed. Files carry netCDF-4 dimension
+scales, so they open in xarray and MATLAB as well. The same contents give the same bytes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import platform
+import re
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from tedm_cli import __version__
+from tedm_cli.arrays import AnyArray, FloatArray
+from tedm_cli.contracts import KINDS, Dataset, FileKind
+from tedm_cli.errors import InputError, TedmError
+from tedm_cli.files.blocks import BLOCK_NODES, Allocated, Blocks, narrowed, reading
+from tedm_cli.files.contract_check import (
+    DTYPES,
+    PROVENANCE,
+    contract_problems,
+    find_spec,
+    provenance_problems,
+    shape_problem,
+)
+from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
+from tedm_cli.files.sink import Sink
+
+_NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
+HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
+_CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
+
+
+class Writer:
+    """A file under construction; made by `create`."""
+
+    def __init__(self, file: Any, kind: FileKind, target: Path, sink: Sink) -> None:
+        self._file = file
+        self._kind = kind
+        self._target = target
+        self._sink = sink
+        self._dims: dict[str, int] = dict(kind.fixed_dims)
+
+    def write(self, path: str, value: Any, *, units: str | None = None, single: bool = False) -> None:
+        """Write a whole dataset. `units` is required where the contract leaves it open; `single` as for `allocate`."""
+        spec = self._spec(path)
+        data = np.asarray(value, dtype=object) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
+        data = narrowed(data) if single else data
+        dataset = self._make(path, spec, data.shape, units, single)
+        if data.shape == ():
+            dataset[()] = data.item()
+        elif data.size:
+            dataset[...] = data
+        self._sink.check()
+
+    def allocate(
+        self, path: str, shape: tuple[int, ...], *, units: str | None = None, single: bool = False
+    ) -> Allocated:
+        """Make an empty dataset for a stage that fills it in blocks (`dataset[i] = ...`).
+
+        With `single` (for the contract's `real` alone) it takes half the room and `PrecisionLossError` says where that
+        would change a number.
+        """
+        return Allocated(self._make(path, self._spec(path), shape, units, single), self._sink)
+
+    def _spec(self, path: str) -> Dataset:
+        return find_spec(self._kind, path)
+
+    def _make(self, path: str, spec: Dataset, shape: tuple[int, ...], units: str | None, single: bool) -> Any:
+        problem = shape_problem(spec, shape, self._dims)
+        if problem:
+            raise TedmError(f"internal: {self._kind.name} {path}: {problem}")
+        dtype: Any = h5py.string_dtype() if spec.dtype == "str" else np.float32 if single else DTYPES[spec.dtype]
+        options: dict[str, Any] = {}
+        axis = next((i for i, dim in enumerate(spec.dims) if dim in _CHUNKED), 0)
+        if shape and 0 not in shape:
+            options["chunks"] = tuple(
+                1 if i < axis else min(n, BLOCK_NODES) if i == axis else n for i, n in enumerate(shape)
+            )
+            options["fletcher32"] = spec.dtype != "str"  # a checksum of every chunk; of strings it would not cover them
+        dataset = self._file.create_dataset(path, shape=shape, dtype=dtype, track_times=False, **options)
+        unit = spec.units if spec.units is not None else units
+        if unit is None:
+            raise TedmError(f"internal: {self._kind.name} {path}: no unit given")
+        dataset.attrs["units"] = unit
+        dataset.attrs["long_name"] = spec.long_name
+        if spec.frame:
+            dataset.attrs["frame"] = spec.frame
+        for axis, dim in enumerate(spec.dims):
+            dataset.dims[axis].attach_scale(self._scale(dim, shape[axis]))
+        return dataset
+
+    def _scale(self, dim: str, size: int) -> Any:
+        name = f"n_{dim}"
+        if name not in self._file:
+            # netCDF-4's form of a dimension without coordinates: an unwritten dataset of the right length.
+            scale = self._file.create_dataset(name, shape=(size,), dtype="f4", track_times=False)
+            scale.make_scale(f"This is a netCDF dimension but not a netCDF variable. {size:10d}")
+        return self._file[name]
+
+    def _finish(self, provenance: Provenance) -> None:
+        attrs = self._file.attrs
+        attrs["schema"] = f"tedm.{self._kind.name}"
+        attrs["schema_version"] = self._kind.version
+        attrs["tedm_version"] = __version__
+        attrs["command_line"] = provenance.command
+        for library in ("numpy", "scipy", "h5py", "pyNastran"):
+            attrs[f"{library}_version"] = version(library)
+        attrs["python_version"] = platform.python_version()
+        folder = self._target.parent
+        group = self._file.create_group("provenance")
+        string = h5py.string_dtype()
+        for name, items in (("config", provenance.configs), ("input", provenance.inputs)):
+            for field in PROVENANCE[name]:
+                values = [relative_name(i.path, folder) if field == "path" else getattr(i, field) for i in items]
+                group.create_dataset(f"{name}_{field}", data=values, dtype=string, track_times=False)
+        problems = contract_problems(self._file, self._kind) + provenance_problems(self._file)
+        if problems:
+            raise TedmError(f"internal: {self._kind.name} was written incompletely: {'; '.join(problems)}")
+
+
+class Reader:
+    """An open file whose contract has been checked; made by `open_checked`."""
+
+    def __init__(self, file: Any, kind: FileKind, path: Path) -> None:
+        self._file = file
+        self.kind = kind
+        self.path = path
+
+    def has(self, path: str) -> bool:
+        return path in self._file
+
+    def array(self, path: str) -> AnyArray:
+        """The whole dataset as float64 or int64."""
+        return self.dataset(path)[()]
+
+    def strings(self, path: str) -> list[str]:
+        with reading(self.path, path):
+            return [str(s) for s in self._file[path].asstr()[()]]
+
+    def string(self, path: str) -> str:
+        with reading(self.path, path):
+            return str(self._file[path].asstr()[()])
+
+    def number(self, path: str) -> float:
+        return float(self.dataset(path)[()])
+
+    def dataset(self, path: str) -> Blocks:
+        """A numeric dataset, for stages that read it in blocks; `InputError` where a family of datasets lacks it."""
+        if path not in self._file:
+            raise InputError(f"has no {path}", where=str(self.path), hint=f"make it with `{self.kind.made_by}`")
+        return Blocks(self._file[path], self.path)
+
+    def units(self, path: str) -> str:
+        with reading(self.path, path):
+            return str(self._file[path].attrs["units"])
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        return dict(self._file.attrs)
+
+    def provenance(self) -> Provenance:
+        """Configurations and inputs, with their paths resolved from this file's folder."""
+
+        def column(name: str) -> list[str]:
+            return self.strings(f"/provenance/{name}") if self._file[f"/provenance/{name}"].size else []
+
+        def paths(name: str) -> list[Path]:
+            return [absolute_path(p, self.path.parent) for p in column(name)]
+
+        configs = zip(paths("config_path"), column("config_text"), column("config_sha256"), strict=True)
+        inputs = zip(paths("input_path"), column("input_sha256"), strict=True)
+        return Provenance(
+            tuple(ConfigFile(*c) for c in configs),
+            tuple(InputFile(*i) for i in inputs),
+            str(self._file.attrs["command_line"]),
+        )
+
+    def table(self) -> Iterator[tuple[str, tuple[int, ...], str, str]]:
+        """(path, shape, unit, meaning) of every dataset of the contract that the file holds."""
+        found: list[tuple[str, tuple[int, ...], str, str]] = []
+
+        def visit(name: str, item: Any) -> None:
+            path = "/" + name
+            if isinstance(item, h5py.Dataset) and "units" in item.attrs:
+                with contextlib.suppress(KeyError):  # what a user has added is not of the contract
+                    meaning = find_spec(self.kind, path).long_name
+                    found.append((path, tuple(item.shape), str(item.attrs["units"]), meaning))
+
+        with reading(self.path):
+            self._file.visititems(visit)
+        yield from found
+
+
+@contextlib.contextmanager
+def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Writer]:
+    """Write a file of `kind` atomically; on any failure the file that was there before stays as it was."""
+    with replacing(path) as temporary, contextlib.closing(Sink(temporary)) as sink:
+        with h5py.File(sink, "w", libver="v110", rdcc_nbytes=_NO_CACHE) as file:
+            writer = Writer(file, kind, path, sink)
+            yield writer
+            writer._finish(provenance)
+        sink.check()
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary path beside `path` that becomes `path` when the block ends without an exception.
+
+    Used for every file a stage makes, HDF5 or not. Temporaries that a killed run of the same target left are removed.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for orphan in path.parent.glob(f".{path.name}.*.tmp"):
+            if not _alive(orphan):
+                orphan.unlink(missing_ok=True)
+    except OSError as exc:
+        raise _cannot_write(path, exc) from exc
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        with open(temporary, "rb+") as stream:
+            os.fsync(stream.fileno())
+        os.replace(temporary, path)
+    except OSError as exc:
+        raise _cannot_write(path, exc) from exc
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _alive(temporary: Path) -> bool:
+    match = re.search(r"\.(\d+)\.tmp$", temporary.name)
+    if match is None:
+        return True
+    try:
+        os.kill(int(match.group(1)), 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+def _cannot_write(path: Path, exc: OSError) -> InputError:
+    full = exc.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+    fact = "no room left to write it" if full else f"cannot be written ({exc.strerror or exc})"
+    return InputError(f"{fact}; the previous file, if any, is untouched", where=str(path))
+
+
+@contextlib.contextmanager
+def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
+    """Open a file for reading after checking its kind, version and contract.
+
+    Raises
+    ------
+    InputError : missing, not HDF5, of another kind or version, or with datasets that do not fit the contract.
+    """
+    rebuild = f"make it with `{kind.made_by}`"
+    try:
+        file = h5py.File(path, "r", rdcc_nbytes=_NO_CACHE)
+    except FileNotFoundError as exc:
+        raise InputError("no such file", where=str(path), hint=rebuild) from exc
+    except OSError as exc:
+        raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path), hint=rebuild) from exc
+    with file:
+        with reading(path):
+            schema = str(file.attrs.get("schema", ""))
+            found = file.attrs.get("schema_version", "none")
+        if schema != f"tedm.{kind.name}":
+            raise InputError(
+                f"holds {schema or 'no tedm schema'}, wanted tedm.{kind.name}", where=str(path), hint=rebuild
+            )
+        if str(found) != str(kind.version):
+            raise InputError(
+                f"schema version {found}, this tedm reads {kind.version}", where=str(path), hint=f"re{rebuild}"
+            )
+        with reading(path):
+            problems = contract_problems(file, kind) + provenance_problems(file)
+        if problems:
+            raise InputError("; ".join(problems), where=str(path), hint=f"re{rebuild}")
+        yield Reader(file, kind, path)
+
+
+def kind_of(path: Path) -> FileKind:
+    """The kind of a file, from its schema attribute."""
+    try:
+        with h5py.File(path, "r") as file:
+            schema = str(file.attrs.get("schema", ""))
+    except FileNotFoundError as exc:
+        raise InputError("no such file", where=str(path)) from exc
+    except OSError as exc:
+        raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path)) from exc
+    kind = KINDS.get(schema.removeprefix("tedm."))
+    if kind is None:
+        raise InputError(f"holds {schema or 'no tedm schema'}", where=str(path), hint=f"known: {', '.join(KINDS)}")
+    return kind
+
+
+class Columns:
+    """The one-dimensional numeric datasets in the root of a user's HDF5 file; made by `open_columns`."""
+
+    def __init__(self, file: Any, path: Path) -> None:
+        self._path = path
+        self._data = {
+            str(name): item
+            for name, item in file.items()
+            if isinstance(item, h5py.Dataset) and item.ndim == 1 and item.dtype.kind in "fiu"
+        }
+        self.columns = list(self._data)
+        self.ignored = [str(n) for n, item in file.items() if isinstance(item, h5py.Dataset) and n not in self._data]
+        self.length = 0
+
+    def read(self, name: str, part: slice) -> FloatArray:
+        """A piece of a column."""
+        with reading(self._path, f"/{name}"):
+            return np.asarray(self._data[name][part], dtype=np.float64)
+
+    def _measure(self, key: str) -> None:
+        self.length = len(self._data[key]) if key in self._data else 0
+        for name, data in self._data.items():
+            if key in self._data and len(data) != self.length:
+                fact = f"/{name} has {len(data):,} values, /{key} {self.length:,}"
+                raise InputError(fact, where=str(self._path), hint="all columns of a table are of one length")
+
+
+@contextlib.contextmanager
+def open_columns(path: Path, key: str) -> Iterator[Columns]:
+    """Open a user's HDF5 table: a dataset [n] named `key` and others of its length, in the root group.
+
+    Raises
+    ------
+    InputError : missing, not HDF5, or with columns of different lengths.
+    """
+    try:
+        file = h5py.File(path, "r")
+    except FileNotFoundError as exc:
+        raise InputError("no such file", where=str(path)) from exc
+    except OSError as exc:
+        raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path)) from exc
+    with file:
+        with reading(path):
+            found = Columns(file, path)
+        found._measure(key)
+        yield found

@@ -1,0 +1,187 @@
+"""Displacements of the unit loads from one or several OP2 files, in the basic frame, one subcase at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import BoolArray, FloatArray
+from tedm_cli.errors import InputError
+from tedm_cli.nastran.frames import displacement_axes, rounded_off_axis
+from tedm_cli.nastran.geometry import ModelGeometry, id_list
+from tedm_cli.nastran.op2.reader import GridMotion, SubcaseTable, clean_label, open_results
+from tedm_cli.nastran.unit_loads import UnitLoad
+
+_LABEL_KEPT = 64  # Nastran writes no more than this of a LABEL
+
+
+def unit_load_displacements(
+    op2_files: Sequence[Path],
+    loads: Sequence[UnitLoad],
+    geometry: ModelGeometry,
+    subcase_table: Mapping[str, int] | None = None,
+) -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
+    """Yield (unit load, translation [N,3] m, rotation [N,3] rad) for every load, in the order of the OP2 files.
+
+    Which subcase is which load is settled from the headers of all files before the first displacement is read, and one
+    subcase is held at a time. Subcases are matched by `subcase_table` (area name to subcase id), else by LABEL without
+    regard to case, never by order; every area of `subcase_table` is among `loads`. Displacements of grids the OP2
+    leaves out stay zero when those grids have no element, no rigid element and no mass.
+
+    Raises
+    ------
+    InputError : what `open_results` refuses, a load without result, a result without load, a result given twice,
+        labels and numbers of subcases that contradict each other, missing grids, NaN or infinity.
+    """
+    matched: list[tuple[Path, dict[int, UnitLoad]]] = []
+    seen: dict[str, Path] = {}
+    find = _Matching(loads, subcase_table or {})
+    for path in op2_files:
+        with open_results(path) as (tables, _):
+            mine = {}
+            for table in tables:
+                load = mine[table.subcase] = find.load(table, path)
+                if load.label in seen:
+                    raise InputError(f"area '{load.label}' was already in {seen[load.label]}", where=str(path))
+                seen[load.label] = path
+            matched.append((path, mine))
+    _check_complete(loads, seen, op2_files)
+    if not subcase_table:
+        _check_numbers(matched, loads)
+    axes = displacement_axes(geometry.position_m, geometry.displacement_frame, geometry.frames)
+    for path, mine in matched:
+        with open_results(path) as (tables, read):
+            for table in tables:
+                load = mine[table.subcase]
+                place = f"{path}: subcase {table.subcase} (area '{load.label}')"
+                motion = _on_grids(read(table), load, geometry, place).reshape(-1, 2, 3)
+                if axes is not None and not table.is_basic:
+                    _check_axes(geometry, place)
+                    motion = np.einsum("nij,naj->nai", axes, motion)
+                yield load, motion[:, 0], motion[:, 1]
+
+
+class _Matching:
+    """Finds the unit load of a subcase."""
+
+    def __init__(self, loads: Sequence[UnitLoad], table: Mapping[str, int]) -> None:
+        by_name = {load.label.upper(): load for load in loads}
+        self.by_subcase = {number: by_name[area.upper()] for area, number in table.items()}
+        self.by_label: dict[str, list[UnitLoad]] = {}
+        for load in loads:
+            self.by_label.setdefault(_key(load.label), []).append(load)
+
+    def load(self, table: SubcaseTable, path: Path) -> UnitLoad:
+        if self.by_subcase:
+            found = [self.by_subcase[table.subcase]] if table.subcase in self.by_subcase else []
+        else:
+            found = self.by_label.get(_key(table.label), [])
+            exact = [load for load in found if clean_label(load.label).upper() == table.label.upper()]
+            found = exact or found
+        if len(found) == 1:
+            return found[0]
+        name = f"label '{table.label}'" if table.label else "no label"
+        fact = f"subcase {table.subcase} ({name}) belongs to no thermal area of the deck"
+        if found:
+            fact = (
+                f"subcase {table.subcase} ({name}) may be any of {', '.join(load.label for load in found)}:"
+                f" Nastran keeps {_LABEL_KEPT} characters of a LABEL"
+            )
+        raise InputError(
+            fact,
+            where=str(path),
+            hint="label the subcases with the area names, or give [model.subcases] area = id",
+        )
+
+
+def _key(label: str) -> str:
+    return clean_label(label).upper()[:_LABEL_KEPT].strip()
+
+
+def _check_complete(loads: Sequence[UnitLoad], seen: Mapping[str, Path], op2_files: Sequence[Path]) -> None:
+    missing = [load for load in loads if load.label not in seen]
+    if missing:
+        names = ", ".join(f"'{m.label}' (subcase {m.subcase})" for m in missing[:5])
+        more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
+        raise InputError(
+            f"no displacements for {len(missing)} of {len(loads)} unit loads: {names}{more}",
+            where=", ".join(str(p) for p in op2_files),
+            hint="is an OP2 missing from the list, or did the solver stop before its last subcase?",
+        )
+
+
+def _check_numbers(matched: Sequence[tuple[Path, Mapping[int, UnitLoad]]], loads: Sequence[UnitLoad]) -> None:
+    """Where the results have the deck's own numbers, these must say what the labels say.
+
+    Two loads that have changed places add up to the same uniform load: nothing else would tell.
+    """
+    found = [(path, number, load) for path, mine in matched for number, load in mine.items()]
+    if sorted(number for _, number, _ in found) != sorted(load.subcase for load in loads):
+        return  # numbered anew, in one file or in several
+    of_deck = {load.subcase: load.label for load in loads}
+    other = [(path, number, load) for path, number, load in found if load.subcase != number]
+    if other:
+        path, number, load = other[0]
+        raise InputError(
+            f"subcase {number} is labelled '{load.label}', and '{of_deck[number]}' in the deck"
+            f" ({len(other)} of {len(found)} subcases)",
+            where=str(path),
+            hint="were labels changed since? say which is which by [model.subcases] area = id",
+        )
+
+
+def _check_axes(geometry: ModelGeometry, place: str) -> None:
+    near = rounded_off_axis(geometry.position_m, geometry.displacement_frame, geometry.frames)
+    bad = np.nonzero(near & _needed(geometry))[0]
+    if bad.size:
+        frame = geometry.displacement_frame[bad[0]]
+        raise InputError(
+            f"{bad.size} grids are on the axis of their displacement frame but for rounding:"
+            f" {id_list(geometry.grid_id[bad])} (CD {frame}); the solver took its directions there from the rounding",
+            where=place,
+            hint="give grids on an axis a rectangular displacement frame (CD), and solve again",
+        )
+
+
+def _needed(geometry: ModelGeometry) -> BoolArray:
+    return np.asarray(geometry.structural | geometry.tied | (geometry.lumped_kg > 0))
+
+
+def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: str) -> FloatArray:
+    """Motion [N,6] on the grids of the model, whatever the order and the number of grids in the table."""
+    ids = got.grid_id
+    finite = np.isfinite(got.motion).all(axis=1)
+    if not finite.all():
+        bad = ids[~finite]
+        raise InputError(
+            f"{bad.size} of {len(ids):,} displacements are NaN or infinite: grid {id_list(bad)}",
+            where=place,
+            hint="did the solver fail in this subcase?",
+        )
+    if np.array_equal(ids, geometry.grid_id):  # as Nastran writes them
+        return got.motion
+    rows = np.searchsorted(geometry.grid_id, ids)
+    rows[rows == len(geometry.grid_id)] = 0
+    unknown = ids[geometry.grid_id[rows] != ids]
+    if unknown.size:
+        raise InputError(
+            f"{unknown.size} grids are not in the deck: {id_list(unknown)}",
+            where=place,
+            hint="are these the results of another model?",
+        )
+    if np.unique(ids).size != ids.size:
+        raise InputError("a grid occurs twice", where=place)
+    absent = _needed(geometry)
+    absent[rows] = False
+    if absent.any():
+        limit = "" if load.output in ("", "ALL") else f"; the deck limits the output by DISPLACEMENT = {load.output}"
+        raise InputError(
+            f"{absent.sum()} grids have no displacement: {id_list(geometry.grid_id[absent])}{limit}",
+            where=place,
+            hint="request DISPLACEMENT(PLOT) = ALL",
+        )
+    motion = np.zeros((len(geometry.grid_id), 6))
+    motion[rows] = got.motion
+    return motion

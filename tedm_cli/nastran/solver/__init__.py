@@ -1,1 +1,0 @@
-"""The part of Nastran that the embedded solver understands, read from a unit-load deck."""

@@ -1,0 +1,146 @@
+"""Case control and temperature sets of a unit-load deck, for the embedded solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.errors import InputError
+from tedm_cli.fem.structure import LoadCase
+
+# Case control that selects a load, a constraint or a matrix that is not modelled.
+_REFUSED = ("LOAD", "CLOAD", "DEFORM", "SUPORT1", "K2GG", "P2G", "NLPARM", "NONLINEAR")
+_REFUSED_SUBCASES = ("SUBCOM", "SUBSEQ", "SYM", "SYMCOM", "REPCASE")
+
+
+@dataclass(frozen=True)
+class SelectedSets:
+    """Set numbers that the case control selects.
+
+    `constraint` (SPC), `equations` (MPC) and `initial` are common to all subcases (None where not selected); `loads`
+    holds per subcase its id, label and temperature set.
+    """
+
+    constraint: int | None
+    equations: int | None
+    initial: int | None
+    loads: tuple[tuple[int, str, int], ...]
+
+
+def selected_sets(model: Any, path: Path) -> SelectedSets:
+    """Read the case control of a pyNastran model.
+
+    Raises
+    ------
+    InputError
+        For a solution other than SOL 101, subcases without temperature load or with any other load, combined
+        subcases, and subcases whose constraints or initial temperatures differ.
+    """
+    where = str(path)
+    if model.sol != 101:
+        raise InputError(f"SOL {model.sol} is not the linear static solution SOL 101", where=where)
+    for line in model.case_control_deck.lines:
+        word = line.split("=")[0].split("(")[0].split()
+        if word and word[0].upper() in _REFUSED_SUBCASES:
+            raise InputError(f"case control combines subcases: {line.strip()!r}", where=where, hint="use SUBCASE only")
+    numbers = sorted(number for number in model.subcases if number) or [0]
+    loads, constraints, equations, initials, problems = [], set(), set(), set(), []
+    for number in numbers:
+        params = model.subcases[number].params
+        refused = [key for key in _REFUSED if key in params]
+        if refused:
+            problems.append(f"subcase {number} selects {', '.join(refused)}")
+        temperature = _selected(params, "TEMPERATURE(LOAD)", "TEMPERATURE(BOTH)")
+        if temperature is None:
+            problems.append(f"subcase {number} has no TEMPERATURE(LOAD)")
+            continue
+        label = str(params["LABEL"][0]) if "LABEL" in params else ""
+        loads.append((int(number) or 1, label, temperature))
+        constraints.add(_selected(params, "SPC"))
+        equations.add(_selected(params, "MPC"))
+        initials.add(_selected(params, "TEMPERATURE(INITIAL)"))
+    for name, selected in (("SPC", constraints), ("MPC", equations)):
+        if len(selected) > 1:
+            problems.append(f"subcases select different {name} sets; one factorisation serves them all")
+    if len(initials) > 1:
+        problems.append("subcases select different TEMPERATURE(INITIAL) sets")
+    if problems:
+        some = "; ".join(problems[:10]) + (" ..." if len(problems) > 10 else "")
+        raise InputError(some, where=where, hint="write one thermal subcase per area with `tedm write-deck`")
+    return SelectedSets(constraints.pop(), equations.pop(), initials.pop(), tuple(loads))
+
+
+def read_load_cases(
+    model: Any,
+    sets: SelectedSets,
+    grid_id: IntArray,
+    heated: BoolArray,
+    path: Path,
+) -> tuple[FloatArray | None, list[LoadCase]]:
+    """Temperatures of all grids in every selected set.
+
+    Parameters
+    ----------
+    model : pyNastran model.
+    sets : from `selected_sets`.
+    grid_id : [N], ascending.
+    heated : bool [N], grids of elements; these must have a temperature in every set (the others get zero).
+    path : for messages.
+
+    Returns
+    -------
+    Initial temperatures [N] or None, and the load cases in the order of their subcases.
+    """
+    initial = None if sets.initial is None else _temperatures(model, sets.initial, grid_id, heated, path)
+    cases = [
+        LoadCase(id=number, label=label, temperature=_temperatures(model, temperature, grid_id, heated, path))
+        for number, label, temperature in sets.loads
+    ]
+    return initial, cases
+
+
+def _selected(params: dict[str, Any], *keys: str) -> int | None:
+    for key in keys:
+        if key in params:
+            return int(params[key][0])
+    return None
+
+
+def _temperatures(
+    model: Any,
+    sid: int,
+    grid_id: IntArray,
+    heated: BoolArray,
+    path: Path,
+) -> FloatArray:
+    """Temperature [N] of every grid in the set `sid` (TEMP cards over the TEMPD default)."""
+    default = model.tempds.get(sid)
+    cards = [card for card in model.loads.get(sid, []) if card.type == "TEMP"]
+    where = f"{path}: TEMP set {sid}"
+    if default is None and not cards:
+        raise InputError("selected by case control, but neither TEMP nor TEMPD cards exist", where=where)
+    pairs = [pair for card in cards for pair in card.temperatures.items()]
+    ids = np.array([grid for grid, _ in pairs], dtype=np.int64)
+    values = np.array([value for _, value in pairs], dtype=np.float64)
+    row = np.searchsorted(grid_id, ids).clip(max=len(grid_id) - 1)
+    unknown = ids[grid_id[row] != ids]
+    if unknown.size:
+        raise InputError(f"{unknown.size} grid(s) that do not exist, the first is {unknown[0]}", where=where)
+    temperature = np.full(len(grid_id), np.nan if default is None else float(default.temperature))
+    temperature[row] = values
+    contradicted = ids[temperature[row] != values]
+    if contradicted.size:
+        raise InputError(f"grid {contradicted[0]} has two different temperatures", where=where)
+    bare = np.isnan(temperature)
+    if (bare & heated).any():
+        raise InputError(
+            f"{int((bare & heated).sum())} grid(s) of elements have no temperature, the first is "
+            f"{grid_id[bare & heated][0]}",
+            where=where,
+            hint="add a TEMPD card with the temperature of the rest",
+        )
+    return np.where(bare, 0.0, temperature)

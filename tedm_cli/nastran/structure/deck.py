@@ -1,0 +1,87 @@
+"""Read the part of Nastran that the embedded solver understands; refuse the rest by name.
+
+The deck is a SOL 101 run whose subcases each apply one temperature set. Everything that would change the displacements
+and is not modelled is collected first and refused in one message.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.errors import InputError
+from tedm_cli.fem.structure import LoadCase, Structure
+from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.structure.bars import read_bars
+from tedm_cli.nastran.structure.cases import read_load_cases, selected_sets
+from tedm_cli.nastran.structure.constraints import read_constraints, read_equations
+from tedm_cli.nastran.structure.finder import Finder
+from tedm_cli.nastran.structure.frames import read_grids
+from tedm_cli.nastran.structure.refusals import refuse_unsupported
+from tedm_cli.nastran.structure.rigid import read_rigid_elements
+from tedm_cli.nastran.structure.rods import read_rods
+from tedm_cli.nastran.structure.shells import read_shells
+from tedm_cli.nastran.structure.solids import read_solids
+
+
+def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
+    """Read a unit-load deck for the embedded solver.
+
+    Parameters
+    ----------
+    path : the main file of the deck, with case control; includes are followed.
+
+    Returns
+    -------
+    The structure, grids sorted by id, in the units and the basic frame of the deck, and one load case per subcase.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read; if it holds cards or features that are not modelled (all are named, with counts);
+        if cards refer to what does not exist; or if subcases are not thermal or differ in their constraints.
+    """
+    model = read_deck(path, cross_reference=False)
+    refuse_unsupported(model, path)
+    grid_id, position, frame = read_grids(model, path)
+    if not model.elements:
+        raise InputError("no elements", where=str(path), hint="a unit-load deck holds the whole model")
+    finder = Finder(grid_id, path)
+    solids, bars = read_solids(model, finder), read_bars(model, finder, position, frame)
+    rods = read_rods(model, finder)
+    quads, trias = read_shells(model, finder, "CQUAD4"), read_shells(model, finder, "CTRIA3")
+    rbe2, rbe3 = read_rigid_elements(model, finder)
+    sets = selected_sets(model, path)
+    for name, selected, cards in (
+        ("SPC", sets.constraint, model.spcs.keys() | model.spcadds.keys()),
+        ("MPC", sets.equations, model.mpcs.keys() | model.mpcadds.keys()),
+    ):
+        if selected is not None and selected not in cards:
+            raise InputError(f"case control selects {name} {selected}, which is not in the bulk data", where=str(path))
+    spc_grid, spc_component = read_constraints(model, sets.constraint, finder)
+    mpc = read_equations(model, sets.equations, finder)
+    finder.refuse_missing()
+
+    heated = np.zeros(len(grid_id), dtype=bool)
+    lines_and_shells = (bars.connectivity, rods.connectivity, quads.connectivity, trias.connectivity)
+    for connectivity in (*(block.connectivity for block in solids), *lines_and_shells):
+        heated[connectivity.reshape(-1)] = True
+    initial, cases = read_load_cases(model, sets, grid_id, heated, path)
+    structure = Structure(
+        grid_id=grid_id,
+        position=position,
+        displacement_frame=frame,
+        solids=solids,
+        bars=bars,
+        rods=rods,
+        quads=quads,
+        trias=trias,
+        rbe2=rbe2,
+        rbe3=rbe3,
+        mpc=mpc,
+        spc_grid=spc_grid,
+        spc_component=spc_component,
+        initial_temperature=initial,
+    )
+    return structure, cases

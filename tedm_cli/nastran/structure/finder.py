@@ -1,0 +1,53 @@
+"""References of cards to grids, properties and materials."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.arrays import IntArray
+from tedm_cli.errors import InputError
+
+
+class Finder:
+    """Rows of grid ids; collects the references to grids, properties and materials that do not exist."""
+
+    def __init__(self, grid_id: IntArray, path: Path) -> None:
+        self._grid_id = grid_id
+        self._path = path
+        self._missing: list[str] = []
+
+    @property
+    def where(self) -> str:
+        """The deck's path, for messages."""
+        return str(self._path)
+
+    def rows(self, ids: Any, who: str) -> IntArray:
+        wanted = np.asarray(ids, dtype=np.int64)
+        row = np.searchsorted(self._grid_id, wanted).clip(max=len(self._grid_id) - 1)
+        self._missing += [f"{who}: grid {grid}" for grid in np.unique(wanted[self._grid_id[row] != wanted])]
+        return np.asarray(row, dtype=np.int64)
+
+    def card(self, table: dict[int, Any], key: int, *kinds: str, who: str) -> Any:
+        """The card `key` of one of the types `kinds`, or None after noting that it is missing."""
+        found = table.get(key)
+        if found is None or found.type not in kinds:
+            self._missing.append(f"{who}: {' or '.join(kinds)} {key}")
+            return None
+        return found
+
+    def refuse_missing(self) -> None:
+        if self._missing:
+            some = "; ".join(self._missing[:10]) + (" ..." if len(self._missing) > 10 else "")
+            raise InputError(
+                f"{len(self._missing)} reference(s) to cards that do not exist: {some}", where=str(self._path)
+            )
+
+
+def material_of(model: Any, finder: Finder, pid: int, *kinds: str) -> tuple[Any, Any]:
+    """Property and MAT1 of an element, each None where missing."""
+    prop = finder.card(model.properties, pid, *kinds, who="elements")
+    mat = finder.card(model.materials, prop.mid, "MAT1", who=f"{prop.type} {pid}") if prop else None
+    return prop, mat

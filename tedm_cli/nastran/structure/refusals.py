@@ -1,0 +1,63 @@
+"""What the embedded solver does not model, refused by name in one message."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from tedm_cli.errors import InputError
+from tedm_cli.nastran.structure.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
+from tedm_cli.nastran.structure.solids import count_refused_solids
+
+_HINT = "run Nastran on the written deck instead of the embedded solver"
+
+_MODELLED = {
+    "GRID",
+    "CHEXA",
+    "CPENTA",
+    "CTETRA",
+    "PSOLID",
+    *("CBAR", "PBAR", "PBARL", "CBEAM", "PBEAM", "PBEAML"),
+    *("CROD", "PROD", "CONROD", "CTUBE", "PTUBE"),
+    *("CQUAD4", "CTRIA3", "PSHELL"),
+    *("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"),
+    "MAT1",
+    *("MAT9", "MAT11"),
+    *("RBE2", "RBE3", "RBAR", "MPC", "MPCADD"),
+    "SPC",
+    "SPC1",
+    "SPCADD",
+    "TEMP",
+    "TEMPD",
+}
+# Cards without influence on static thermal displacements: masses, plotting, sets, and loads that no subcase selects (a
+# selection is refused).
+_WITHOUT_INFLUENCE = {
+    *("ENDDATA", "PARAM", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
+    *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "PMASS", "NSM", "NSM1", "NSML", "NSML1", "NSMADD"),
+    *("LOAD", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4"),
+    *("GRAV", "ACCEL", "ACCEL1", "RFORCE"),
+}
+
+
+def refuse_unsupported(model: Any, path: Path) -> None:
+    found: Counter[str] = Counter()
+    for name, count in model.card_count.items():
+        if name not in _MODELLED and name not in _WITHOUT_INFLUENCE:
+            found[name] += count
+    used = set()
+    for element in model.elements.values():
+        used.add(element.pid if element.type != "CONROD" else 0)
+    count_refused_solids(model, found)
+    found.update(line_refusals(model, used))
+    found.update(shell_refusals(model, used))
+    found.update(rigid_refusals(model))
+    for constraints in model.spcs.values():
+        for one in constraints:
+            found["SPC with a displacement other than zero"] += one.type == "SPC" and any(one.enforced)
+    inertia_relief = model.params.get("INREL")
+    found["PARAM INREL"] += inertia_relief is not None and inertia_relief.values[0] != 0
+    refused = [f"{name} ({count})" for name, count in sorted(found.items()) if count]
+    if refused:
+        raise InputError(f"not modelled by the embedded solver: {', '.join(refused)}", where=str(path), hint=_HINT)

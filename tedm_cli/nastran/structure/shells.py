@@ -1,0 +1,69 @@
+"""Shell elements of a deck: CQUAD4 and CTRIA3 of one isotropic layer (PSHELL, MAT1)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.errors import InputError
+from tedm_cli.fem.structure import ShellBlock
+from tedm_cli.nastran.structure.finder import Finder
+
+# Weight of the tie of rotations about the normal: PARAM K6ROT times 1e-6 of the membrane's shear stiffness (Nastran
+# Quick Reference Guide). In a curved shell of facets they take part in the bending of the next facet: the tie must be
+# stiff beside the square of thickness over radius, which Nastran's default of 100 is not. Where a deck says
+# nothing it is taken stiffer; the in-plane stiffness of a plate changes by less than 1e-3.
+_K6ROT, _K6ROT_UNIT = 1e4, 1e-6
+
+
+def read_shells(model: Any, finder: Finder, card: str) -> ShellBlock:
+    """All shells of one card, CQUAD4 or CTRIA3."""
+    n = 4 if card == "CQUAD4" else 3
+    shells = [element for _, element in sorted(model.elements.items()) if element.type == card]
+    membrane, bending = np.zeros((len(shells), 3, 3)), np.zeros((len(shells), 3, 3))
+    shear, expansion, reference = np.zeros(len(shells)), np.zeros(len(shells)), np.zeros(len(shells))
+    for k, shell in enumerate(shells):
+        prop = finder.card(model.properties, shell.pid, "PSHELL", who=f"{card} {shell.eid}")
+        if prop is None:
+            continue
+        thickness = corner_thickness(shell, prop)[0]
+        first, second, third = (
+            None if mid is None else finder.card(model.materials, mid, "MAT1", who=f"PSHELL {prop.pid}")
+            for mid in (prop.mid1, prop.mid2, prop.mid3)
+        )
+        if first is not None:
+            membrane[k] = thickness * _plane_stress(first, finder.where)
+            expansion[k], reference[k] = first.a, first.tref
+        if second is not None:
+            bending[k] = prop.twelveIt3 * thickness**3 / 12.0 * _plane_stress(second, finder.where)
+            shear[k] = np.inf if third is None else prop.tst * thickness * third.g
+    k6rot = model.params.get("K6ROT")
+    weight = _K6ROT_UNIT * (_K6ROT if k6rot is None else float(k6rot.values[0]))
+    return ShellBlock(
+        element_id=np.array([shell.eid for shell in shells], dtype=np.int64),
+        connectivity=finder.rows([shell.nodes for shell in shells], card).reshape(-1, n),
+        membrane_stiffness=membrane,
+        bending_stiffness=bending,
+        shear_stiffness=shear,
+        drilling_stiffness=weight * membrane[:, 2, 2],
+        offset=np.array([shell.zoffset or 0.0 for shell in shells], dtype=np.float64),
+        expansion=expansion,
+        reference_temperature=reference,
+    )
+
+
+def corner_thickness(shell: Any, prop: Any) -> list[float]:
+    """Thickness at each corner: given there (in units of the property's with TFLAG 1), else the property's."""
+    given = [getattr(shell, f"T{k}") for k in range(1, len(shell.nodes) + 1)]
+    unit = prop.t if shell.tflag else 1.0
+    return [float(prop.t if value is None else unit * value) for value in given]
+
+
+def _plane_stress(material: Any, where: str) -> FloatArray:
+    """Stresses over strains in plane stress, [3, 3], Pa."""
+    if abs(material.g * 2.0 * (1.0 + material.nu) / material.e - 1.0) > 0.01:
+        raise InputError(f"MAT1 {material.mid}: E, G and NU of a shell do not agree within 1 %", where=where)
+    direct = material.e / (1.0 - material.nu**2)
+    return np.array([[direct, material.nu * direct, 0.0], [material.nu * direct, direct, 0.0], [0.0, 0.0, material.g]])

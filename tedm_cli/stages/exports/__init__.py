@@ -1,0 +1,1 @@
+"""What other programs read: matrices, cases, state spaces, meshes. Calls the room `exports`."""

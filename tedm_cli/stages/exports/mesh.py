@@ -1,0 +1,244 @@
+"""export-vtu: the finite-element mesh with displacements, gradients and contributions of each grid, for ParaView."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.contracts import CASE as CASE_KIND
+from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
+from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
+from tedm_cli.contracts import UNIT_LOADS as UNIT_LOADS_KIND
+from tedm_cli.errors import UsageError
+from tedm_cli.exports.node_terms import gradient, superposed
+from tedm_cli.exports.vtu import MeshArray, array_name, distinct, write_vtu
+from tedm_cli.files.build_folder import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, require_input
+from tedm_cli.files.provenance import InputFile, input_files
+from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.progress import Step, counter
+from tedm_cli.stages.common import known_name
+from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, worst_verdict
+from tedm_cli.stages.exports.mesh_geometry import mesh_geometry, optical_grids
+from tedm_cli.stages.exports.mesh_outputs import Output, read_output
+
+UNIFORM = "uniform"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What to put on the mesh: names of areas (or `uniform`) and outputs, ids of cases."""
+
+    areas: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
+    cases: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.areas or self.outputs or self.cases)
+
+
+@dataclass(frozen=True)
+class MeshExport:
+    """What was written. `left_out`: cards and numbers of elements that have no cell."""
+
+    paths: tuple[Path, ...]
+    points: int
+    cells: int
+    on_points: tuple[MeshArray, ...]
+    on_cells: tuple[MeshArray, ...]
+    left_out: dict[str, int]
+
+
+@dataclass(frozen=True, eq=False)
+class _Term:
+    """What the grids have in an output under `weights` [k] of the areas: the array's name, unit and meaning."""
+
+    output: Output
+    weights: FloatArray
+    name: str
+    unit: str
+    meaning: str
+
+
+def export_mesh(build_dir: Path, output: Path | None, asked: Asked, step: Step) -> MeshExport:
+    """Write the mesh with what was asked; where nothing was, with what the worst verdict is about.
+
+    Memory grows with the arrays that are written, not with the number of areas.
+
+    Raises
+    ------
+    UsageError : an area, output or case that there is not, or a file that does not end in .vtu.
+    InputError : a file is missing, stale, breaks its contract, or its matrices do not add up.
+    """
+    path = build_dir / "export" / "mesh.vtu" if output is None else output
+    if path.suffix.lower() != ".vtu":
+        raise UsageError(f"{path} does not end in .vtu", hint="-o names the file; --of chooses an output")
+    with contextlib.ExitStack() as stack:
+        unit = stack.enter_context(open_checked(build_dir / UNIT_LOADS, UNIT_LOADS_KIND))
+        asked = _completed(build_dir, asked)
+        distortion = None
+        if asked or (build_dir / DISTORTION).exists():
+            distortion = stack.enter_context(open_checked(build_dir / DISTORTION, DISTORTION_KIND))
+            require_input(distortion, input_files([build_dir / UNIT_LOADS])[0])
+        mesh = mesh_geometry(unit, distortion)
+        on_points, on_cells = mesh.on_points, distinct(mesh.on_cells)
+        if distortion is not None and asked:
+            on_points += _asked_arrays(build_dir, unit, distortion, asked, step)
+        on_points = distinct(on_points)
+        paths = write_vtu(path, mesh.points, mesh.cells, on_points, on_cells, mesh.names)
+    cells = sum(len(c.nodes) for c in mesh.cells)
+    return MeshExport(tuple(paths), len(mesh.points), cells, tuple(on_points), tuple(on_cells), mesh.left_out)
+
+
+def _completed(build_dir: Path, asked: Asked) -> Asked:
+    """With what goes without saying: the worst verdict, its output and area, and the uniform load."""
+    if not asked:
+        worst = worst_verdict(list(case_files(build_dir).values()))
+        if worst is not None:
+            return Asked((UNIFORM, worst.area), (worst.output,), (worst.case,))
+        return Asked((UNIFORM,)) if (build_dir / DISTORTION).exists() else asked
+    if asked.cases and not asked.outputs:
+        found = [worst_verdict([case_file(build_dir, case)]) for case in asked.cases]
+        outputs = tuple(dict.fromkeys(worst.output for worst in found if worst is not None))
+        if not outputs:
+            raise UsageError("nothing is judged in this case", hint="name an output: --of TM1_a_x")
+        return Asked(asked.areas, outputs, asked.cases)
+    return asked if asked.areas or asked.cases else Asked((UNIFORM,), asked.outputs)
+
+
+def _asked_arrays(build_dir: Path, unit: Reader, distortion: Reader, asked: Asked, step: Step) -> list[MeshArray]:
+    areas = distortion.strings("/area/name")
+    loads = {name: _weights(name, areas) for name in asked.areas}
+    file = input_files([build_dir / DISTORTION])[0]
+    outputs = [read_output(build_dir, label, distortion, file) for label in dict.fromkeys(asked.outputs)]
+    terms = [*_area_terms(outputs, loads), *_case_terms(build_dir, outputs, asked.cases)]
+    fields = _fields(unit, distortion, loads, [t.weights for t in terms if t.output.elements is None], step)
+    grids = optical_grids(unit, distortion)
+    arrays = _displacements(loads, fields)
+    for output in outputs:
+        own = [t for t in terms if t.output is output]
+        if output.elements is None:
+            arrays += _gravity_arrays(build_dir, output, own, fields)
+            continue
+        for term in own:
+            values = np.bincount(grids, output.elements @ term.weights, fields.grids).astype(np.float64)
+            output.require_sum(values, term.weights, build_dir / OPTICS)
+            arrays.append(MeshArray(term.name, values, term.unit, term.meaning + _rest(term), total=True))
+    return arrays
+
+
+@dataclass(frozen=True, eq=False)
+class _Fields:
+    """Displacements under weights of the areas (their bytes): of all grids [N, 3], and rotations of those with levers
+    [L, 3]; rotations [N, 3] under the loads asked for, by name. `grids`: N."""
+
+    moved: dict[bytes, FloatArray]
+    levers: dict[bytes, FloatArray]
+    turned: dict[str, FloatArray]
+    grids: int
+
+
+def _fields(
+    unit: Reader, distortion: Reader, loads: dict[str, FloatArray], more: Sequence[FloatArray], step: Step
+) -> _Fields:
+    """Every different field once, and [D] read once for all of them."""
+    different = {w.tobytes(): w for w in (*loads.values(), *more)}
+    k, n, _ = distortion.dataset("/D/translation").shape
+    weights, own = (np.array([*rows]).reshape(-1, k) for rows in (different.values(), loads.values()))
+    lever = distortion.dataset("/D/rotation")
+    used, shown = (np.count_nonzero(w.any(axis=0)) for w in (weights, own))
+    advance = counter(step, used * (n + lever.shape[1]) + shown * n, "reading displacements")
+    return _Fields(
+        dict(zip(different, superposed(distortion.dataset("/D/translation"), weights, advance), strict=True)),
+        dict(zip(different, superposed(lever, weights, advance), strict=True)),
+        dict(zip(loads, superposed(unit.dataset("/rotation"), own, advance, unit.array("/area/load_K")), strict=True)),
+        n,
+    )
+
+
+def _displacements(loads: dict[str, FloatArray], fields: _Fields) -> list[MeshArray]:
+    arrays = []
+    for name, weights in loads.items():
+        u, theta = fields.moved[weights.tobytes()], fields.turned[name]
+        what = _of_load(name)
+        arrays.append(MeshArray(array_name("displacement", name), u, "m/K", f"translation per kelvin of {what}"))
+        if theta.any():  # grids of solids do not turn
+            arrays.append(MeshArray(array_name("rotation", name), theta, "rad/K", f"rotation per kelvin of {what}"))
+    return arrays
+
+
+def _gravity_arrays(build_dir: Path, output: Output, terms: Sequence[_Term], fields: _Fields) -> list[MeshArray]:
+    """The gradient of an output, and its terms: gradient times displacement, grid by grid."""
+    path = build_dir / SENSITIVITY
+    with open_checked(path, SENSITIVITY_KIND) as file:
+        slope = gradient(file.dataset("/operator/G"), output.rows)
+        turning = gradient(file.dataset("/operator/G_rotation"), output.rows)
+        node = file.array("/operator/offset_node")
+    label, unit = output.label, output.unit
+    arrays = [MeshArray(array_name("gradient", label), slope, f"{unit} per m", f"{label} by translation of the grid")]
+    if len(node):
+        everywhere = np.zeros_like(slope)
+        everywhere[node] = turning
+        meaning = f"{label} by rotation of the grid, from which a mass is offset"
+        arrays.append(MeshArray(array_name("gradient_rotation", label), everywhere, f"{unit} per rad", meaning))
+    for term in terms:
+        key = term.weights.tobytes()
+        values = np.einsum("nc,nc->n", slope, fields.moved[key])
+        values[node] += np.einsum("nc,nc->n", turning, fields.levers[key])
+        output.require_sum(values, term.weights, path)
+        arrays.append(MeshArray(term.name, values, term.unit, term.meaning, total=True))
+    return arrays
+
+
+def _weights(name: str, areas: list[str]) -> FloatArray:
+    if name == UNIFORM and name not in areas:
+        return np.ones(len(areas))
+    weights = np.zeros(len(areas))
+    weights[areas.index(known_name("area", name, areas))] = 1.0
+    return weights
+
+
+def _of_load(name: str) -> str:
+    return "all areas together" if name == UNIFORM else f"area {name}"
+
+
+def _area_terms(outputs: Sequence[Output], loads: dict[str, FloatArray]) -> list[_Term]:
+    return [
+        _Term(
+            o,
+            weights,
+            array_name("contribution", o.label, name),
+            f"{o.unit}/K",
+            f"part of {o.label} per kelvin of {_of_load(name)}",
+        )
+        for o in outputs
+        for name, weights in loads.items()
+    ]
+
+
+def _case_terms(build_dir: Path, outputs: Sequence[Output], cases: Sequence[str]) -> list[_Term]:
+    found = []
+    for case in dict.fromkeys(cases):
+        path = case_file(build_dir, case)
+        with open_checked(path, CASE_KIND) as file:
+            number = file.string("/case/id")
+            for o in outputs:
+                require_input(file, _source(build_dir, o))
+                weights, hz = case_weights(file, o.label, o.g)
+                meaning = f"signed share of the PSD of {o.label} in case {number} at {hz * 1e3:.4g} mHz"
+                found.append(_Term(o, weights, array_name("share", o.label, f"case{number}"), "1", meaning))
+    return found
+
+
+def _source(build_dir: Path, output: Output) -> InputFile:
+    return input_files([build_dir / (SENSITIVITY if output.elements is None else OPTICS)])[0]
+
+
+def _rest(term: _Term) -> str:
+    """What of a read-out is at no grid."""
+    rest = 0.0 if term.output.elsewhere is None else float(term.output.elsewhere @ term.weights)
+    return f"; {rest:.6g} more by the test masses' own expansion" if rest else ""

@@ -1,0 +1,80 @@
+"""What of the cases that were run is worth looking at on the mesh, and the weights of the areas in a case's noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.contracts import CASE
+from tedm_cli.errors import InputError
+from tedm_cli.files.build_folder import case_file_name
+from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.noise.contributions import share_weights
+from tedm_cli.stages.common import known_name
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The verdict with the largest ratio: its case, output, and the area with the largest share in it."""
+
+    case: str
+    output: str
+    area: str
+    ratio: float
+
+
+def worst_verdict(paths: Sequence[Path]) -> Worst | None:
+    """The worst verdict of the case files `paths`; None where nothing is judged."""
+    found: list[Worst] = []
+    for path in paths:
+        with open_checked(path, CASE) as file:
+            ratio = file.array("/verdict/ratio")
+            if len(ratio):
+                output = file.strings("/verdict/output")[int(ratio.argmax())]
+                share = file.array("/contribution/share")[file.strings("/output/label").index(output)]
+                area = file.strings("/area/name")[int(np.abs(share).argmax())]
+                found.append(Worst(file.string("/case/id"), output, area, float(ratio.max())))
+    return max(found, key=lambda w: w.ratio, default=None)
+
+
+def case_files(build_dir: Path) -> dict[str, Path]:
+    """Files of the cases that were run, by the id that a command takes."""
+    files = {path.stem.removeprefix("case"): path for path in sorted(build_dir.glob("case*.h5"))}
+    return {str(int(i)) if i.isdigit() else i: path for i, path in files.items()}
+
+
+def case_file(build_dir: Path, case_id: str) -> Path:
+    """The file of a case.
+
+    Raises
+    ------
+    InputError : no case was run. UsageError : others were.
+    """
+    files = case_files(build_dir)
+    if not files:
+        path = build_dir / case_file_name(case_id)
+        raise InputError("no such file", where=str(path), hint=f"make it with `tedm run-case {case_id}`")
+    wanted = str(int(case_id)) if case_id.isdigit() else case_id
+    return files[known_name("case that was run", wanted, list(files))]
+
+
+def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, float]:
+    """Weights [k] that turn a term of an output into its share of the PSD, and the frequency (Hz): see `share_weights`.
+
+    The frequency is that of the case's grid next to the output's binding frequency.
+    """
+    o = file.strings("/output/label").index(
+        known_name(f"output of {file.path.name}", label, file.strings("/output/label"))
+    )
+    frequency = file.array("/frequency")
+    at = int(np.abs(np.log(frequency / file.array("/contribution/frequency")[o])).argmin())
+    amplitude = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
+    R = file.array("/correlation/real")
+    if file.has("/correlation/imaginary"):
+        R = R + 1j * file.array("/correlation/imaginary")
+    hz = float(frequency[at])
+    return share_weights(g, amplitude, R, file.array("/correlation/delay"), hz), hz

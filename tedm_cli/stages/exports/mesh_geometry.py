@@ -1,0 +1,116 @@
+"""The finite-element mesh of unit_loads.h5 for a viewer: cells, and what is known of grids and elements at rest."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.arrays import AnyArray, FloatArray, IntArray
+from tedm_cli.errors import InputError
+from tedm_cli.exports.mesh import Cells, element_cells, label_of_cells, vertices
+from tedm_cli.exports.vtu import MeshArray, Names
+from tedm_cli.files.store import Reader
+
+OPTICAL = "optical element"
+
+
+@dataclass(frozen=True, eq=False)
+class MeshGeometry:
+    """Points [N, 3] (m, basic frame), cells, arrays on both, names behind numbers; cards and numbers of elements that
+    have no cell."""
+
+    points: FloatArray
+    cells: list[Cells]
+    on_points: list[MeshArray]
+    on_cells: list[MeshArray]
+    names: list[Names]
+    left_out: dict[str, int]
+
+
+def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
+    """Elements, then concentrated masses and (with `distortion`) optical elements, each as a cell at its grid."""
+    card = np.array(unit.strings("/element/type"), dtype=str)
+    cells, left = element_cells(card, unit.array("/element/node_offset"), unit.array("/element/node_index"))
+    row = np.concatenate([np.zeros(0, dtype=np.int64), *(c.row for c in cells)])
+    heavy = unit.array("/mass/concentrated_node")
+    optical: list[str] = []
+    grid = np.zeros(0, dtype=np.int64)
+    if distortion is not None:
+        optical, grid = distortion.strings("/optical/name"), optical_grids(unit, distortion)
+    cells += [vertices(node) for node in (heavy, grid) if len(node)]
+    types = [*card[row].tolist(), *unit.strings("/mass/concentrated_card"), *[OPTICAL] * len(grid)]
+    type_names = sorted(set(types), key=lambda name: (name == OPTICAL, name))
+    number = {name: i for i, name in enumerate(type_names)}
+
+    def column(name: str, concentrated: AnyArray | float, other: AnyArray | float) -> AnyArray:
+        parts = [np.broadcast_to(concentrated, len(heavy)), np.broadcast_to(other, len(grid))]
+        return np.concatenate([unit.array(f"/element/{name}")[row], *parts])
+
+    ids = unit.array("/grid/id")
+    label, (groups, group_of) = _area_of_grids(unit), _groups(unit)
+    area = np.concatenate([np.zeros(0, dtype=np.int64), *(label_of_cells(c.nodes, label) for c in cells)])
+    which = np.concatenate([np.full(len(row) + len(heavy), -1), np.arange(len(grid))])
+    on_cells = [
+        MeshArray(
+            "element_id",
+            column("id", unit.array("/mass/concentrated_id"), ids[grid]),
+            "1",
+            "Nastran element id; of optical elements the id of their grid",
+        ),
+        MeshArray("element_type", np.array([number[t] for t in types]), "1", "Nastran card"),
+        MeshArray("property_id", column("property_id", 0, 0), "1", "Nastran property id; 0: none"),
+        MeshArray("element_area", area, "1", "thermal area of most of the element's grids; -1: none"),
+        MeshArray("element_group", group_of[area], "1", "group of that thermal area; -1: none"),
+        MeshArray("element_mass", column("mass", unit.array("/mass/concentrated"), 0.0), "kg", "mass", total=True),
+        MeshArray(
+            "density", column("density", np.nan, np.nan), "kg/m^3", "density of the material; nan: no single one"
+        ),
+        MeshArray("expansion", column("expansion", np.nan, np.nan), "1/K", "thermal expansion of the material"),
+        MeshArray("section", column("section", 0.0, 0.0), "m or m^2", "thickness of plates, cross-section of lines"),
+        MeshArray("optical_element", which, "1", "optical element; -1: none"),
+    ]
+    on_points = [
+        MeshArray("grid_id", ids, "1", "Nastran grid id"),
+        MeshArray("area_index", label, "1", "thermal area; -1: none"),
+        MeshArray("group_index", group_of[label], "1", "group of the thermal area; -1: none"),
+        MeshArray("mass", unit.array("/mass/lumped"), "kg", "lumped mass of the grid", total=True),
+    ]
+    areas, group = unit.strings("/area/name"), unit.strings("/area/group")
+    names = [
+        *(Names(array, areas, group) for array in ("element_area", "area_index")),
+        *(Names(array, groups, groups) for array in ("element_group", "group_index")),
+        Names("element_type", type_names, type_names),
+        Names("optical_element", optical, optical),
+    ]
+    left_out = dict(sorted(Counter(card[left].tolist()).items()))
+    return MeshGeometry(unit.array("/grid/position"), cells, on_points, on_cells, names, left_out)
+
+
+def optical_grids(unit: Reader, distortion: Reader) -> IntArray:
+    """Rows of the grids [E] that carry the optical elements."""
+    ids, wanted = unit.array("/grid/id"), distortion.array("/optical/grid")
+    rows = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
+    if (ids[rows] != wanted).any():
+        raise InputError(
+            f"names grids of optical elements that {unit.path.name} does not hold",
+            where=str(distortion.path),
+            hint=f"rebuild it with `{distortion.kind.made_by}`",
+        )
+    return np.asarray(rows, dtype=np.int64)
+
+
+def _area_of_grids(unit: Reader) -> IntArray:
+    """Row of the thermal area of each grid [N], -1: none."""
+    offset = unit.array("/area/node_offset")
+    label = np.full(unit.dataset("/grid/id").shape[0], -1)
+    label[unit.array("/area/node_index")] = np.repeat(np.arange(len(offset) - 1), np.diff(offset))
+    return label
+
+
+def _groups(unit: Reader) -> tuple[list[str], IntArray]:
+    """Names of the groups, and the group of each area [k], with -1 behind the last for what is in none."""
+    group = unit.strings("/area/group")
+    names = list(dict.fromkeys(group))
+    return names, np.array([*(names.index(g) for g in group), -1])

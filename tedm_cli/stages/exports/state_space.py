@@ -1,0 +1,164 @@
+"""export-state-space: the noise of a case as a linear system driven by white noise, for end-to-end simulators."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.cases import CasesConfig, load_cases, select_cases
+from tedm_cli.config.project import Project
+from tedm_cli.config.temperature_tables import temperature_model
+from tedm_cli.contracts import CASE
+from tedm_cli.errors import UsageError
+from tedm_cli.exports.state_space import CONTINUOUS, Labels, sampled_notes, state_space_matrices
+from tedm_cli.exports.write import write_matrices
+from tedm_cli.files.build_folder import OPTICS, SENSITIVITY, case_file_name
+from tedm_cli.files.provenance import ConfigFile, input_files
+from tedm_cli.files.store import open_checked
+from tedm_cli.matrix_files.named import Format, NamedMatrix
+from tedm_cli.noise.correlation import correlation
+from tedm_cli.noise.propagation import output_psd_from_factor
+from tedm_cli.noise.requirements import UNITS
+from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
+from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.results.build_folder import require_current
+from tedm_cli.results.outputs import Outputs, read_outputs
+from tedm_cli.stages.exports.case import destination
+
+DEFAULT_TOLERANCE = 0.01
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What to export: relative `tolerance` of the spectra, the sampling rate of the sampled form, C_T and D_T."""
+
+    tolerance: float = DEFAULT_TOLERANCE
+    rate_hz: float | None = None
+    temperatures: bool = False
+
+
+@dataclass(frozen=True)
+class ExportedSystem:
+    """One case's files, its size, the largest relative deviations of the ASDs and what the outputs' are compared to."""
+
+    case_id: str
+    paths: tuple[Path, ...]
+    states: int
+    inputs: int
+    filter_deviation: float
+    output_deviation: float
+    compared_with: str
+
+
+def export_state_space(
+    project: Project, case_ids: Sequence[str], fmt: Format, output: Path | None, wanted: Wanted
+) -> list[ExportedSystem]:
+    """Write the state-space form of the cases, one file (for CSV one folder) each.
+
+    Raises
+    ------
+    UsageError : an unknown case, a tolerance or a rate that is not positive, or one file for several cases.
+    InputError : sensitivities are missing, the case file is stale, or the case has delays or a complex correlation.
+    PhysicsError : the tolerance cannot be reached.
+    """
+    if not 0.0 < wanted.tolerance < 1.0:
+        raise UsageError(f"--tolerance {wanted.tolerance:g} is not between 0 and 1", hint="0.01 is one per cent")
+    if wanted.rate_hz is not None and not 0.0 < wanted.rate_hz < np.inf:
+        raise UsageError(f"--rate-hz {wanted.rate_hz:g} is not a positive frequency")
+    ids = select_cases(project.cases, case_ids)
+    places = [destination(project.build_dir, f"{_stem(i)}_state_space", fmt, output, len(ids)) for i in ids]
+    file, config = load_cases(project.cases)
+    outputs = read_outputs(project.build_dir / SENSITIVITY, project.build_dir / OPTICS)
+    outputs = outputs.with_differences(config.applied_requirements())
+    temperature = temperature_model(project, config, outputs.areas)
+    return [
+        _export(project, file, config, case_id, outputs, temperature, fmt, place, wanted)
+        for case_id, place in zip(ids, places, strict=True)
+    ]
+
+
+def _stem(case_id: str) -> str:
+    return Path(case_file_name(case_id)).stem
+
+
+def _export(
+    project: Project,
+    file: ConfigFile,
+    config: CasesConfig,
+    case_id: str,
+    outputs: Outputs,
+    temperature: TemperatureModel,
+    fmt: Format,
+    place: tuple[Path, str],
+    wanted: Wanted,
+) -> ExportedSystem:
+    case = config.case(case_id, where=str(project.cases))
+    found = correlation(case, outputs.areas)
+    band = (config.frequency.min_hz, config.frequency.max_hz)
+    where = f"{project.cases}: case {case_id}"
+    model = noise_model(outputs.rows, temperature, found, band, wanted.tolerance, where)
+    frequency = config.frequency_hz()
+    path = project.build_dir / case_file_name(case_id)
+    if path.exists():
+        psd, compared = _stored(project, file, case_id, path, outputs.labels), path.name
+    else:
+        psd = output_psd_from_factor(outputs.rows, temperature, found.factor, frequency, found.delay_s)
+        compared = "the exact spectra"
+    deviation = _deviation(model.psd(frequency), psd)
+    labels = Labels(outputs.labels, [UNITS[kind] for kind in outputs.kinds], outputs.areas.name.tolist())
+    validity = NamedMatrix(
+        "validity",
+        np.array([[*band, wanted.tolerance, model.deviation, deviation]]),
+        [],
+        ["lowest_frequency", "highest_frequency", "tolerance", "filter_deviation", "output_deviation"],
+        [],
+        ["Hz", "Hz", "1", "1", "1"],
+        f"band of validity, and largest relative deviations in it: filters' ASDs, ASDs of y against {compared}",
+    )
+    matrices = state_space_matrices(
+        model, labels, temperatures=wanted.temperatures, rate_hz=wanted.rate_hz, band=validity
+    )
+    notes = _notes(case_id, case.title, model, temperature, band, deviation, compared)
+    if wanted.rate_hz is not None:
+        notes += sampled_notes(wanted.rate_hz, any(i.filter.d.any() for i in model.inputs))
+    paths = write_matrices(*place, matrices, fmt, notes)
+    return ExportedSystem(case_id, tuple(paths), model.states, len(model.inputs), model.deviation, deviation, compared)
+
+
+def _notes(
+    case_id: str,
+    title: str,
+    model: NoiseModel,
+    temperature: TemperatureModel,
+    band: tuple[float, float],
+    deviation: float,
+    compared: str,
+) -> list[str]:
+    several = any(len(i.shapes) > 1 for i in model.inputs)
+    shared = "; filters that share a white noise have one common phase, so that cross-spectra are right" * several
+    return [
+        f"tedm: noise of correlation case {case_id}: {title}",
+        f"{model.states} states, {len(model.inputs)} white noises, {len(model.gain)} outputs y; SI units, y = G times"
+        " temperatures; no safety factor.",
+        *CONTINUOUS,
+        f"temperatures: {temperature.words()}",
+        f"Valid from {band[0]:g} to {band[1]:g} Hz. Largest relative deviation of a filter's ASD from the"
+        f" configured one there: {model.deviation:.2g}; of the ASDs of y from {compared}: {deviation:.2g}{shared}.",
+    ]
+
+
+def _stored(project: Project, file: ConfigFile, case_id: str, path: Path, labels: Sequence[str]) -> FloatArray:
+    """The PSDs [n_out, F] of a case file, which must be of the present sensitivities and configuration."""
+    with open_checked(path, CASE) as stored:
+        require_current(stored, case_id, input_files([project.build_dir / n for n in (SENSITIVITY, OPTICS)]), file)
+        return np.array([stored.array(f"/psd/{label}") for label in labels])
+
+
+def _deviation(psd: FloatArray, wanted: FloatArray) -> float:
+    """Largest relative deviation of the amplitudes, of outputs that have noise."""
+    ratio = np.divide(psd, wanted, out=np.ones_like(psd), where=wanted > 0.0)
+    return float(np.abs(np.sqrt(ratio) - 1.0).max())

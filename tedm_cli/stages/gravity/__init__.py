@@ -1,0 +1,1 @@
+"""Self-gravity: build-sensitivity, self-gravity, audit-mesh, accuracy. Calls the room `gravity`."""

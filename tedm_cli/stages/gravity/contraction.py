@@ -1,0 +1,54 @@
+"""S = -G D, with D read in tiles of some areas and grids."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.errors import InputError
+from tedm_cli.files.blocks import BLOCK_NODES, node_blocks
+from tedm_cli.files.store import Reader, Writer
+from tedm_cli.gravity.operator import contract
+from tedm_cli.gravity.structure import StructureGravity, stack_rows
+from tedm_cli.progress import Step, counter
+
+TILE_AREAS = 32  # areas of D held at a time
+
+
+def sensitivity_matrix(
+    found: list[StructureGravity], lever_nodes: IntArray, distortion: Reader, writer: Writer, step: Step
+) -> FloatArray:
+    """S [6 t,k] of t test masses; the operator, 24 numbers per grid and test mass, is held and written.
+
+    An element's mass acts on all its grids, so no block of G is complete before the last element.
+    """
+    offset_nodes = distortion.array("/D/offset_node")
+    if not np.array_equal(offset_nodes, lever_nodes):
+        raise InputError(
+            "lacks the rotations of the grids that carry offset masses",
+            where=str(distortion.path),
+            hint=f"rebuild it with `{distortion.kind.made_by}`",
+        )
+    writer.write("/operator/offset_node", offset_nodes)
+    parts = (
+        ("/D/rotation", [s.rotation for s in found], "/operator/G_rotation", "m/s^2 (a) or 1/s^2 (omegadot) per rad"),
+        ("/D/translation", [s.operator for s in found], "/operator/G", "1/s^2 (a) or 1/(m s^2) (omegadot)"),
+    )
+    areas = distortion.dataset("/D/translation").shape[0]
+    total = np.zeros((6 * len(found), areas))
+    work = sum(part[0].shape[2] for _, part, _, _ in parts) * areas
+    advance = counter(step, work, "contracting S = -G D")
+    for path, operators, target, unit in parts:
+        d, n_nodes = distortion.dataset(path), operators[0].shape[2]
+        g = writer.allocate(target, (len(total), n_nodes, 3), units=f"{unit}, see /row/label")
+        room = d.empty((min(areas, TILE_AREAS) * min(n_nodes, BLOCK_NODES) * 3,))
+        for block in node_blocks(n_nodes, BLOCK_NODES):
+            g_block = stack_rows([part[:, :, block] for part in operators])
+            g[:, block] = g_block
+            for some in node_blocks(areas, TILE_AREAS):
+                shape = (some.stop - some.start, block.stop - block.start, 3)
+                tile = room[: shape[0] * shape[1] * 3].reshape(shape)
+                d.read_into(tile, np.s_[some, block])
+                total[:, some] += contract(g_block, tile)
+                advance(shape[0] * shape[1])
+    return total

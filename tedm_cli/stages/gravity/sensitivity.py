@@ -1,0 +1,258 @@
+"""build-sensitivity: masses and [D] to the self-gravity field, its stiffness and the sensitivity matrix [S_SG]."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import operator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.compensation import compensation_file, compensation_masses
+from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
+from tedm_cli.contracts import SENSITIVITY as KIND
+from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
+from tedm_cli.files.build_folder import DISTORTION, SENSITIVITY, UNIT_LOADS, provenance, require_input
+from tedm_cli.files.store import Reader, Writer, create, open_checked
+from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
+from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
+from tedm_cli.gravity.field import SelfGravity, self_gravity
+from tedm_cli.gravity.motion import linearised_motion, motion_labels
+from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units
+from tedm_cli.gravity.requirements import UNITS, DcVerdict, dc_quantities, judge
+from tedm_cli.gravity.structure import StructureGravity, structure_gravity
+from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.progress import Step, counter
+from tedm_cli.results.unit_loads import mass_of
+from tedm_cli.stages.common import check_test_masses, copy_areas, out_path
+from tedm_cli.stages.gravity.contraction import sensitivity_matrix
+from tedm_cli.threads import side_by_side
+
+STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
+BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")
+STIFFNESS = ("gamma_lin", "omega_lin", "gamma_ang", "omega_ang")
+
+
+@dataclass(frozen=True)
+class SensitivitySummary:
+    path: Path
+    test_masses: list[TestMass]
+    sources: tuple[str, ...]
+    acceleration: FloatArray
+    angular_acceleration: FloatArray
+    gamma_lin: FloatArray
+    row_labels: list[str]
+    row_units: list[str]
+    largest: list[tuple[str, float]]
+    blocks: list[CompensationMass]
+    block_quadrature: list[BlockQuadrature]
+    verdicts: list[DcVerdict]
+    mass_model: str
+    points: list[int]
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What pulls on the test masses: fields, and the error and points of each quadrature, all [source][test mass]."""
+
+    names: tuple[str, ...]
+    fields: list[list[SelfGravity]]
+    error: list[list[float]]
+    points: list[list[int]]
+    block_quadrature: list[BlockQuadrature]
+
+    def stack(self, name: str) -> FloatArray:
+        """One quantity of all fields, [test mass, source, ...]."""
+        return np.array([[getattr(f, name) for f in row] for row in self.fields], dtype=float).swapaxes(0, 1)
+
+
+def build_sensitivity(project: Project, output: Path | None, step: Step) -> SensitivitySummary:
+    """Field of structure, other test mass and compensation masses on each test mass, and S = -G D, streamed."""
+    config_file, config = load_model(project.model)
+    blocks, block_file = compensation_masses(project, config), compensation_file(project, config)
+    masses_file, distortion_file = project.build_dir / UNIT_LOADS, project.build_dir / DISTORTION
+    out = out_path(project, SENSITIVITY, output)
+    trace = provenance([config_file], [masses_file, distortion_file, *([] if block_file is None else [block_file])])
+    with (
+        open_checked(masses_file, UNIT_KIND) as unit,
+        open_checked(distortion_file, DISTORTION_KIND) as distortion,
+        create(out, KIND, trace) as writer,
+    ):
+        require_input(distortion, trace.inputs[0])
+        return _build(config, blocks, unit, distortion, writer, out, project.model, step)
+
+
+def _build(
+    config: ModelConfig,
+    blocks: list[CompensationMass],
+    unit: Reader,
+    distortion: Reader,
+    writer: Writer,
+    out: Path,
+    where: Path,
+    step: Step,
+) -> SensitivitySummary:
+    test_masses = config.test_masses()
+    g = config.gravity.gravitational_constant_m3_kg_s2
+    copy_areas(distortion, writer)
+    writer.write("/area/centroid", unit.array("/area/centroid"))
+    writer.write("/grid/id", unit.array("/grid/id"))
+    writer.write("/test_mass/name", [t.name for t in test_masses])
+    writer.write("/test_mass/position", [t.position_m for t in test_masses])
+    writer.write("/test_mass/side", [t.side_m for t in test_masses])
+    writer.write("/test_mass/mass", [t.mass_kg for t in test_masses])
+    writer.write("/test_mass/axes", [t.axes for t in test_masses])
+    model, tolerance = config.gravity.mass_model, config.gravity.quadrature_tolerance
+    check_test_masses(test_masses, unit.array("/grid/position"), where=str(where))
+    masses = mass_of(unit, lumped=model == "lumped")
+    elements = sum(len(block.id) for block in masses.elements)
+    advance = counter(step, len(test_masses) * elements, "summing the structure")
+    found = side_by_side(
+        lambda tm, on: structure_gravity(masses, tm, tolerance=tolerance, G=g, advance=on), test_masses, advance
+    )
+    mutual = _mutual(test_masses, g, config.gravity.other_test_mass_points)
+    sources = _sources(found, test_masses, blocks, mutual, config)
+    writer.write("/source/name", sources.names)
+    writer.write("/source/quadrature_error", np.array(sources.error).T)
+    writer.write("/source/points", np.array(sources.points).T)
+    writer.write("/source/mass_model", model)
+    for name in ("acceleration", "angular_acceleration"):
+        writer.write(f"/dc/{name}", sources.stack(name))
+    for name in STIFFNESS:
+        writer.write(f"/stiffness/{name}", sources.stack(name))
+    _write_motion(writer, test_masses, sources, mutual)
+    by_area = _by_area(unit, found)
+    for name, value in by_area.items():
+        writer.write(f"/area_contribution/{name}", value)
+    verdicts = _verdicts(test_masses, sources, by_area, distortion.strings("/area/group"), config)
+    _write_verdicts(writer, verdicts)
+    labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
+    writer.write("/row/label", labels)
+    writer.write("/row/unit", units)
+    sensitivity = sensitivity_matrix(found, masses.lever_node, distortion, writer, step)
+    writer.write("/S", sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
+    names = distortion.strings("/area/name")
+    largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
+    return SensitivitySummary(
+        out,
+        test_masses,
+        sources.names,
+        sources.stack("acceleration"),
+        sources.stack("angular_acceleration"),
+        sources.stack("gamma_lin"),
+        labels,
+        units,
+        largest,
+        blocks,
+        sources.block_quadrature,
+        verdicts,
+        model,
+        [s.sources for s in found],
+    )
+
+
+def _sources(
+    structure: list[StructureGravity],
+    test_masses: list[TestMass],
+    blocks: list[CompensationMass],
+    mutual: dict[tuple[int, int], tuple[SelfGravity, float]],
+    config: ModelConfig,
+) -> Sources:
+    none = self_gravity(np.zeros((0, 3)), np.zeros(0), test_masses[0])
+    count = range(len(test_masses))
+    other = [functools.reduce(operator.add, (f for (i, _), (f, _) in mutual.items() if i == t), none) for t in count]
+    other_error = [max((e for (i, _), (_, e) in mutual.items() if i == t), default=0.0) for t in count]
+    own_error = np.nan if config.gravity.mass_model == "lumped" else config.gravity.quadrature_tolerance
+    other_points = (len(test_masses) - 1) * config.gravity.other_test_mass_points**3
+    sources = Sources(
+        (STRUCTURE, OTHER_TEST_MASS),
+        [[s.field for s in structure], other],
+        [[own_error] * len(test_masses), other_error],
+        [[s.sources for s in structure], [other_points] * len(test_masses)],
+        [],
+    )
+    if not blocks:
+        return sources
+    g, tolerance = config.gravity.gravitational_constant_m3_kg_s2, config.gravity.compensation_tolerance
+    done = [field_of_compensation_masses(tm, blocks, g, tolerance=tolerance) for tm in test_masses]
+    return Sources(
+        (*sources.names, COMPENSATION),
+        [*sources.fields, [field for field, _, _ in done]],
+        [*sources.error, [error for _, error, _ in done]],
+        [*sources.points, [sum(how.points for how in quadrature) for _, _, quadrature in done]],
+        [how for _, _, quadrature in done for how in quadrature],
+    )
+
+
+def _mutual(test_masses: list[TestMass], g: float, points: int) -> dict[tuple[int, int], tuple[SelfGravity, float]]:
+    """Field on test mass i of test mass j and the error of its quadrature, by (i, j)."""
+    pairs = itertools.permutations(range(len(test_masses)), 2)
+    return {(i, j): field_of_other_test_mass(test_masses[i], test_masses[j], G=g, n=points) for i, j in pairs}
+
+
+def _write_motion(
+    writer: Writer,
+    test_masses: list[TestMass],
+    sources: Sources,
+    mutual: dict[tuple[int, int], tuple[SelfGravity, float]],
+) -> None:
+    """The equations of motion: what moves with the satellite is structure and compensation masses."""
+    rest = [
+        functools.reduce(
+            operator.add, (f[t] for n, f in zip(sources.names, sources.fields, strict=True) if n != OTHER_TEST_MASS)
+        )
+        for t in range(len(test_masses))
+    ]
+    stiffness = linearised_motion(test_masses, rest, {pair: field for pair, (field, _) in mutual.items()})
+    outputs, motions = motion_labels(test_masses)
+    writer.write("/stiffness/linearised", stiffness, units="1/s^2, m/s^2/rad, 1/(m s^2) or 1/(s^2 rad), by the labels")
+    writer.write("/label/tm_output", outputs)
+    writer.write("/label/tm_output_unit", ["m/s^2" if "_a_" in name else "rad/s^2" for name in outputs])
+    writer.write("/label/tm_motion", motions)
+    writer.write("/label/tm_motion_unit", ["m" if name[-2:] in ("_x", "_y", "_z") else "rad" for name in motions])
+
+
+def _by_area(unit: Reader, found: list[StructureGravity]) -> dict[str, FloatArray]:
+    """Field at rest by the mass that each area's grids carry, quantity by quantity, [test mass, area, ...]."""
+    offset, index = unit.array("/area/node_offset"), unit.array("/area/node_index")
+    grids = [index[start:stop] for start, stop in itertools.pairwise(offset)]
+
+    def sums(share: FloatArray) -> list[FloatArray]:
+        return [share[rows].sum(axis=0) for rows in grids]
+
+    return {name: np.array([sums(s.nodal(name)) for s in found]) for name in BY_AREA}
+
+
+def _verdicts(
+    test_masses: list[TestMass],
+    sources: Sources,
+    by_area: dict[str, FloatArray],
+    groups: list[str],
+    config: ModelConfig,
+) -> list[DcVerdict]:
+    """Judge the field at rest; the inertial sensor is the areas of its groups, all else is the rest of the LTP."""
+    out = []
+    for t, tm in enumerate(test_masses):
+        total = dc_quantities(*(sources.stack(name)[t].sum(axis=0) for name in BY_AREA))
+        members = config.gravity.subsystems.get(tm.name)
+        sensor = None
+        if members is not None:
+            own = np.isin(groups, members)
+            sensor = dc_quantities(*(by_area[name][t, own].sum(axis=0) for name in BY_AREA))
+        out += judge(tm.name, total, sensor)
+    return out
+
+
+def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
+    for name in ("test_mass", "quantity", "subsystem"):
+        writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts])
+    writer.write("/dc_verdict/unit", [UNITS[v.quantity] for v in verdicts])
+    for name in ("value", "lower", "upper"):
+        writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts], units="see /dc_verdict/unit")
+    writer.write("/dc_verdict/ratio", [v.ratio for v in verdicts])
+    writer.write("/dc_verdict/passed", [int(v.passed) for v in verdicts])

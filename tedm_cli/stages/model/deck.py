@@ -1,0 +1,51 @@
+"""write-deck: the unit-load deck of the model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tedm_cli.areas.configured import configured_areas, defines_areas
+from tedm_cli.areas.definitions import require_partition
+from tedm_cli.config.model import load_model
+from tedm_cli.config.project import Project
+from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.files.store import replacing
+from tedm_cli.nastran.unit_deck import read_source, unit_deck
+from tedm_cli.nastran.unit_deck_check import verify_unit_deck
+
+
+@dataclass(frozen=True)
+class DeckSummary:
+    path: Path
+    grids: int
+    areas: int
+    reference_K: float
+    notes: tuple[str, ...]
+
+
+def write_deck(project: Project, output: Path | None) -> DeckSummary:
+    """Write the unit-load deck of the configured model and areas, and read it back before it is put in place."""
+    file, config = load_model(project.model)
+    table = config.model
+    missing = [] if table.bdf is not None else [("model.bdf", "needed to write a deck")]
+    if not defines_areas(config):
+        missing.append(("model.areas_csv", "needed to write a deck, or [[areas.define]] tables"))
+    if missing:
+        raise ConfigError(missing, where=str(file.path))
+    out = output if output is not None else project.resolve(table.deck)
+    bdf = project.resolve(str(table.bdf))
+    if not bdf.is_file():
+        raise InputError("no such model", where=str(bdf), hint="correct model.bdf")
+    with replacing(out) as temporary:
+        source = read_source(bdf, temporary, table.constraints_of_subcase, cross_reference=config.areas.has_boxes())
+        if out.resolve() in [f.resolve() for f in source.sections.files]:
+            raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
+        areas = configured_areas(project, config, source.model, source.grids)
+        require_partition(areas, where=str(bdf))
+        deck = unit_deck(source, areas.areas, table.uniform_label, table.reference_temperature_K)
+        temporary.write_bytes(deck.text.encode("latin-1"))
+        verify_unit_deck(temporary, out, source, deck)
+    return DeckSummary(
+        out, len(source.grids.grid_id), len(areas.areas), deck.reference_K, (*areas.lines(), *deck.notes)
+    )

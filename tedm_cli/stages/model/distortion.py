@@ -1,0 +1,245 @@
+"""build-distortion: unit_loads.h5 to the distortion matrix [D] in distortion.h5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.optics import load_layout
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import DISTORTION as KIND
+from tedm_cli.contracts import UNIT_LOADS as SOURCE
+from tedm_cli.distortion import RigidFit, plausible_translation, superposition_excess, superposition_residual
+from tedm_cli.errors import InputError, PhysicsError
+from tedm_cli.files.blocks import SomeNodes, node_blocks
+from tedm_cli.files.build_folder import DISTORTION, UNIT_LOADS, provenance
+from tedm_cli.files.store import Reader, Writer, create, open_checked
+from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.progress import Step
+from tedm_cli.results.unit_loads import lever_nodes_of
+from tedm_cli.stages.common import copy_areas, out_path
+
+IMPLAUSIBLE = 100.0  # times the free growth of the whole model
+
+
+@dataclass(frozen=True)
+class DistortionSummary:
+    path: Path
+    areas: int
+    grids: int
+    optical: int
+    superposition: float | None
+    largest_m_per_K: float
+    largest_area: str
+    largest_rigid_m_per_K: float
+
+
+def build_distortion(project: Project, output: Path | None, step: Step) -> DistortionSummary:
+    """Scale the unit loads to one kelvin, gather the optical elements, and check superposition and plausibility."""
+    optics_file, layout = load_layout(project.optics)
+    source = project.build_dir / UNIT_LOADS
+    out = out_path(project, DISTORTION, output)
+    with (
+        open_checked(source, SOURCE) as unit,
+        create(out, KIND, provenance([optics_file], [source])) as writer,
+    ):
+        rows, names = _optical_rows(unit, layout, project.optics)
+        writer.write("/grid/id", unit.array("/grid/id"))
+        copy_areas(unit, writer)
+        writer.write("/optical/name", names)
+        writer.write("/optical/grid", unit.array("/grid/id")[rows])
+        writer.write("/optical/position", unit.array("/grid/position")[rows])
+        result = _scale_areas(unit, writer, rows, names, out, step)
+    return result
+
+
+def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[IntArray, list[str]]:
+    ids = unit.array("/grid/id")
+    elements = [e for e in layout.elements if e.grid is not None]
+    wanted = np.array([e.grid for e in elements], dtype=np.int64)
+    rows = np.clip(np.searchsorted(ids, wanted), 0, len(ids) - 1)
+    absent = [f"{e.name} (grid {e.grid})" for e, r in zip(elements, rows, strict=True) if ids[r] != e.grid]
+    if absent:
+        raise InputError(f"optical elements whose grid the model lacks: {', '.join(absent)}", where=str(where))
+    return rows, [e.name for e in elements]
+
+
+def _scale_areas(
+    unit: Reader, writer: Writer, rows: IntArray, names: list[str], out: Path, step: Step
+) -> DistortionSummary:
+    areas = unit.strings("/area/name")
+    found = _stream(unit, writer, rows, step)
+    _check_plausible(unit, areas, found.largest)
+    flat = [n for j, n in enumerate(names) if not np.any(found.optical_rotation[:, j])]
+    if flat:
+        raise PhysicsError(
+            f"optical elements whose rotation is zero under every load: {', '.join(flat)}",
+            where=str(unit.path),
+            hint="a grid of solids alone has no rotation; tie the element's grid with RBE2 or RBE3",
+        )
+    _check_turning(unit, found.stiff)
+    writer.write("/D_opt/translation", found.optical_translation)
+    writer.write("/D_opt/rotation", found.optical_rotation)
+    writer.write("/check/max_translation", found.largest)
+    writer.write("/check/rigid_translation", found.rigid_translation)
+    writer.write("/check/rigid_rotation", found.rigid_rotation)
+    superposition = _superposition(unit, writer, found, rows)
+    worst = int(found.largest.argmax())
+    return DistortionSummary(
+        out,
+        len(areas),
+        len(found.total),
+        len(rows),
+        superposition,
+        float(found.largest[worst]),
+        areas[worst],
+        float(np.abs(found.rigid_translation).max()),
+    )
+
+
+@dataclass(frozen=True)
+class _Reductions:
+    """What one pass over the unit loads leaves besides [D], all per kelvin.
+
+    optical_translation, optical_rotation : [k,E,3]; largest : [k], largest component of any translation;
+    rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over the areas, and size : [N], of the lengths;
+    lever_rows : [L], grids with a lever, total_turn : [L,3] and turn_size : [L] the same of their rotations; stiff :
+    rows of those that move and never turn.
+    """
+
+    optical_translation: FloatArray
+    optical_rotation: FloatArray
+    largest: FloatArray
+    rigid_translation: FloatArray
+    rigid_rotation: FloatArray
+    total: FloatArray
+    size: FloatArray
+    lever_rows: IntArray
+    total_turn: FloatArray
+    turn_size: FloatArray
+    stiff: IntArray
+
+
+def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reductions:
+    """Write [D] area by area and piece by piece; what is held does not grow with the number of areas times grids."""
+    areas, load = unit.strings("/area/name"), unit.array("/area/load_K")
+    fit = RigidFit(unit.array("/grid/position"), unit.array("/mass/lumped"), unit.array("/mass/centre_of_gravity"))
+    source, turns = unit.dataset("/translation"), unit.dataset("/rotation")
+    count, n_nodes, _ = source.shape
+    offset_nodes = lever_nodes_of(unit)
+    writer.write("/D/offset_node", offset_nodes)
+    as_held = bool(np.all(load == 1.0))  # then nothing is divided, and single precision stays exact
+    target = writer.allocate("/D/translation", source.shape, single=as_held and source.single)
+    turning = writer.allocate("/D/rotation", (count, len(offset_nodes), 3))
+    optics, levers = SomeNodes(rows), SomeNodes(offset_nodes)
+    moving, turned = np.zeros((2, len(offset_nodes)), dtype=bool)
+    optical_t, optical_r = np.zeros((2, count, len(rows), 3))
+    largest = np.zeros(count)
+    moments = np.zeros((count, 4, 3))
+    total, size = np.zeros((n_nodes, 3)), np.zeros(n_nodes)
+    total_turn, turn_size = np.zeros((len(offset_nodes), 3)), np.zeros(len(offset_nodes))
+    for i, name in enumerate(areas):
+        for block in node_blocks(n_nodes):
+            held = source.held((i, block)) if as_held else source[i, block] / load[i]
+            move = held.astype(np.float64, copy=False)
+            largest[i] = np.maximum(largest[i], np.maximum(held.max(), -held.min()))  # keeps what is not a number
+            target[i, block] = held
+            moments[i] += fit.moments(block, move)
+            total[block] += move
+            size[block] += np.sqrt(np.einsum("ni,ni->n", move, move))
+            at, local = optics.within(block)
+            optical_t[i, at] = move[local]
+            at, local = levers.within(block)
+            moving[at] |= np.any(move[local] != 0.0, axis=1)
+        optical_r[i] = optics.read(turns, i) / load[i]
+        turn = levers.read(turns, i) / load[i]
+        if not (np.isfinite(largest[i]) and np.isfinite(optical_r[i]).all() and np.isfinite(turn).all()):
+            raise InputError(f"area '{name}': displacements are not finite", where=str(unit.path))
+        turned |= np.any(turn != 0.0, axis=1)
+        turning[i] = turn
+        total_turn += turn
+        turn_size += np.linalg.norm(turn, axis=1)
+        step(i + 1, count, "scaling unit loads")
+    rigid_t, rigid_r = fit.motions(moments)
+    return _Reductions(
+        optical_translation=optical_t,
+        optical_rotation=optical_r,
+        largest=largest,
+        rigid_translation=rigid_t,
+        rigid_rotation=rigid_r,
+        total=total,
+        size=size,
+        lever_rows=offset_nodes,
+        total_turn=total_turn,
+        turn_size=turn_size,
+        stiff=offset_nodes[moving & ~turned],
+    )
+
+
+def _check_turning(unit: Reader, rows: IntArray) -> None:
+    """A lever needs the rotation of its grid; a grid that moves and never turns has none."""
+    if rows.size:
+        ids = unit.array("/grid/id")[rows]
+        shown = ", ".join(map(str, ids[:8])) + (" ..." if ids.size > 8 else "")
+        raise PhysicsError(
+            f"grids that carry offset masses or elements, but never rotate under any load: {shown}",
+            where=str(unit.path),
+            hint="a grid of solids alone has no rotation; put the mass on a grid of its own, tied by RBE2 or RBE3",
+        )
+
+
+def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> None:
+    scale = plausible_translation(unit.array("/element/expansion"), unit.array("/grid/position"))
+    still = [a for a, m in zip(areas, largest, strict=True) if m == 0]
+    if still:
+        raise PhysicsError(f"areas whose unit load moves nothing: {', '.join(still[:5])}", where=str(unit.path))
+    worst = int(largest.argmax())
+    if scale > 0 and largest[worst] > IMPLAUSIBLE * scale:
+        raise PhysicsError(
+            f"area '{areas[worst]}' moves a grid by {largest[worst]:.3g} m/K; free growth is {scale:.3g} m/K",
+            where=str(unit.path),
+            hint="is the model held (free-free models drift), are lengths in metres, expansions in 1/K?",
+        )
+
+
+def _superposition(unit: Reader, writer: Writer, found: _Reductions, rows: IntArray) -> float | None:
+    """Write and judge what the areas' sum leaves of the uniform load: translations, and the rotations that are used."""
+    if not unit.has("/uniform/translation"):
+        return None
+    load = unit.number("/uniform/load_K")
+    uniform, turn = unit.array("/uniform/translation") / load, unit.array("/uniform/rotation") / load
+    optics = found.optical_rotation.sum(axis=0)
+    translation = superposition_residual(found.total, uniform)
+    writer.write("/check/superposition_translation", translation)
+    writer.write("/check/superposition_optics", superposition_residual(optics, turn[rows]))
+    size = found.size + np.linalg.norm(uniform, axis=1)
+    _judge(unit, "translation", found.total - uniform, size, np.arange(len(size)), translation, 0.0)
+    used = np.concatenate([rows, found.lever_rows])
+    turned = np.concatenate([np.linalg.norm(found.optical_rotation, axis=2).sum(axis=0), found.turn_size])
+    total = np.concatenate([optics, found.total_turn])
+    extent = float(np.ptp(unit.array("/grid/position"), axis=0).max())
+    turned += np.linalg.norm(turn[used], axis=1)
+    if used.size:
+        rotation = superposition_residual(total, turn[used])
+        _judge(unit, "rotation", total - turn[used], turned, used, rotation, float(size.max()) / extent)
+    return translation
+
+
+def _judge(
+    unit: Reader, what: str, gap: FloatArray, size: FloatArray, rows: IntArray, residual: float, floor: float
+) -> None:
+    excess = superposition_excess(gap, size, floor)
+    if excess.max() <= 1.0:
+        return
+    worst = int(excess.argmax())
+    raise PhysicsError(
+        f"the areas' unit loads sum to something else than the uniform load: the {what} of grid"
+        f" {unit.array('/grid/id')[rows[worst]]} is off by {np.linalg.norm(gap[worst]):.2g}"
+        f" {'rad' if what == 'rotation' else 'm'}/K, {excess[worst]:.2g} times what single precision allows"
+        f" ({(excess > 1.0).sum()} of {len(excess)} grids; relative difference {residual:.2g})",
+        where=str(unit.path),
+        hint="is an area missing from the deck, do the results belong to another deck, or did the solver iterate?",
+    )

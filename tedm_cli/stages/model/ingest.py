@@ -1,0 +1,204 @@
+"""ingest: a unit-load deck and its results to unit_loads.h5."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.areas.attributes import area_attributes
+from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import UNIT_LOADS as KIND
+from tedm_cli.errors import ConfigError
+from tedm_cli.files.blocks import PrecisionLossError
+from tedm_cli.files.build_folder import UNIT_LOADS, provenance
+from tedm_cli.files.store import Writer, create
+from tedm_cli.gravity.mass_properties import MassProperties
+from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
+from tedm_cli.nastran.op2.displacements import unit_load_displacements
+from tedm_cli.nastran.op2.fortran_records import require_records
+from tedm_cli.nastran.reading import deck_files, read_deck
+from tedm_cli.nastran.rigid import check_rigidity, rigid_links
+from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
+from tedm_cli.progress import Step
+from tedm_cli.stages.common import check_test_masses, out_path
+from tedm_cli.stages.model.masses import check_grids_outside, check_weight_tables, properties_of, without_test_masses
+
+
+@dataclass(frozen=True)
+class IngestSummary:
+    path: Path
+    grids: int
+    elements: int
+    areas: int
+    masses: MassSummary
+    has_uniform: bool
+    partial: list[int]
+
+
+@dataclass(frozen=True)
+class MassSummary:
+    """Mass properties of the structure, what they were checked against, and the test masses' own parts of the model.
+
+    weight_tables : files whose grid point weight table agrees; test_mass_kg : by test mass with parts in the model.
+    """
+
+    properties: MassProperties
+    sample: SampleCheck
+    weight_tables: list[Path]
+    test_mass_kg: dict[str, float]
+
+
+def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
+    """Read geometry, masses, areas and displacements, check them, and write them in SI and the basic frame."""
+    config_file, config = load_model(project.model)
+    deck = project.resolve(config.model.deck)
+    results = [project.resolve(p) for p in config.model.op2]
+    for path in results:
+        require_records(path)
+    model = read_deck(deck)
+    files = deck_files(model, deck)
+    listed = area_csv(project, config)
+    trace = provenance([config_file], [*files, *([listed] if listed else []), *results])
+    geometry, masses = _masses(model, files, results, config, project.model)
+    check_test_masses(config.test_masses(), geometry.position_m[geometry.lumped_kg > 0], where=str(project.model))
+    check_grids_outside(config.test_masses(), geometry)
+    loads = deck_unit_loads(model, geometry, config.model.uniform_label)
+    areas = loads.areas
+    if defines_areas(config):
+        warmed = {a.label: geometry.grid_id[a.rows] for a in areas}
+        require_agreement(configured_areas(project, config, model, geometry), warmed, geometry, where=str(deck))
+    wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
+    _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
+    centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
+    table = area_attributes([a.label for a in areas], centroids, config.areas, where=str(project.model))
+    out = out_path(project, UNIT_LOADS, output)
+    links = rigid_links(model, geometry)
+
+    def motions() -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
+        for load, t, r in unit_load_displacements(results, wanted, geometry, config.model.subcases):
+            check_rigidity(links, geometry.grid_id, t, r, where=f"{deck}: subcase {load.subcase} (area '{load.label}')")
+            yield load, t, r
+
+    def write(single: bool) -> None:
+        with create(out, KIND, trace) as writer:
+            _write_geometry(writer, geometry)
+            _write_masses(writer, geometry, masses.properties)
+            _write_areas(writer, geometry, areas, centroids)
+            for column in ("name", "group", "shield", "side"):
+                writer.write(f"/area/{column}", [str(v) for v in getattr(table, column)])
+            write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
+
+    try:
+        write(single=True)
+    except PrecisionLossError:  # an OP2 in double precision, or grids in other frames: known from the first subcase on
+        write(single=False)
+    return IngestSummary(
+        out,
+        len(geometry.grid_id),
+        len(geometry.elements.id),
+        len(areas),
+        masses,
+        loads.uniform is not None,
+        geometry.elements.partial,
+    )
+
+
+def write_motions(
+    writer: Writer,
+    motions: Iterable[tuple[UnitLoad, FloatArray, FloatArray]],
+    loads: UnitLoads,
+    n_nodes: int,
+    single: bool,
+    step: Step,
+) -> None:
+    """Write the displacements of one subcase after the other, in whatever order the results hold them."""
+    shape = (len(loads.areas), n_nodes, 3)
+    translation = writer.allocate("/translation", shape, single=single)
+    rotation = writer.allocate("/rotation", shape, single=single)
+    number = {a.label: i for i, a in enumerate(loads.areas)}
+    count = len(loads.areas) + (loads.uniform is not None)
+    for done, (load, t, r) in enumerate(motions, start=1):
+        if load is loads.uniform:
+            writer.write("/uniform/translation", t, single=single)
+            writer.write("/uniform/rotation", r, single=single)
+            writer.write("/uniform/load_K", load.load_K)
+        else:
+            translation[number[load.label]], rotation[number[load.label]] = t, r
+        step(done, count, "reading displacements")
+
+
+def _masses(
+    model: Any, files: list[Path], results: list[Path], config: ModelConfig, where: Path
+) -> tuple[ModelGeometry, MassSummary]:
+    """Geometry and masses, checked against pyNastran and the solver, and then without the test masses' own parts."""
+    whole = model_geometry(model, files)
+    sample = check_sample(model, whole)
+    wtmass = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    tables = check_weight_tables(results, whole, wtmass)
+    geometry, removed = without_test_masses(whole, config, where)
+    names = [t.name for t in config.test_mass]
+    parts = {name: kg for name, kg in zip(names, removed.tolist(), strict=True) if kg}
+    return geometry, MassSummary(properties_of(geometry), sample, [t.file for t in tables], parts)
+
+
+def _check_subcase_table(table: Mapping[str, int], labels: Sequence[str], *, where: str) -> None:
+    """The explicit map of areas to subcases: every name is a unit load of the deck, every number is used once."""
+    known = {label.upper() for label in labels}
+    first: dict[int, str] = {}
+    problems = []
+    for area, number in table.items():
+        path = f"model.subcases.{area}"
+        if area.upper() not in known:
+            near = difflib.get_close_matches(area.upper(), known, n=1)
+            problems.append((path, "the deck has no such unit load" + (f"; did you mean {near[0]}?" if near else "")))
+        if first.setdefault(number, path) != path:
+            problems.append((path, f"subcase {number} is that of {first[number]} already"))
+    if problems:
+        raise ConfigError(problems, where=where)
+
+
+def _write_geometry(writer: Writer, geometry: ModelGeometry) -> None:
+    e = geometry.elements
+    writer.write("/grid/id", geometry.grid_id)
+    writer.write("/grid/position", geometry.position_m)
+    writer.write("/element/id", e.id)
+    writer.write("/element/type", e.type)
+    writer.write("/element/property_id", e.property_id)
+    writer.write("/element/node_offset", e.node_offset)
+    writer.write("/element/node_index", e.node_index)
+    writer.write("/element/lever", e.lever)
+    writer.write("/element/weight", e.weight)
+    writer.write("/element/mass", e.mass_kg)
+    writer.write("/element/density", e.density)
+    writer.write("/element/expansion", e.expansion)
+    writer.write("/element/section", e.section)
+
+
+def _write_masses(writer: Writer, geometry: ModelGeometry, properties: MassProperties) -> None:
+    writer.write("/mass/lumped", geometry.lumped_kg)
+    writer.write("/mass/concentrated_card", geometry.concentrated.card)
+    writer.write("/mass/concentrated_id", geometry.concentrated.id)
+    writer.write("/mass/concentrated", geometry.concentrated.kg)
+    writer.write("/mass/concentrated_node", geometry.concentrated.node)
+    writer.write("/mass/concentrated_lever", geometry.concentrated.lever)
+    writer.write("/mass/total", properties.mass_kg)
+    writer.write("/mass/centre_of_gravity", properties.centre_m)
+    writer.write("/mass/inertia", properties.inertia_kg_m2)
+
+
+def _write_areas(writer: Writer, geometry: ModelGeometry, areas: Sequence[UnitLoad], centroids: FloatArray) -> None:
+    writer.write("/area/id", [a.subcase for a in areas])
+    writer.write("/area/load_K", [a.load_K for a in areas])
+    writer.write("/area/mass", [geometry.lumped_kg[a.rows].sum() for a in areas])
+    writer.write("/area/centroid", centroids)
+    writer.write("/area/node_offset", np.cumsum([0, *(len(a.rows) for a in areas)]))
+    writer.write("/area/node_index", np.concatenate([a.rows for a in areas]))

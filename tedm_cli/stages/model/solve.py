@@ -1,0 +1,130 @@
+"""Solve a unit-load deck with the embedded solver and write the displacements as an OP2 file."""
+
+from __future__ import annotations
+
+import resource
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tedm_cli.config.model import load_model
+from tedm_cli.config.project import Project
+from tedm_cli.errors import ConfigError
+from tedm_cli.fem.static import StaticReport, StaticSolution
+from tedm_cli.fem.structure import SolidBlock
+from tedm_cli.nastran.op2.writer import write_op2
+from tedm_cli.nastran.run import run_nastran
+from tedm_cli.nastran.structure.deck import read_solver_deck
+from tedm_cli.progress import Step
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolveReport:
+    """Size of the model and quality of its solution.
+
+    Attributes
+    ----------
+    n_grids, n_cases : numbers.
+    solids : number of solids by kind, such as "CHEXA8 with bubbles".
+    others : number of bars, rods, CQUAD4 and CTRIA3.
+    bending_change : relative change of the displacements if all linear hexahedra and pentahedra had bubble functions;
+        None where they all have them.
+    linear_tetrahedra : number of tetrahedra of four grids.
+    peak_bytes : largest memory that the process has held.
+    """
+
+    n_grids: int
+    solids: dict[str, int]
+    others: dict[str, int]
+    n_cases: int
+    bending_change: float | None
+    linear_tetrahedra: int
+    peak_bytes: int
+    static: StaticReport
+
+
+def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveReport:
+    """Read `deck`, solve its subcases and write `op2`.
+
+    Parameters
+    ----------
+    deck : SOL 101 deck with one temperature load per subcase.
+    op2 : file to write; replaced only when everything succeeded.
+    progress : called as (done, total, what), or None.
+
+    Raises
+    ------
+    InputError
+        If the deck cannot be read or holds what the solver does not model.
+    PhysicsError
+        If the structure is not held or the solution is not accurate.
+    """
+    structure, cases = read_solver_deck(deck)
+    labels = {case.id: case.label for case in cases}
+    solution = StaticSolution(structure, progress=progress)
+    motions = solution.solve(cases)
+    write_op2(
+        op2,
+        structure.grid_id,
+        ((number, labels[number], structure.in_displacement_frames(motion)) for number, motion in motions),
+    )
+    solids = {_kind(block): len(block.element_id) for block in structure.solids}
+    return SolveReport(
+        n_grids=structure.n_grids,
+        solids=solids,
+        others={
+            "bars": len(structure.bars.element_id),
+            "rods": len(structure.rods.element_id),
+            "CQUAD4": len(structure.quads.element_id),
+            "CTRIA3": len(structure.trias.element_id),
+        },
+        n_cases=len(cases),
+        bending_change=solution.bending_change(),
+        linear_tetrahedra=solids.get("CTETRA4", 0),
+        peak_bytes=_peak_bytes(),
+        static=solution.report,
+    )
+
+
+def _peak_bytes() -> int:
+    """Largest resident memory of the process; the system counts it in kilobytes, macOS in bytes."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak
+
+
+def _kind(block: SolidBlock) -> str:
+    return f"{block.card}{block.connectivity.shape[1]}" + (" with bubbles" if block.bubble else "")
+
+
+def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, SolveReport]:
+    """Solve the configured unit-load deck; the results go where the model configuration expects them.
+
+    Raises
+    ------
+    ConfigError
+        If the configuration names several result files: a run makes one.
+    """
+    deck, out = _deck_and_op2(project, output)
+    return out, solve_deck(deck, out, step)
+
+
+def solve_elsewhere(
+    project: Project, output: Path | None, command: str, say: Callable[[str], None]
+) -> tuple[Path, int]:
+    """Solve the configured unit-load deck with the user's own Nastran; the results go where they are expected.
+
+    Returns
+    -------
+    The OP2 and the number of its subcases. Raises what `solve` and `run_nastran` do.
+    """
+    deck, out = _deck_and_op2(project, output)
+    return out, run_nastran(command, deck, out, say)
+
+
+def _deck_and_op2(project: Project, output: Path | None) -> tuple[Path, Path]:
+    file, config = load_model(project.model)
+    if output is None and len(config.model.op2) != 1:
+        raise ConfigError([("model.op2", "names several files, a run makes one")], where=str(file.path))
+    out = output if output is not None else project.resolve(config.model.op2[0])
+    return project.resolve(config.model.deck), out

@@ -1,0 +1,1 @@
+"""Temperature noise and series: run-case, run-series. Calls the room `noise`."""

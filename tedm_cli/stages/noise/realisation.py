@@ -1,0 +1,128 @@
+"""The realisation in the time domain that a cases file may ask for beside the exact spectra of a case."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.cases import CasesConfig
+from tedm_cli.contracts import CASE
+from tedm_cli.errors import InputError
+from tedm_cli.files.store import Writer, open_checked
+from tedm_cli.noise.case_run import CaseResult
+from tedm_cli.noise.realisation import expected_psd, in_band, output_blocks, realise
+from tedm_cli.noise.spectral_estimate import Estimate, Window
+from tedm_cli.progress import Step, counter
+from tedm_cli.stages.noise.log_spectrum import log_estimate
+
+
+@dataclass(frozen=True, eq=False)
+class Realised:
+    """Estimate of the outputs of a case from a realisation, and beside it what the exact spectra [n_out, F] expect.
+
+    `method`: of the estimate, "welch" or "log".
+    """
+
+    estimate: Estimate
+    exact: FloatArray
+    rate_hz: float
+    samples: int
+    seed: int
+    method: str = "welch"
+
+    @property
+    def ratio(self) -> FloatArray:
+        """Estimate over exact PSD [n_out, F]; nan for an output without noise."""
+        return np.divide(self.estimate.psd, self.exact, out=np.full_like(self.exact, np.nan), where=self.exact > 0.0)
+
+
+def realise_case(
+    rows: FloatArray, result: CaseResult, config: CasesConfig, step: Step, folder: Path
+) -> Realised | None:
+    """Realise a case for outputs with `rows` [n_out, k]; None where the configuration does not ask for it.
+
+    Log-spaced spectra take segments of another length at every frequency, so their series wait in a temporary file in
+    `folder`.
+
+    Raises `InputError` for delays that are too long to be held.
+    """
+    table, plan = config.realisation, config.realisation_plan()
+    if table is None or plan is None:
+        return None
+    factor, delay_s = result.correlation.factor, result.correlation.delay_s
+    advance = counter(step, plan.samples, f"realising case {result.case.id}")
+    window: Window | None = None
+    try:
+        if table.spectrum == "log":
+            blocks = output_blocks(rows, result.temperature, factor, plan, delay_s)
+            estimate, window = _log(blocks, len(rows), plan.rate_hz, advance, folder)
+        else:
+            estimate = realise(rows, result.temperature, factor, plan, advance, delay_s)
+    except InputError as error:
+        raise InputError(error.fact, where=f"case {result.case.id}: {error.where}", hint=error.hint) from error
+    inside = in_band(estimate.frequency_hz, plan, window)
+    if window is not None:
+        window = Window(np.broadcast_to(window.bin_hz, inside.shape)[inside], window.beta)
+    estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
+    exact = expected_psd(rows, result.temperature, factor, plan, estimate.frequency_hz, delay_s, window)
+    return Realised(estimate, exact, plan.rate_hz, plan.samples, plan.seed, table.spectrum)
+
+
+def _log(
+    blocks: Iterator[FloatArray], n_out: int, rate_hz: float, advance: Callable[[int], None], folder: Path
+) -> tuple[Estimate, Window]:
+    """Log-spaced spectra of series [n_out, B] that come in blocks; one output at a time is held."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder) as scratch:
+        lengths: list[int] = []
+        for block in blocks:
+            scratch.write(np.ascontiguousarray(block).tobytes())
+            lengths.append(block.shape[1])
+            advance(block.shape[1])
+        first = np.concatenate([[0], np.cumsum(lengths)[:-1]]) * n_out
+        psd: list[FloatArray] = []
+        for o in range(n_out):
+            series = np.empty(sum(lengths))
+            filled = 0
+            for start, length in zip(first.tolist(), lengths, strict=True):
+                scratch.seek(8 * (start + o * length))
+                series[filled : filled + length] = np.frombuffer(scratch.read(8 * length))
+                filled += length
+            estimate, window = log_estimate(series, rate_hz)
+            psd.append(estimate.psd)
+    return Estimate(estimate.frequency_hz, np.concatenate(psd), estimate.degrees_of_freedom), window
+
+
+def write_realisation(writer: Writer, r: Realised) -> None:
+    """Put it into a case file."""
+    writer.write("/realisation/frequency", r.estimate.frequency_hz)
+    writer.write("/realisation/psd", r.estimate.psd, units="see /output/unit, squared per Hz")
+    writer.write("/realisation/exact", r.exact, units="see /output/unit, squared per Hz")
+    writer.write("/realisation/degrees_of_freedom", r.estimate.degrees_of_freedom)
+    writer.write("/realisation/method", r.method)
+    writer.write("/realisation/rate", r.rate_hz)
+    writer.write("/realisation/samples", r.samples)
+    writer.write("/realisation/seed", r.seed)
+
+
+def read_realisation(path: Path) -> Realised | None:
+    """The realisation in a case file, None when it has none."""
+    with open_checked(path, CASE) as file:
+        if not file.has("/realisation/psd"):
+            return None
+        estimate = Estimate(
+            *(file.array(f"/realisation/{name}") for name in ("frequency", "psd", "degrees_of_freedom"))
+        )
+        return Realised(
+            estimate,
+            file.array("/realisation/exact"),
+            file.number("/realisation/rate"),
+            int(file.number("/realisation/samples")),
+            int(file.number("/realisation/seed")),
+            file.string("/realisation/method") if file.has("/realisation/method") else "welch",
+        )

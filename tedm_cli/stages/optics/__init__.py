@@ -1,0 +1,1 @@
+"""The bench: check-layout, build-optics, explain. Calls the room `optics`."""

@@ -1,0 +1,118 @@
+"""build-optics: layout and motion of the optical elements to S_BW, P, O_ideal, D and the noise matrices N."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.config.optics import load_optics
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
+from tedm_cli.contracts import OPTICS as KIND
+from tedm_cli.errors import InputError
+from tedm_cli.files.build_folder import DISTORTION, OPTICS, provenance
+from tedm_cli.files.store import create, open_checked
+from tedm_cli.optics.chain import optics_chain
+from tedm_cli.optics.expansion import face_motion
+from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
+from tedm_cli.optics.layout_checks import Finding, check_layout, failures
+from tedm_cli.optics.matrix_checks import BlockDifference, Judged
+from tedm_cli.optics.sensitivity import reference_offsets
+from tedm_cli.stages.common import copy_areas, out_path
+from tedm_cli.stages.optics.layout import refuse_failures
+from tedm_cli.stages.optics.matrices import optical_matrices
+
+
+@dataclass(frozen=True)
+class OpticsSummary:
+    path: Path
+    shape: tuple[int, int]
+    rank: int
+    conditions: dict[str, float]
+    judged: tuple[Judged, ...]
+    origins: tuple[str, str]  # of S_BW and of P
+    differences: tuple[BlockDifference, ...]  # of an imported S_BW from the traced one, largest first
+    largest_offset_m: float
+    warnings: tuple[Finding, ...]
+
+
+def build_optics(project: Project, output: Path | None) -> OpticsSummary:
+    """Checks of the layout, S_BW traced or imported and judged, then the chain for every set."""
+    config = load_optics(project.optics)
+    layout = config.layout
+    findings = check_layout(layout) if layout.has_geometry else ()
+    refuse_failures(findings, project.optics)
+    source = project.build_dir / DISTORTION
+    out = out_path(project, OPTICS, output)
+    with (
+        open_checked(source, DISTORTION_KIND) as distortion,
+        create(out, KIND, provenance([config.file], [source, *config.matrices])) as writer,
+    ):
+        names = [e.name for e in layout.bench]
+        if distortion.strings("/optical/name") != names:
+            raise InputError(
+                "holds other optical elements than the layout",
+                where=str(source),
+                hint="rebuild it with `tedm build-distortion`",
+            )
+        position = distortion.array("/optical/position")
+        motion = np.concatenate([distortion.array("/D_opt/translation"), distortion.array("/D_opt/rotation")], axis=2)
+        matrices = optical_matrices(config, position)
+        matrix, judged = matrices.S_BW, matrices.judged
+        face = face_motion(layout, distortion.strings("/area/name"))
+        chain = optics_chain(layout, matrix, motion, position, face, matrices.P)
+        offsets = reference_offsets(layout, position)
+        copy_areas(distortion, writer)
+        inputs, outputs, laser, read_out = (
+            input_labels(layout),
+            output_labels(layout),
+            laser_labels(layout),
+            read_out_labels(layout),
+        )
+        writer.write("/S_BW", matrix, units="m or rad per m or rad, see /label")
+        writer.write("/P", chain.P, units="m or rad per m or rad, see /label")
+        writer.write("/O_ideal", chain.O_ideal, units="m or rad per m or rad, see /label")
+        writer.write("/D", chain.D, units="m/K or rad/K, see /label/laser_output_unit")
+        writer.write("/motion", chain.motion, units="m/K or rad/K, see /label/element_dof")
+        writer.write("/rigid_motion", chain.rigid.motion, units="m/K or rad/K, see /label/element_dof")
+        writer.write("/common_mode/motion", chain.rigid.amplitude, units="m/K (three), rad/K (three)")
+        writer.write("/common_mode/about", chain.rigid.about)
+        for read in chain.sets:
+            for part, per_kelvin in (("N", read.N), ("N_rigid", read.N_rigid), ("N_distortion", read.N_distortion)):
+                writer.write(f"/{part}/{read.name}", per_kelvin, units="m/K or rad/K, see /label/read_out_unit")
+            writer.write(f"/inverse/{read.name}", read.inverse, units="m or rad per m or rad, see /label")
+            writer.write(f"/gain/{read.name}", read.gain, units="m or rad per m or rad, see /label")
+        writer.write("/label/ray_output", outputs.names)
+        writer.write("/label/ray_output_unit", outputs.units)
+        writer.write("/label/element_dof", inputs.names)
+        writer.write("/label/laser_output", laser.names)
+        writer.write("/label/laser_output_unit", laser.units)
+        writer.write("/label/test_mass_dof", input_labels(layout, layout.test_masses).names)
+        writer.write("/label/read_out", read_out.names)
+        writer.write("/label/read_out_unit", read_out.units)
+        writer.write("/set/name", [read.name for read in chain.sets])
+        writer.write("/set/condition", [read.law.condition for read in chain.sets])
+        writer.write("/rank", chain.rank)
+        writer.write("/singular_values", chain.singular_values)
+        writer.write("/residual/name", [j.name for j in judged])
+        writer.write("/residual/value", [j.value for j in judged])
+        writer.write("/residual/limit", [j.limit for j in judged])
+        writer.write("/origin/S_BW", matrices.origins[0])
+        writer.write("/origin/P", matrices.origins[1])
+        writer.write("/element/name", [e.name for e in layout.elements])
+        writer.write("/element/pivot", layout.pivots_m(position))
+        writer.write("/optical/name", names)
+        writer.write("/reference_point_offset", offsets)
+    return OpticsSummary(
+        out,
+        (matrix.shape[0], matrix.shape[1]),
+        chain.rank,
+        {read.name: read.law.condition for read in chain.sets},
+        judged,
+        matrices.origins,
+        matrices.differences,
+        float(np.abs(offsets).max()),
+        failures(findings, "warning"),
+    )

@@ -1,0 +1,160 @@
+"""explain: what the read-out in optics.h5 is made of, by element, degree of freedom, beam and thermal area."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import OPTICS as KIND
+from tedm_cli.errors import UsageError
+from tedm_cli.files.build_folder import OPTICS
+from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.optics.layout import N_OUTPUTS
+from tedm_cli.optics.shares import SetComparison, beam_terms, compare_sets, motion_terms, shares
+from tedm_cli.stages.common import known_name
+
+UNIFORM = "uniform"
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Shares:
+    """Terms of a read-out: their labels, signed shares (sum 1), and sizes: root of the sum of squares over areas."""
+
+    label: tuple[str, ...]
+    share: FloatArray
+    size: FloatArray
+
+    def ranked(self, most: int) -> list[int]:
+        """Places of the largest shares, largest first, without those that carry nothing but rounding."""
+        order = np.argsort(-np.abs(self.share), kind="stable")[:most]
+        return [int(i) for i in order if abs(self.share[i]) > _ROUNDING]
+
+
+@dataclass(frozen=True, eq=False)
+class ReadOutExplained:
+    """One read-out (m/K or rad/K): its size over the areas asked for, their sum (the uniform load), and its parts."""
+
+    label: str
+    unit: str
+    size: float
+    total: float
+    rigid_share: float
+    rigid_size: float
+    distortion_size: float
+    value: FloatArray
+    areas: Shares
+    motions: Shares
+    elements: Shares
+    beams: Shares
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """What was asked, every read-out of the set, and how the sets differ in all areas."""
+
+    path: Path
+    set_name: str
+    condition: float
+    areas: tuple[str, ...]
+    load: str
+    distortion_only: bool
+    read_outs: tuple[ReadOutExplained, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    comparisons: tuple[SetComparison, ...]
+
+
+def explain(
+    project: Project,
+    read_out: str | None = None,
+    set_name: str | None = None,
+    area: str | None = None,
+    *,
+    uniform: bool = False,
+    distortion_only: bool = False,
+) -> Explanation:
+    """Shares in one read-out or all of them, over all areas, for one of them, or for the uniform load.
+
+    Raises
+    ------
+    UsageError : there is no such read-out, set or area; what there is, is listed.
+    """
+    path = project.build_dir / OPTICS
+    with open_checked(path, KIND) as file:
+        sets, names = file.strings("/set/name"), file.strings("/label/read_out")
+        chosen = known_name("set", set_name, sets) if set_name is not None else sets[0]
+        wanted = [known_name("read-out", read_out, names)] if read_out is not None else names
+        areas = file.strings("/area/name")
+        if uniform and area is not None:
+            raise UsageError("--area and --uniform ask for different loads", hint="give one of them")
+        load = UNIFORM if uniform else "" if area is None else known_name("area", area, areas)
+        if load == UNIFORM:
+            columns = np.ones((len(areas), 1))
+        else:
+            columns = np.eye(len(areas)) if area is None else np.eye(len(areas))[:, [areas.index(load)]]
+        read_outs = _explained(file, chosen, wanted, columns, [load] if load else areas, distortion_only)
+        N = {name: file.array(f"/N/{name}") for name in sets}
+        pairs = [(a, b) for i, a in enumerate(sets) for b in sets[i + 1 :]]
+        return Explanation(
+            path,
+            chosen,
+            float(file.array("/set/condition")[sets.index(chosen)]),
+            tuple(areas),
+            load,
+            distortion_only,
+            tuple(read_outs),
+            tuple(names),
+            tuple(file.strings("/label/read_out_unit")),
+            tuple(compare_sets(a, N[a], b, N[b]) for a, b in pairs),
+        )
+
+
+def _explained(
+    file: Reader, set_name: str, wanted: Sequence[str], columns: FloatArray, loads: Sequence[str], distortion_only: bool
+) -> list[ReadOutExplained]:
+    """Of every wanted read-out; `columns` [k, n] turns areas into the loads asked for."""
+    names, units = file.strings("/label/read_out"), file.strings("/label/read_out_unit")
+    motion, rigid = file.array("/motion") @ columns, file.array("/rigid_motion") @ columns
+    gain, inverse = file.array(f"/gain/{set_name}"), file.array(f"/inverse/{set_name}")
+    if distortion_only:
+        motion, rigid = motion - rigid, np.zeros_like(rigid)
+    N, N_rigid = gain @ motion, gain @ rigid
+    labels = file.strings("/label/element_dof")
+    elements = [label.rpartition("_")[0] for label in labels]
+    order = list(dict.fromkeys(elements))
+    belongs = np.array([[e == name for e in elements] for name in order], dtype=np.float64)
+    beams = [" ".join(label.rsplit("_", 2)[:2]) for label in file.strings("/label/ray_output")[::N_OUTPUTS]]
+    by_motion = motion_terms(gain, motion)
+    by_beam = beam_terms(inverse, file.array("/P"), file.array("/S_BW"), motion)
+    out = []
+    for label in wanted:
+        r = names.index(label)
+        total = N[r]
+        power = float(total @ total)
+        out.append(
+            ReadOutExplained(
+                label=label,
+                unit=f"{units[r]}/K",
+                size=float(np.sqrt(power)),
+                total=float(total.sum()),
+                rigid_share=float(shares(N_rigid[[r]], total)[0]),
+                rigid_size=float(np.linalg.norm(N_rigid[r])),
+                distortion_size=float(np.linalg.norm(total - N_rigid[r])),
+                value=total,
+                areas=Shares(tuple(loads), total**2 / power if power > 0 else np.zeros(len(total)), np.abs(total)),
+                motions=_shares(labels, by_motion[r], total),
+                elements=_shares(order, belongs @ by_motion[r], total),
+                beams=_shares(beams, by_beam[r], total),
+            )
+        )
+    return out
+
+
+def _shares(labels: Sequence[str], terms: FloatArray, total: FloatArray) -> Shares:
+    return Shares(tuple(labels), shares(terms, total), np.linalg.norm(terms, axis=1))

@@ -1,0 +1,194 @@
+"""plot: the results of a build folder to figures. The report shows the same figures and shares what is here."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from tedm_cli.config.project import Project
+from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.files.build_folder import case_file_name
+from tedm_cli.files.store import Reader, replacing
+from tedm_cli.gravity.requirements import MODELLED
+from tedm_cli.noise.flight_results import flight_results
+from tedm_cli.progress import Step
+from tedm_cli.results.build_folder import Results, open_results, read_areas, read_case, read_temperature
+from tedm_cli.results.deciding import worth_showing
+from tedm_cli.results.noise import REALISATION_CONFIDENCE, AreaMap, CaseNoise, RestVerdict, kinds_of, quantity
+from tedm_cli.stages.reporting.plot_optics import area_specs, optics_specs
+from tedm_cli.stages.reporting.plot_series import series_specs
+
+FIGURES = "figures"
+
+
+def plot(
+    project: Project, output_dir: Path | None, step: Step, areas: Sequence[str] = (), form: str = "svg"
+) -> list[Path]:
+    """Write every figure of the results; where `areas` are named, the bench under each of their loads instead.
+
+    `form` is `svg`, which the report shows, or `pdf`.
+
+    Raises
+    ------
+    UsageError : there is no such area.
+    InputError : a case of the configuration has not been run, or stems from other inputs than those there now.
+    """
+    from tedm_cli.figures.style import pdf, svg
+
+    write = {"svg": svg, "pdf": pdf}[form]
+    folder = output_dir if output_dir is not None else project.build_dir / FIGURES
+    done = []
+    with open_results(project) as results:
+        specs = area_specs(results, areas) if areas else figure_specs(results, list(map(read_case, results.cases)))
+        for number, spec in enumerate(specs, start=1):
+            data = write(spec.draw(), spec.caption, spec.sources)
+            path = (folder / spec.name).with_suffix(f".{form}")
+            with replacing(path) as temporary:
+                temporary.write_bytes(data)
+            done.append(path)
+            step(number, len(specs), "drawing figures")
+    return done
+
+
+def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
+    """All figures, in the order of the report. Without requirements there are no judged outputs to draw."""
+    areas = read_areas(results.sensitivity)
+    all_cases = tuple(f"{i.path.name} {i.sha256}" for i in results.case_files)
+    specs: list[FigureSpec] = []
+
+    def add(name: str, section: str, caption: str, sources: tuple[str, ...], draw: Callable[[], Any]) -> None:
+        specs.append(FigureSpec(name, section, caption, sources, draw))
+
+    kinds, ids = kinds_of(cases), [c.id for c in cases]
+    if kinds:
+        add(
+            "ratios.svg",
+            "verdict",
+            "Ratio of noise to requirement in every case, the safety factor included; grey bars: range of that ratio"
+            " over the orders and corners of the temperature filter that were tried.",
+            all_cases,
+            lambda: _room("areas").ratios_figure(cases, kinds),
+        )
+    for kind in kinds:
+        title = quantity(kind, sorted({j.output for c in cases for j in c.of_kind(kind)}))
+        add(
+            f"all_{kind}.svg",
+            "all cases",
+            f"All cases: {title}, amplitude spectral density with the safety factor applied."
+            f"{_flight_words(cases[0], kind)}",
+            all_cases,
+            lambda kind=kind: _room("spectra").overlay_figure(cases, kind),  # type: ignore[misc]
+        )
+    for kind in kinds:
+        title = quantity(kind, sorted({j.output for c in cases for j in c.of_kind(kind)}))
+        add(
+            f"cases_{kind}.svg",
+            "all cases",
+            f"Every case by itself: {title}, amplitude spectral density with the safety factor applied, of the output"
+            " with the largest ratio. Hatched: where the requirement is violated; the light area holds every"
+            " correlation of the areas that are active in the case.",
+            all_cases,
+            lambda kind=kind: _room("small_multiples").cases_figure(cases, kind),  # type: ignore[misc]
+        )
+        add(
+            f"certainty_{kind}.svg",
+            "certainty",
+            f"How sure the verdicts on the {title} are: ratio to the requirement of each case, and what it would"
+            " be with any correlation between its blocks, any correlation of its areas, and other temperature filters.",
+            all_cases,
+            lambda kind=kind: _room("certainty").certainty_figure(cases, kind),  # type: ignore[misc]
+        )
+        for case, judged in worth_showing(cases, kind):
+            only, which = all_cases[ids.index(case.id)], f"{kind}_{Path(case_file_name(case.id)).stem}"
+            add(
+                f"contributors_{which}.svg",
+                "contributors",
+                f"What the noise of {judged.output} is made of in case {case.id}.",
+                (only,),
+                lambda c=case, j=judged: _room("contributors").contributors_figure(c, j, areas),  # type: ignore[misc]
+            )
+            add(
+                f"mending_{which}.svg",
+                "mending",
+                f"What would lower the ratio of {judged.output} in case {case.id}. Above: the worst areas improved,"
+                " each the one that helps most after those before it, or the best ones matched. Below: the factor"
+                " on the temperature amplitude of one group, the others unchanged, that just meets the requirement;"
+                " right: the amplitude spectral density assumed at the frequency that binds, times that factor.",
+                (only,),
+                lambda c=case, j=judged: _room("mending").mending_figure(c, j, areas),  # type: ignore[misc]
+            )
+    add(
+        "temperature.svg",
+        "all cases",
+        f"Temperature noise: {cases[0].temperature}.",
+        all_cases[:1],
+        lambda: _room("spectra").temperature_figure(read_temperature(results.cases[0])),
+    )
+    add(
+        "self_gravity_by_area.svg",
+        "sensitivity",
+        "Self-gravity sensitivity |S_SG| to each thermal area, test mass frames.",
+        (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
+        lambda: _room("areas").map_figure(gravity_maps(results.sensitivity), areas, "Self-gravity sensitivity by area"),
+    )
+    add(
+        "field_at_rest.svg",
+        "field",
+        "Field at rest over the limit of its allocation, for the inertial sensor of each test mass (IS), the rest of"
+        " the LTP, and both together; theta, eta and phi turn about x, y and z.",
+        (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
+        lambda: _room("at_rest").at_rest_figure(rest_verdicts(results.sensitivity)),
+    )
+    specs += optics_specs(results)
+    specs += series_specs(results)
+    interval = f"{100 * REALISATION_CONFIDENCE:g} % interval"
+    realised = f" Below: estimate from a realisation over the exact curve, with its {interval}."
+    for case, source in zip(cases, all_cases, strict=True) if kinds else ():
+        add(
+            Path(case_file_name(case.id)).with_suffix(".svg").name,
+            "cases",
+            f"Case {case.id}: {case.title}. {int(case.active.sum())} of {len(case.active)} areas in {case.blocks}"
+            f" block{'s' if case.blocks > 1 else ''}; noise multiplied by the safety factor {case.safety_factor:g}."
+            + realised
+            * any(j.realised is not None for j in case.judged),
+            (source,),
+            lambda case=case: _room("spectra").case_figure(case),  # type: ignore[misc]
+        )
+    return specs
+
+
+def _flight_words(case: CaseNoise, kind: str) -> str:
+    """What was measured in flight, where the figure shows it."""
+    shown = flight_results(kind, case.frequency_hz[0], case.frequency_hz[-1])
+    if not shown:
+        return ""
+    said = [f"{r.mission}, {r.meaning} ({r.source})" for r, _ in shown]
+    return f" For orientation, not a limit: {'; '.join(said)}."
+
+
+def _room(name: str) -> Any:
+    """A module of figures, loaded only where something is drawn: the report reads figures that are there already."""
+    return importlib.import_module(f"tedm_cli.figures.{name}")
+
+
+def rest_verdicts(file: Reader) -> list[RestVerdict]:
+    """Verdicts on the field at rest, with symbols and words in place of names."""
+    names = {"IS": "IS: inertial sensor", "LTP": "LTP: the rest of it", MODELLED: f"{MODELLED}: both together"}
+    columns = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem")]
+    ratios, passed = file.array("/dc_verdict/ratio"), file.array("/dc_verdict/passed")
+    return [
+        RestVerdict(mass, q.replace("gamma", "Γ").replace("omegadot", "ω̇"), names.get(s, s), float(r), bool(p))
+        for mass, q, s, r, p in zip(*columns, ratios, passed, strict=True)
+    ]
+
+
+def gravity_maps(file: Reader) -> list[AreaMap]:
+    """S_SG as one panel for each unit."""
+    value, labels, units = file.array("/S"), file.strings("/row/label"), file.strings("/row/unit")
+    maps = []
+    for unit in dict.fromkeys(units):
+        rows = [i for i, u in enumerate(units) if u == unit]
+        maps.append(AreaMap("|S_SG|", unit, [labels[i] for i in rows], value[rows]))
+    return maps

@@ -1,0 +1,107 @@
+"""report: everything a build folder holds, as one HTML page, as PDF, and as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os.path import relpath
+from pathlib import Path
+from typing import Literal
+
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.errors import UsageError
+from tedm_cli.figures.inline import read_figure
+from tedm_cli.files.build_folder import UNIT_LOADS as UNIT_LOADS_FILE
+from tedm_cli.files.build_folder import require_input
+from tedm_cli.files.provenance import input_files
+from tedm_cli.files.store import open_checked, replacing
+from tedm_cli.report.contents import ReportFigure, ReportInputs, document_of
+from tedm_cli.report.document import Document
+from tedm_cli.report.html import to_html
+from tedm_cli.report.markdown import to_markdown
+from tedm_cli.report.provenance import ReportFile
+from tedm_cli.results.build_folder import open_results, read_case
+from tedm_cli.stages.common import out_path
+from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
+
+Format = Literal["html", "pdf", "md"]
+FORMATS: tuple[Format, ...] = ("html", "pdf", "md")
+
+
+def report(project: Project, output: Path | None, formats: Sequence[Format] = ()) -> list[Path]:
+    """Write the report of all cases, with the figures that `plot` left in the build folder.
+
+    `formats`: all, where none is named; `output`: one file, whose ending says its format.
+
+    Raises
+    ------
+    UsageError : the ending of `output` is of no format, or of another than is asked for.
+    InputError : a result or a figure is missing, or does not stem from the others as they are now.
+    """
+    wanted = list(dict.fromkeys(formats)) or list(FORMATS)
+    if output is not None:
+        wanted = [_format_of(output, formats)]
+    document = _document(project)
+    written = []
+    for fmt in wanted:
+        path = out_path(project, f"report.{fmt}", output)
+        data = _rendered(document, fmt, path, project.build_dir / FIGURES)
+        with replacing(path) as temporary:
+            temporary.write_bytes(data)
+        written.append(path)
+    return written
+
+
+def _format_of(output: Path, formats: Sequence[Format]) -> Format:
+    found = next((fmt for fmt in FORMATS if output.suffix == f".{fmt}"), None)
+    if found is None or (formats and list(formats) != [found]):
+        raise UsageError(
+            f"{output} cannot take the report" + (f" as {', '.join(formats)}" if formats else ""),
+            hint="end its name in .html, .pdf or .md; one file takes one format",
+        )
+    return found
+
+
+def _rendered(document: Document, fmt: Format, path: Path, figures: Path) -> bytes:
+    if fmt == "html":
+        return to_html(document).encode()
+    if fmt == "md":
+        return to_markdown(document, Path(relpath(figures, path.parent)).as_posix()).encode()
+    from tedm_cli.report.pdf import to_pdf
+
+    return to_pdf(document)
+
+
+def _document(project: Project) -> Document:
+    build = project.build_dir
+    loads = build / UNIT_LOADS_FILE
+    with (
+        open_results(project) as results,
+        open_checked(loads, UNIT_LOADS) as unit_loads,
+    ):
+        upstream = [*input_files([loads]), results.distortion_file]
+        for file in (results.distortion, results.sensitivity, results.optics):
+            for used in upstream:
+                require_input(file, used)
+        cases = [read_case(r) for r in results.cases]
+        figures = [
+            ReportFigure(s.section, s.caption, read_figure(build / FIGURES / s.name, s.sources), s.name)
+            for s in figure_specs(results, cases)
+        ]
+        readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
+        readers += results.series.values()
+        hashes = [*upstream, results.sensitivity_file, results.optics_file, *results.case_files]
+        hashes += results.series_files.values()
+        return document_of(
+            ReportInputs(
+                title=project.title,
+                unit_loads=unit_loads,
+                distortion=results.distortion,
+                sensitivity=results.sensitivity,
+                optics=results.optics,
+                cases=cases,
+                series=results.series,
+                files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
+                figures=figures,
+            )
+        )

@@ -1,0 +1,169 @@
+"""Users' tables of one key column (time_s, frequency_hz) and many value columns, from CSV or HDF5, read in blocks.
+
+A CSV begins with the names of its columns. An HDF5 file holds one dataset [n] for each column in its root group, with
+the same names. Both give the same numbers, and neither is ever held as a whole.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.errors import InputError
+from tedm_cli.files.store import HDF5_SUFFIXES, Columns, open_columns
+
+BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Some rows of a table.
+
+    Parameters
+    ----------
+    key : [B], the key column.
+    values : [B, columns].
+    places : [B], line or sample of each row, as messages name it.
+    """
+
+    key: FloatArray
+    values: FloatArray
+    places: IntArray
+
+
+class WideTable(Protocol):
+    """An open table."""
+
+    path: Path
+    columns: list[str]
+
+    def blocks(self, rows: int = 0) -> Iterator[Block]:
+        """All rows, `rows` at a time (as many as fit `BLOCK_NUMBERS` when 0); `InputError` for what is no number."""
+
+    def place(self, number: int) -> str:
+        """Where a row of `Block.places` is."""
+
+
+@contextlib.contextmanager
+def open_wide(path: Path, key: str) -> Iterator[WideTable]:
+    """Open a table by the suffix of its name: HDF5 for .h5, .hdf5 and .hdf, CSV for the rest.
+
+    Raises
+    ------
+    InputError : it cannot be read, has no column `key`, or no other column.
+    """
+    if path.suffix.lower() in HDF5_SUFFIXES:
+        with open_columns(path, key) as source:
+            _require(source.columns, key, str(path), source.ignored)
+            yield _Hdf5Table(path, key, source)
+        return
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            yield _CsvTable(path, key, stream)
+    except OSError as exc:
+        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
+    except UnicodeDecodeError as exc:
+        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+
+
+class _Hdf5Table:
+    def __init__(self, path: Path, key: str, source: Columns) -> None:
+        self.path = path
+        self.columns = [c for c in source.columns if c != key]
+        self._source, self._names = source, [key, *self.columns]
+
+    def place(self, number: int) -> str:
+        return f"{self.path}: row {number}"
+
+    def blocks(self, rows: int = 0) -> Iterator[Block]:
+        rows = rows or max(1, BLOCK_NUMBERS // len(self._names))
+        for start in range(0, self._source.length, rows):
+            part = slice(start, min(start + rows, self._source.length))
+            numbers = np.stack([self._source.read(name, part) for name in self._names], axis=1)
+            yield _checked(self, self._names, 0, numbers, np.arange(part.start + 1, part.stop + 1))
+
+
+class _CsvTable:
+    def __init__(self, path: Path, key: str, stream: Iterator[str]) -> None:
+        self.path = path
+        self._stream = stream
+        head = next(csv.reader([next(self._stream, "")]), [])
+        self._head = [name.strip() for name in head]
+        _require(self._head, key, f"{path}:1")
+        self._at = self._head.index(key)
+        if self._head.count(key) > 1:
+            raise InputError(f"column {key!r} is there twice", where=f"{path}:1", hint="keep one of them")
+        self.columns = [name for name in self._head if name != key]
+
+    def place(self, number: int) -> str:
+        return f"{self.path}:{number}"
+
+    def blocks(self, rows: int = 0) -> Iterator[Block]:
+        rows = rows or max(1, BLOCK_NUMBERS // len(self._head))
+        first = 2
+        while lines := list(islice(self._stream, rows)):
+            held = np.array([n for n, line in enumerate(lines) if not line.isspace()], dtype=np.int64)
+            if held.size:
+                numbers = self._numbers([lines[n] for n in held], held + first)
+                yield _checked(self, self._head, self._at, numbers, held + first)
+            first += len(lines)
+
+    def _numbers(self, lines: list[str], places: IntArray) -> FloatArray:
+        try:
+            numbers = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2)
+            if numbers.shape == (len(lines), len(self._head)):
+                return numbers
+        except ValueError:
+            pass
+        for line, place in zip(lines, places, strict=True):  # what did not fit, and where
+            fields = [field.strip() for field in next(csv.reader([line]))]
+            if len(fields) != len(self._head):
+                fact = f"{len(fields)} fields, wanted {len(self._head)} as in the header"
+                raise InputError(fact, where=self.place(int(place)))
+            for name, field in zip(self._head, fields, strict=True):
+                try:
+                    float(field)
+                except ValueError:
+                    what = repr(field[:40]) if field else "nothing"
+                    raise InputError(f"{name} must be a number, found {what}", where=self.place(int(place))) from None
+        raise InputError(
+            "numbers must be plain, without quotes or underscores", where=f"{self.path}:{places[0]} to {places[-1]}"
+        )
+
+
+def _require(columns: list[str], key: str, where: str, ignored: Sequence[str] = ()) -> None:
+    """Raise `InputError` without a key column or without another; `ignored` datasets are no columns."""
+    besides = (
+        f"; no columns, as they are not one-dimensional and of real numbers: {', '.join(ignored)}" if ignored else ""
+    )
+    if key not in columns:
+        shown = ", ".join(columns[:6]) + (" ..." if len(columns) > 6 else "")
+        raise InputError(
+            f"there is no column {key}" + (f"; there are: {shown}" if columns else "") + besides,
+            where=where,
+            hint=f"a table has the column {key} and one for each thermal area, group or shield, or one named all",
+        )
+    if len(columns) < 2:
+        raise InputError(f"there is the column {key} and no other{besides}", where=where)
+
+
+def _checked(table: WideTable, names: list[str], at: int, numbers: FloatArray, places: IntArray) -> Block:
+    """The block, if all of its numbers are finite."""
+    finite = np.isfinite(numbers)
+    if not finite.all():
+        row, column = (int(v) for v in np.argwhere(~finite)[0])
+        bad = numbers.size - int(finite.sum())
+        raise InputError(
+            f"{names[column]} is {numbers[row, column]:g}" + (f" ({bad} such numbers near here)" if bad > 1 else ""),
+            where=table.place(int(places[row])),
+            hint="cut the table there, or fill the gap before it is propagated",
+        )
+    return Block(numbers[:, at].copy(), np.delete(numbers, at, axis=1), places)
