@@ -18,14 +18,14 @@ STEP = 1e-4  # five points: (1e-4)^4 of the fourth derivative and 1e-19 / 1e-4 o
 
 def derivative() -> Result:
     """The whole of S_BW of the shipped layout; the note gives the largest errors over all its entries."""
-    from tedm_cli.optics.sensitivity import sensitivity_matrix
+    from tedm_cli.optics.sensitivity import optical_sensitivity
 
     layout = _shipped()
-    matrix = sensitivity_matrix(layout)
+    matrix = optical_sensitivity(layout)
     scale = np.abs(matrix).max()
     errors = [np.abs(other - matrix).max() / scale for other in (complex_step(layout), extended_differences(layout))]
     note = f"worst difference to complex step {errors[0]:.0e}, to differences in long double {errors[1]:.0e}"
-    return timed(lambda: sensitivity_matrix(layout), lambda: complex_step(layout), note)
+    return timed(lambda: optical_sensitivity(layout), lambda: complex_step(layout), note)
 
 
 def against_optiland() -> Result:

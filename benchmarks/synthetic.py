@@ -178,7 +178,7 @@ def _of_results(
         displacement_frame=nowhere,
         frames=Frames({}),
         structural=np.arange(len(nowhere)) >= model.optical,
-        tied=nowhere > 0,
+        in_rigid_element=nowhere > 0,
         lumped_kg=nowhere,
     )
     every = [*loads.areas, *([loads.uniform] if loads.uniform else [])]

@@ -148,8 +148,8 @@ def export_vtu(
     """
     from tedm_cli.cli.printing.mesh import mesh_lines
     from tedm_cli.progress import progress
-    from tedm_cli.stages.exports.mesh import Asked, export_mesh
+    from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 
     with progress(quiet) as step:
-        done = export_mesh(build_dir, output, Asked(tuple(area or ()), tuple(of or ()), tuple(case or ())), step)
+        done = export_mesh(build_dir, output, WantedArrays(tuple(area or ()), tuple(of or ()), tuple(case or ())), step)
     say(quiet, *mesh_lines(done))

@@ -11,7 +11,7 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
-from tedm_cli.fem.constraints import rigid_motion
+from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.elements import ElementMatrices, dof_of
 from tedm_cli.fem.structure import BarBlock
 
@@ -50,7 +50,7 @@ def bar_matrices(position: FloatArray, block: BarBlock) -> ElementMatrices:
     for k in range(0, 12, 3):
         turn[:, k : k + 3, k : k + 3] = axes
     for number, end in enumerate((slice(0, 6), slice(6, 12))):
-        turn[:, end, end] = turn[:, end, end] @ rigid_motion(block.offset[:, number])
+        turn[:, end, end] = turn[:, end, end] @ rigid_body_matrix(block.offset[:, number])
     back = turn.transpose(0, 2, 1)
     half = 0.5 * block.expansion[:, None] * (back @ push[:, :, None])[..., 0]
     # The uniform expansion that tests the elements is of everything, rigid arms included.

@@ -43,7 +43,7 @@ class _Equations:
     coefficients: FloatArray
 
 
-def rigid_motion(arm: FloatArray) -> FloatArray:
+def rigid_body_matrix(arm: FloatArray) -> FloatArray:
     """Motion of points at `arm` [M, 3] (m) from a reference under the reference's six motions, [M, 6, 6]."""
     motion = np.zeros((len(arm), 6, 6))
     motion[:, range(6), range(6)] = 1.0
@@ -92,7 +92,7 @@ def rbe3_coefficients(
     to_length = np.array([1.0, 1.0, 1.0, scale, scale, scale])
     grid, component = _expand(element.independent_components)
     weight = np.sqrt(element.weights[grid]) * to_length[component]
-    motion = to_displacement_frames(frame, element.independents) @ rigid_motion(arm)
+    motion = to_displacement_frames(frame, element.independents) @ rigid_body_matrix(arm)
     design = weight[:, None] * motion[grid, component] / to_length
     left, singular, right = np.linalg.svd(design, full_matrices=False)
     rank = int((singular > _RANK_TOLERANCE * singular[0]).sum())
@@ -159,7 +159,7 @@ def to_displacement_frames(frame: FloatArray | None, grids: IntArray) -> FloatAr
 
 def _rbe2_equations(structure: Structure, element: Rbe2) -> _Equations:
     position, frame = structure.position, structure.displacement_frame
-    motion = rigid_motion(position[element.dependents] - position[element.independent])
+    motion = rigid_body_matrix(position[element.dependents] - position[element.independent])
     motion = (
         to_displacement_frames(frame, element.dependents)
         @ motion

@@ -22,7 +22,7 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
-from tedm_cli.fem.constraints import rigid_motion
+from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.elements import ElementMatrices, dof_of
 from tedm_cli.fem.shapes import Shape, gauss_rule, shape_of
 from tedm_cli.fem.structure import ShellBlock
@@ -67,7 +67,7 @@ def _matrices(position: FloatArray, block: ShellBlock, part: slice) -> ElementMa
     both[:, :3, :3] = both[:, 3:, 3:] = axes
     for k in range(n):
         at = slice(6 * k, 6 * k + 6)
-        turn[:, at, at] = both @ rigid_motion(arm[:, k])
+        turn[:, at, at] = both @ rigid_body_matrix(arm[:, k])
     grown_arms = np.zeros((e, 6 * n, 1))
     grown_arms[:, 2::6, 0] = height
     back = turn.transpose(0, 2, 1)

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
-from tedm_cli.fem.constraints import rigid_motion, to_displacement_frames
+from tedm_cli.fem.constraints import rigid_body_matrix, to_displacement_frames
 from tedm_cli.fem.linear import Factorisation, SolverName, factorise
 from tedm_cli.fem.structure import Structure
 
@@ -68,7 +68,7 @@ def _free_motions(structure: Structure, dofs: IntArray, held: BoolArray, measure
     arm = structure.position[points] - structure.position[points].mean(axis=0)
     size = float(np.linalg.norm(arm, axis=1).max()) or 1.0
     # rotations as displacements at the outermost grid
-    motion = to_displacement_frames(structure.displacement_frame, points) @ rigid_motion(arm / size)
+    motion = to_displacement_frames(structure.displacement_frame, points) @ rigid_body_matrix(arm / size)
     triples = motion.reshape(len(points), 2, 3, 6)[where.reshape(-1), dofs % 6 // 3]
     modes = np.einsum("di,dij->dj", measure, triples)
     free = _null_space(modes[held])

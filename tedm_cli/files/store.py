@@ -33,8 +33,8 @@ from tedm_cli.files.contract_check import (
     provenance_problems,
     shape_problem,
 )
+from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
-from tedm_cli.files.sink import Sink
 
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
 HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
@@ -44,7 +44,7 @@ _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the mo
 class Writer:
     """A file under construction; made by `create`."""
 
-    def __init__(self, file: Any, kind: FileKind, target: Path, sink: Sink) -> None:
+    def __init__(self, file: Any, kind: FileKind, target: Path, sink: HeldFile) -> None:
         self._file = file
         self._kind = kind
         self._target = target
@@ -205,7 +205,7 @@ class Reader:
 @contextlib.contextmanager
 def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Writer]:
     """Write a file of `kind` atomically; on any failure the file that was there before stays as it was."""
-    with replacing(path) as temporary, contextlib.closing(Sink(temporary)) as sink:
+    with replacing(path) as temporary, contextlib.closing(HeldFile(temporary)) as sink:
         with h5py.File(sink, "w", libver="v110", rdcc_nbytes=_NO_CACHE) as file:
             writer = Writer(file, kind, path, sink)
             yield writer

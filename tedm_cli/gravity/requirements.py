@@ -17,7 +17,7 @@ from tedm_cli.arrays import FloatArray
 SUBSYSTEMS = ("IS", "LTP", "S/C")
 MODELLED = "IS+LTP"
 
-UNITS = {
+AT_REST_UNITS = {
     "gamma_xx": "1/s^2",
     "a_x": "m/s^2",
     "a_y": "m/s^2",
@@ -48,7 +48,7 @@ ANGULAR_ACCELERATION = {
 
 @dataclass(frozen=True)
 class DcVerdict:
-    """One quantity of one subsystem on one test mass against its range; SI units by `UNITS`."""
+    """One quantity of one subsystem on one test mass against its range; SI units by `AT_REST_UNITS`."""
 
     test_mass: str
     quantity: str
@@ -86,12 +86,12 @@ def allocation(quantity: str, *subsystems: str) -> tuple[float, float]:
 
 
 def dc_quantities(acceleration: ArrayLike, angular_acceleration: ArrayLike, gamma_lin: ArrayLike) -> FloatArray:
-    """The judged quantities, [7] in the order of `UNITS`, of a field in the frame of its test mass, SI."""
+    """The judged quantities, [7] in the order of `AT_REST_UNITS`, of a field in the frame of its test mass, SI."""
     gamma_xx = np.asarray(gamma_lin, dtype=np.float64)[0, 0]
     return np.concatenate([[gamma_xx], np.asarray(acceleration), np.asarray(angular_acceleration)])
 
 
-def judge(test_mass: str, total: FloatArray, inertial_sensor: FloatArray | None) -> list[DcVerdict]:
+def judge_at_rest(test_mass: str, total: FloatArray, inertial_sensor: FloatArray | None) -> list[DcVerdict]:
     """Verdicts on the static field of a model of the LTP.
 
     Parameters
@@ -106,7 +106,7 @@ def judge(test_mass: str, total: FloatArray, inertial_sensor: FloatArray | None)
     By quantity: IS, LTP (where known), and both together against the sum of their allocations.
     """
     verdicts = []
-    for row, quantity in enumerate(UNITS):
+    for row, quantity in enumerate(AT_REST_UNITS):
         parts = (
             [] if inertial_sensor is None else [("IS", inertial_sensor[row]), ("LTP", (total - inertial_sensor)[row])]
         )

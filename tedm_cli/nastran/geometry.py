@@ -13,7 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
 from tedm_cli.nastran.positions import Frames, basis_at, frames_of, grid_positions
-from tedm_cli.nastran.tied import tied_grids
+from tedm_cli.nastran.rigid_grids import grids_of_rigid_elements
 
 # Satellites and their parts lie inside of these by a wide margin; what does not is in millimetres, tonnes or pounds.
 _EXTENT_M = (1e-3, 1e2)
@@ -33,7 +33,7 @@ class Grids:
     files: list[Path]
     grid_id: IntArray
     structural: BoolArray
-    tied: BoolArray
+    in_rigid_element: BoolArray
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def grids(model: Any, files: list[Path]) -> Grids:
     rows = rows_of(ids, np.array(sorted(corners), dtype=np.int64), where=where, what="an element")
     structural = np.zeros(len(ids), dtype=bool)
     structural[rows] = True
-    return Grids(files, ids, structural, np.isin(ids, tied_grids(model, where)))
+    return Grids(files, ids, structural, np.isin(ids, grids_of_rigid_elements(model, where)))
 
 
 def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
@@ -124,7 +124,7 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
         concentrated=concentrated,
         lumped_kg=lumped,
         structural=basic.structural,
-        tied=basic.tied,
+        in_rigid_element=basic.in_rigid_element,
     )
 
 

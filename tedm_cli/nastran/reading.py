@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.captured_output import captured_output, fact_of
 from tedm_cli.nastran.cards import refuse_lost_fields
-from tedm_cli.nastran.quiet import fact_of, quiet
 
 _ON_GRIDS = "temperatures other than of grids are not read: load the grids with TEMP and TEMPD"
 # Cards that pyNastran does not read (or that nothing here reads), so that what they say would be passed over.
@@ -40,7 +40,7 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
     _scan(path)
     model = BDF(debug=None)
     refuse_lost_fields(model, path)
-    with quiet() as chatter:
+    with captured_output() as chatter:
         try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
             if cross_reference:

@@ -19,7 +19,7 @@ from typing import IO
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import id_list
-from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
 
 _PATIENCE_S = 5.0  # between the request to end and the order to
@@ -70,7 +70,7 @@ def run_nastran(text: str, deck: Path, op2: Path, say: Callable[[str], None]) ->
     command = command_of(text, deck)
     with _kept_aside(op2):
         newest = _new_results(command, deck, op2, say)
-        with open_results(newest) as (tables, _):
+        with open_op2(newest) as (tables, _):
             missing = sorted(wanted - {table.subcase for table in tables})
         if missing:
             raise InputError(

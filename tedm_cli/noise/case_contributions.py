@@ -9,7 +9,14 @@ import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.noise.bounds import extremal_block_vectors, extremal_vectors
-from tedm_cli.noise.contributions import Makeup, amplitude_contributions, path_shares, shares_at, shares_over, sum_by
+from tedm_cli.noise.contributions import (
+    ReadOutParts,
+    amplitude_contributions,
+    path_shares,
+    shares_at,
+    shares_over,
+    sum_by,
+)
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.requirements import REFERENCE_HZ, Requirement, Verdict, in_band
 from tedm_cli.noise.temperature import TemperatureModel
@@ -57,14 +64,14 @@ def contributions(
     frequency_hz: FloatArray,
     judged: Judged,
     verdicts: Sequence[Verdict],
-    makeup: Mapping[str, Makeup],
+    parts_of_read_outs: Mapping[str, ReadOutParts],
 ) -> Contributions:
     """Contributions to outputs with `rows` [n_out, k], each where its worst verdict binds and in that one's band.
 
     Parameters
     ----------
     judged, verdicts : requirement and index of the output, and what was found, of every verdict.
-    makeup : by label, what read-outs are made of.
+    parts_of_read_outs : by label, what read-outs are made of.
     """
     at_hz = np.full(len(rows), REFERENCE_HZ)
     band_hz = np.tile(frequency_hz[[0, -1]], (len(rows), 1))
@@ -79,8 +86,8 @@ def contributions(
         share[o] = shares_at(rows[o : o + 1], temperature, found, at_hz[o])[0]
         band_share[o] = shares_over(rows[o : o + 1], temperature, found, frequency_hz[inside[o]])[0]
     amplitude = amplitude_contributions(rows, temperature, at_hz) * found.active
-    parts = {label: m.by_element for label, m in makeup.items()}
-    place = {label: o for o, label in enumerate(labels) if label in makeup}
+    parts = {label: m.by_element for label, m in parts_of_read_outs.items()}
+    place = {label: o for o, label in enumerate(labels) if label in parts_of_read_outs}
     extremal = {
         name: np.stack([extremal_vectors(h, name) for h in amplitude])
         for name in ("minimum", "maximum_non_negative", "maximum")
@@ -98,7 +105,7 @@ def contributions(
         share=share,
         band_hz=band_hz,
         band_share=band_share,
-        path_names=next((m.names for m in makeup.values()), ()),
+        path_names=next((m.names for m in parts_of_read_outs.values()), ()),
         path_share={
             label: path_shares(parts[label], temperature, found, at_hz[o : o + 1]) for label, o in place.items()
         },

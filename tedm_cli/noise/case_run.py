@@ -12,7 +12,7 @@ from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.bounds import BOUNDS, Bounds, correlation_bounds
 from tedm_cli.noise.case_contributions import Contributions, Judged, contributions
-from tedm_cli.noise.contributions import Makeup
+from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.noise.differences import no_output, terms
 from tedm_cli.noise.filter_sensitivity import FilterSensitivity, filter_sensitivity
@@ -91,7 +91,7 @@ def run_case(
     frequency_hz: FloatArray,
     requirements: Sequence[AppliedRequirement] = (),
     safety_factor: float = 1.0,
-    makeup: Mapping[str, Makeup] | None = None,
+    parts_of_read_outs: Mapping[str, ReadOutParts] | None = None,
 ) -> CaseResult:
     """Noise of outputs with sensitivities `rows` [n_out, k], in their unit per kelvin, in one correlation case.
 
@@ -101,7 +101,7 @@ def run_case(
     frequency_hz : [F], increasing, with the band edges of the requirements (see `frequency_grid`).
     requirements : which outputs to judge by what.
     safety_factor : multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5, recommends 2).
-    makeup : by label, what read-outs are made of.
+    parts_of_read_outs : by label, what read-outs are made of.
 
     Raises
     ------
@@ -145,12 +145,14 @@ def run_case(
         safety_factor=safety_factor,
         bound_ratio=_bound_ratios(bounds, frequency_hz, judged, safety_factor),
         distortion_ratio=_distortion_ratios(
-            makeup or {}, labels, temperature, found, frequency_hz, judged, safety_factor
+            parts_of_read_outs or {}, labels, temperature, found, frequency_hz, judged, safety_factor
         ),
         filter_sensitivity=filter_sensitivity(rows, temperature, found, frequency_hz, judged, safety_factor),
         improvements=tuple(improvements),
         groups=groups,
-        contributions=contributions(rows, labels, temperature, found, frequency_hz, judged, verdicts, makeup or {}),
+        contributions=contributions(
+            rows, labels, temperature, found, frequency_hz, judged, verdicts, parts_of_read_outs or {}
+        ),
     )
 
 
@@ -166,7 +168,7 @@ def _bound_ratios(bounds: Bounds, frequency_hz: FloatArray, judged: Judged, safe
 
 
 def _distortion_ratios(
-    makeup: Mapping[str, Makeup],
+    parts_of_read_outs: Mapping[str, ReadOutParts],
     labels: Sequence[str],
     temperature: TemperatureModel,
     found: Correlation,
@@ -177,10 +179,10 @@ def _distortion_ratios(
     """Ratio [verdicts] of the read-outs without the motion of the bench as one."""
     ratio = np.full(len(judged), np.nan)
     for v, (requirement, o) in enumerate(judged):
-        if labels[o] in makeup:
+        if labels[o] in parts_of_read_outs:
             f = frequency_hz[in_band(requirement, frequency_hz)]
             psd = output_psd_from_factor(
-                makeup[labels[o]].distortion[None], temperature, found.factor, f, found.delay_s
+                parts_of_read_outs[labels[o]].distortion[None], temperature, found.factor, f, found.delay_s
             )[0]
             ratio[v] = (safety_factor * np.sqrt(psd) / requirement.amplitude(f)).max()
     return ratio

@@ -19,7 +19,7 @@ from tedm_cli.noise.temperature import TemperatureModel
 
 
 @dataclass(frozen=True, eq=False)
-class Makeup:
+class ReadOutParts:
     """What a read-out [k] per kelvin is made of.
 
     Parameters
@@ -32,9 +32,9 @@ class Makeup:
     by_element: FloatArray
     distortion: FloatArray
 
-    def __sub__(self, other: Makeup) -> Makeup:
+    def __sub__(self, other: ReadOutParts) -> ReadOutParts:
         """Of the difference of two read-outs of one bench."""
-        return Makeup(self.names, self.by_element - other.by_element, self.distortion - other.distortion)
+        return ReadOutParts(self.names, self.by_element - other.by_element, self.distortion - other.distortion)
 
 
 def amplitude_contributions(rows: FloatArray, temperature: TemperatureModel, frequency_hz: FloatArray) -> FloatArray:

@@ -203,7 +203,7 @@ def _responses(
     return out[0], out[1]
 
 
-def in_band(frequency_hz: FloatArray, plan: Plan, window: Window | None = None) -> BoolArray:
+def resolved(frequency_hz: FloatArray, plan: Plan, window: Window | None = None) -> BoolArray:
     """Where [F] an estimate can be compared to the exact spectrum: clear of the ends of the realised band.
 
     `window` is of an estimate other than that of `realise`; `lowest_hz` bounds it, since below the filters smooth more.

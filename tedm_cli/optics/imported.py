@@ -25,7 +25,7 @@ Slopes = Literal["angle", "zernike", "noll"]
 Frame = Literal["layout", "basic"]
 
 #: Unit of a row or column: what it measures, and its size in SI.
-UNITS: Mapping[str, tuple[Literal["m", "rad"], float]] = {
+UNIT_SCALES: Mapping[str, tuple[Literal["m", "rad"], float]] = {
     **{f"{prefix}m": ("m", size) for prefix, size in {"": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9, "p": 1e-12}.items()},
     **{f"{prefix}rad": ("rad", size) for prefix, size in {"": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}.items()},
     "deg": ("rad", np.pi / 180),
@@ -226,16 +226,16 @@ def _label_problems(axis: str, found: Labels, wanted: Labels) -> list[str]:
         out[-1] += f" (is {extra[0]} meant to be {near[0]}?)"
     unit_of = dict(zip(wanted.names, wanted.units, strict=True))
     for name, unit in zip(found.names, found.units, strict=True):
-        if unit not in UNITS:
-            out.append(f"{axis} {name}: unknown unit {unit!r}, known are {', '.join(UNITS)}")
-        elif name in unit_of and UNITS[unit][0] != unit_of[name]:
+        if unit not in UNIT_SCALES:
+            out.append(f"{axis} {name}: unknown unit {unit!r}, known are {', '.join(UNIT_SCALES)}")
+        elif name in unit_of and UNIT_SCALES[unit][0] != unit_of[name]:
             what = "a length" if unit_of[name] == "m" else "an angle"
             out.append(f"{axis} {name}: {unit} is not the unit of {what}")
     return out[:_SHOWN]
 
 
 def _sizes(labels: Labels) -> FloatArray:
-    return np.array([UNITS[unit][1] for unit in labels.units])
+    return np.array([UNIT_SCALES[unit][1] for unit in labels.units])
 
 
 def _places(found: Labels, wanted: Labels) -> list[int]:

@@ -19,7 +19,7 @@ _GENERATORS = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 
 _SHIFT, _TURN = slice(0, 3), slice(3, 6)  # places in the motion of an element
 
 
-def sensitivity_matrix(layout: OpticalLayout) -> FloatArray:
+def optical_sensitivity(layout: OpticalLayout) -> FloatArray:
     """S_BW, [5 * n_paths, 6 * n_elements]: outputs x, y, opl (m), z1, z2 (rad) by motions ux uy uz (m), rx ry rz (rad).
 
     Motions are along and about the layout axes, rotations about the layout's reference points.

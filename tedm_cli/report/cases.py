@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from tedm_cli.report.document import Block, Cell, Figure, Folded, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.evidence import case_head
 from tedm_cli.report.numbers import span
-from tedm_cli.results.deciding import told_once
+from tedm_cli.results.deciding import without_repeats
 from tedm_cli.results.noise import CaseNoise, ratio_text
 
 
@@ -36,7 +36,7 @@ def _matrix(cases: Sequence[CaseNoise]) -> Table | None:
     if not cases[0].judged:
         return None
     rows: list[Row] = []
-    for case in (merged := told_once(cases)):
+    for case in (merged := without_repeats(cases)):
         cells = [
             Cell(ratio_text(j.ratio) + ("" if j.passed else " FAIL"), "met" if j.passed else "violated")
             for j in case.judged

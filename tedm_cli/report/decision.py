@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Section, State, Strong, Text, VerdictCard
-from tedm_cli.report.field import DcVerdict, worst_verdict
+from tedm_cli.report.field import DcVerdict, worst_at_rest
 from tedm_cli.report.numbers import count, listed, percent, sci, span
 from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY, POSSIBLE, Pair, by_requirement, deciding, worst_of
 from tedm_cli.results.noise import (
@@ -201,7 +201,7 @@ def _few(names: Sequence[str]) -> str:
 
 def _field_card(dc: Sequence[DcVerdict]) -> VerdictCard:
     passed, whole = sum(v.passed for v in dc), [v for v in dc if v.whole]
-    worst = worst_verdict(dc)
+    worst = worst_at_rest(dc)
     together = (
         f" ({sum(v.passed for v in whole)} of {len(whole)} for inertial sensor and rest of the LTP together)"
         if len(whole) < len(dc)

@@ -8,7 +8,7 @@ import numpy as np
 
 from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.numbers import count, percent, sci, span
-from tedm_cli.results.deciding import Pair, by_requirement, deciding, told_once
+from tedm_cli.results.deciding import Pair, by_requirement, deciding, without_repeats
 from tedm_cli.results.noise import (
     MATCHED,
     WAYS,
@@ -44,7 +44,7 @@ def why_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, lis
 def deciding_pairs(cases: Sequence[CaseNoise]) -> list[Pair]:
     """For each output and requirement the case that decides; outputs that say the same are told once."""
     found: list[Pair] = []
-    for _, pairs in by_requirement(told_once(cases)):
+    for _, pairs in by_requirement(without_repeats(cases)):
         outputs = dict.fromkeys(j.output for _, j in pairs)
         found += [deciding([p for p in pairs if p[1].output == output]) for output in outputs]
     return found
@@ -93,7 +93,7 @@ def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -
         text=(0,),
     )
     rows: list[Row] = []
-    for case in told_once(cases):
+    for case in without_repeats(cases):
         if case.judged:
             rows.append(case_head(case))
         for j in case.judged:

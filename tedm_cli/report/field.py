@@ -79,7 +79,7 @@ def dc_verdicts(file: Reader) -> list[DcVerdict]:
     ]
 
 
-def worst_verdict(verdicts: Sequence[DcVerdict]) -> DcVerdict:
+def worst_at_rest(verdicts: Sequence[DcVerdict]) -> DcVerdict:
     """The verdict with the largest ratio."""
     return first_largest(verdicts, [v.ratio for v in verdicts])
 

@@ -43,14 +43,14 @@ def deciding(pairs: Sequence[Pair]) -> Pair:
 
 def worth_showing(cases: Sequence[CaseNoise], kind: str) -> list[Pair]:
     """What decides the verdicts on one quantity, and the worst that can occur where that is another case."""
-    merged = told_once(cases)
+    merged = without_repeats(cases)
     pairs = [(c, j) for c in merged for j in c.of_kind(kind)]
     first = deciding(pairs)
     worst = worst_of([p for p in pairs if p[0].role != DIAGNOSTIC] or pairs)
     return [first] if worst[0] is first[0] else [first, worst]
 
 
-def told_once(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
+def without_repeats(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
     """The cases with outputs that say the same, as redundant read-outs do, as one that bears all their names.
 
     Outputs say the same where ratio and contributions are equal up to rounding in every case.

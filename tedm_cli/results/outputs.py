@@ -15,7 +15,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import DISTORTION, require_same_input
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.contributions import Makeup
+from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.differences import terms, with_differences
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.layout import N_MOTIONS
@@ -29,7 +29,7 @@ _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 class Outputs:
     """All outputs as rows per kelvin [n_out, k], with their labels and quantities, and the areas of the columns.
 
-    `makeup`: by label of a read-out, what it is made of.
+    `parts_of_read_outs`: by label of a read-out, what it is made of.
     """
 
     areas: AreaTable
@@ -37,17 +37,17 @@ class Outputs:
     rows: FloatArray
     labels: list[str]
     kinds: list[str]
-    makeup: dict[str, Makeup]
+    parts_of_read_outs: dict[str, ReadOutParts]
 
     def with_differences(self, requirements: Sequence[AppliedRequirement]) -> Outputs:
         """With the differences of outputs that requirements judge."""
         rows, labels, kinds = with_differences(self.rows, self.labels, self.kinds, requirements)
-        makeup = dict(self.makeup)
+        parts_of_read_outs = dict(self.parts_of_read_outs)
         for label in labels[len(self.labels) :]:
             first, second = terms(label) or ("", "")
-            if first in makeup and second in makeup:
-                makeup[label] = makeup[first] - makeup[second]
-        return replace(self, rows=rows, labels=labels, kinds=kinds, makeup=makeup)
+            if first in parts_of_read_outs and second in parts_of_read_outs:
+                parts_of_read_outs[label] = parts_of_read_outs[first] - parts_of_read_outs[second]
+        return replace(self, rows=rows, labels=labels, kinds=kinds, parts_of_read_outs=parts_of_read_outs)
 
 
 def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
@@ -61,7 +61,7 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
         rows = [_finite(s.array("/S"), labels, sensitivity, "/S")]
         kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in s.strings("/row/unit")]
         read_out, units = o.strings("/label/read_out"), o.strings("/label/read_out_unit")
-        makeup: dict[str, Makeup] = {}
+        parts_of_read_outs: dict[str, ReadOutParts] = {}
         elements = [label.rpartition("_")[0] for label in o.strings("/label/element_dof")[::N_MOTIONS]]
         motion, rigid = o.array("/motion"), o.array("/rigid_motion")
         for name in o.strings("/set/name"):
@@ -73,8 +73,8 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
             by_element = by_motion.reshape(len(by_motion), len(elements), N_MOTIONS, -1).sum(axis=2)
             distortion = gain @ (motion - rigid)
             for i, label in enumerate(read_out):
-                makeup[f"{name}_{label}"] = Makeup(tuple(elements), by_element[i], distortion[i])
-        return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds, makeup)
+                parts_of_read_outs[f"{name}_{label}"] = ReadOutParts(tuple(elements), by_element[i], distortion[i])
+        return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds, parts_of_read_outs)
 
 
 def _finite(rows: FloatArray, labels: Sequence[str], path: Path, dataset: str) -> FloatArray:

@@ -18,7 +18,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.matrix_files.mat_file import write_mat
 from tedm_cli.matrix_files.named import NamedMatrix
 from tedm_cli.optics.labels import input_labels, output_labels
-from tedm_cli.optics.sensitivity import sensitivity_matrix
+from tedm_cli.optics.sensitivity import optical_sensitivity
 
 SOURCES = {"csv": ("S_BW.csv", "P.csv"), "npz": ("optics.npz",) * 2, "mat": ("optics.mat",) * 2}
 NOT_NEEDED = r"^(normal|front_offset_m|thickness_m|index|local_y|aperture_m|opl_offset_m|steps) = .*\n"
@@ -308,7 +308,7 @@ def test_the_documented_example_is_accepted(outside: Project) -> None:
     layout = load_layout(outside.folder / "optics.toml")[1]
     rows, columns = output_labels(layout), input_labels(layout)
     size = {"m": 1e3, "rad": 1e6}
-    S = np.array([size[u] for u in rows.units])[:, None] * sensitivity_matrix(layout)
+    S = np.array([size[u] for u in rows.units])[:, None] * optical_sensitivity(layout)
     S /= np.array([size[u] for u in columns.units])
     lines = [",".join(["row", *columns.names])]
     lines += [",".join([name, *(f"{v:.8e}" for v in values)]) for name, values in zip(rows.names, S, strict=True)]

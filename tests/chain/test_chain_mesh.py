@@ -19,7 +19,7 @@ from tedm_cli.errors import InputError, UsageError
 from tedm_cli.exports.node_terms import gradient, superposed
 from tedm_cli.files.blocks import Blocks
 from tedm_cli.progress import silent
-from tedm_cli.stages.exports.mesh import Asked, export_mesh
+from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 
 AREA = "STRUT_1"
 GRAVITY, READ_OUT = ("TM1_a_x", "TM2_omegadot_z"), ("A_TM1_x", "B_TM2_phi")
@@ -30,7 +30,7 @@ DIFFERENCE = "TM1_a_x-TM2_a_x"
 
 @pytest.fixture(scope="module")
 def path(small: Project, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    asked = Asked((AREA, "uniform"), OUTPUTS, CASES)
+    asked = WantedArrays((AREA, "uniform"), OUTPUTS, CASES)
     return export_mesh(small.build_dir, tmp_path_factory.mktemp("mesh") / "small.vtu", asked, silent).paths[0]
 
 
@@ -198,7 +198,7 @@ def test_fields_of_loads_of_any_size_add_up_block_by_block(tmp_path: Path) -> No
 
 
 def test_difference_of_two_outputs(small: Project, tmp_path: Path, mesh: pyvista.UnstructuredGrid) -> None:
-    export_mesh(small.build_dir, tmp_path / "d.vtu", Asked((AREA,), (DIFFERENCE, "TM2_a_x")), silent)
+    export_mesh(small.build_dir, tmp_path / "d.vtu", WantedArrays((AREA,), (DIFFERENCE, "TM2_a_x")), silent)
     other = pyvista.read(tmp_path / "d.vtu")
     np.testing.assert_allclose(
         other[f"contribution_{DIFFERENCE}_{AREA}"],
@@ -227,7 +227,7 @@ def test_meshio_reads_it_too(path: Path, mesh: pyvista.UnstructuredGrid) -> None
 
 
 def test_without_options_it_is_about_the_worst_verdict(small: Project, tmp_path: Path) -> None:
-    done = export_mesh(small.build_dir, tmp_path / "worst.vtu", Asked(), silent)
+    done = export_mesh(small.build_dir, tmp_path / "worst.vtu", WantedArrays(), silent)
     worst = (-1.0, "", "")
     for path in small.build_dir.glob("case*.h5"):
         with h5py.File(path) as file:
@@ -241,32 +241,32 @@ def test_without_options_it_is_about_the_worst_verdict(small: Project, tmp_path:
 
 def test_before_the_cases_there_is_less_to_see(small: Project, tmp_path: Path) -> None:
     shutil.copy(small.build_dir / "unit_loads.h5", tmp_path)
-    bare = export_mesh(tmp_path, None, Asked(), silent)
+    bare = export_mesh(tmp_path, None, WantedArrays(), silent)
     assert bare.paths[0] == tmp_path / "export" / "mesh.vtu"
     assert {a.name for a in bare.on_points} == {"grid_id", "area_index", "group_index", "mass"}
     with pytest.raises(InputError, match=r"distortion\.h5: no such file"):
-        export_mesh(tmp_path, None, Asked((AREA,)), silent)
+        export_mesh(tmp_path, None, WantedArrays((AREA,)), silent)
     shutil.copy(small.build_dir / "distortion.h5", tmp_path)
-    assert "displacement_uniform" in {a.name for a in export_mesh(tmp_path, None, Asked(), silent).on_points}
+    assert "displacement_uniform" in {a.name for a in export_mesh(tmp_path, None, WantedArrays(), silent).on_points}
     with pytest.raises(InputError, match=r"sensitivity\.h5: no such file"):
-        export_mesh(tmp_path, None, Asked((), ("TM1_a_x",)), silent)
+        export_mesh(tmp_path, None, WantedArrays((), ("TM1_a_x",)), silent)
     with pytest.raises(InputError, match=r"case03\.h5: no such file") as error:
-        export_mesh(tmp_path, None, Asked((), (), ("3",)), silent)
+        export_mesh(tmp_path, None, WantedArrays((), (), ("3",)), silent)
     assert error.value.hint == "make it with `tedm run-case 3`"
 
 
 @pytest.mark.parametrize(
     ("asked", "fact", "hint"),
     [
-        (Asked(("STRUT1",)), "no area is called 'STRUT1'", "did you mean STRUT_1?"),
-        (Asked((), ("TM1_a_X",)), "no output is called 'TM1_a_X'", "did you mean TM1_a_x?"),
-        (Asked((), ("TM1_a_x-TM2_ax",)), "no output is called 'TM2_ax'", "did you mean TM2_a_x?"),
-        (Asked((), ("TM1_a_x-A_TM1_x",)), "difference of m/s^2 and m", ""),
-        (Asked((), (), ("33",)), "no case that was run is called '33'", "did you mean 3?"),
-        (Asked((), (DIFFERENCE,), ("3",)), f"no output of case03.h5 is called '{DIFFERENCE}'", ""),
+        (WantedArrays(("STRUT1",)), "no area is called 'STRUT1'", "did you mean STRUT_1?"),
+        (WantedArrays((), ("TM1_a_X",)), "no output is called 'TM1_a_X'", "did you mean TM1_a_x?"),
+        (WantedArrays((), ("TM1_a_x-TM2_ax",)), "no output is called 'TM2_ax'", "did you mean TM2_a_x?"),
+        (WantedArrays((), ("TM1_a_x-A_TM1_x",)), "difference of m/s^2 and m", ""),
+        (WantedArrays((), (), ("33",)), "no case that was run is called '33'", "did you mean 3?"),
+        (WantedArrays((), (DIFFERENCE,), ("3",)), f"no output of case03.h5 is called '{DIFFERENCE}'", ""),
     ],
 )
-def test_what_there_is_not(small: Project, tmp_path: Path, asked: Asked, fact: str, hint: str) -> None:
+def test_what_there_is_not(small: Project, tmp_path: Path, asked: WantedArrays, fact: str, hint: str) -> None:
     with pytest.raises(UsageError) as error:
         export_mesh(small.build_dir, tmp_path / "no.vtu", asked, silent)
     assert fact in error.value.fact
@@ -284,10 +284,10 @@ def test_files_that_do_not_belong_together(small: Project, tmp_path: Path) -> No
         heaviest = int(np.abs(G[0]).max(axis=1).argmax())
         G[0, heaviest] = 1.001 * G[0, heaviest]
     with pytest.raises(InputError, match="the grids' parts of TM1_a_x add up to"):
-        export_mesh(build, None, Asked((AREA,), ("TM1_a_x",)), silent)
+        export_mesh(build, None, WantedArrays((AREA,), ("TM1_a_x",)), silent)
     with pytest.raises(InputError, match=r"case03\.h5: is stale"):
-        export_mesh(build, None, Asked((), ("TM1_a_x",), ("3",)), silent)
+        export_mesh(build, None, WantedArrays((), ("TM1_a_x",), ("3",)), silent)
     with h5py.File(build / "unit_loads.h5", "r+") as file:
         file["/mass/lumped"][0] *= 2.0
     with pytest.raises(InputError, match=r"distortion\.h5: is stale"):
-        export_mesh(build, None, Asked((AREA,)), silent)
+        export_mesh(build, None, WantedArrays((AREA,)), silent)

@@ -14,7 +14,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import open_checked
-from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.reader import open_op2
 
 # The OP2 holds single precision; the reference was computed from the same file, so double precision must be met
 # wherever the arithmetic is the same.
@@ -81,7 +81,7 @@ def test_overlapping_areas_are_refused(make_mini: Callable[[str], Project]) -> N
 
 def test_split_areas_sum_to_the_whole(mini_ltp_dir: Path) -> None:
     """Superposition in the independent solver's results: an area's motion is the sum of its parts' motions."""
-    with open_results(mini_ltp_dir / "mini_ltp_split.op2") as (tables, read):
+    with open_op2(mini_ltp_dir / "mini_ltp_split.op2") as (tables, read):
         motion = {table.subcase: read(table).motion for table in tables}
     for whole, parts in ((1, (2, 3)), (4, (5, 6))):
         assert relative(sum(motion[p] for p in parts), motion[whole]) < 2e-7

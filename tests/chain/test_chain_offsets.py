@@ -14,7 +14,7 @@ from tedm_cli.errors import PhysicsError
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.progress import silent
-from tedm_cli.stages.exports.mesh import Asked, export_mesh
+from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 from tedm_cli.stages.model.distortion import build_distortion
 from tedm_cli.stages.model.ingest import ingest
@@ -81,7 +81,7 @@ def test_offset_mass_adds_its_own_field_and_moves_with_its_grid(small: Project, 
 
 def test_grid_with_a_lever_contributes_by_its_rotation(project: Project) -> None:
     """Of the arrays in the .vtu: gradients times motions, grid by grid, and their sum [S_SG]."""
-    done = export_mesh(project.build_dir, None, Asked(("uniform",), ("TM1_a_y",)), silent)
+    done = export_mesh(project.build_dir, None, WantedArrays(("uniform",), ("TM1_a_y",)), silent)
     found = {a.name: a.values for a in done.on_points}
     part = found["contribution_TM1_a_y_uniform"]
     moved = (found["gradient_TM1_a_y"] * found["displacement_uniform"]).sum(axis=1)

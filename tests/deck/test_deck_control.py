@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, temperature_cards
 from tedm_cli.nastran.temperature_sets import plain as real
@@ -189,7 +189,7 @@ def test_different_references_give_the_same_unit_loads(tmp_path: Path) -> None:
         assert any("MYSTRAN" in note for note in done.notes) == (number > 0)
         out = tmp_path / f"{number}.op2"
         solve_deck(done.path, out)
-        with open_results(out) as (tables, read):
+        with open_op2(out) as (tables, read):
             results.append(np.stack([read(table).motion for table in tables]))
     for other in results[1:]:
         np.testing.assert_allclose(other, results[0], rtol=0, atol=2e-7 * np.abs(results[0]).max())

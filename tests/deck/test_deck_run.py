@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from deck_tools import Outcome, bricks, plain, project, tedm
 
-from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.solve import solve_deck
 
@@ -148,7 +148,7 @@ def test_results_from_before_the_run(folder: Path) -> None:
     refused(solve(folder, solver(folder, "silent")), 4, "without a new OP2", f"{old} is from before the run")
     assert not (folder / "results" / "unit_loads.op2").exists()
     assert solve(folder, solver(folder, "capitals")).code == 0
-    with open_results(folder / "results" / "unit_loads.op2") as (tables, _):
+    with open_op2(folder / "results" / "unit_loads.op2") as (tables, _):
         assert len(tables) == 3
 
 

@@ -11,7 +11,7 @@ from fem_models import ALPHA, NU, YOUNG, bars, rotated, rotation_matrix, solve, 
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.bars import bar_matrices
-from tedm_cli.fem.constraints import rigid_motion
+from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.rods import rod_matrices
 from tedm_cli.fem.structure import BarBlock, RodBlock
 
@@ -187,7 +187,7 @@ def test_fem_offset_ends_hang_on_rigid_arms():
     here = bar_matrices(position, block)
     there = bar_matrices(position - arm, replace(block, offset=arm[None]))
     tie = np.zeros((12, 12))
-    tie[:6, :6], tie[6:, 6:] = rigid_motion(arm)
+    tie[:6, :6], tie[6:, 6:] = rigid_body_matrix(arm)
     stiffness = tie.T @ here.stiffness[0] @ tie
     np.testing.assert_allclose(there.stiffness[0], stiffness, atol=1e-12 * np.abs(stiffness).max())
     np.testing.assert_allclose(there.coupling[0], tie.T @ here.coupling[0], atol=1e-12)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tedm_cli.errors import InputError
-from tedm_cli.fem.constraints import eliminate, rbe3_coefficients, rigid_motion
+from tedm_cli.fem.constraints import eliminate, rbe3_coefficients, rigid_body_matrix
 from tedm_cli.fem.structure import Rbe2, Rbe3
 
 
@@ -43,7 +43,7 @@ def test_fem_rbe3_reproduces_rigid_motion_at_any_size_and_weight(seed, entering,
     position = size * spread(seed)
     weights = np.random.default_rng(seed).uniform(0.1, 10.0, 6)
     sources, coefficients = rbe3_coefficients(position, rbe3(1, 0, range(1, 7), weights=weights, entering=entering))
-    motion = rigid_motion(position - position[0]).reshape(-1, 6)[sources]
+    motion = rigid_body_matrix(position - position[0]).reshape(-1, 6)[sources]
     np.testing.assert_allclose(
         coefficients @ motion / np.array([1, 1, 1, size, size, size]),
         np.eye(6) / np.array([1, 1, 1, size, size, size]),
@@ -60,7 +60,7 @@ def test_fem_rbe3_forces_balance_and_go_with_the_weights(entering):
     sources, coefficients = rbe3_coefficients(position, element)
     load = np.array([1.0, -2.0, 3.0, 0.4, 0.5, -0.6])
     spread_out = coefficients.T @ load
-    resultant = rigid_motion(position).reshape(-1, 6)[sources].T @ spread_out
+    resultant = rigid_body_matrix(position).reshape(-1, 6)[sources].T @ spread_out
     np.testing.assert_allclose(resultant, load, atol=1e-14)
     pull = coefficients.T @ np.array([0.0, 0.0, 6.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(pull[sources % 6 == 2], [1.0, 2.0, 1.0, 2.0], atol=1e-14)
@@ -89,7 +89,7 @@ def test_fem_chains_do_not_depend_on_the_order_of_the_elements():
     np.testing.assert_allclose(maps[0], maps[1], atol=1e-15)
     dependent = [g * 6 + c for g in (0, 5, 6) for c in range(6)]
     assert np.abs(maps[0][:, dependent]).max() == 0.0
-    everywhere = rigid_motion(position).reshape(-1, 6)
+    everywhere = rigid_body_matrix(position).reshape(-1, 6)
     np.testing.assert_allclose(maps[0] @ everywhere, everywhere, atol=1e-12)
 
 
@@ -138,7 +138,7 @@ def test_fem_optical_nodes_agree_with_mystran():
         else:
             rows = np.searchsorted(grids, card.Gmi)
             hub = int(np.searchsorted(grids, card.gn))
-            reach = rigid_motion(position[rows] - position[hub])[:, [int(d) - 1 for d in card.cm]]
+            reach = rigid_body_matrix(position[rows] - position[hub])[:, [int(d) - 1 for d in card.cm]]
             expected = motion[rows][:, [int(d) - 1 for d in card.cm]]
             got, arm = np.einsum("mcd,dk->mck", reach, motion[hub]), 1.0
         scale = np.abs(motion[:, :3]).max()

@@ -12,7 +12,7 @@ from shell_models import sheet, shells
 
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import assemble
-from tedm_cli.fem.constraints import rigid_motion
+from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.shells import shell_matrices
 
 SHAPES = pytest.mark.parametrize("corners", [3, 4])
@@ -56,7 +56,7 @@ def test_fem_a_shell_has_six_rigid_motions_no_others_and_grows_freely(corners, s
     position = ring(corners, seed, warp)
     found = one(position, offset=offset, thickness=thickness)
     stiffness = found.stiffness[0]
-    rigid = rigid_motion(position - position.mean(axis=0)).reshape(-1, 6)
+    rigid = rigid_body_matrix(position - position.mean(axis=0)).reshape(-1, 6)
     size = np.sqrt(np.diagonal(stiffness))
     scaled = stiffness / np.outer(size, size)
     assert np.abs(stiffness @ rigid / size[:, None]).max() < 1e-11 * np.abs(size[:, None] * rigid).max()
@@ -187,7 +187,7 @@ def test_fem_membrane_and_bending_of_a_flat_plate_are_not_coupled_and_an_offset_
     normal /= np.linalg.norm(normal)
     arm = np.tile(4e-3 * normal, (4, 1))
     turn = np.zeros((24, 24))
-    for k, block in enumerate(rigid_motion(arm)):
+    for k, block in enumerate(rigid_body_matrix(arm)):
         turn[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = block
     moved = turn.T @ flat.stiffness[0] @ turn
     np.testing.assert_allclose(lifted.stiffness[0], moved, atol=1e-10 * np.abs(moved).max())

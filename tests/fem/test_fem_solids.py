@@ -25,7 +25,7 @@ from fem_models import (
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.bars import bar_matrices
-from tedm_cli.fem.constraints import rigid_motion
+from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.elasticity import ISOTROPIC, isotropic_stiffness, orthotropic_stiffness, rotated
 from tedm_cli.fem.solids import solid_matrices
 from tedm_cli.fem.structure import SolidMaterials
@@ -151,7 +151,7 @@ def test_fem_free_expansion_of_distorted_blocks_is_exact(card, nodes, bubble, an
 
 def rigid_fit(position, gap):
     """What is left of displacements [N, 3] after the best rigid motion is taken away."""
-    rigid = rigid_motion(position - position.mean(axis=0))[:, :3].reshape(-1, 6)
+    rigid = rigid_body_matrix(position - position.mean(axis=0))[:, :3].reshape(-1, 6)
     return (gap.reshape(-1) - rigid @ np.linalg.lstsq(rigid, gap.reshape(-1), rcond=None)[0]).reshape(-1, 3)
 
 

@@ -24,7 +24,7 @@ from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.linear import factorise
 from tedm_cli.fem.structure import Rbe2, Rbe3, Structure
-from tedm_cli.nastran.structure.finder import Finder
+from tedm_cli.nastran.structure.references import CardReferences
 from tedm_cli.nastran.structure.solids import read_solids
 
 SIZE = (0.4, 0.2, 0.1)
@@ -227,7 +227,7 @@ def test_fem_inner_grids_agree_with_mystran():
     deck = BDF(debug=None)
     deck.read_bdf(str(folder / "mini_ltp.bdf"), xref=False)
     grids = np.array(sorted(deck.nodes))
-    blocks = read_solids(deck, Finder(grids, folder))
+    blocks = read_solids(deck, CardReferences(grids, folder))
     assert [(block.card, block.bubble) for block in blocks] == [("CHEXA", False), ("CPENTA", False)]
     solid = [e for e in deck.elements.values() if e.type in ("CHEXA", "CPENTA")]
     strut = [e for e in deck.elements.values() if e.type == "CBAR" and e.pid == 7]

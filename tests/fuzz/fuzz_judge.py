@@ -27,7 +27,7 @@ from fuzz_model import Case, in_frames
 from fuzz_text import TEXT, Mutation
 
 from tedm_cli.errors import TedmError
-from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.structure.deck import read_solver_deck
 
 SECONDS = 10.0  # of the processor, which others may share; one run takes 0.05 s
@@ -112,7 +112,7 @@ class Judge:
             case.run()
             self.expected = made["distortion.h5"].data
             self.total = made["unit_loads.h5"]
-        with open_results(case.op2) as (tables, read):
+        with open_op2(case.op2) as (tables, read):
             self.motions = {t.label: read(t) for t in tables}
 
     def snapshot(self) -> dict[str, tuple[int, int]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.distortion import build_distortion
@@ -143,7 +143,7 @@ def fuzz_case(folder: Path) -> Case:
     twin, case = make(folder / "twin", model_cards(False)), make(folder / "case", model_cards(True))
     solve_deck(twin.deck, twin.op2)
     motions, ids = [], np.zeros(0, dtype=np.int64)
-    with open_results(twin.op2) as (tables, read):
+    with open_op2(twin.op2) as (tables, read):
         for table in tables:
             got = read(table)
             ids = got.grid_id

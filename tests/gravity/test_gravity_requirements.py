@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tedm_cli.gravity.requirements import SUBSYSTEMS, UNITS, allocation, dc_quantities, judge
+from tedm_cli.gravity.requirements import AT_REST_UNITS, SUBSYSTEMS, allocation, dc_quantities, judge_at_rest
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_ltp_share_of_the_force_along_x():
 
 def test_quantities_are_in_the_order_of_their_names():
     gamma = np.diag([3.0, -1.0, -2.0])
-    found = dict(zip(UNITS, dc_quantities([10.0, 11.0, 12.0], [20.0, 21.0, 22.0], gamma), strict=True))
+    found = dict(zip(AT_REST_UNITS, dc_quantities([10.0, 11.0, 12.0], [20.0, 21.0, 22.0], gamma), strict=True))
     assert found == {
         "gamma_xx": 3.0,
         "a_x": 10.0,
@@ -44,7 +44,7 @@ def test_quantities_are_in_the_order_of_their_names():
 def test_verdicts_on_each_side_of_a_range():
     sensor = np.array([-1.5e-7, 0.35e-9, 0.0, -2.2e-9, 0.0, 0.0, 0.0])
     total = np.array([1.5e-7, 0.30e-9, 0.0, 0.0, 0.0, 0.0, 9.9e-9])
-    found = {(v.quantity, v.subsystem): v for v in judge("TM1", total, sensor)}
+    found = {(v.quantity, v.subsystem): v for v in judge_at_rest("TM1", total, sensor)}
     assert len(found) == 21
     # the range of the stiffness is lopsided: -1..2 for IS, -2..3 for the rest
     assert found["gamma_xx", "IS"].ratio == pytest.approx(1.5)
@@ -60,6 +60,6 @@ def test_verdicts_on_each_side_of_a_range():
 
 
 def test_without_a_known_sensor_only_the_sum_is_judged():
-    verdicts = judge("TM2", np.full(7, 1e-10), None)
+    verdicts = judge_at_rest("TM2", np.full(7, 1e-10), None)
     assert [v.subsystem for v in verdicts] == ["IS+LTP"] * 7
     assert {v.test_mass for v in verdicts} == {"TM2"}

@@ -16,7 +16,7 @@ from rod_model import one_load, read, rod_cards
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.op2.displacements import unit_load_displacements
-from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.unit_loads import deck_unit_loads
 
@@ -62,7 +62,7 @@ def pynastran(path: Path) -> Any:
 
 
 def compare_with_pynastran(path: Path) -> None:
-    with open_results(path) as (tables, read_table):
+    with open_op2(path) as (tables, read_table):
         ours = {t.subcase: (t, read_table(t)) for t in tables}
     theirs = {int(k[0] if isinstance(k, tuple) else k): t for k, t in pynastran(path).displacements.items()}
     assert set(ours) == set(theirs)
@@ -78,7 +78,7 @@ def compare_with_pynastran(path: Path) -> None:
 def test_scalar_points_and_adaptivity(nastran_dir: Path) -> None:
     table = next(iter(pynastran(nastran_dir / "cqra00366.op2").displacements.values()))
     scalar = table.node_gridtype[table.node_gridtype[:, 1] == 2, 0]
-    with open_results(nastran_dir / "cqra00366.op2") as (tables, read_table):
+    with open_op2(nastran_dir / "cqra00366.op2") as (tables, read_table):
         assert [t.label for t in tables] == [
             "STATIC LOAD",
             "TURN ON TEMP LOADS",
@@ -90,7 +90,7 @@ def test_scalar_points_and_adaptivity(nastran_dir: Path) -> None:
 
 
 def test_temperatures_are_no_displacements(nastran_dir: Path) -> None:
-    with open_results(nastran_dir / "htrussx.op2") as (tables, _):
+    with open_op2(nastran_dir / "htrussx.op2") as (tables, _):
         assert [(t.subcase, t.label) for t in tables] == [(2, "STRESS ANALYSIS")]
 
 

@@ -16,7 +16,7 @@ from pyNastran.op2.op2 import OP2, read_op2
 from pyNastran.op2.tables.oug.oug_displacements import RealDisplacementArray
 
 from tedm_cli.errors import InputError, PhysicsError
-from tedm_cli.nastran.op2.reader import open_results
+from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.op2.writer import MAX_GRIDS, write_op2
 
 IDS = np.array([1, 4711, 99_999_999])
@@ -57,7 +57,7 @@ def test_the_bytes_are_those_of_pynastrans_writer(
 def test_the_shipped_results_are_written_again_byte_by_byte(tmp_path: Path) -> None:
     shipped = Path(__file__).parents[2] / "sample_models" / "small" / "unit_loads.op2"
     path = tmp_path / "again.op2"
-    with open_results(shipped) as (tables, read_table):
+    with open_op2(shipped) as (tables, read_table):
         ids = read_table(tables[0]).grid_id
         write_op2(path, ids, ((t.subcase, t.label, read_table(t).motion) for t in tables))
     assert path.read_bytes() == shipped.read_bytes()

@@ -28,7 +28,7 @@ from rod_model import read, write_deck
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import ModelGeometry
 from tedm_cli.nastran.op2.displacements import unit_load_displacements
-from tedm_cli.nastran.op2.reader import clean_label, open_results
+from tedm_cli.nastran.op2.reader import clean_label, open_op2
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.unit_loads import UnitLoad
 
@@ -261,7 +261,7 @@ def test_memory_does_not_grow_with_the_number_of_subcases(tmp_path: Path) -> Non
     for count in (2, 12):
         path = tmp_path / f"{count}.op2"
         write_op2(path, ids, [(i + 1, f"A{i}", np.full((2000, 6), 1e-6)) for i in range(count)])
-        with open_results(path) as (tables, read_table):
+        with open_op2(path) as (tables, read_table):
             read_table(tables[0])
             tracemalloc.start()
             for table in tables:

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import run_case
-from tedm_cli.noise.contributions import Makeup, path_shares, share_weights, shares_at, shares_over, sum_by
+from tedm_cli.noise.contributions import ReadOutParts, path_shares, share_weights, shares_at, shares_over, sum_by
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation, full_blocks
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.propagation import output_psd_from_factor
@@ -239,8 +239,8 @@ def test_common_heating_that_moves_nothing_is_silent_only_when_correlated(areas,
 @pytest.mark.parametrize("case_id", ["1", "2", "4", "10b"])
 def test_ratios_at_the_bounds_enclose_the_verdict(areas, config, case_id):
     row = rows_for(areas)[2]
-    makeup = {"A_TM1_x": Makeup(("M1", "M2"), np.stack([0.25 * row, 0.75 * row]), 0.5 * row)}
-    result = run(areas, config, case_id, makeup=makeup)
+    parts_of_read_outs = {"A_TM1_x": ReadOutParts(("M1", "M2"), np.stack([0.25 * row, 0.75 * row]), 0.5 * row)}
+    result = run(areas, config, case_id, parts_of_read_outs=parts_of_read_outs)
     for v, verdict in enumerate(result.verdicts):
         lowest, low, high, _, highest = result.bound_ratio[v]
         assert lowest <= low * (1 + 1e-9)

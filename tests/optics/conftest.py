@@ -7,7 +7,7 @@ import pytest
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.optics import load_layout
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.optics.sensitivity import sensitivity_matrix
+from tedm_cli.optics.sensitivity import optical_sensitivity
 
 
 @pytest.fixture(scope="session")
@@ -22,4 +22,4 @@ def layout(layout_file: Path) -> OpticalLayout:
 
 @pytest.fixture(scope="session")
 def S_BW(layout: OpticalLayout) -> FloatArray:
-    return sensitivity_matrix(layout)
+    return optical_sensitivity(layout)

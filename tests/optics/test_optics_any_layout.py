@@ -18,7 +18,7 @@ from tedm_cli.optics.labels import input_labels, laser_labels, output_labels
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.layout_checks import check_layout, failures
-from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
+from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivity
 from tedm_cli.optics.trace import nominal_poses, trace, trace_path
 
 STEP = 1e-30
@@ -40,7 +40,7 @@ def bench(request: pytest.FixtureRequest, layout: OpticalLayout) -> OpticalLayou
 
 @pytest.fixture(scope="module")
 def S(bench: OpticalLayout) -> FloatArray:
-    return sensitivity_matrix(bench)
+    return optical_sensitivity(bench)
 
 
 def blocks(layout: OpticalLayout, S: FloatArray, name: str) -> FloatArray:
@@ -209,7 +209,7 @@ def test_a_mass_that_no_beam_meets_makes_the_layout_singular() -> None:
     blind = replace(two.elements[two.index("TM2")], name="TM3")
     idle = replace(two, elements=(*two.elements, blind), sets={"A": two.photodiodes})
     with pytest.raises(PhysicsError, match=r"set A .*rank 6 for 9 .*does not see TM3_x, TM3_eta and TM3_phi"):
-        optics_chain(idle, sensitivity_matrix(idle), np.zeros((1, len(idle.bench), 6)))
+        optics_chain(idle, optical_sensitivity(idle), np.zeros((1, len(idle.bench), 6)))
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="long double is no longer than double here")
@@ -238,12 +238,12 @@ def test_a_set_of_one_interferometer_names_the_combination_it_does_not_see() -> 
     three = RANDOM["three test masses"]()
     poor = replace(three, sets={"C": ("PD3A",)}, read_out=("x",))
     with pytest.raises(PhysicsError) as caught:
-        optics_chain(poor, sensitivity_matrix(poor), np.zeros((1, len(poor.bench), 6)))
+        optics_chain(poor, optical_sensitivity(poor), np.zeros((1, len(poor.bench), 6)))
     text = str(caught.value)
     assert "rank 1 for 3" in text
     assert "the set does not see TM2_x; it cannot tell TM1_x from TM3_x (TM1_x " in text
     sign, size = re.search(r"TM1_x ([+-]) ([\d.]*) ?TM3_x changes nothing", text).groups()  # type: ignore[union-attr]
-    row = (law_matrix(three) @ sensitivity_matrix(three))[laser_labels(three).names.index("PD3A_OPD")]
+    row = (law_matrix(three) @ optical_sensitivity(three))[laser_labels(three).names.index("PD3A_OPD")]
     by_mass = [row[three.columns(name)][0] for name in ("TM1", "TM3")]
     assert float(f"{sign}{size or 1}") == pytest.approx(-by_mass[0] / by_mass[1], rel=6e-3)
 
@@ -252,4 +252,4 @@ def test_a_set_without_one_interferometer_does_not_see_its_mass() -> None:
     three = RANDOM["three test masses, tilted photodiodes"]()
     poor = replace(three, sets={"C": ("PD1A", "PD1B", "PD3A")})
     with pytest.raises(PhysicsError, match=r"rank 6 for 9 .* does not see TM2_x, TM2_eta and TM2_phi$"):
-        optics_chain(poor, sensitivity_matrix(poor), np.zeros((1, len(poor.bench), 6)))
+        optics_chain(poor, optical_sensitivity(poor), np.zeros((1, len(poor.bench), 6)))

@@ -14,7 +14,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements, round_down, traced_bench
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
+from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivity
 
 
 def random_motion(layout: OpticalLayout, seed: int, size: float = 1e-7) -> FloatArray:
@@ -95,7 +95,7 @@ def test_motion_about_reference_points_reads_as_that_of_the_grids(layout: Optica
     nodes = inside @ axes + np.array(turned.frame_origin_m)
     D_opt = rng.normal(size=(len(layout.bench), 6))
     in_frame = np.concatenate([D_opt[:, :3] @ axes.T, D_opt[:, 3:] @ axes.T], axis=1)
-    S_ref = sensitivity_matrix(turned)
+    S_ref = optical_sensitivity(turned)
     by_grids = move_reference_points(S_ref, turned, nodes)[:, turned.columns_of(turned.bench)] @ in_frame.reshape(-1)
     by_references = S_ref @ motion_of_elements(turned, D_opt, nodes).reshape(-1)
     np.testing.assert_allclose(by_references, by_grids, rtol=0, atol=1e-12 * np.abs(by_grids).max())
@@ -117,6 +117,6 @@ def test_dimensionless_matrix_does_not_know_the_size_of_the_bench(layout: Optica
         ),
     )
     assert large.size_m == pytest.approx(3 * layout.size_m, rel=1e-12)
-    other = sensitivity_matrix(large)
+    other = optical_sensitivity(large)
     assert np.abs(other - S_BW).max() > 0.1
     np.testing.assert_allclose(scaled_matrix(large, other), scaled_matrix(layout, S_BW), rtol=0, atol=1e-12)

@@ -240,7 +240,7 @@ def test_photodiodes_give_the_scale_of_every_row(layout: OpticalLayout, S_BW: Ma
 
 def test_scale_of_the_rows_of_tilted_photodiodes(layout: OpticalLayout) -> None:
     """Ten degrees off the beams, where path length and slopes are no longer of size one."""
-    from tedm_cli.optics.sensitivity import sensitivity_matrix
+    from tedm_cli.optics.sensitivity import optical_sensitivity
 
     turn = Rotation.from_rotvec(np.radians(10) * np.array([0.6, 0.0, 0.8]))
     elements = tuple(
@@ -250,7 +250,7 @@ def test_scale_of_the_rows_of_tilted_photodiodes(layout: OpticalLayout) -> None:
         for e in layout.elements
     )
     tilted = replace(layout, elements=elements)
-    S = sensitivity_matrix(tilted)
+    S = optical_sensitivity(tilted)
     assert np.abs(S[2, tilted.columns("PD1A")][:3]).max() > 0.9
     np.testing.assert_allclose(row_factors(tilted, S), 1.0, atol=1e-13)
 

@@ -13,7 +13,7 @@ from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.labels import output_labels
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import BeamPath, OpticalLayout
-from tedm_cli.optics.sensitivity import sensitivity_matrix
+from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.optics.trace import Poses, nominal_poses, photodiode_axes, trace, trace_path
 
 STEP = 1e-30
@@ -74,7 +74,7 @@ def phase_derivative(layout: OpticalLayout, direction: FloatArray) -> FloatArray
 @pytest.mark.parametrize("shape", ["plane", "curved"])
 def test_the_law_is_that_of_the_phase_front(tilted: OpticalLayout, shape: str) -> None:
     layout = tilted if shape == "plane" else curved(tilted)
-    PS = law_matrix(layout) @ sensitivity_matrix(layout)
+    PS = law_matrix(layout) @ optical_sensitivity(layout)
     for direction in np.random.default_rng(12).normal(size=(10, len(layout.elements), 6)):
         exact = phase_derivative(layout, direction)
         assert (
@@ -96,10 +96,10 @@ def test_spots_that_miss_each_other_have_one_reference_point(tilted: OpticalLayo
     assert miss > 1e-5
     direction = np.random.default_rng(13).normal(size=(len(layout.elements), 6))
     for shape, limit in ((layout, 1e-13), (curved(layout), 1e-3)):
-        PS = law_matrix(shape) @ sensitivity_matrix(shape)
+        PS = law_matrix(shape) @ optical_sensitivity(shape)
         error = np.abs(PS @ direction.reshape(-1) - phase_derivative(shape, direction)).max()
         assert error < limit * (np.abs(PS) @ np.abs(direction.reshape(-1))).max()
-    plane = law_matrix(layout) @ sensitivity_matrix(layout)
+    plane = law_matrix(layout) @ optical_sensitivity(layout)
     diodes = layout.columns_of(tuple(e for e in layout.elements if e.kind == "photodiode"))
     assert np.abs(plane[:, diodes]).max() < 1e-13 * np.abs(plane).max()
 
@@ -108,15 +108,15 @@ def test_the_tilt_of_a_photodiode_changes_no_length_and_no_read_out(
     straight: OpticalLayout, tilted: OpticalLayout
 ) -> None:
     """The phase at a point of the light does not know the plane it is read in; path to the plane alone would."""
-    PS, PS_tilted = (law_matrix(x) @ sensitivity_matrix(x) for x in (straight, tilted))
+    PS, PS_tilted = (law_matrix(x) @ optical_sensitivity(x) for x in (straight, tilted))
     scale = np.abs(PS).max()
     assert np.abs(PS - PS_tilted)[::3].max() < 1e-13 * scale
     path_alone = np.zeros_like(law_matrix(tilted))
     for i, path in enumerate(tilted.paths):
         path_alone[3 * tilted.photodiodes.index(path.photodiode), 5 * i + 2] = 1 if path.beam == "meas" else -1
-    assert np.abs((path_alone @ sensitivity_matrix(tilted) - PS)[::3]).max() > 0.1
+    assert np.abs((path_alone @ optical_sensitivity(tilted) - PS)[::3]).max() > 0.1
     D_opt = np.random.default_rng(14).normal(size=(3, len(straight.bench), 6))
-    for a, b in zip(*(optics_chain(x, sensitivity_matrix(x), D_opt).sets for x in (straight, tilted)), strict=True):
+    for a, b in zip(*(optics_chain(x, optical_sensitivity(x), D_opt).sets for x in (straight, tilted)), strict=True):
         assert np.abs(a.N - b.N).max() < 1e-12 * np.abs(a.N).max()
 
 

@@ -20,8 +20,8 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import (
     cross_matrix,
     move_reference_points,
+    optical_sensitivity,
     reference_offsets,
-    sensitivity_matrix,
 )
 from tedm_cli.optics.trace import nominal_poses, trace
 
@@ -82,7 +82,7 @@ def test_every_entry_agrees_with_a_complex_step(layout: OpticalLayout, S_BW: Flo
 def test_derivative_and_rigid_motion_hold_for_any_layout(layout: OpticalLayout, seed: int) -> None:
     rng = np.random.default_rng(seed)
     other = turned(mutated(layout, rng), Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3))
-    S = sensitivity_matrix(other)
+    S = optical_sensitivity(other)
     for direction in rng.normal(size=(3, len(other.elements), 6)):
         assert S @ direction.reshape(-1) == pytest.approx(complex_step(other, direction), abs=1e-12)
     assert np.abs(S @ rigid_motion(other)).max() < 1e-12
@@ -101,7 +101,7 @@ def test_finite_rigid_motion_changes_no_output(layout: OpticalLayout, seed: int)
 
 def test_the_matrix_turns_with_the_layout(layout: OpticalLayout, S_BW: FloatArray) -> None:
     R = Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix()
-    S = sensitivity_matrix(turned(layout, R, np.array([0.3, 0.1, -2.0])))
+    S = optical_sensitivity(turned(layout, R, np.array([0.3, 0.1, -2.0])))
     expected = S_BW @ block_diag(*[R.T] * (2 * len(layout.elements)))
     assert np.abs(S - expected).max() < 1e-13
 
@@ -162,7 +162,7 @@ def test_windows_parallel_to_their_test_mass_do_not_count(layout: OpticalLayout,
         assert np.abs(block(name)[:, 2:]).max() < 1e-14
     tilted = replace(layout.elements[layout.index("W1")], normal=(np.cos(0.1), np.sin(0.1), 0.0))
     places = [tilted if e.name == "W1" else e for e in layout.elements]
-    S = sensitivity_matrix(replace(layout, elements=tuple(places)))
+    S = optical_sensitivity(replace(layout, elements=tuple(places)))
     assert np.abs(S[:, layout.columns("W1")].reshape(-1, 5, 6)[:, 2:]).max() > 1e-4
 
 
@@ -214,7 +214,7 @@ def test_paths_are_blind_to_elements_they_do_not_meet(layout: OpticalLayout, S_B
 def test_thick_splitters_matter(layout: OpticalLayout, S_BW: FloatArray) -> None:
     """Splitters taken as thin surfaces lose more than a millimetre per radian of optical path or spot."""
     thin = [replace(e, thickness_m=1e-12) if e.kind == "beamsplitter" else e for e in layout.elements]
-    S = sensitivity_matrix(replace(layout, elements=tuple(thin)))
+    S = optical_sensitivity(replace(layout, elements=tuple(thin)))
     opl = slice(2, None, 5)
     assert np.abs(S - S_BW)[opl, layout.columns("BS1")].max() > 1e-3
 

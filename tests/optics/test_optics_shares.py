@@ -16,7 +16,7 @@ from tedm_cli.optics.common_mode import common_mode, rigid_motion
 from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.labels import input_labels
 from tedm_cli.optics.layout import MassExpansion, OpticalLayout
-from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
+from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivity
 from tedm_cli.optics.shares import beam_terms, compare_sets, motion_terms, shares
 from tedm_cli.optics.trace import nominal_poses, trace
 
@@ -28,7 +28,7 @@ def bench(request: pytest.FixtureRequest, layout: OpticalLayout) -> OpticalLayou
 
 @pytest.fixture(scope="module")
 def S(bench: OpticalLayout) -> FloatArray:
-    return sensitivity_matrix(bench)
+    return optical_sensitivity(bench)
 
 
 @pytest.fixture(scope="module")

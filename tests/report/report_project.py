@@ -17,11 +17,11 @@ from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, File
 from tedm_cli.figures.style import style, svg
 from tedm_cli.files.provenance import Provenance, input_files
 from tedm_cli.files.store import create
-from tedm_cli.gravity.requirements import UNITS, dc_quantities, judge
+from tedm_cli.gravity.requirements import AT_REST_UNITS, dc_quantities, judge_at_rest
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.labels import read_out_labels
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.optics.sensitivity import sensitivity_matrix
+from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results, read_case
 from tedm_cli.stages.noise.case import run_cases
@@ -109,12 +109,12 @@ def field_at_rest(rng: np.random.Generator) -> dict[str, Any]:
     for t, name in enumerate(MASSES):
         field = [q[t] for q in (acceleration, angular, gamma)]
         total, sensor = dc_quantities(*(q.sum(axis=0) for q in field)), dc_quantities(*(q[0] for q in field))
-        verdicts += judge(name, total, sensor)
+        verdicts += judge_at_rest(name, total, sensor)
     return {
         "/dc/acceleration": acceleration,
         "/dc/angular_acceleration": angular,
         "/stiffness/gamma_lin": gamma,
-        "/dc_verdict/unit": [UNITS[v.quantity] for v in verdicts],
+        "/dc_verdict/unit": [AT_REST_UNITS[v.quantity] for v in verdicts],
         **{f"/dc_verdict/{c}": [getattr(v, c) for v in verdicts] for c in ("test_mass", "quantity", "subsystem")},
         **{f"/dc_verdict/{c}": np.array([getattr(v, c) for v in verdicts]) for c in ("value", "lower", "upper")},
         "/dc_verdict/ratio": np.array([v.ratio for v in verdicts]),
@@ -126,7 +126,7 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
     """Random motions of the bench's grids, which lie at the reference points, and the optics that follow from them."""
     motion = 1e-8 * rng.normal(size=(5, len(layout.bench), 6))
     motion[2] *= 10.0  # one area is the worst for most read-outs: few figures of the bench under load
-    matrix = sensitivity_matrix(layout)
+    matrix = optical_sensitivity(layout)
     chain = optics_chain(layout, matrix, motion)
     labels = read_out_labels(layout)
     names = [e.name for e in layout.bench]

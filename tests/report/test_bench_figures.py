@@ -28,7 +28,7 @@ from tedm_cli.figures.style import COLOURS, style
 from tedm_cli.optics.exaggerated import ExaggeratedBench, exaggerated_bench, traced_bench
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.optics.sensitivity import sensitivity_matrix
+from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.optics.trace import nominal_poses
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
@@ -248,7 +248,7 @@ def test_a_bench_out_of_plane_is_seen_from_the_side(layout: OpticalLayout) -> No
 
 
 def test_map_of_s_bw_holds_the_matrix(layout: OpticalLayout) -> None:
-    matrix = sensitivity_matrix(layout)
+    matrix = optical_sensitivity(layout)
     figure = drawn(sensitivity_map(layout, matrix))
     panels = [a for a in figure.axes if a.images]
     shown = np.concatenate([np.asarray(a.images[0].get_array()) for a in panels], axis=1)

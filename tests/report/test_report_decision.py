@@ -11,7 +11,7 @@ from tedm_cli.report.decision import decision_section, limited_by, summary
 from tedm_cli.report.document import Table, VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs
 from tedm_cli.report.field import DcVerdict
-from tedm_cli.results.deciding import deciding, told_once
+from tedm_cli.results.deciding import deciding, without_repeats
 from tedm_cli.results.noise import WAYS, Areas, CaseNoise, JudgedOutput, Limit, Mending
 
 AREAS = Areas(["S1", "S2", "B1"], ["struts", "struts", "bench"], ["outside", "outside", "inside"])
@@ -134,12 +134,12 @@ def test_what_would_help() -> None:
 def test_outputs_that_say_the_same_are_told_once() -> None:
     """In every case, or not at all."""
     same = [case(i, "likely", judged(2.0, "A"), judged(2.0 * (1 + 1e-9), "B"), judged(1.0, "C")) for i in "12"]
-    assert [j.output for j in told_once(same)[0].judged] == ["A, B", "C"]
+    assert [j.output for j in without_repeats(same)[0].judged] == ["A, B", "C"]
     assert [j.output for _, j in deciding_pairs(same)] == ["A, B", "C"]
     other = [same[0], case("2", "likely", judged(2.0, "A"), judged(2.5, "B"), judged(1.0, "C"))]
-    assert [j.output for j in told_once(other)[0].judged] == ["A", "B", "C"]
+    assert [j.output for j in without_repeats(other)[0].judged] == ["A", "B", "C"]
     turned = judged(2.0, "B", contribution=np.array([1.0, 0.5, 0.1]))
-    assert len(told_once([case("1", "likely", judged(2.0, "A"), turned)])[0].judged) == 2
+    assert len(without_repeats([case("1", "likely", judged(2.0, "A"), turned)])[0].judged) == 2
 
 
 def test_required_stability_names_levels() -> None:

@@ -14,7 +14,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.stages.exports.mesh import Asked, export_mesh
+from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 from tedm_cli.stages.model.distortion import build_distortion
 
@@ -38,7 +38,7 @@ def stages(where: Project, areas: int) -> dict[str, Callable[[], object]]:
         "ingest": lambda: synthetic.write_unit_loads(where, synthetic.block(CELLS), areas),
         "build-distortion": lambda: build_distortion(where, None, silent),
         "build-sensitivity": lambda: build_sensitivity(where, None, silent),
-        "export-vtu": lambda: export_mesh(where.build_dir, None, Asked(("uniform",), ("TM1_a_x",)), silent),
+        "export-vtu": lambda: export_mesh(where.build_dir, None, WantedArrays(("uniform",), ("TM1_a_x",)), silent),
     }
 
 

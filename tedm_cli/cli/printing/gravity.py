@@ -52,7 +52,7 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
 
 
 def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
-    from tedm_cli.gravity.requirements import UNITS
+    from tedm_cli.gravity.requirements import AT_REST_UNITS
 
     head = ("DC", "quantity", "subsystem", "unit", "value", "limit", "ratio", "verdict")
     rows = [
@@ -60,7 +60,7 @@ def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
             v.test_mass,
             v.quantity,
             v.subsystem,
-            UNITS[v.quantity],
+            AT_REST_UNITS[v.quantity],
             f"{v.value:.3e}",
             f"{v.limit:.3g}",
             f"{v.ratio:.3g}",

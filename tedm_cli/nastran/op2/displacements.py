@@ -11,7 +11,7 @@ from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.frames import displacement_axes, rounded_off_axis
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
-from tedm_cli.nastran.op2.reader import GridMotion, SubcaseTable, clean_label, open_results
+from tedm_cli.nastran.op2.reader import GridMotion, SubcaseTable, clean_label, open_op2
 from tedm_cli.nastran.unit_loads import UnitLoad
 
 _LABEL_KEPT = 64  # Nastran writes no more than this of a LABEL
@@ -32,14 +32,14 @@ def unit_load_displacements(
 
     Raises
     ------
-    InputError : what `open_results` refuses, a load without result, a result without load, a result given twice,
+    InputError : what `open_op2` refuses, a load without result, a result without load, a result given twice,
         labels and numbers of subcases that contradict each other, missing grids, NaN or infinity.
     """
     matched: list[tuple[Path, dict[int, UnitLoad]]] = []
     seen: dict[str, Path] = {}
     find = _Matching(loads, subcase_table or {})
     for path in op2_files:
-        with open_results(path) as (tables, _):
+        with open_op2(path) as (tables, _):
             mine = {}
             for table in tables:
                 load = mine[table.subcase] = find.load(table, path)
@@ -52,7 +52,7 @@ def unit_load_displacements(
         _check_numbers(matched, loads)
     axes = displacement_axes(geometry.position_m, geometry.displacement_frame, geometry.frames)
     for path, mine in matched:
-        with open_results(path) as (tables, read):
+        with open_op2(path) as (tables, read):
             for table in tables:
                 load = mine[table.subcase]
                 place = f"{path}: subcase {table.subcase} (area '{load.label}')"
@@ -146,7 +146,7 @@ def _check_axes(geometry: ModelGeometry, place: str) -> None:
 
 
 def _needed(geometry: ModelGeometry) -> BoolArray:
-    return np.asarray(geometry.structural | geometry.tied | (geometry.lumped_kg > 0))
+    return np.asarray(geometry.structural | geometry.in_rigid_element | (geometry.lumped_kg > 0))
 
 
 def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: str) -> FloatArray:

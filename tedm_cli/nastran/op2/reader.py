@@ -18,8 +18,8 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.captured_output import captured_output, fact_of
 from tedm_cli.nastran.op2.fortran_records import require_records
-from tedm_cli.nastran.quiet import fact_of, quiet
 
 _TABLES = ("OUGV1", "OUG1", "BOUGV1", "OUGV2", "OUG2", "BOUGV2", "OUGV1PAT", "OPHIG", "BOPHIG")
 _STRUCTURAL_GRID = 1  # grid type in the OP2; 2 marks scalar points
@@ -62,7 +62,7 @@ class GridMotion:
 
 
 @contextmanager
-def open_results(path: Path) -> Iterator[tuple[list[SubcaseTable], Callable[[SubcaseTable], GridMotion]]]:
+def open_op2(path: Path) -> Iterator[tuple[list[SubcaseTable], Callable[[SubcaseTable], GridMotion]]]:
     """Open an OP2: the displacement tables in it, by subcase, and a function that reads one of them.
 
     Listing them reads their headers alone; a read holds one subcase.
@@ -98,7 +98,7 @@ def open_results(path: Path) -> Iterator[tuple[list[SubcaseTable], Callable[[Sub
 
 @contextmanager
 def _damage(path: Path) -> Iterator[None]:
-    with quiet() as chatter:
+    with captured_output() as chatter:
         try:
             yield
         except InputError:

@@ -8,7 +8,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.fem.structure import BarBlock
-from tedm_cli.nastran.structure.finder import Finder, material_of
+from tedm_cli.nastran.structure.references import CardReferences, material_of
 from tedm_cli.nastran.structure.sections import SECTIONS
 
 # PBAR's shear factors default to zero in Nastran, "infinitely stiff"; pyNastran writes that as 1e8.
@@ -16,7 +16,7 @@ _RIGID_IN_SHEAR = 1e7
 _KINDS = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML")}
 
 
-def read_bars(model: Any, finder: Finder, position: FloatArray, frame: FloatArray | None) -> BarBlock:
+def read_bars(model: Any, references: CardReferences, position: FloatArray, frame: FloatArray | None) -> BarBlock:
     """All bars.
 
     Parameters
@@ -31,18 +31,18 @@ def read_bars(model: Any, finder: Finder, position: FloatArray, frame: FloatArra
     kinds = np.array([bar.type for bar in bars], dtype=str)
     for pid in np.unique(pids):
         for kind in np.unique(kinds[pids == pid]):
-            prop, mat = material_of(model, finder, int(pid), *_KINDS[kind])
+            prop, mat = material_of(model, references, int(pid), *_KINDS[kind])
             if mat is not None:
                 rows = (pids == pid) & (kinds == kind)
                 table[:, rows] = np.array([*section(prop), mat.e, mat.g, mat.a, mat.tref])[:, None]
-    nodes = finder.rows([bar.nodes for bar in bars], "CBAR and CBEAM").reshape(-1, 2)
+    nodes = references.rows([bar.nodes for bar in bars], "CBAR and CBEAM").reshape(-1, 2)
     orientation, offset = np.zeros((len(bars), 3)), np.zeros((len(bars), 2, 3))
     released = np.zeros((len(bars), 12), dtype=np.bool_)
     axes = np.eye(3) if frame is None else frame
     for k, bar in enumerate(bars):
         ends = np.broadcast_to(axes, (len(position), 3, 3))[nodes[k]]
         if bar.g0:
-            orientation[k] = position[finder.rows(bar.g0, f"{bar.type} {bar.eid} G0")] - position[nodes[k, 0]]
+            orientation[k] = position[references.rows(bar.g0, f"{bar.type} {bar.eid} G0")] - position[nodes[k, 0]]
         else:
             orientation[k] = ends[0] @ bar.x
         offset[k] = (ends @ np.stack([bar.wa, bar.wb])[:, :, None])[..., 0]

@@ -8,10 +8,10 @@ import numpy as np
 
 from tedm_cli.arrays import IntArray
 from tedm_cli.fem.structure import Mpc
-from tedm_cli.nastran.structure.finder import Finder
+from tedm_cli.nastran.structure.references import CardReferences
 
 
-def read_constraints(model: Any, constraint: int | None, finder: Finder) -> tuple[IntArray, IntArray]:
+def read_constraints(model: Any, constraint: int | None, references: CardReferences) -> tuple[IntArray, IntArray]:
     """Constrained grid rows and components, from the selected SPC set and the GRID cards, without repetition."""
     pairs: set[tuple[int, int]] = set()
     for grid in model.nodes.values():
@@ -31,10 +31,10 @@ def read_constraints(model: Any, constraint: int | None, finder: Finder) -> tupl
         for node, digits in zip(nodes, components, strict=True):
             pairs.update((int(node), int(digit)) for digit in str(digits) if digit != "0")
     table = np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
-    return finder.rows(table[:, 0], f"SPC set {constraint}"), table[:, 1]
+    return references.rows(table[:, 0], f"SPC set {constraint}"), table[:, 1]
 
 
-def read_equations(model: Any, equations: int | None, finder: Finder) -> tuple[Mpc, ...]:
+def read_equations(model: Any, equations: int | None, references: CardReferences) -> tuple[Mpc, ...]:
     """The equations of the selected MPC set."""
     if equations is None:
         return ()
@@ -43,7 +43,7 @@ def read_equations(model: Any, equations: int | None, finder: Finder) -> tuple[M
         sids.update(one.mpc_ids)
     return tuple(
         Mpc(
-            grids=finder.rows(card.nodes, f"MPC set {card.conid}"),
+            grids=references.rows(card.nodes, f"MPC set {card.conid}"),
             components=np.array([int(digit) for digit in card.components], dtype=np.int64),
             coefficients=np.array(card.coefficients, dtype=np.float64),
         )

@@ -16,8 +16,8 @@ from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.structure.bars import read_bars
 from tedm_cli.nastran.structure.cases import read_load_cases, selected_sets
 from tedm_cli.nastran.structure.constraints import read_constraints, read_equations
-from tedm_cli.nastran.structure.finder import Finder
 from tedm_cli.nastran.structure.frames import read_grids
+from tedm_cli.nastran.structure.references import CardReferences
 from tedm_cli.nastran.structure.refusals import refuse_unsupported
 from tedm_cli.nastran.structure.rigid import read_rigid_elements
 from tedm_cli.nastran.structure.rods import read_rods
@@ -47,11 +47,11 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
     grid_id, position, frame = read_grids(model, path)
     if not model.elements:
         raise InputError("no elements", where=str(path), hint="a unit-load deck holds the whole model")
-    finder = Finder(grid_id, path)
-    solids, bars = read_solids(model, finder), read_bars(model, finder, position, frame)
-    rods = read_rods(model, finder)
-    quads, trias = read_shells(model, finder, "CQUAD4"), read_shells(model, finder, "CTRIA3")
-    rbe2, rbe3 = read_rigid_elements(model, finder)
+    references = CardReferences(grid_id, path)
+    solids, bars = read_solids(model, references), read_bars(model, references, position, frame)
+    rods = read_rods(model, references)
+    quads, trias = read_shells(model, references, "CQUAD4"), read_shells(model, references, "CTRIA3")
+    rbe2, rbe3 = read_rigid_elements(model, references)
     sets = selected_sets(model, path)
     for name, selected, cards in (
         ("SPC", sets.constraint, model.spcs.keys() | model.spcadds.keys()),
@@ -59,9 +59,9 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
     ):
         if selected is not None and selected not in cards:
             raise InputError(f"case control selects {name} {selected}, which is not in the bulk data", where=str(path))
-    spc_grid, spc_component = read_constraints(model, sets.constraint, finder)
-    mpc = read_equations(model, sets.equations, finder)
-    finder.refuse_missing()
+    spc_grid, spc_component = read_constraints(model, sets.constraint, references)
+    mpc = read_equations(model, sets.equations, references)
+    references.refuse_missing()
 
     heated = np.zeros(len(grid_id), dtype=bool)
     lines_and_shells = (bars.connectivity, rods.connectivity, quads.connectivity, trias.connectivity)

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.fem.structure import Rbe2, Rbe3
-from tedm_cli.nastran.structure.finder import Finder
+from tedm_cli.nastran.structure.references import CardReferences
 
 
-def read_rigid_elements(model: Any, finder: Finder) -> tuple[tuple[Rbe2, ...], tuple[Rbe3, ...]]:
+def read_rigid_elements(model: Any, references: CardReferences) -> tuple[tuple[Rbe2, ...], tuple[Rbe3, ...]]:
     rbe2, rbe3 = [], []
     for eid, element in sorted(model.rigid_elements.items()):
         who = f"{element.type} {eid}"
@@ -18,21 +18,21 @@ def read_rigid_elements(model: Any, finder: Finder) -> tuple[tuple[Rbe2, ...], t
             rbe2.append(
                 Rbe2(
                     element_id=int(eid),
-                    independent=int(finder.rows(element.gn, who)),
-                    dependents=finder.rows(element.Gmi, who),
+                    independent=int(references.rows(element.gn, who)),
+                    dependents=references.rows(element.Gmi, who),
                     components=str(element.cm),
                 )
             )
         elif element.type == "RBAR":
-            rbe2.append(_rigid_bar(element, finder))
+            rbe2.append(_rigid_bar(element, references))
         else:
             counts = [len(grids) for grids in element.Gijs]
             rbe3.append(
                 Rbe3(
                     element_id=int(eid),
-                    dependent=int(finder.rows(element.refgrid, who)),
+                    dependent=int(references.rows(element.refgrid, who)),
                     components=str(element.refc),
-                    independents=finder.rows(np.concatenate(element.Gijs), who),
+                    independents=references.rows(np.concatenate(element.Gijs), who),
                     weights=np.repeat(np.asarray(element.weights, dtype=np.float64), counts),
                     independent_components=tuple(
                         str(digits) for digits, count in zip(element.comps, counts, strict=True) for _ in range(count)
@@ -49,13 +49,13 @@ def leading_end(bar: Any) -> str | None:
     return "b" if set(bar.cnb) == set("123456") and not bar.cna else None
 
 
-def _rigid_bar(bar: Any, finder: Finder) -> Rbe2:
+def _rigid_bar(bar: Any, references: CardReferences) -> Rbe2:
     who = f"RBAR {bar.eid}"
     ends = (bar.ga, bar.gb, bar.cmb) if leading_end(bar) == "a" else (bar.gb, bar.ga, bar.cma)
     return Rbe2(
         element_id=int(bar.eid),
-        independent=int(finder.rows(ends[0], who)),
-        dependents=finder.rows([ends[1]], who),
+        independent=int(references.rows(ends[0], who)),
+        dependents=references.rows([ends[1]], who),
         components=str(ends[2] or "123456"),
         kind="RBAR",
     )

@@ -7,25 +7,25 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.fem.structure import RodBlock
-from tedm_cli.nastran.structure.finder import Finder, material_of
+from tedm_cli.nastran.structure.references import CardReferences, material_of
 
 _KINDS = {"CROD": "PROD", "CTUBE": "PTUBE", "CONROD": ""}
 
 
-def read_rods(model: Any, finder: Finder) -> RodBlock:
+def read_rods(model: Any, references: CardReferences) -> RodBlock:
     ids = sorted(eid for eid, element in model.elements.items() if element.type in _KINDS)
     rods = [model.elements[eid] for eid in ids]
     table = np.ones((6, len(ids)))
     for k, rod in enumerate(rods):
         if rod.type == "CONROD":
-            prop, mat = rod, finder.card(model.materials, rod.mid, "MAT1", who=f"CONROD {rod.eid}")
+            prop, mat = rod, references.card(model.materials, rod.mid, "MAT1", who=f"CONROD {rod.eid}")
         else:
-            prop, mat = material_of(model, finder, rod.pid, _KINDS[rod.type])
+            prop, mat = material_of(model, references, rod.pid, _KINDS[rod.type])
         if mat is not None:
             table[:, k] = [*_section(prop), mat.e, mat.g, mat.a, mat.tref]
     return RodBlock(
         element_id=np.array(ids, dtype=np.int64),
-        connectivity=finder.rows([rod.nodes for rod in rods], "CROD, CONROD and CTUBE").reshape(-1, 2),
+        connectivity=references.rows([rod.nodes for rod in rods], "CROD, CONROD and CTUBE").reshape(-1, 2),
         area=table[0],
         torsion_constant=table[1],
         youngs_modulus=table[2],

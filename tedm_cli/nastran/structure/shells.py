@@ -9,7 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import ShellBlock
-from tedm_cli.nastran.structure.finder import Finder
+from tedm_cli.nastran.structure.references import CardReferences
 
 # Weight of the tie of rotations about the normal: PARAM K6ROT times 1e-6 of the membrane's shear stiffness (Nastran
 # Quick Reference Guide). In a curved shell of facets they take part in the bending of the next facet: the tie must be
@@ -18,32 +18,32 @@ from tedm_cli.nastran.structure.finder import Finder
 _K6ROT, _K6ROT_UNIT = 1e4, 1e-6
 
 
-def read_shells(model: Any, finder: Finder, card: str) -> ShellBlock:
+def read_shells(model: Any, references: CardReferences, card: str) -> ShellBlock:
     """All shells of one card, CQUAD4 or CTRIA3."""
     n = 4 if card == "CQUAD4" else 3
     shells = [element for _, element in sorted(model.elements.items()) if element.type == card]
     membrane, bending = np.zeros((len(shells), 3, 3)), np.zeros((len(shells), 3, 3))
     shear, expansion, reference = np.zeros(len(shells)), np.zeros(len(shells)), np.zeros(len(shells))
     for k, shell in enumerate(shells):
-        prop = finder.card(model.properties, shell.pid, "PSHELL", who=f"{card} {shell.eid}")
+        prop = references.card(model.properties, shell.pid, "PSHELL", who=f"{card} {shell.eid}")
         if prop is None:
             continue
         thickness = corner_thickness(shell, prop)[0]
         first, second, third = (
-            None if mid is None else finder.card(model.materials, mid, "MAT1", who=f"PSHELL {prop.pid}")
+            None if mid is None else references.card(model.materials, mid, "MAT1", who=f"PSHELL {prop.pid}")
             for mid in (prop.mid1, prop.mid2, prop.mid3)
         )
         if first is not None:
-            membrane[k] = thickness * _plane_stress(first, finder.where)
+            membrane[k] = thickness * _plane_stress(first, references.where)
             expansion[k], reference[k] = first.a, first.tref
         if second is not None:
-            bending[k] = prop.twelveIt3 * thickness**3 / 12.0 * _plane_stress(second, finder.where)
+            bending[k] = prop.twelveIt3 * thickness**3 / 12.0 * _plane_stress(second, references.where)
             shear[k] = np.inf if third is None else prop.tst * thickness * third.g
     k6rot = model.params.get("K6ROT")
     weight = _K6ROT_UNIT * (_K6ROT if k6rot is None else float(k6rot.values[0]))
     return ShellBlock(
         element_id=np.array([shell.eid for shell in shells], dtype=np.int64),
-        connectivity=finder.rows([shell.nodes for shell in shells], card).reshape(-1, n),
+        connectivity=references.rows([shell.nodes for shell in shells], card).reshape(-1, n),
         membrane_stiffness=membrane,
         bending_stiffness=bending,
         shear_stiffness=shear,

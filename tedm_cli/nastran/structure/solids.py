@@ -12,7 +12,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.fem.elasticity import isotropic_stiffness, orthotropic_stiffness, rotated
 from tedm_cli.fem.shapes import corner_count
 from tedm_cli.fem.structure import SolidBlock, SolidMaterials
-from tedm_cli.nastran.structure.finder import Finder
+from tedm_cli.nastran.structure.references import CardReferences
 
 SOLID_CARDS = ("CHEXA", "CPENTA", "CTETRA")
 # IN and ISOP of hexahedra and pentahedra, without midside nodes and with: Nastran's default and full integration.
@@ -23,7 +23,7 @@ _MODELLED = {
 _MATERIALS = ("MAT1", "MAT9", "MAT11")
 
 
-def read_solids(model: Any, finder: Finder) -> tuple[SolidBlock, ...]:
+def read_solids(model: Any, references: CardReferences) -> tuple[SolidBlock, ...]:
     """Blocks of solids of one card, number of nodes and integration each, ids ascending.
 
     Raises
@@ -32,7 +32,7 @@ def read_solids(model: Any, finder: Finder) -> tuple[SolidBlock, ...]:
         For a material that is not positive definite.
     """
     pids = sorted({element.pid for element in model.elements.values() if element.type in SOLID_CARDS})
-    table = [_material(model, finder, pid) for pid in pids]
+    table = [_material(model, references, pid) for pid in pids]
     materials = SolidMaterials(
         stiffness=np.array([stiffness for stiffness, _, _ in table]).reshape(-1, 6, 6),
         expansion=np.array([expansion for _, expansion, _ in table]).reshape(-1, 6),
@@ -48,7 +48,7 @@ def read_solids(model: Any, finder: Finder) -> tuple[SolidBlock, ...]:
         SolidBlock(
             card=card,
             element_id=np.array([element.eid for element in elements], dtype=np.int64),
-            connectivity=finder.rows([element.nodes for element in elements], card),
+            connectivity=references.rows([element.nodes for element in elements], card),
             material=np.searchsorted(pids, [element.pid for element in elements]),
             materials=materials,
             bubble=bubble,
@@ -95,34 +95,35 @@ def _refused(model: Any, element: Any, prop: Any) -> list[str]:
     return out
 
 
-def _material(model: Any, finder: Finder, pid: int) -> tuple[FloatArray, FloatArray, float]:
+def _material(model: Any, references: CardReferences, pid: int) -> tuple[FloatArray, FloatArray, float]:
     """Stiffness, expansion (basic frame) and reference temperature of a property; any where cards are missing."""
-    prop = finder.card(model.properties, pid, "PSOLID", who="elements")
+    prop = references.card(model.properties, pid, "PSOLID", who="elements")
     found = None if prop is None else model.materials.get(prop.mid)
     if prop is None or found is None or found.type not in _MATERIALS:
         if prop is not None:
-            finder.card(model.materials, prop.mid, *_MATERIALS, who=f"PSOLID {pid}")
+            references.card(model.materials, prop.mid, *_MATERIALS, who=f"PSOLID {pid}")
         return np.eye(6), np.zeros(6), 0.0
     if found.type == "MAT1":
         if not (found.e > 0.0 and -1.0 < found.nu < 0.5):
             raise InputError(
-                f"MAT1 {found.mid}: E = {found.e:g} and NU = {found.nu:g} are not those of a solid", where=finder.where
+                f"MAT1 {found.mid}: E = {found.e:g} and NU = {found.nu:g} are not those of a solid",
+                where=references.where,
             )
         # Solids follow E and NU; a G that does not fit them is for bars and plates alone, as in Nastran.
         expansion = np.array([found.a] * 3 + [0.0] * 3)
         return isotropic_stiffness(found.e, found.nu), expansion, float(found.tref)
-    stiffness, expansion = _anisotropic(found, finder)
+    stiffness, expansion = _anisotropic(found, references)
     if not np.linalg.eigvalsh(stiffness).min() > 0.0:
-        raise InputError(f"{found.type} {found.mid}: the stiffness is not positive definite", where=finder.where)
+        raise InputError(f"{found.type} {found.mid}: the stiffness is not positive definite", where=references.where)
     if prop.cordm > 0:
         if prop.cordm not in model.coords:
-            finder.card(model.coords, prop.cordm, "CORD1R", "CORD2R", who=f"PSOLID {pid}")
+            references.card(model.coords, prop.cordm, "CORD1R", "CORD2R", who=f"PSOLID {pid}")
         else:
             stiffness, expansion = rotated(stiffness, expansion, _axes(model, prop.cordm))
     return stiffness, expansion, float(found.tref)
 
 
-def _anisotropic(card: Any, finder: Finder) -> tuple[FloatArray, FloatArray]:
+def _anisotropic(card: Any, references: CardReferences) -> tuple[FloatArray, FloatArray]:
     """Stiffness [6, 6] and expansion [6] of a MAT9 or MAT11 in its own axes."""
     if card.type == "MAT9":
         upper = np.zeros((6, 6))
@@ -132,7 +133,7 @@ def _anisotropic(card: Any, finder: Finder) -> tuple[FloatArray, FloatArray]:
         return upper + np.triu(upper, 1).T, np.array(card.A, dtype=np.float64)
     young, shear = np.array([card.e1, card.e2, card.e3]), np.array([card.g12, card.g13, card.g23])
     if not (young.min() > 0.0 and shear.min() > 0.0):
-        raise InputError(f"MAT11 {card.mid}: E1, E2, E3, G12, G13 and G23 must be positive", where=finder.where)
+        raise InputError(f"MAT11 {card.mid}: E1, E2, E3, G12, G13 and G23 must be positive", where=references.where)
     stiffness = orthotropic_stiffness(young, np.array([card.nu12, card.nu13, card.nu23]), shear)
     return stiffness, np.array([card.a1, card.a2, card.a3, 0.0, 0.0, 0.0])
 

@@ -22,7 +22,7 @@ from tedm_cli.files.provenance import InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.progress import Step, counter
 from tedm_cli.stages.common import known_name
-from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, worst_verdict
+from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, worst_of_cases
 from tedm_cli.stages.exports.mesh_geometry import mesh_geometry, optical_grids
 from tedm_cli.stages.exports.mesh_outputs import Output, read_output
 
@@ -30,7 +30,7 @@ UNIFORM = "uniform"
 
 
 @dataclass(frozen=True)
-class Asked:
+class WantedArrays:
     """What to put on the mesh: names of areas (or `uniform`) and outputs, ids of cases."""
 
     areas: tuple[str, ...] = ()
@@ -64,8 +64,8 @@ class _Term:
     meaning: str
 
 
-def export_mesh(build_dir: Path, output: Path | None, asked: Asked, step: Step) -> MeshExport:
-    """Write the mesh with what was asked; where nothing was, with what the worst verdict is about.
+def export_mesh(build_dir: Path, output: Path | None, wanted: WantedArrays, step: Step) -> MeshExport:
+    """Write the mesh with what was wanted; where nothing was, with what the worst verdict is about.
 
     Memory grows with the arrays that are written, not with the number of areas.
 
@@ -79,43 +79,45 @@ def export_mesh(build_dir: Path, output: Path | None, asked: Asked, step: Step) 
         raise UsageError(f"{path} does not end in .vtu", hint="-o names the file; --of chooses an output")
     with contextlib.ExitStack() as stack:
         unit = stack.enter_context(open_checked(build_dir / UNIT_LOADS, UNIT_LOADS_KIND))
-        asked = _completed(build_dir, asked)
+        wanted = _completed(build_dir, wanted)
         distortion = None
-        if asked or (build_dir / DISTORTION).exists():
+        if wanted or (build_dir / DISTORTION).exists():
             distortion = stack.enter_context(open_checked(build_dir / DISTORTION, DISTORTION_KIND))
             require_input(distortion, input_files([build_dir / UNIT_LOADS])[0])
         mesh = mesh_geometry(unit, distortion)
         on_points, on_cells = mesh.on_points, distinct(mesh.on_cells)
-        if distortion is not None and asked:
-            on_points += _asked_arrays(build_dir, unit, distortion, asked, step)
+        if distortion is not None and wanted:
+            on_points += _asked_arrays(build_dir, unit, distortion, wanted, step)
         on_points = distinct(on_points)
         paths = write_vtu(path, mesh.points, mesh.cells, on_points, on_cells, mesh.names)
     cells = sum(len(c.nodes) for c in mesh.cells)
     return MeshExport(tuple(paths), len(mesh.points), cells, tuple(on_points), tuple(on_cells), mesh.left_out)
 
 
-def _completed(build_dir: Path, asked: Asked) -> Asked:
+def _completed(build_dir: Path, wanted: WantedArrays) -> WantedArrays:
     """With what goes without saying: the worst verdict, its output and area, and the uniform load."""
-    if not asked:
-        worst = worst_verdict(list(case_files(build_dir).values()))
+    if not wanted:
+        worst = worst_of_cases(list(case_files(build_dir).values()))
         if worst is not None:
-            return Asked((UNIFORM, worst.area), (worst.output,), (worst.case,))
-        return Asked((UNIFORM,)) if (build_dir / DISTORTION).exists() else asked
-    if asked.cases and not asked.outputs:
-        found = [worst_verdict([case_file(build_dir, case)]) for case in asked.cases]
+            return WantedArrays((UNIFORM, worst.area), (worst.output,), (worst.case,))
+        return WantedArrays((UNIFORM,)) if (build_dir / DISTORTION).exists() else wanted
+    if wanted.cases and not wanted.outputs:
+        found = [worst_of_cases([case_file(build_dir, case)]) for case in wanted.cases]
         outputs = tuple(dict.fromkeys(worst.output for worst in found if worst is not None))
         if not outputs:
             raise UsageError("nothing is judged in this case", hint="name an output: --of TM1_a_x")
-        return Asked(asked.areas, outputs, asked.cases)
-    return asked if asked.areas or asked.cases else Asked((UNIFORM,), asked.outputs)
+        return WantedArrays(wanted.areas, outputs, wanted.cases)
+    return wanted if wanted.areas or wanted.cases else WantedArrays((UNIFORM,), wanted.outputs)
 
 
-def _asked_arrays(build_dir: Path, unit: Reader, distortion: Reader, asked: Asked, step: Step) -> list[MeshArray]:
+def _asked_arrays(
+    build_dir: Path, unit: Reader, distortion: Reader, wanted: WantedArrays, step: Step
+) -> list[MeshArray]:
     areas = distortion.strings("/area/name")
-    loads = {name: _weights(name, areas) for name in asked.areas}
+    loads = {name: _weights(name, areas) for name in wanted.areas}
     file = input_files([build_dir / DISTORTION])[0]
-    outputs = [read_output(build_dir, label, distortion, file) for label in dict.fromkeys(asked.outputs)]
-    terms = [*_area_terms(outputs, loads), *_case_terms(build_dir, outputs, asked.cases)]
+    outputs = [read_output(build_dir, label, distortion, file) for label in dict.fromkeys(wanted.outputs)]
+    terms = [*_area_terms(outputs, loads), *_case_terms(build_dir, outputs, wanted.cases)]
     fields = _fields(unit, distortion, loads, [t.weights for t in terms if t.output.elements is None], step)
     grids = optical_grids(unit, distortion)
     arrays = _displacements(loads, fields)

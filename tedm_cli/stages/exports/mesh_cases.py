@@ -27,7 +27,7 @@ class Worst:
     ratio: float
 
 
-def worst_verdict(paths: Sequence[Path]) -> Worst | None:
+def worst_of_cases(paths: Sequence[Path]) -> Worst | None:
     """The worst verdict of the case files `paths`; None where nothing is judged."""
     found: list[Worst] = []
     for path in paths:

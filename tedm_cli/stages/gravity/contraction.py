@@ -15,7 +15,7 @@ from tedm_cli.progress import Step, counter
 TILE_AREAS = 32  # areas of D held at a time
 
 
-def sensitivity_matrix(
+def self_gravity_sensitivity(
     found: list[StructureGravity], lever_nodes: IntArray, distortion: Reader, writer: Writer, step: Step
 ) -> FloatArray:
     """S [6 t,k] of t test masses; the operator, 24 numbers per grid and test mass, is held and written.

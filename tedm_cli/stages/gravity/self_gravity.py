@@ -23,7 +23,7 @@ from tedm_cli.tables.csv_table import Row, read_table
 
 HEADER = ("x_m", "y_m", "z_m", "mass_kg")
 #: Unit of every quantity of `SelfGravity`, and the ending that says it in the name of a key or column.
-UNITS = {
+FIELD_UNITS = {
     "acceleration": ("m/s^2", "m_s2"),
     "angular_acceleration": ("rad/s^2", "rad_s2"),
     "gamma_lin": ("1/s^2", "1_s2"),
@@ -134,7 +134,7 @@ def point_dict(done: PointField) -> dict[str, Any]:
 
 def _quantities(field: SelfGravity, index: int | None = None) -> dict[str, Any]:
     values = {f.name: getattr(field, f.name) for f in fields(SelfGravity)}
-    return {f"{k}_{UNITS[k][1]}": (v if index is None else v[index]).tolist() for k, v in values.items()}
+    return {f"{k}_{FIELD_UNITS[k][1]}": (v if index is None else v[index]).tolist() for k, v in values.items()}
 
 
 def _csv_text(done: PointField) -> str:
@@ -142,18 +142,18 @@ def _csv_text(done: PointField) -> str:
     stream = io.StringIO()
     out = csv.writer(stream, lineterminator="\n")
     if done.by_source is not None:
-        columns = [f"{k}_{''.join(i)}_{UNITS[k][1]}" for k in UNITS for i in _components(k)]
+        columns = [f"{k}_{''.join(i)}_{FIELD_UNITS[k][1]}" for k in FIELD_UNITS for i in _components(k)]
         out.writerow(["line", *HEADER, "test_mass", *columns])
         for n, line in enumerate(done.sources.line):
             for tm, field in zip(done.test_masses, done.by_source, strict=True):
-                values = np.concatenate([getattr(field, k)[n].ravel() for k in UNITS])
+                values = np.concatenate([getattr(field, k)[n].ravel() for k in FIELD_UNITS])
                 place = [*done.sources.position[n], done.sources.mass[n]]
                 out.writerow([line, *(repr(float(v)) for v in place), tm.name, *(repr(float(v)) for v in values)])
         return stream.getvalue()
     out.writerow(["test_mass", "quantity", "component", "unit", "value"])
     for tm, field in zip(done.test_masses, done.total, strict=True):
         for quantity, unit, value in totals(tm, field):
-            axes = _components(quantity) if quantity in UNITS else list("xyz")
+            axes = _components(quantity) if quantity in FIELD_UNITS else list("xyz")
             for component, v in zip(axes, value.ravel(), strict=True):
                 out.writerow([tm.name, quantity, component, unit, repr(float(v))])
     return stream.getvalue()
@@ -164,7 +164,7 @@ def totals(tm: TestMass, field: SelfGravity) -> list[tuple[str, str, FloatArray]
     return [
         ("force", "N", field.acceleration * tm.mass_kg),
         ("torque", "N m", field.angular_acceleration * tm.inertia_kg_m2),
-        *((k, unit, getattr(field, k)) for k, (unit, _) in UNITS.items()),
+        *((k, unit, getattr(field, k)) for k, (unit, _) in FIELD_UNITS.items()),
     ]
 
 

@@ -24,13 +24,13 @@ from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import SelfGravity, self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units
-from tedm_cli.gravity.requirements import UNITS, DcVerdict, dc_quantities, judge
+from tedm_cli.gravity.requirements import AT_REST_UNITS, DcVerdict, dc_quantities, judge_at_rest
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.stages.common import check_test_masses, copy_areas, out_path
-from tedm_cli.stages.gravity.contraction import sensitivity_matrix
+from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
 from tedm_cli.threads import side_by_side
 
 STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
@@ -134,7 +134,7 @@ def _build(
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write("/row/label", labels)
     writer.write("/row/unit", units)
-    sensitivity = sensitivity_matrix(found, masses.lever_node, distortion, writer, step)
+    sensitivity = self_gravity_sensitivity(found, masses.lever_node, distortion, writer, step)
     writer.write("/S", sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
     names = distortion.strings("/area/name")
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
@@ -244,14 +244,14 @@ def _verdicts(
         if members is not None:
             own = np.isin(groups, members)
             sensor = dc_quantities(*(by_area[name][t, own].sum(axis=0) for name in BY_AREA))
-        out += judge(tm.name, total, sensor)
+        out += judge_at_rest(tm.name, total, sensor)
     return out
 
 
 def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
     for name in ("test_mass", "quantity", "subsystem"):
         writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts])
-    writer.write("/dc_verdict/unit", [UNITS[v.quantity] for v in verdicts])
+    writer.write("/dc_verdict/unit", [AT_REST_UNITS[v.quantity] for v in verdicts])
     for name in ("value", "lower", "upper"):
         writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts], units="see /dc_verdict/unit")
     writer.write("/dc_verdict/ratio", [v.ratio for v in verdicts])

@@ -60,7 +60,7 @@ def run_cases(
                 frequency,
                 requirements,
                 config.safety_factor,
-                outputs.makeup,
+                outputs.parts_of_read_outs,
             )
         except ConfigError as error:  # of the requirements, which are the same for every case
             raise ConfigError(error.problems, where=str(project.cases)) from error

@@ -15,7 +15,7 @@ from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import Writer, open_checked
 from tedm_cli.noise.case_run import CaseResult
-from tedm_cli.noise.realisation import expected_psd, in_band, output_blocks, realise
+from tedm_cli.noise.realisation import expected_psd, output_blocks, realise, resolved
 from tedm_cli.noise.spectral_estimate import Estimate, Window
 from tedm_cli.progress import Step, counter
 from tedm_cli.stages.noise.log_spectrum import log_estimate
@@ -65,7 +65,7 @@ def realise_case(
             estimate = realise(rows, result.temperature, factor, plan, advance, delay_s)
     except InputError as error:
         raise InputError(error.fact, where=f"case {result.case.id}: {error.where}", hint=error.hint) from error
-    inside = in_band(estimate.frequency_hz, plan, window)
+    inside = resolved(estimate.frequency_hz, plan, window)
     if window is not None:
         window = Window(np.broadcast_to(window.bin_hz, inside.shape)[inside], window.beta)
     estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])

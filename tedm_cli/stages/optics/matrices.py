@@ -21,7 +21,7 @@ from tedm_cli.optics.imported import ImportedSensitivity, import_law, import_sen
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.matrix_checks import BlockDifference, Judged, block_differences, judge_matrix
-from tedm_cli.optics.sensitivity import move_reference_points, sensitivity_matrix
+from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivity
 
 T = TypeVar("T")
 
@@ -55,7 +55,7 @@ def optical_matrices(config: OpticsConfig, position: FloatArray) -> OpticalMatri
     if config.P is not None:
         P, law_origin = _law(layout, config.P), f"imported from {config.P.name}"
     if config.S_BW is None:
-        S_BW = move_reference_points(sensitivity_matrix(layout), layout, position)
+        S_BW = move_reference_points(optical_sensitivity(layout), layout, position)
         judged = judge_matrix(layout, S_BW, P, position)
         if any(not j.passed for j in judged):
             raise PhysicsError(
@@ -100,7 +100,7 @@ def _differences(
 ) -> tuple[BlockDifference, ...]:
     if not config.layout.has_geometry:
         return ()
-    traced = move_reference_points(sensitivity_matrix(config.layout), config.layout, position)
+    traced = move_reference_points(optical_sensitivity(config.layout), config.layout, position)
     found = block_differences(config.layout, imported.S_BW, traced)
     if config.largest_difference is not None and found[0].value > config.largest_difference:
         raise PhysicsError(

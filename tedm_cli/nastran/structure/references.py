@@ -11,7 +11,7 @@ from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
 
 
-class Finder:
+class CardReferences:
     """Rows of grid ids; collects the references to grids, properties and materials that do not exist."""
 
     def __init__(self, grid_id: IntArray, path: Path) -> None:
@@ -46,8 +46,8 @@ class Finder:
             )
 
 
-def material_of(model: Any, finder: Finder, pid: int, *kinds: str) -> tuple[Any, Any]:
+def material_of(model: Any, references: CardReferences, pid: int, *kinds: str) -> tuple[Any, Any]:
     """Property and MAT1 of an element, each None where missing."""
-    prop = finder.card(model.properties, pid, *kinds, who="elements")
-    mat = finder.card(model.materials, prop.mid, "MAT1", who=f"{prop.type} {pid}") if prop else None
+    prop = references.card(model.properties, pid, *kinds, who="elements")
+    mat = references.card(model.materials, prop.mid, "MAT1", who=f"{prop.type} {pid}") if prop else None
     return prop, mat

@@ -7,7 +7,7 @@ from typing import Any
 from tedm_cli.errors import InputError
 
 
-def tied_grids(model: Any, where: str) -> list[int]:
+def grids_of_rigid_elements(model: Any, where: str) -> list[int]:
     """Ids of the grids in rigid elements (RBE2, RBE3, RBAR, ...) and multipoint constraints.
 
     Raises

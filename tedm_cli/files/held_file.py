@@ -6,7 +6,7 @@ import io
 from pathlib import Path
 
 
-class Sink(io.RawIOBase):
+class HeldFile(io.RawIOBase):
     """A new binary file that never fails towards its user.
 
     The HDF5 library does not survive a write that fails: it can neither close the file nor end the process in order.

@@ -10,7 +10,7 @@ from io import StringIO
 
 
 @contextmanager
-def quiet() -> Iterator[StringIO]:
+def captured_output() -> Iterator[StringIO]:
     """Collect what pyNastran prints; stdout belongs to our results, stderr to our errors."""
     chatter = StringIO()
     with redirect_stdout(chatter), redirect_stderr(chatter), warnings.catch_warnings():
