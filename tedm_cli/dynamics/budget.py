@@ -1,0 +1,104 @@
+"""Noise budgets of the closed loop: total, by source and, with their signs, by thermal area."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.arrays import AnyArray, ComplexArray, FloatArray
+from tedm_cli.dynamics.closed_loop import responses
+from tedm_cli.dynamics.controller import Controller
+from tedm_cli.dynamics.plant import Plant
+from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS, OUTPUTS
+from tedm_cli.dynamics.sources import NoiseSource, columns, psd_of
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalInput:
+    """Temperature noise of k areas as the loop feels it: accelerations of the test masses and read-outs, coherent.
+
+    Parameters
+    ----------
+    acceleration : S [12, k] per kelvin, in the order of `signals.STRAY`.
+    read_out : N [15, k] per kelvin, in the order of `signals.COORDINATES`; zero for what no bench reads.
+    factor : F [k, m] of the correlation matrix, R = F Fᴴ.
+    amplitude : A(f) [k, F], K/√Hz, complex where areas follow later than others.
+    """
+
+    acceleration: FloatArray
+    read_out: FloatArray
+    factor: AnyArray
+    amplitude: AnyArray
+
+    @property
+    def columns(self) -> FloatArray:
+        """V [45, k]: disturbances per kelvin."""
+        return np.concatenate([np.zeros((N_INPUTS, self.acceleration.shape[1])), self.read_out, self.acceleration])
+
+
+@dataclass(frozen=True, eq=False)
+class Budget:
+    """One-sided PSDs, square of the output's unit per Hz, of the outputs in `labels` [n].
+
+    Parameters
+    ----------
+    total : [F, n].
+    by_source : [F, n, sources], of each noise source.
+    thermal : [F, n], of all areas together; incoherent : [F, n], gravity and read-out apart: |S part|² + |N part|².
+    area : [F, n, k], signed part of each area in `thermal`: their sum is it.
+    """
+
+    labels: tuple[str, ...]
+    total: FloatArray
+    by_source: FloatArray
+    thermal: FloatArray
+    incoherent: FloatArray
+    area: FloatArray
+
+
+def budget(
+    plant: Plant,
+    controller: Controller | None,
+    sources: Sequence[NoiseSource],
+    thermal: ThermalInput | None,
+    frequency_hz: FloatArray,
+    labels: Sequence[str] = OUTPUTS,
+    advance: Callable[[int], None] = lambda done: None,
+) -> Budget:
+    """Noise of the outputs at `frequency_hz` [F] (above 0); `advance` is told of the frequencies done.
+
+    PSD = Σ over sources |H col|² S + H V A R Aᴴ Vᴴ Hᴴ. Gravity and read-out of one temperature add with their phases.
+    """
+    rows = [OUTPUTS.index(label) for label in labels]
+    gains, spectra = columns(sources), psd_of(sources, frequency_hz)
+    n, f = len(rows), len(frequency_hz)
+    k = 0 if thermal is None else thermal.acceleration.shape[1]
+    by_source = np.empty((f, n, len(sources)))
+    heat, apart, area = np.zeros((f, n)), np.zeros((f, n)), np.zeros((f, n, k))
+    for here, response in responses(plant, controller, frequency_hz):
+        chosen = response[:, rows]
+        by_source[here] = np.abs(chosen @ gains) ** 2 * spectra[:, here].T[:, None, :]
+        if thermal is not None:
+            heat[here], apart[here], area[here] = _thermal(chosen, thermal, here)
+        advance(here.stop)
+    return Budget(tuple(labels), by_source.sum(axis=2) + heat, by_source, heat, apart, area)
+
+
+def _thermal(response: ComplexArray, thermal: ThermalInput, here: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """PSDs [f, n] together and with gravity and read-out apart, and the areas' parts [f, n, k]."""
+    amplitude = thermal.amplitude[:, here].T[:, None, :]
+    split = len(DISTURBANCES) - len(thermal.acceleration)
+    gravity = (response[:, :, split:] @ thermal.acceleration) * amplitude
+    read_out = (response[:, :, N_INPUTS : N_INPUTS + N_COORDINATES] @ thermal.read_out) * amplitude
+    both = gravity + read_out
+    driven = both @ thermal.factor
+    apart = _power(gravity @ thermal.factor) + _power(read_out @ thermal.factor)
+    area: FloatArray = (both.conj() * (driven @ thermal.factor.conj().T)).real
+    return _power(driven), apart, area
+
+
+def _power(amplitude: AnyArray) -> FloatArray:
+    out: FloatArray = (amplitude.real**2 + amplitude.imag**2).sum(axis=-1)
+    return out
