@@ -86,8 +86,8 @@ def check_inertia(inertia: FloatArray, whose: str = "the inertia of the spacecra
         raise PhysicsError(f"{whose} has a principal moment of {moments[0]:g} kg m^2; all must be positive")
     if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
         raise PhysicsError(
-            f"{whose} has principal moments {', '.join(f'{m:g}' for m in moments)} kg m^2: the largest exceeds the sum of"
-            " the others, which no body has"
+            f"{whose} has principal moments {', '.join(f'{m:g}' for m in moments)} kg m^2: the largest exceeds the sum"
+            " of the others, which no body has"
         )
 
 

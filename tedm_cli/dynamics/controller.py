@@ -103,7 +103,7 @@ def default_loops(own: Mapping[str, Loop] | None = None) -> tuple[Loop, ...]:
 def actuation(plant: Plant) -> FloatArray:
     """D [18, 15] of the science mode: u = -D v.
 
-    Drag-free: (a, ω') = B⁻¹ v, F = -m_B a, L = -I_B ω' in D, rows of B [(C_iᵀ)_k, -(C_iᵀ [h_i]x)_k], for θ1 [0, (C_1ᵀ)_x].
+    Drag-free: (a, ω') = B⁻¹ v, F = m_B a, L = I_B ω', rows of B [(C_iᵀ)_k, -(C_iᵀ [h_i]x)_k] and for θ1 [0, (C_1ᵀ)_x].
     Suspension: m v, I v on the test mass. Attitude: forces m_i [C_iᵀ (v × (h_i - h_mid))] in y and z, torque I_1
     (C_1ᵀ v)_x about x on test mass 1; the spacecraft follows the test masses.
 

@@ -11,7 +11,7 @@ from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.errors import PhysicsError
 
 INTEGRAL, LEAD, ROLL_OFF = 15.0, 3.5, 10.0
-#: Padé approximant (3, 3) of e^{-x}: coefficients of 1, x, x², x³ of the denominator; the numerator has odd signs turned.
+#: Padé approximant (3, 3) of e^{-x}: coefficients of 1, x, x², x³ of the denominator; odd ones turn in the numerator.
 _PADE = np.array([120.0, 60.0, 12.0, 1.0])
 PADE_ORDER = len(_PADE) - 1
 
@@ -40,14 +40,16 @@ class StateSpace:
 
     def response(self, s: ComplexArray) -> ComplexArray:
         """C (s - A)⁻¹ B + D at `s` [F], [F, outputs, inputs]."""
-        solved = np.linalg.solve(s[:, None, None] * np.eye(len(self.a)) - self.a, self.b.astype(np.complex128)[None])
-        out: ComplexArray = self.c @ solved + self.d
-        return out
+        matrix = s[:, None, None] * np.eye(len(self.a)) - self.a
+        return np.asarray(self.c @ np.linalg.solve(matrix, self.b.astype(np.complex128)[None]) + self.d)
 
 
 @dataclass(frozen=True)
 class LoopShape:
-    """C(s) = g (s + ω_c/i)(s + ω_c/l) / [s (1 + s/(r ω_c))²] with |C(i ω_c)| = ω_c²: `integral` i, `lead` l, `roll_off` r."""
+    """C(s) = g (s + ω_c/i)(s + ω_c/l) / [s (1 + s/(r ω_c))²] with |C(i ω_c)| = ω_c².
+
+    `integral` i, `lead` l and `roll_off` r.
+    """
 
     integral: float = INTEGRAL
     lead: float = LEAD
@@ -67,7 +69,7 @@ class Loop:
     crossover_hz: float
     delay_s: float
     shape: LoopShape = LoopShape()
-    #: Own transfer function in place of the shape: coefficients of numerator and denominator, highest power first, 1/s².
+    #: Own transfer function in place of the shape: numerator and denominator, highest power first, 1/s².
     transfer: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
     def __post_init__(self) -> None:
@@ -78,8 +80,8 @@ class Loop:
             raise PhysicsError(f"the denominator of loop {self.name} begins with no coefficient but 0")
         if len(np.trim_zeros(numerator, "f")) > len(denominator):
             raise PhysicsError(
-                f"the controller of loop {self.name} is improper: numerator of order {len(numerator) - 1}, denominator of"
-                f" order {len(denominator) - 1}",
+                f"the controller of loop {self.name} is improper: numerator of order {len(numerator) - 1}, denominator"
+                f" of order {len(denominator) - 1}",
                 hint="add a roll-off: a controller that differentiates amplifies noise without bound",
             )
 

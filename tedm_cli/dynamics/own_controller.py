@@ -28,7 +28,7 @@ class StateSpaceController:
 
     Raises
     ------
-    PhysicsError : matrices that do not fit each other or the names, unknown or repeated names, values that are not finite.
+    PhysicsError : matrices that do not fit each other or the names, unknown or repeated names, numbers not finite.
     """
 
     system: StateSpace
@@ -50,8 +50,8 @@ class StateSpaceController:
         for name, (matrix, shape) in wanted.items():
             if matrix.shape != shape:
                 raise PhysicsError(
-                    f"{name} of the controller is {' x '.join(map(str, matrix.shape))}; {n} states, {len(self.inputs)} inputs"
-                    f" and {len(self.outputs)} outputs want {shape[0]} x {shape[1]}"
+                    f"{name} of the controller is {' x '.join(map(str, matrix.shape))}; {n} states,"
+                    f" {len(self.inputs)} inputs and {len(self.outputs)} outputs want {shape[0]} x {shape[1]}"
                 )
             if not np.isfinite(matrix).all():
                 raise PhysicsError(f"{name} of the controller has values that are not finite")

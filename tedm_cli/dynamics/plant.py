@@ -6,8 +6,8 @@ from outside and F_i, L_i what the spacecraft exerts on test mass i (its axes), 
     a_B = (F - Σ C_i F_i) / m_B,     ω' = I_B⁻¹ (L - Σ [h_i]x C_i F_i - Σ C_i L_i)
     r_i'' = F_i / m_i - C_iᵀ a_B + C_iᵀ [h_i]x ω' + mutual,     α_i'' = L_i / I_i - C_iᵀ ω' + mutual
 
-F_i, L_i contain J K_fix (r_i, α_i). Left out, since they are far below the noise of any mission: the force at rest times
-its lever in ω' (below 1e-18 rad/s² at 5 nm), the Sun's force times the attitude, and the rotation rate of the
+F_i, L_i contain J K_fix (r_i, α_i). Left out, since they are far below the noise of any mission: the force at rest
+times its lever in ω' (below 1e-18 rad/s² at 5 nm), the Sun's force times the attitude, and the rotation rate of the
 spacecraft.
 """
 
@@ -31,8 +31,8 @@ class Plant:
     Parameters
     ----------
     spacecraft, test_masses : the bodies.
-    fixed : K_fix [2, 6, 6], force per mass and torque per moment of inertia by displacement (m) and rotation (rad) of each
-        test mass among all that moves with the spacecraft; positive is destabilising.
+    fixed : K_fix [2, 6, 6], force per mass and torque per moment of inertia by displacement (m) and rotation (rad) of
+        each test mass among all that moves with the spacecraft; positive is destabilising.
     mutual : [12, 12], the mutual gravity of the test masses alone; rows and columns test mass by test mass.
     """
 
@@ -116,8 +116,8 @@ class Plant:
     def eighteen(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """M, K [18, 18] and U [18, 18] of M q'' = K q + U w; q: spacecraft position and attitude, then the test masses.
 
-        Rows: force and torque balance of the spacecraft, then force (basic frame) and torque of each test mass. Columns of
-        the test masses are their motions relative to the housings; rows of M hold m_i C_iᵀ, -m_i C_iᵀ [h_i]x, m_i and
+        Rows: force and torque balance of the spacecraft, then force and torque of each test mass. Columns of the
+        test masses are their motions relative to the housings; rows of M hold m_i C_iᵀ, -m_i C_iᵀ [h_i]x, m_i and
         I_i C_iᵀ, I_i. Rows of the spacecraft in K and U hold the reactions.
         """
         j = self.generalised_mass

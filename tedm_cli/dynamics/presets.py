@@ -78,7 +78,7 @@ def lpf_sources(
 def thruster_sources(
     position_m: FloatArray, direction: FloatArray, spectra: Sequence[PowerLaw | SpectrumTable], centre_m: FloatArray
 ) -> list[NoiseSource]:
-    """One source per thruster at `position_m` [t, 3] pushing the spacecraft along `direction` [t, 3], basic frame, N/√Hz."""
+    """One source per thruster at `position_m` [t, 3] that pushes along `direction` [t, 3], basic frame, N/√Hz."""
     out = []
     for n, (at, towards, spectrum) in enumerate(zip(position_m, direction, spectra, strict=True), start=1):
         force = towards / np.linalg.norm(towards)
@@ -91,8 +91,8 @@ def thruster_sources(
 def held_at_rest(at_rest: FloatArray) -> FloatArray:
     """[12]: what the actuation holds of the accelerations at rest, in the order of `signals.STRAY`.
 
-    In x only the difference, on test mass 2; in y and z half the difference on each; rotations each their own. What both
-    test masses have in common moves the spacecraft.
+    In x only the difference, on test mass 2; in y and z half the difference on each; rotations each their own. What
+    both test masses have in common moves the spacecraft.
     """
     held = at_rest.copy()
     held[0], held[6] = 0.0, at_rest[6] - at_rest[0]

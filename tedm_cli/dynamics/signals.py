@@ -1,9 +1,9 @@
 """Names, units and order of the signals of the drag-free loop.
 
 Coordinates p [15]: attitude of the spacecraft, then position (m) and rotation (rad) of each test mass relative to its
-housing, in the nominal frame of the test mass. Inputs w [18]: force (N) and torque (N m) on the spacecraft in the basic
-frame, then those that the spacecraft exerts on each test mass, in the test mass's frame. Disturbing accelerations s [12]
-of the test masses, with their reaction on the spacecraft.
+housing, in the nominal frame of the test mass. Inputs w [18]: force (N) and torque (N m) on the spacecraft in the
+basic frame, then those that the spacecraft exerts on each test mass, in the test mass's frame. Disturbing accelerations
+s [12] of the test masses, with their reaction on the spacecraft.
 """
 
 from __future__ import annotations

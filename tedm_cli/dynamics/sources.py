@@ -60,8 +60,8 @@ class SpectrumTable:
         outside = (frequency_hz < low) | (frequency_hz > high)
         if outside.any():
             raise InputError(
-                f"holds {self.frequency_hz[0]:g} to {self.frequency_hz[-1]:g} Hz, but {frequency_hz[outside][0]:g} Hz is"
-                " asked for",
+                f"holds {self.frequency_hz[0]:g} to {self.frequency_hz[-1]:g} Hz, but"
+                f" {frequency_hz[outside][0]:g} Hz is asked for",
                 where=f"spectrum {self.name}",
                 hint="nothing is assumed outside a table: extend it, or narrow the frequencies",
             )

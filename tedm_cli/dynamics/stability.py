@@ -85,7 +85,7 @@ def _modes(plant: Plant, controller: Controller) -> tuple[ComplexArray, ComplexA
 
 
 def sampled_loop(plant: Plant, controller: StateSpaceController) -> FloatArray:
-    """One step of the closed loop with a sampled controller: plant, delay and held commands exactly, then the controller."""
+    """One step of the closed loop with a sampled controller: plant and delay, then the controller."""
     assert controller.dt_s is not None
     motion = np.zeros((2 * N_COORDINATES, 2 * N_COORDINATES))
     motion[:N_COORDINATES, N_COORDINATES:] = np.eye(N_COORDINATES)

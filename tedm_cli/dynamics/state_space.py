@@ -16,7 +16,7 @@ from tedm_cli.dynamics.closed_loop import output_map
 from tedm_cli.dynamics.controller import Controller
 from tedm_cli.dynamics.loops import StateSpace
 from tedm_cli.dynamics.plant import Plant
-from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS, OUTPUTS
+from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS
 
 SECOND_DERIVATIVES = ("nddot_TM1_x", "nddot_TM2_x")
 SYSTEM_INPUTS = (*DISTURBANCES, *SECOND_DERIVATIVES)
@@ -59,11 +59,9 @@ def loop_system(plant: Plant, controller: Controller | None) -> LoopSystem:
     b[_V] = plant.E @ (wrench + command_d)
     a[own, _P], a[own, own], b[own] = control.b, control.a, control.b @ noise
     outputs = output_map(plant)
-    c = np.zeros((len(OUTPUTS), n))
-    c[:, _P] = outputs.by_p
-    c += outputs.by_p2 @ a[_V] + outputs.by_u @ command_x
-    d = outputs.by_p2 @ b[_V] + outputs.by_u @ command_d
-    d[:, : len(DISTURBANCES)] += outputs.by_d
-    for k, name in enumerate(SECOND_DERIVATIVES):
-        d[:, len(DISTURBANCES) + k] += outputs.by_d2[:, DISTURBANCES.index(name.replace("nddot_", "n_"))]
+    c: FloatArray = outputs.by_p2 @ a[_V] + outputs.by_u @ command_x
+    c[:, _P] += outputs.by_p
+    d = np.asarray(outputs.by_p2 @ b[_V] + outputs.by_u @ command_d)
+    second = [DISTURBANCES.index(name.replace("nddot_", "n_")) for name in SECOND_DERIVATIVES]
+    d += np.concatenate([outputs.by_d, outputs.by_d2[:, second]], axis=1)
     return LoopSystem(StateSpace(a, b, c, d))

@@ -21,7 +21,7 @@ def gravity_stiffness(
 
 def mutual_stiffness(linearised: FloatArray, gravity_fixed: Sequence[FloatArray]) -> FloatArray:
     """[12, 12]: the linearised gravity less that of the fixed sources on their own test mass."""
-    return linearised - linalg.block_diag(*gravity_fixed)
+    return np.asarray(linearised - linalg.block_diag(*gravity_fixed))
 
 
 def electrostatic_to_total(gravity: FloatArray, total: Sequence[float] = TOTAL_STIFFNESS_S2) -> FloatArray:
