@@ -4,7 +4,7 @@ Stages are imported inside the commands, so that `tedm --help` does not wait for
 """
 
 # Importing a module registers its commands, in the order in which `tedm --help` lists them.
-from tedm_cli.cli import areas, model, gravity, optics, noise, results, exports  # noqa: F401, I001
+from tedm_cli.cli import areas, model, gravity, optics, noise, dynamics, results, exports  # noqa: F401, I001
 from tedm_cli.cli.app import app
 from tedm_cli.cli.main import main
 

@@ -16,6 +16,7 @@ class ProjectTable(Strict):
     model: str = "model.toml"
     optics: str = "optics.toml"
     cases: str = "cases.toml"
+    dynamics: str | None = None
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class Project:
     model: Path
     optics: Path
     cases: Path
+    dynamics: Path | None
     build_dir: Path
 
     def resolve(self, text: str) -> Path:
@@ -40,4 +42,7 @@ def load_project(path: Path, build_dir: Path) -> Project:
     """Read the project file."""
     file, table = load(ProjectTable, path)
     folder = path.parent
-    return Project(file, table.title, folder / table.model, folder / table.optics, folder / table.cases, build_dir)
+    dynamics = None if table.dynamics is None else folder / table.dynamics
+    return Project(
+        file, table.title, folder / table.model, folder / table.optics, folder / table.cases, dynamics, build_dir
+    )

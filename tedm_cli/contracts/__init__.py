@@ -10,6 +10,7 @@ from __future__ import annotations
 from tedm_cli.contracts.case import CASE
 from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.document import document
+from tedm_cli.contracts.dynamics import DYNAMICS, SIMULATION
 from tedm_cli.contracts.optics import OPTICS
 from tedm_cli.contracts.sensitivity import SENSITIVITY
 from tedm_cli.contracts.series import SERIES
@@ -19,17 +20,19 @@ from tedm_cli.contracts.unit_loads import UNIT_LOADS
 __all__ = [
     "CASE",
     "DISTORTION",
+    "DYNAMICS",
     "KINDS",
     "OPTICS",
     "SENSITIVITY",
     "SERIES",
+    "SIMULATION",
     "UNIT_LOADS",
     "Dataset",
     "FileKind",
     "markdown",
 ]
 
-KINDS = {kind.name: kind for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES)}
+KINDS = {kind.name: kind for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES, DYNAMICS, SIMULATION)}
 
 
 def markdown() -> str:

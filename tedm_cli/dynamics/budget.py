@@ -14,6 +14,9 @@ from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS, OUTPUTS
 from tedm_cli.dynamics.sources import NoiseSource, columns, psd_of
 
+_READ_OUT = slice(N_INPUTS, N_INPUTS + N_COORDINATES)
+_STRAY = slice(N_INPUTS + N_COORDINATES, len(DISTURBANCES))
+
 
 @dataclass(frozen=True, eq=False)
 class ThermalInput:
@@ -46,7 +49,8 @@ class Budget:
     ----------
     total : [F, n].
     by_source : [F, n, sources], of each noise source.
-    thermal : [F, n], of all areas together; incoherent : [F, n], gravity and read-out apart: |S part|² + |N part|².
+    thermal : [F, n], of all areas together; gravity : [F, n], of their accelerations alone; incoherent : [F, n],
+        gravity and read-out apart: |S part|² + |N part|².
     area : [F, n, k], signed part of each area in `thermal`: their sum is it.
     """
 
@@ -54,6 +58,7 @@ class Budget:
     total: FloatArray
     by_source: FloatArray
     thermal: FloatArray
+    gravity: FloatArray
     incoherent: FloatArray
     area: FloatArray
 
@@ -76,29 +81,46 @@ def budget(
     n, f = len(rows), len(frequency_hz)
     k = 0 if thermal is None else thermal.acceleration.shape[1]
     by_source = np.empty((f, n, len(sources)))
-    heat, apart, area = np.zeros((f, n)), np.zeros((f, n)), np.zeros((f, n, k))
+    heat, gravity, apart = np.zeros((f, n)), np.zeros((f, n)), np.zeros((f, n))
+    area = np.zeros((f, n, k))
     for here, response in responses(plant, controller, frequency_hz):
         chosen = response[:, rows]
-        by_source[here] = np.abs(chosen @ gains) ** 2 * spectra[:, here].T[:, None, :]
+        by_source[here] = _size(_by(chosen, gains)) * spectra[:, here].T[:, None, :]
         if thermal is not None:
-            heat[here], apart[here], area[here] = _thermal(chosen, thermal, here)
+            heat[here], gravity[here], apart[here], area[here] = _thermal(chosen, thermal, here)
         advance(here.stop)
-    return Budget(tuple(labels), by_source.sum(axis=2) + heat, by_source, heat, apart, area)
+    return Budget(tuple(labels), by_source.sum(axis=2) + heat, by_source, heat, gravity, apart, area)
 
 
-def _thermal(response: ComplexArray, thermal: ThermalInput, here: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """PSDs [f, n] together and with gravity and read-out apart, and the areas' parts [f, n, k]."""
+def _thermal(
+    response: ComplexArray, thermal: ThermalInput, here: slice
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """PSDs [f, n] together, of gravity, of gravity and read-out apart, and the areas' parts [f, n, k]."""
     amplitude = thermal.amplitude[:, here].T[:, None, :]
-    split = len(DISTURBANCES) - len(thermal.acceleration)
-    gravity = (response[:, :, split:] @ thermal.acceleration) * amplitude
-    read_out = (response[:, :, N_INPUTS : N_INPUTS + N_COORDINATES] @ thermal.read_out) * amplitude
-    both = gravity + read_out
-    driven = both @ thermal.factor
-    apart = _power(gravity @ thermal.factor) + _power(read_out @ thermal.factor)
-    area: FloatArray = (both.conj() * (driven @ thermal.factor.conj().T)).real
-    return _power(driven), apart, area
+    by_gravity = _by(response[:, :, _STRAY], thermal.acceleration) * amplitude
+    by_read_out = _by(response[:, :, _READ_OUT], thermal.read_out) * amplitude
+    both = by_gravity + by_read_out
+    factor = thermal.factor
+    driven = _by(both, factor)
+    gravity = _size(_by(by_gravity, factor)).sum(axis=-1)
+    apart = gravity + _size(_by(by_read_out, factor)).sum(axis=-1)
+    area: FloatArray = (both.conj() * _by(driven, factor.conj().T)).real
+    return _size(driven).sum(axis=-1), gravity, apart, area
 
 
-def _power(amplitude: AnyArray) -> FloatArray:
-    out: FloatArray = (amplitude.real**2 + amplitude.imag**2).sum(axis=-1)
+def _by(response: ComplexArray, matrix: AnyArray) -> ComplexArray:
+    """response [f, n, d] times a matrix [d, m], in one product of real numbers where the matrix is real."""
+    flat = response.reshape(-1, response.shape[-1])
+    out: ComplexArray
+    if np.iscomplexobj(matrix):
+        out = flat @ matrix
+    else:
+        out = np.empty((len(flat), matrix.shape[1]), dtype=np.complex128)
+        out.real, out.imag = flat.real @ matrix, flat.imag @ matrix
+    return out.reshape(*response.shape[:-1], matrix.shape[1])
+
+
+def _size(amplitude: ComplexArray) -> FloatArray:
+    """|amplitude|²."""
+    out: FloatArray = amplitude.real**2 + amplitude.imag**2
     return out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -12,7 +12,7 @@ from scipy import linalg
 
 from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.dynamics.bodies import cross_matrix
-from tedm_cli.dynamics.loops import Loop, StateSpace
+from tedm_cli.dynamics.loops import Loop, LoopShape, StateSpace
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS, N_COORDINATES, N_INPUTS
 from tedm_cli.errors import PhysicsError
@@ -94,10 +94,9 @@ class ScalarLoops:
         return StateSpace(a, b @ self.returns, self.actuation @ c, self.actuation @ d @ self.returns)
 
 
-def default_loops(own: Mapping[str, Loop] | None = None) -> tuple[Loop, ...]:
-    """The loops of LISA Pathfinder's science mode (degrees of freedom as in PRD 99, 082001), some replaced by `own`."""
-    given = own or {}
-    return tuple(given.get(name) or Loop(name, _CROSSOVER_HZ[name], _DELAY_S[name]) for name in LOOPS)
+def default_loops(shape: LoopShape = LoopShape()) -> tuple[Loop, ...]:
+    """The loops of LISA Pathfinder's science mode; degrees of freedom as in PRD 99, 082001."""
+    return tuple(Loop(name, _CROSSOVER_HZ[name], _DELAY_S[name], shape) for name in LOOPS)
 
 
 def actuation(plant: Plant) -> FloatArray:

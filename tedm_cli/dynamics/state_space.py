@@ -61,7 +61,7 @@ def loop_system(plant: Plant, controller: Controller | None) -> LoopSystem:
     outputs = output_map(plant)
     c: FloatArray = outputs.by_p2 @ a[_V] + outputs.by_u @ command_x
     c[:, _P] += outputs.by_p
-    d = np.asarray(outputs.by_p2 @ b[_V] + outputs.by_u @ command_d)
     second = [DISTURBANCES.index(name.replace("nddot_", "n_")) for name in SECOND_DERIVATIVES]
-    d += np.concatenate([outputs.by_d, outputs.by_d2[:, second]], axis=1)
+    direct = np.concatenate([outputs.by_d, outputs.by_d2[:, second]], axis=1)
+    d = np.asarray(outputs.by_p2 @ b[_V] + outputs.by_u @ command_d + direct)
     return LoopSystem(StateSpace(a, b, c, d))

@@ -10,17 +10,23 @@ from tedm_cli.errors import InputError
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
 from tedm_cli.files.store import Reader
 
-UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS = (
+UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, DYNAMICS = (
     "unit_loads.h5",
     "distortion.h5",
     "sensitivity.h5",
     "optics.h5",
+    "dynamics.h5",
 )
 
 
 def case_file_name(case_id: str) -> str:
     """`case03.h5` for case 3, `case4b.h5` for 4b."""
     return f"case{int(case_id):02d}.h5" if case_id.isdigit() else f"case{case_id}.h5"
+
+
+def simulation_file_name(case_id: str) -> str:
+    """`simulation03.h5` for case 3, `simulation4b.h5` for 4b."""
+    return case_file_name(case_id).replace("case", "simulation", 1)
 
 
 def series_file_name(name: str) -> str:

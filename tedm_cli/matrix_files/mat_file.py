@@ -37,21 +37,8 @@ def read_mat(path: Path, name: str) -> RawMatrix:
     ------
     InputError : not a MAT file of MATLAB 4 to 7, or without such a matrix.
     """
-    try:
-        with open(path, "rb") as stream:
-            begin = stream.read(512)
-        if begin.startswith(b"MATLAB 7.3") or begin.startswith(b"\x89HDF"):
-            raise InputError(
-                "is a MAT file of version 7.3 (HDF5)", where=str(path), hint="save it with save(..., '-v7')"
-            )
-        file = scipy.io.loadmat(path, simplify_cells=True)
-    except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror or exc})", where=str(path)) from exc
-    except InputError:
-        raise
-    except Exception as exc:  # damaged files make it fail in every way
-        raise InputError(f"not a readable MAT file ({exc})", where=str(path)) from exc
-    names = [key for key in file if not key.startswith("__")]
+    file = mat_variables(path)
+    names = list(file)
     if name not in names:
         raise InputError(
             f"holds no {name}, but {', '.join(names) or 'nothing'}", where=str(path), hint="name it with variable = ..."
@@ -66,6 +53,25 @@ def read_mat(path: Path, name: str) -> RawMatrix:
     declared |= {key: text_list(fields[key]) for key in LISTS if key in fields}
     value = fields["value"]
     return RawMatrix(as_matrix(value.toarray() if scipy.sparse.issparse(value) else value, name, path), declared)
+
+
+def mat_variables(path: Path) -> dict[str, Any]:
+    """All variables of a MAT file of MATLAB 4 to 7 by name; `InputError` where it is none."""
+    try:
+        with open(path, "rb") as stream:
+            begin = stream.read(512)
+        if begin.startswith(b"MATLAB 7.3") or begin.startswith(b"\x89HDF"):
+            raise InputError(
+                "is a MAT file of version 7.3 (HDF5)", where=str(path), hint="save it with save(..., '-v7')"
+            )
+        file = scipy.io.loadmat(path, simplify_cells=True)
+    except OSError as exc:
+        raise InputError(f"cannot be read ({exc.strerror or exc})", where=str(path)) from exc
+    except InputError:
+        raise
+    except Exception as exc:  # damaged files make it fail in every way
+        raise InputError(f"not a readable MAT file ({exc})", where=str(path)) from exc
+    return {key: value for key, value in file.items() if not key.startswith("__")}
 
 
 def write_mat(path: Path, matrices: Sequence[NamedMatrix], notes: Sequence[str] = ()) -> None:

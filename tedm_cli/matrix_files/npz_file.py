@@ -45,6 +45,15 @@ def read_npz(path: Path, name: str) -> RawMatrix:
     return RawMatrix(as_matrix(held[name], name, path), declared)
 
 
+def npz_variables(path: Path) -> dict[str, Any]:
+    """All plain arrays of an NPZ file by name; `InputError` where it is none."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {key: file[key] for key in file.files}
+    except (OSError, ValueError, zipfile.BadZipFile, EOFError, AttributeError) as exc:
+        raise InputError(f"not a readable NPZ file of plain arrays ({exc})", where=str(path)) from exc
+
+
 def write_npz(path: Path, matrices: Sequence[NamedMatrix], notes: Sequence[str] = ()) -> None:
     """All matrices into one file, with the notes as `readme`."""
     arrays: dict[str, Any] = {"readme": np.array("\n".join(notes))} if notes else {}

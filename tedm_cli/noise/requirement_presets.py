@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -90,6 +92,25 @@ PRESETS: dict[str, Requirement] = {
             3e-15,
             _lisa_acceleration,
             f"{_LISA_SOURCE}, single test mass acceleration",
+        ),
+        replace(
+            _preset(
+                "lisa_acceleration_differential",
+                "acceleration",
+                _LISA_BAND,
+                math.sqrt(2.0) * 3e-15,
+                _lisa_acceleration,
+                f"{_LISA_SOURCE}, single test mass acceleration, times the square root of 2 for two test masses",
+            ),
+            applies_to="differential",
+        ),
+        _preset(
+            "lpf_jitter",
+            "displacement",
+            _LPF_BAND,
+            5e-9,
+            np.ones_like,
+            "Montemurro 2004, eq. 4.6, jitter between test mass and spacecraft",
         ),
         _preset(
             "lisa_oms",

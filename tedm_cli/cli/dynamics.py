@@ -1,0 +1,98 @@
+"""Commands on the drag-free dynamics. Stages are imported inside, so that --help is quick."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tedm_cli.cli.app import (
+    DEFAULT_BUILD,
+    DEFAULT_CONFIG,
+    BuildDir,
+    Config,
+    Json,
+    Output,
+    Quiet,
+    Verbose,
+    app,
+    open_project,
+    say,
+)
+
+if TYPE_CHECKING:
+    from tedm_cli.stages.dynamics.simulate import Simulation
+
+
+@app.command("build-dynamics")
+def build_dynamics(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Equations of motion and control of the drag-free satellite.
+
+    Spacecraft and both test masses with the stiffness of every source, the controller, poles and margins of the loops.
+    """
+    from tedm_cli.cli.printing.dynamics import dynamics_lines
+    from tedm_cli.stages.dynamics.build import build_dynamics as stage
+
+    say(quiet, *dynamics_lines(stage(open_project(config, build_dir, verbose), output)))
+
+
+@app.command()
+def simulate(
+    case: Annotated[list[str] | None, typer.Argument(help="Case ids of the configuration (3, 4b), or `all`.")] = None,
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    problem: Annotated[
+        Path | None, typer.Option("--problem", help="A self-contained problem in JSON instead of a project.")
+    ] = None,
+    fail_on_violation: Annotated[
+        bool, typer.Option("--fail-on-violation", help="Exit with 5 when a requirement is violated.")
+    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Noise of the closed loop, with its budget and verdicts.
+
+    The temperatures of a case act through gravity, stiffness and read-out at once, beside all other noise sources, on
+    every output of the closed loop; the differential acceleration and what else is required are judged.
+    """
+    from tedm_cli.errors import PhysicsError, UsageError
+
+    if problem is not None:
+        from tedm_cli.stages.dynamics.problem import solve_problem
+
+        if case:
+            raise UsageError("--problem takes no case")
+        print(json.dumps(solve_problem(problem)))
+        return
+    from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines
+    from tedm_cli.config.cases import select_cases
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.dynamics.simulate import simulate as stage
+
+    if not case:
+        raise UsageError("name a case, or all", hint="tedm simulate 3, tedm simulate all")
+    project = open_project(config, build_dir, verbose)
+    ids = select_cases(project.cases, case)
+    if output is not None and len(ids) != 1:
+        raise UsageError(f"--output names one file, but {len(ids)} cases are run")
+    done: list[tuple[Path, Simulation]] = []
+    with progress(quiet) as step:
+        stage(project, ids, output, step, lambda path, result: done.append((path, result)))
+    if as_json:
+        print(json.dumps([simulation_dict(path, r) for path, r in done], indent=1))
+    else:
+        for path, r in done:
+            say(quiet, *simulation_lines(path, r))
+    failed = [r.case.id for _, r in done if not all(j.verdict.passed for j in r.judged)]
+    if fail_on_violation and failed:
+        raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")

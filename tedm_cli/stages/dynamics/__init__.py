@@ -1,0 +1,1 @@
+"""The drag-free loop: build-dynamics, simulate. Calls the room `dynamics`."""

@@ -1,0 +1,133 @@
+"""The loop of a project: its bodies, stiffness, controller and noise, from the configuration and the sensitivities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.controller_file import read_controller
+from tedm_cli.config.dynamics import DynamicsConfig, load_dynamics
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import SENSITIVITY as KIND
+from tedm_cli.dynamics.bodies import DynamicTestMass
+from tedm_cli.dynamics.controller import Controller, ScalarLoops, default_loops
+from tedm_cli.dynamics.loops import LoopShape
+from tedm_cli.dynamics.plant import Plant
+from tedm_cli.dynamics.signals import TEST_MASSES
+from tedm_cli.dynamics.sources import NoiseSource
+from tedm_cli.dynamics.stiffness import gravity_stiffness, mutual_stiffness
+from tedm_cli.errors import ConfigError, TedmError
+from tedm_cli.files.build_folder import SENSITIVITY
+from tedm_cli.files.provenance import ConfigFile
+from tedm_cli.files.store import Reader, open_checked
+
+OTHER_TEST_MASS = "other test mass"
+ELECTROSTATICS = "electrostatics"
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """What the dynamics of a project is made of.
+
+    Parameters
+    ----------
+    config, file : the configuration, and its file where there is one.
+    names : [2], of the test masses in the model; TM1 and TM2 in all labels of the dynamics.
+    source_names : of `by_source` [2, n, 6, 6], the stiffness of each test mass among what moves with the spacecraft.
+    at_rest : [12], accelerations at rest in the order of `signals.STRAY`.
+    """
+
+    config: DynamicsConfig
+    file: ConfigFile | None
+    names: tuple[str, ...]
+    plant: Plant
+    controller: Controller
+    sources: tuple[NoiseSource, ...]
+    source_names: tuple[str, ...]
+    by_source: FloatArray
+    at_rest: FloatArray
+
+    @property
+    def tables(self) -> list[Path]:
+        """Files that the configuration names: spectra, and a controller of one's own."""
+        folder = Path() if self.file is None else self.file.path.parent
+        return [folder / name for name in self.config.file_names()]
+
+    @property
+    def where(self) -> str:
+        """The configuration's file, for messages."""
+        return "the default dynamics" if self.file is None else str(self.file.path)
+
+
+def project_loop(project: Project) -> Loop:
+    """The loop of a project, from its dynamics file and sensitivity.h5.
+
+    Raises
+    ------
+    ConfigError : not two test masses; unknown sources or groups.
+    PhysicsError : bodies or controllers that cannot be, named with the file they are in.
+    """
+    file, config = load_dynamics(project.dynamics)
+    where = "the default dynamics" if file is None else str(file.path)
+    folder = Path() if project.dynamics is None else project.dynamics.parent
+    with open_checked(project.build_dir / SENSITIVITY, KIND) as sensitivity:
+        names = tuple(sensitivity.strings("/test_mass/name"))
+        if len(names) != len(TEST_MASSES):
+            fact = f"drag-free dynamics is of two test masses; this project has {len(names)}"
+            raise ConfigError([("test_mass", fact)], where=str(project.model))
+        test_masses = _test_masses(sensitivity)
+        source_names, gravity, mutual = _stiffness(sensitivity)
+        at_rest = np.concatenate(
+            [
+                np.concatenate(
+                    [sensitivity.array(f"/dc/{q}")[i].sum(axis=0) for q in ("acceleration", "angular_acceleration")]
+                )
+                for i in range(2)
+            ]
+        )
+    try:
+        spacecraft = config.spacecraft.spacecraft(test_masses)
+        electrostatic = config.stiffness.matrix(gravity.sum(axis=1))
+        by_source = np.concatenate([gravity, electrostatic[:, None]], axis=1)
+        plant = Plant(spacecraft, test_masses, by_source.sum(axis=1), mutual)
+        controller = _controller(config, plant, folder)
+    except TedmError as error:
+        error.where = error.where or where
+        raise
+    sources = config.noise.sources(spacecraft, test_masses, at_rest, folder, where)
+    names_of = (*source_names, ELECTROSTATICS)
+    return Loop(config, file, names, plant, controller, tuple(sources), names_of, by_source, at_rest)
+
+
+def _test_masses(file: Reader) -> list[DynamicTestMass]:
+    mass, side = file.array("/test_mass/mass"), file.array("/test_mass/side")
+    position, axes = file.array("/test_mass/position"), file.array("/test_mass/axes")
+    squares = side**2
+    inertia = mass[:, None] / 12.0 * (squares.sum(axis=1, keepdims=True) - squares)
+    return [
+        DynamicTestMass(name, float(mass[i]), inertia[i], position[i], axes[i]) for i, name in enumerate(TEST_MASSES)
+    ]
+
+
+def _stiffness(file: Reader) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
+    """Names and stiffness [2, n, 6, 6] of what moves with the spacecraft, and [12, 12] of the other test mass."""
+    names = file.strings("/source/name")
+    blocks = [file.array(f"/stiffness/{q}") for q in ("gamma_lin", "gamma_ang", "omega_lin", "omega_ang")]
+    fixed = [i for i, name in enumerate(names) if name != OTHER_TEST_MASS]
+    gravity = gravity_stiffness(*(b[:, fixed] for b in blocks))
+    mutual = mutual_stiffness(file.array("/stiffness/linearised"), list(gravity.sum(axis=1)))
+    return tuple(names[i] for i in fixed), gravity, mutual
+
+
+def _controller(config: DynamicsConfig, plant: Plant, folder: Path) -> Controller:
+    table = config.controller
+    if table.file is not None:
+        return read_controller(folder / table.file)
+    shape = LoopShape(**table.shape.model_dump())
+    loops = {loop.name: loop for loop in default_loops(shape=shape)}
+    for own in table.loop:
+        loops[own.name] = own.loop(loops[own.name], shape)
+    return ScalarLoops(plant, tuple(loops.values()))

@@ -1,0 +1,174 @@
+"""simulate: noise of all outputs of the closed loop in a case, its budget, verdicts and what would help."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.cases import CasesConfig, load_cases
+from tedm_cli.config.project import Project
+from tedm_cli.config.temperature_tables import table_paths, temperature_model
+from tedm_cli.contracts import DYNAMICS as DYNAMICS_KIND
+from tedm_cli.contracts import SIMULATION as KIND
+from tedm_cli.dynamics.budget import Budget, budget
+from tedm_cli.dynamics.judging import JudgedOutput, by_group, groups_of, judge_outputs, judged_labels
+from tedm_cli.dynamics.signals import OUTPUTS, unit
+from tedm_cli.dynamics.sources import NoiseSource
+from tedm_cli.errors import InputError
+from tedm_cli.files.build_folder import DYNAMICS, OPTICS, SENSITIVITY, provenance, require_input, simulation_file_name
+from tedm_cli.files.provenance import input_files
+from tedm_cli.files.store import Writer, create, open_checked
+from tedm_cli.noise.correlation import CorrelationCase, correlation
+from tedm_cli.noise.requirements import Requirement, frequency_grid, in_band
+from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.progress import Step
+from tedm_cli.stages.dynamics.loop import Loop, project_loop
+from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """One case in closed loop: budget at `frequency_hz` [F] and verdicts.
+
+    `groups` of noise sources, the temperatures last, are the columns of what verdicts say of groups.
+    """
+
+    case: CorrelationCase
+    loop: Loop
+    rows: ThermalRows
+    temperature: TemperatureModel
+    frequency_hz: FloatArray
+    budget: Budget
+    judged: tuple[JudgedOutput, ...]
+    safety_factor: float
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        return groups_of(self.loop.sources)
+
+    @property
+    def sources(self) -> tuple[NoiseSource, ...]:
+        return self.loop.sources
+
+
+def simulate(
+    project: Project,
+    case_ids: Sequence[str],
+    output: Path | None,
+    step: Step,
+    done: Callable[[Path, Simulation], None] = lambda path, result: None,
+) -> None:
+    """Run the cases in closed loop and write one file each; `done` is told of each.
+
+    Raises
+    ------
+    InputError : dynamics.h5 is missing or stale.
+    ConfigError : requirements that do not fit, all at once.
+    """
+    file, config = load_cases(project.cases)
+    loop, source = project_loop(project), project.build_dir / DYNAMICS
+    _require_current(project, loop, source)
+    rows = thermal_rows(project, loop.config.read_out.set)
+    requirements = loop.config.applied_requirements()
+    frequency = _frequencies(config, [r.requirement for r in requirements])
+    judged = judged_labels(requirements, frequency)
+    temperature = temperature_model(project, config, rows.areas)
+    configs = [file, *([loop.file] if loop.file else [])]
+    for number, case_id in enumerate(case_ids):
+        case = config.case(case_id, where=str(project.cases))
+        thermal = rows.driven_by(temperature, correlation(case, rows.areas), frequency)
+        step(number, len(case_ids), "closed loop")
+        found = budget(loop.plant, loop.controller, loop.sources, thermal, frequency)
+        verdicts = judge_outputs(found, loop.sources, judged, frequency, config.safety_factor)
+        result = Simulation(case, loop, rows, temperature, frequency, found, tuple(verdicts), config.safety_factor)
+        path = output if output is not None else project.build_dir / simulation_file_name(case.id)
+        matrix = config.case_table(case.id).matrix
+        inputs = [source, project.build_dir / SENSITIVITY, project.build_dir / OPTICS, *table_paths(project, config)]
+        with create(path, KIND, provenance(configs, [*inputs, *([Path(matrix)] if matrix else [])])) as writer:
+            write_simulation(writer, result, [r.requirement for r in requirements])
+        done(path, result)
+
+
+def _require_current(project: Project, loop: Loop, source: Path) -> None:
+    """Refuse a dynamics.h5 of other sensitivities, read-outs or another configuration than those there now."""
+    with open_checked(source, DYNAMICS_KIND) as file:
+        for used in input_files([project.build_dir / SENSITIVITY, project.build_dir / OPTICS, *loop.tables]):
+            require_input(file, used)
+        known = {c.sha256 for c in file.provenance().configs}
+        now = {loop.file.sha256} if loop.file else set()
+        if known != now:
+            raise InputError(
+                f"is stale: not made from {loop.where} as it is now",
+                where=str(source),
+                hint="rebuild it with `tedm build-dynamics`",
+            )
+
+
+def _frequencies(config: CasesConfig, requirements: Sequence[Requirement]) -> FloatArray:
+    """The grid of the cases, with the band edges of the loop's requirements."""
+    f = config.frequency
+    bands = [r.grid_hz for r in requirements] + [(float(x),) for x in config.frequency_hz()[[0, -1]]]
+    return frequency_grid(f.min_hz, f.max_hz, f.points, bands)
+
+
+def write_simulation(writer: Writer, r: Simulation, requirements: Sequence[Requirement]) -> None:
+    """Write the result of a case in closed loop; `requirements` are all that were applied."""
+    areas, b = r.rows.areas, r.budget
+    writer.write("/area/id", r.rows.area_id)
+    for column in ("name", "group", "shield", "side"):
+        writer.write(f"/area/{column}", [str(v) for v in getattr(areas, column)])
+    for key, value in (("id", r.case.id), ("title", r.case.title), ("role", r.case.role)):
+        writer.write(f"/case/{key}", value)
+    writer.write("/case/safety_factor", r.safety_factor)
+    writer.write("/temperature/model", r.temperature.words())
+    writer.write("/read_out/set", r.rows.set_name)
+    writer.write("/frequency", r.frequency_hz)
+    writer.write("/output/label", list(OUTPUTS))
+    writer.write("/output/unit", [unit(label) for label in OUTPUTS])
+    writer.write("/group/name", list(r.groups))
+    groups = by_group(b, r.sources)
+    for o, label in enumerate(OUTPUTS):
+        power = f"({unit(label)})^2/Hz"
+        writer.write(f"/psd/{label}", b.total[:, o], units=power)
+        for g, group in enumerate(r.groups):
+            writer.write(f"/contribution/{group}/{label}", groups[:, o, g], units=power)
+        writer.write(f"/thermal/incoherent/{label}", b.incoherent[:, o], units=power)
+        writer.write(f"/thermal/gravity/{label}", b.gravity[:, o], units=power)
+    writer.write("/source/name", [s.name for s in r.sources])
+    writer.write("/source/group", [s.group for s in r.sources])
+    _write_verdicts(writer, r)
+    writer.write("/requirement/name", [q.name for q in requirements])
+    writer.write("/requirement/source", [q.source for q in requirements])
+    writer.write("/requirement/unit", [f"{q.unit}/sqrt(Hz)" for q in requirements])
+    amplitude = np.full((len(requirements), len(r.frequency_hz)), np.nan)
+    for i, q in enumerate(requirements):
+        inside = in_band(q, r.frequency_hz)
+        amplitude[i, inside] = q.amplitude(r.frequency_hz[inside])
+    writer.write("/requirement/amplitude", amplitude, units="see /requirement/unit")
+
+
+def _write_verdicts(writer: Writer, r: Simulation) -> None:
+    verdicts, n = [j.verdict for j in r.judged], len(r.judged)
+    writer.write("/verdict/requirement", [v.requirement for v in verdicts])
+    writer.write("/verdict/output", [v.output for v in verdicts])
+    writer.write("/verdict/ratio", [v.ratio for v in verdicts])
+    writer.write("/verdict/binding_frequency", [v.binding_hz for v in verdicts])
+    writer.write("/verdict/noise", [v.noise for v in verdicts], units="see /output/unit, per sqrt(Hz)")
+    writer.write("/verdict/limit", [v.limit for v in verdicts], units="see /output/unit, per sqrt(Hz)")
+    writer.write("/verdict/passed", [int(v.passed) for v in verdicts])
+    writer.write("/verdict/incoherent", [j.incoherent for j in r.judged])
+    sizes = (len(r.groups), len(r.sources), len(r.rows.areas), len(r.groups), len(r.groups))
+    names = (
+        "verdict/group_share",
+        "verdict/source_share",
+        "verdict/area_share",
+        "improvement/silenced",
+        "improvement/factor",
+    )
+    keys = ("share", "source_share", "area_share", "silenced", "factor")
+    for name, key, size in zip(names, keys, sizes, strict=True):
+        writer.write(f"/{name}", np.array([getattr(j, key) for j in r.judged]).reshape(n, size))

@@ -1,0 +1,101 @@
+"""The temperatures of a case as the loop feels them: S on the test masses and N on the read-outs, of one ΔT."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.optics import load_layout
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import OPTICS as OPTICS_KIND
+from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
+from tedm_cli.dynamics.budget import ThermalInput
+from tedm_cli.dynamics.signals import COORDINATES, STRAY, TEST_MASSES
+from tedm_cli.errors import InputError, PhysicsError, UsageError
+from tedm_cli.files.build_folder import DISTORTION, OPTICS, SENSITIVITY, require_same_input
+from tedm_cli.files.store import open_checked
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.correlation import Correlation
+from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.results.areas import read_area_table
+
+_AXES = 1e-9  # of the layout frame against those of a test mass
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalRows:
+    """Accelerations [12, k] of the test masses and read-outs [15, k] per kelvin of the k areas."""
+
+    areas: AreaTable
+    area_id: IntArray
+    acceleration: FloatArray
+    read_out: FloatArray
+    set_name: str
+
+    def driven_by(
+        self, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
+    ) -> ThermalInput:
+        """The noise input of a case at `frequency_hz` [F]; delays turn phases, as in `noise.propagation`."""
+        amplitude = temperature.amplitudes(frequency_hz) * np.exp(
+            -2j * np.pi * correlation.delay_s[:, None] * frequency_hz
+        )
+        if not correlation.delay_s.any():
+            amplitude = amplitude.real
+        return ThermalInput(self.acceleration, self.read_out, correlation.factor, amplitude)
+
+
+def read_out_set(project: Project, wanted: str | None) -> str:
+    """The set of photodiodes that the controller hears: the wanted one, or the first; `UsageError` where it is not."""
+    with open_checked(project.build_dir / OPTICS, OPTICS_KIND) as optics:
+        return _chosen(optics.strings("/set/name"), wanted)
+
+
+def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
+    """S and N of a project in the order of the loop.
+
+    Raises
+    ------
+    InputError : files of different distortion matrices or areas; sensitivities that are not finite.
+    PhysicsError : read-outs along other axes than those of each test mass.
+    """
+    _, layout = load_layout(project.optics)
+    s_path, o_path = project.build_dir / SENSITIVITY, project.build_dir / OPTICS
+    with open_checked(s_path, SENSITIVITY_KIND) as s, open_checked(o_path, OPTICS_KIND) as o:
+        require_same_input(DISTORTION, s, o)
+        areas = read_area_table(s)
+        if o.strings("/area/name") != s.strings("/area/name"):
+            raise InputError("hold different thermal areas", where=f"{s_path} and {o_path}")
+        names = dict(zip(s.strings("/test_mass/name"), TEST_MASSES, strict=True))
+        axes = s.array("/test_mass/axes")
+        for i, name in enumerate(names):
+            off = float(np.abs(axes[i] - layout.axes).max())
+            if name in [e.name for e in layout.test_masses] and off > _AXES:
+                raise PhysicsError(
+                    f"the read-outs are along the axes of the layout, not of {name} (they differ by {off:.2g})",
+                    where=str(project.optics),
+                    hint="describe the layout in the frame of the test masses, or turn axes in [[test_mass]]",
+                )
+        k = len(areas)
+        acceleration, read_out = np.zeros((len(STRAY), k)), np.zeros((len(COORDINATES), k))
+        for label, row in zip(s.strings("/row/label"), s.array("/S"), strict=True):
+            name, _, rest = label.partition("_")
+            acceleration[STRAY.index(f"{names[name]}_{rest}")] = row
+        chosen = _chosen(o.strings("/set/name"), wanted_set)
+        for label, row in zip(o.strings("/label/read_out"), o.array(f"/N/{chosen}"), strict=True):
+            name, _, rest = label.rpartition("_")
+            if name in names:
+                read_out[COORDINATES.index(f"{names[name]}_{rest}")] = row
+        for what, rows in ((f"{s_path}: /S", acceleration), (f"{o_path}: /N/{chosen}", read_out)):
+            if not np.isfinite(rows).all():
+                raise InputError("has values that are not finite", where=what)
+        return ThermalRows(areas, s.array("/area/id"), acceleration, read_out, chosen)
+
+
+def _chosen(sets: list[str], wanted: str | None) -> str:
+    if wanted is None:
+        return sets[0]
+    if wanted not in sets:
+        raise UsageError(f"no set of photodiodes is called {wanted!r}", hint=f"there are {', '.join(sets)}")
+    return wanted
