@@ -35,16 +35,24 @@ def shape_problem(spec: Dataset, shape: tuple[int, ...], dims: dict[str, int]) -
     return ""
 
 
+def paths_of(file: Any, pattern: str) -> list[str]:
+    """The paths in an open file that a template stands for, one name for each pair of braces; itself without any."""
+    paths = [""]
+    for part in pattern.strip("/").split("/"):
+        if "{" not in part:
+            paths = [f"{path}/{part}" for path in paths]
+            continue
+        groups = [path for path in paths if path in file and not hasattr(file[path], "shape")]
+        paths = [f"{group}/{name}" for group in groups for name in file[group]]
+    return paths
+
+
 def contract_problems(file: Any, kind: FileKind) -> list[str]:
     """What an open file lacks of the contract of its kind, in words."""
     problems = []
     dims = dict(kind.fixed_dims)
     for pattern, spec in kind.datasets.items():
-        if "{" in pattern:
-            group = pattern.rsplit("/", 1)[0]
-            paths = [f"{group}/{name}" for name in file[group]] if group in file else []
-        else:
-            paths = [pattern]
+        paths = paths_of(file, pattern)
         if spec.optional and not any(path in file for path in paths):
             continue
         if not paths or paths[0] not in file:
