@@ -78,11 +78,12 @@ def output_map(plant: Plant) -> OutputMap:
 
 
 def responses(
-    plant: Plant, controller: Controller | None, frequency_hz: FloatArray
+    plant: Plant, controller: Controller | None, frequency_hz: FloatArray, difference_s: float | None = None
 ) -> Iterator[tuple[slice, ComplexArray]]:
     """Blocks of frequencies and H [f, 75, 45]: `OUTPUTS` by `DISTURBANCES`, SI units.
 
     `controller` None: the open loop, which may well be unstable; its response is that of the equations.
+    `difference_s`: second derivatives of read-outs are second differences of samples this far apart.
 
     Raises
     ------
@@ -94,10 +95,13 @@ def responses(
     for first in range(0, len(frequency_hz), _BLOCK):
         here = slice(first, min(first + _BLOCK, len(frequency_hz)))
         s = 2j * np.pi * frequency_hz[here]
-        yield here, _response(plant, controller, outputs, s)
+        second = s * s if difference_s is None else (2.0 * np.cosh(s * difference_s) - 2.0) / difference_s**2
+        yield here, _response(plant, controller, outputs, s, second)
 
 
-def _response(plant: Plant, controller: Controller | None, outputs: OutputMap, s: ComplexArray) -> ComplexArray:
+def _response(
+    plant: Plant, controller: Controller | None, outputs: OutputMap, s: ComplexArray, second: ComplexArray
+) -> ComplexArray:
     square = (s * s)[:, None, None]
     control = _control(controller, s)
     matrix = square * np.eye(N_COORDINATES) - plant.K + plant.E @ control
@@ -109,9 +113,9 @@ def _response(plant: Plant, controller: Controller | None, outputs: OutputMap, s
     measured = p.copy()
     measured[:, range(N_COORDINATES), range(N_INPUTS, N_INPUTS + N_COORDINATES)] += 1.0
     out: ComplexArray = (
-        (outputs.by_p + square * outputs.by_p2) @ p
+        (outputs.by_p + second[:, None, None] * outputs.by_p2) @ p
         - outputs.by_u @ (control @ measured)
-        + (outputs.by_d + square * outputs.by_d2)
+        + (outputs.by_d + second[:, None, None] * outputs.by_d2)
     )
     return out
 

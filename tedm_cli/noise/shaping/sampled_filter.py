@@ -47,17 +47,23 @@ def sampled(continuous: ShapingFilter, step_s: float) -> SampledFilter:
 
 
 def transition(a: FloatArray, b: FloatArray, step_s: float) -> tuple[FloatArray, FloatArray]:
-    """Φ = exp(a h) [n, n], and lower L [n, n] with L Lᵀ = ½ ∫ exp(a t) b bᵀ exp(aᵀ t) dt from 0 to h = `step_s`."""
+    """Φ = exp(a h) [n, n], and lower L [n, n] with L Lᵀ = ½ ∫ exp(a t) b bᵀ exp(aᵀ t) dt from 0 to h = `step_s`.
+
+    `b` is [n], or [n, m] of m independent white noises.
+    """
     n = len(b)
+    b = b.reshape(n, -1)
     if not n:
         return np.zeros((0, 0)), np.zeros((0, 0))
     doublings = max(0, int(np.ceil(np.log2(max(1e-300, float(np.abs(a).sum(axis=0).max()) * step_s)))))
     h = step_s / 2.0**doublings
-    block = np.block([[-a, 0.5 * np.outer(b, b)], [np.zeros((n, n)), a.T]])
+    block = np.block([[-a, 0.5 * b @ b.T], [np.zeros((n, n)), a.T]])
     exponential = expm(block * h)
     phi = exponential[n:, n:].T
     covariance = phi @ exponential[:n, n:]
-    scale = np.sqrt(np.diag(covariance))  # a state far down the cascade receives next to nothing within h
+    scale = np.sqrt(
+        np.maximum(np.diag(covariance), np.finfo(np.float64).tiny)
+    )  # a state far down the cascade receives next to nothing within h
     values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T) / np.outer(scale, scale))
     factor = lower_factor(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
     for _ in range(doublings):
