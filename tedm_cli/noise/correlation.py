@@ -68,11 +68,19 @@ class Correlation:
     column_block: IndexArray
     delay_s: FloatArray
 
+    @classmethod
+    def of_factor(cls, factor: AnyArray, delay_s: FloatArray | None = None) -> Correlation:
+        """R = F Fᴴ of a factor F [k, m], as one block of all areas that are not silent; without delays unless given."""
+        k, columns = factor.shape
+        members = np.flatnonzero(factor.any(axis=1))
+        column_block = np.zeros(columns, dtype=np.intp)
+        return cls((members,), factor, column_block, np.zeros(k) if delay_s is None else delay_s)
+
     @property
     def active(self) -> BoolArray:
         """Areas [k] that are in a block."""
-        found: BoolArray = self.factor.any(axis=1)
-        return found
+        driven: BoolArray = self.factor.any(axis=1)
+        return driven
 
     def matrix(self) -> AnyArray:
         """R [k, k] before delays."""

@@ -21,12 +21,11 @@ from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.matrix_files.named import Format, NamedMatrix
 from tedm_cli.noise.correlation import correlation
-from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.requirements import UNITS
+from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.build_folder import require_current
-from tedm_cli.results.outputs import Outputs, read_outputs
+from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.stages.exports.case import destination
 
 DEFAULT_TOLERANCE = 0.01
@@ -90,26 +89,26 @@ def _export(
     file: ConfigFile,
     config: CasesConfig,
     case_id: str,
-    outputs: Outputs,
+    outputs: ModelOutputs,
     temperature: TemperatureModel,
     fmt: Format,
     place: tuple[Path, str],
     wanted: Wanted,
 ) -> ExportedSystem:
     case = config.case(case_id, where=str(project.cases))
-    found = correlation(case, outputs.areas)
+    source = TemperatureNoise(temperature, correlation(case, outputs.areas))
     band = (config.frequency.min_hz, config.frequency.max_hz)
     where = f"{project.cases}: case {case_id}"
-    model = noise_model(outputs.rows, temperature, found, band, wanted.tolerance, where)
+    model = noise_model(outputs.rows, source, band, wanted.tolerance, where)
     frequency = config.frequency_hz()
     path = project.build_dir / case_file_name(case_id)
     if path.exists():
         psd, compared = _stored(project, file, case_id, path, outputs.labels), path.name
     else:
-        psd = output_psd_from_factor(outputs.rows, temperature, found.factor, frequency, found.delay_s)
+        psd = source.psd(outputs.rows, frequency)
         compared = "the exact spectra"
     deviation = _deviation(model.psd(frequency), psd)
-    labels = Labels(outputs.labels, [UNITS[kind] for kind in outputs.kinds], outputs.areas.name.tolist())
+    labels = Labels(list(outputs.labels), list(outputs.units), outputs.areas.name.tolist())
     validity = NamedMatrix(
         "validity",
         np.array([[*band, wanted.tolerance, model.deviation, deviation]]),

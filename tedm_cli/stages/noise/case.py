@@ -50,23 +50,12 @@ def run_cases(
             refused[case_id] = error
             continue
         try:
-            result = run_case(
-                case,
-                outputs.areas,
-                temperature,
-                outputs.rows,
-                outputs.labels,
-                outputs.kinds,
-                frequency,
-                requirements,
-                config.safety_factor,
-                outputs.parts_of_read_outs,
-            )
+            result = run_case(case, outputs, temperature, frequency, requirements, config.safety_factor)
         except ConfigError as error:  # of the requirements, which are the same for every case
             raise ConfigError(error.problems, where=str(project.cases)) from error
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
-            realised = realise_case(outputs.rows, result, config, step, path.parent)
+            realised = realise_case(result, config, step, path.parent)
         except InputError as error:
             refused[case_id] = error
             continue
