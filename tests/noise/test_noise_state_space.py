@@ -14,6 +14,7 @@ from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import Correlation, correlation
 from tedm_cli.noise.propagation import TemperatureNoise
+from tedm_cli.noise.shaping.rational_fit import Form, Roots
 from tedm_cli.noise.shaping.sampled_filter import sampled, transition
 from tedm_cli.noise.shaping.shaping_filter import ShapingFilter, shaping_filter
 from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
@@ -79,6 +80,26 @@ def test_single_filters_have_minimum_phase(filters: dict[str, ShapingFilter], na
     z, _, _ = scipy.signal.ss2zpk(found.a, found.b[:, None], found.c, found.d[:, None])
     band = z[np.abs(z) < 2e2]  # what ss2zpk makes of zeros at infinity
     assert np.all(band.real < 0.0)
+
+
+def test_parameters_of_a_rational_function() -> None:
+    """The vector says which root is which: size by the complex response, derivative by differences, and back again."""
+    zeros, poles = Roots(((2.0, 0.3),), (5.0,)), Roots(((1.0, 0.7), (0.2, 3.0)), (9.0,))
+    theta, form, omega = Form.parameters(4.0, zeros, poles), Form.of(zeros, poles), np.geomspace(0.05, 50.0, 31)
+    assert (len(theta), form) == (9, Form((1, 1), (2, 1)))
+    s = 1j * omega
+
+    def response(roots: Roots) -> np.ndarray:
+        pairs = [1 + 2 * z * s / w + (s / w) ** 2 for w, z in roots.pairs]
+        return np.prod([*pairs, *(1 + s / w for w in roots.single)], axis=0)
+
+    size, slope = form.log_size(theta, omega)
+    np.testing.assert_allclose(np.exp(size), np.abs(4.0 * response(zeros) / response(poles)), rtol=1e-13)
+    for i, step in enumerate(1e-6 * np.eye(len(theta))):
+        difference = (form.log_size(theta + step, omega)[0] - form.log_size(theta - step, omega)[0]) / 2e-6
+        np.testing.assert_allclose(slope[:, i], difference, rtol=0, atol=1e-8)
+    back = form.rational(theta, 0.0)
+    np.testing.assert_allclose(Form.parameters(back.gain, back.zeros, back.poles), theta, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", SHAPES)
