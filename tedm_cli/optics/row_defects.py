@@ -41,8 +41,8 @@ def row_defect(layout: OpticalLayout, matrix: ImportedSensitivity) -> str:
     """Rows that look scaled or that belong to another photodiode; empty when there are none."""
     factors = row_factors(layout, matrix.given)
     limit = max(_SLIP, row_factor_error(layout, matrix.given_error))
-    for path, found in zip(layout.paths, factors, strict=True):
-        if np.isnan(found).any():
+    for path, of_path in zip(layout.paths, factors, strict=True):
+        if np.isnan(of_path).any():
             rows = matrix.given[layout.rows(path)]
             sizes = {name: float(np.linalg.norm(rows[:, layout.columns(name)])) for name in layout.photodiodes}
             strongest = max(sizes, key=lambda name: sizes[name])
