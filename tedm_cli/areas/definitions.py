@@ -1,4 +1,4 @@
-"""Thermal areas from their definitions: who gets each grid, and what is left."""
+"""Thermal areas from their definitions: which area each grid belongs to, and which grids are left."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def run_case(
     ------
     ConfigError : the case does not fit the areas; a requirement names an unknown output, one of another quantity, a
         difference where it limits a single test mass, or a band outside the frequencies. All of a sort at once.
-    PhysicsError : the matrix of the case is none of a correlation.
+    PhysicsError : the matrix of the case is not a correlation matrix.
     """
     judged = judged_outputs(requirements, outputs, frequency_hz)
     areas = outputs.areas

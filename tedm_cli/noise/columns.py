@@ -1,4 +1,4 @@
-"""Which column of a user's table speaks for which thermal area."""
+"""Which column of a user's table holds the temperature of which thermal area."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def correlation(case: CorrelationCase, areas: AreaTable) -> Correlation:
         selects nothing, an area in two blocks, an area on neither side that a choice of sides leaves out, an area
         without a mirror image, a coefficient that no block of that size can have, an area with two delays, an area of
         the matrix that does not exist.
-    PhysicsError : the matrix is none of a correlation.
+    PhysicsError : the matrix is not a correlation matrix.
     """
     problems: Facts = []
     if case.matrix is None:

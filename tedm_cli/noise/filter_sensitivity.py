@@ -1,4 +1,4 @@
-"""How far a verdict hangs on the order and corner of the temperature's low-pass filter, which nobody published."""
+"""How much a verdict depends on the order and corner of the temperature's low-pass filter, which are not published."""
 
 from __future__ import annotations
 

@@ -2,14 +2,14 @@
 
 Independent white Gaussian series go through the amplitude filter of each spectral shape and are mixed by a factor of
 the correlation matrix, R = F Fᴴ, into the temperatures of all areas; those times the sensitivities are the outputs.
-Nothing is held but a block. The filters are finite impulse responses applied by overlap and save, fed with noise from
-before the first sample, so the series is stationary from its beginning. An area that follows later takes the noise of
-whole samples earlier, and the fraction of a sample that is left is in the phase of its filter.
+Only one block is held in memory. The filters are finite impulse responses applied by overlap and save, fed with noise
+from before the first sample, so the series is stationary from its beginning. An area that follows later takes the noise
+of whole samples earlier, and the fraction of a sample that is left is in the phase of its filter.
 
 The spectrum is realised between `Plan.low_hz` and `Plan.high_hz` and continues level outside. A filter's response is
 the amplitude spectral density smoothed by the transform of its window, Kaiser's with β = 22 over 128 periods of the
 lowest frequency: at that frequency a power of f^-4 comes out 0.1 % too large, and this falls with 1/f². The window of
-the estimate, four times shorter, smooths as well; `expected_psd` knows that.
+the estimate, four times shorter, smooths as well; `expected_psd` takes that into account.
 """
 
 from __future__ import annotations
