@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,7 +17,7 @@ from tedm_cli.noise.filter_sensitivity import FilterSensitivity, filter_sensitiv
 from tedm_cli.noise.improvement import Improvement, improvement
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
-from tedm_cli.noise.requirements import AppliedRequirement, Requirement, Verdict, in_band, judge, mismatches
+from tedm_cli.noise.requirements import Criteria, Requirement, Verdict, in_band, judge, mismatches
 from tedm_cli.noise.temperature import TemperatureModel
 
 
@@ -80,16 +79,14 @@ def run_case(
     outputs: Outputs,
     temperature: TemperatureModel,
     frequency_hz: FloatArray,
-    requirements: Sequence[AppliedRequirement] = (),
-    safety_factor: float = 1.0,
+    criteria: Criteria = Criteria(),
 ) -> CaseResult:
     """Noise of the outputs in one correlation case.
 
     Parameters
     ----------
     frequency_hz : [F], increasing, with the band edges of the requirements (see `frequency_grid`).
-    requirements : which outputs to judge by what.
-    safety_factor : multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5, recommends 2).
+    criteria : which outputs to judge by what; by default none.
 
     Raises
     ------
@@ -97,7 +94,7 @@ def run_case(
         difference where it limits a single test mass, or a band outside the frequencies. All of a sort at once.
     PhysicsError : the matrix of the case is not a correlation matrix.
     """
-    judged = judged_outputs(requirements, outputs, frequency_hz)
+    judged, safety_factor = judged_outputs(criteria, outputs, frequency_hz), criteria.safety_factor
     areas = outputs.areas
     source = TemperatureNoise(temperature, correlation(case, areas))
     noise = OutputNoise(outputs.rows, source, frequency_hz)
@@ -165,13 +162,11 @@ def _distortion_ratios(noise: OutputNoise, outputs: Outputs, judged: Judged, saf
     return ratio
 
 
-def judged_outputs(
-    requirements: Sequence[AppliedRequirement], outputs: Outputs, frequency_hz: FloatArray
-) -> list[tuple[Requirement, int]]:
+def judged_outputs(criteria: Criteria, outputs: Outputs, frequency_hz: FloatArray) -> list[tuple[Requirement, int]]:
     """(requirement, index of output) of every verdict to be; `ConfigError` as `run_case` raises it."""
     problems: list[tuple[str, str]] = []
     judged: list[tuple[Requirement, int]] = []
-    for number, applied in enumerate(requirements):
+    for number, applied in enumerate(criteria.requirements):
         for label in applied.outputs:
             path = f"requirement[{number}].outputs"
             if label not in outputs.labels:

@@ -13,12 +13,17 @@ from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.requirement_presets import PRESETS
-from tedm_cli.noise.requirements import AppliedRequirement
+from tedm_cli.noise.requirements import AppliedRequirement, Criteria
 from tedm_cli.noise.selection import BlockSelector
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum, thesis_model, white_model
 
 LABELS = ("TM1_a_x", "TM1_omegadot_x", "A_TM1_x")
 KINDS = ("acceleration", "angular_acceleration", "displacement")
+REQUIREMENTS = (
+    AppliedRequirement(PRESETS["lpf_selfgravity_ltp"], ("TM1_a_x",)),
+    AppliedRequirement(PRESETS["lpf_readout"], ("A_TM1_x",)),
+    AppliedRequirement(PRESETS["lpf_readout_item"], ("A_TM1_x",)),
+)
 
 
 def rows_for(areas, seed=1):
@@ -31,14 +36,10 @@ def run(areas, config, case_id, **changes):
     arguments = {
         "temperature": config.temperature.model(areas),
         "frequency_hz": config.frequency_hz(),
-        "requirements": [
-            AppliedRequirement(PRESETS["lpf_selfgravity_ltp"], ("TM1_a_x",)),
-            AppliedRequirement(PRESETS["lpf_readout"], ("A_TM1_x",)),
-            AppliedRequirement(PRESETS["lpf_readout_item"], ("A_TM1_x",)),
-        ],
-        "safety_factor": config.safety_factor,
     } | changes
-    return run_case(config.case(case_id), Outputs(areas, **of_outputs), **arguments)
+    requirements = arguments.pop("requirements", REQUIREMENTS)
+    criteria = Criteria(tuple(requirements), arguments.pop("safety_factor", config.safety_factor))
+    return run_case(config.case(case_id), Outputs(areas, **of_outputs), **arguments, criteria=criteria)
 
 
 def alone(k):

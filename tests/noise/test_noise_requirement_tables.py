@@ -8,7 +8,7 @@ from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.case_run import run_case
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.requirement_presets import PRESETS
-from tedm_cli.noise.requirements import AppliedRequirement, frequency_grid, judge, tabulated
+from tedm_cli.noise.requirements import AppliedRequirement, Criteria, frequency_grid, judge, tabulated
 
 CASE = '[[case]]\nid = 1\ntitle = "all"\npartition = "all"\n'
 LABELS = ("TM1_a_x", "TM2_a_x", "TM1_omegadot_x")
@@ -122,7 +122,7 @@ def test_a_difference_is_coherent(areas, config):
     assert (outputs.labels[3], outputs.kinds[3]) == ("TM1_a_x-TM2_a_x", "acceleration")
     f, model = config.frequency_hz(), config.temperature.model(areas)
     for case_id in ("1", "2", "4"):
-        result = run_case(config.case(case_id), outputs, model, f, requirements, 2.0)
+        result = run_case(config.case(case_id), outputs, model, f, Criteria(tuple(requirements), 2.0))
         h = (rows[0] - rows[1])[:, None] * model.amplitudes(f)
         expected = sum(h[index].sum(axis=0) ** 2 for index in result.blocks)
         np.testing.assert_allclose(result.psd[3], expected, rtol=1e-9)
@@ -139,7 +139,9 @@ def test_single_and_differential_are_not_mixed_up(areas, config):
     outputs = Outputs(areas, np.ones((3, 78)), LABELS, KINDS).with_differences(wrong)
     assert outputs.labels == (*LABELS, "TM1_a_x-TM2_a_x")
     with pytest.raises(ConfigError) as caught:
-        run_case(config.case("1"), outputs, config.temperature.model(areas), config.frequency_hz(), wrong)
+        run_case(
+            config.case("1"), outputs, config.temperature.model(areas), config.frequency_hz(), Criteria(tuple(wrong))
+        )
     facts = [fact for _, fact in caught.value.problems]
     assert "a is for single outputs; set applies_to = 'differential'" in facts[0]
     assert "b is for differential outputs; set applies_to = 'single'" in facts[1]

@@ -40,6 +40,17 @@ class Wanted:
     temperatures: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class _Inputs:
+    """What all cases have in common: the project, its cases file as read, the outputs and the temperatures' model."""
+
+    project: Project
+    file: ConfigFile
+    config: CasesConfig
+    outputs: ModelOutputs
+    temperature: TemperatureModel
+
+
 @dataclass(frozen=True)
 class ExportedSystem:
     """One case's files, its size, the largest relative deviations of the ASDs and what the outputs' are compared to."""
@@ -73,28 +84,16 @@ def export_state_space(
     file, config = load_cases(project.cases)
     outputs = read_outputs(project.build_dir / SENSITIVITY, project.build_dir / OPTICS)
     outputs = outputs.with_differences(config.applied_requirements())
-    temperature = temperature_model(project, config, outputs.areas)
-    return [
-        _export(project, file, config, case_id, outputs, temperature, fmt, place, wanted)
-        for case_id, place in zip(ids, places, strict=True)
-    ]
+    inputs = _Inputs(project, file, config, outputs, temperature_model(project, config, outputs.areas))
+    return [_export(inputs, case_id, fmt, place, wanted) for case_id, place in zip(ids, places, strict=True)]
 
 
 def _stem(case_id: str) -> str:
     return Path(case_file_name(case_id)).stem
 
 
-def _export(
-    project: Project,
-    file: ConfigFile,
-    config: CasesConfig,
-    case_id: str,
-    outputs: ModelOutputs,
-    temperature: TemperatureModel,
-    fmt: Format,
-    place: tuple[Path, str],
-    wanted: Wanted,
-) -> ExportedSystem:
+def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str], wanted: Wanted) -> ExportedSystem:
+    project, config, outputs, temperature = inputs.project, inputs.config, inputs.outputs, inputs.temperature
     case = config.case(case_id, where=str(project.cases))
     source = TemperatureNoise(temperature, correlation(case, outputs.areas))
     band = (config.frequency.min_hz, config.frequency.max_hz)
@@ -103,7 +102,7 @@ def _export(
     frequency = config.frequency_hz()
     path = project.build_dir / case_file_name(case_id)
     if path.exists():
-        psd, compared = _stored(project, file, case_id, path, outputs.labels), path.name
+        psd, compared = _stored(inputs, case_id, path), path.name
     else:
         psd = source.psd(outputs.rows, frequency)
         compared = "the exact spectra"
@@ -150,11 +149,12 @@ def _notes(
     ]
 
 
-def _stored(project: Project, file: ConfigFile, case_id: str, path: Path, labels: Sequence[str]) -> FloatArray:
+def _stored(inputs: _Inputs, case_id: str, path: Path) -> FloatArray:
     """The PSDs [n_out, F] of a case file, which must be of the present sensitivities and configuration."""
     with open_checked(path, CASE) as stored:
-        require_current(stored, case_id, input_files([project.build_dir / n for n in (SENSITIVITY, OPTICS)]), file)
-        return np.array([stored.array(f"/psd/{label}") for label in labels])
+        sources = [inputs.project.build_dir / name for name in (SENSITIVITY, OPTICS)]
+        require_current(stored, case_id, input_files(sources), inputs.file)
+        return np.array([stored.array(f"/psd/{label}") for label in inputs.outputs.labels])
 
 
 def _deviation(psd: FloatArray, wanted: FloatArray) -> float:

@@ -125,7 +125,7 @@ def run_series(
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
     outputs = read_outputs(*sources).with_differences(config.applied_requirements())
     try:
-        judged_outputs(config.applied_requirements(), outputs, config.frequency_hz())
+        judged_outputs(config.criteria(), outputs, config.frequency_hz())
     except ConfigError as error:
         raise ConfigError(error.problems, where=str(project.cases)) from error
     refused: dict[str, TedmError] = {}
