@@ -1,4 +1,4 @@
-"""Defects in the rows of an optical sensitivity matrix, and factors that are known for what they come from."""
+"""Defects in the rows of an optical sensitivity matrix, and factors whose cause is known."""
 
 from __future__ import annotations
 
