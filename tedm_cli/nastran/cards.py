@@ -1,4 +1,4 @@
-"""What pyNastran ignores within a card is refused when the card is read."""
+"""What pyNastran passes over within a card: made to be refused as the card is read."""
 
 from __future__ import annotations
 
