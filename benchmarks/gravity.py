@@ -105,20 +105,22 @@ def operator(cells: tuple[int, int, int]) -> Result:
 
 
 def _block(cells: tuple[int, int, int], lumped: bool) -> MassDistribution:
-    from tedm_cli.gravity.masses import PointMasses, mass_distribution
+    from tedm_cli.gravity.masses import ElementMasses, PointMasses, mass_distribution
 
     position, nodes = hexahedra(cells, [(0.0, 0.0, 0.0)])
     count = len(nodes)
     return mass_distribution(
         position,
-        element_id=np.arange(1, count + 1),
-        card=["CHEXA"] * count,
-        mass=np.full(count, 600.0 / count),
-        node_offset=np.arange(0, 8 * count + 1, 8),
-        node_index=nodes.ravel(),
-        lever=np.zeros((8 * count, 3)),
-        thickness=np.zeros(count),
-        points=PointMasses(name=[], mass=np.zeros(0), node=np.zeros(0, dtype=np.int64), offset=np.zeros((0, 3))),
+        ElementMasses(
+            id=np.arange(1, count + 1),
+            card=["CHEXA"] * count,
+            mass=np.full(count, 600.0 / count),
+            node_offset=np.arange(0, 8 * count + 1, 8),
+            node_index=nodes.ravel(),
+            lever=np.zeros((8 * count, 3)),
+            section=np.zeros(count),
+        ),
+        PointMasses(name=[], mass=np.zeros(0), node=np.zeros(0, dtype=np.int64), offset=np.zeros((0, 3))),
         lumped=lumped,
     )
 

@@ -14,8 +14,9 @@ SAMPLES = 10_000_000
 def realisation(independent: int, samples: int = SAMPLES) -> Result:
     """Case of `independent` blocks for 24 outputs at 0.25 Hz, spectra from 1 mHz on."""
     from tedm_cli.noise.areas import AreaTable
-    from tedm_cli.noise.propagation import output_psd_from_factor
-    from tedm_cli.noise.realisation import Plan, in_band, realise
+    from tedm_cli.noise.correlation import Correlation
+    from tedm_cli.noise.propagation import TemperatureNoise
+    from tedm_cli.noise.realisation import Plan, realise, resolved
     from tedm_cli.noise.temperature import thesis_model
 
     k = 78
@@ -23,13 +24,14 @@ def realisation(independent: int, samples: int = SAMPLES) -> Result:
     areas = AreaTable(name=np.array([f"A{i}" for i in range(k)]), group=shield, shield=shield, side=np.full(k, "mid"))
     model, rows = thesis_model(areas), np.random.default_rng(3).normal(size=(24, k))
     factor = np.eye(independent)[np.arange(k) % independent]
+    source = TemperatureNoise(model, Correlation.of_factor(factor))
     plan = Plan(rate_hz=0.25, samples=samples, seed=1, low_hz=1e-4, high_hz=0.1, lowest_hz=1e-3)
     notes = []
 
     def work() -> None:
-        estimate = realise(rows, model, factor, plan)
-        band = in_band(estimate.frequency_hz, plan)
-        ratio = estimate.psd[:, band] / output_psd_from_factor(rows, model, factor, estimate.frequency_hz[band])
+        estimate = realise(rows, source, plan)
+        band = resolved(estimate.frequency_hz, plan)
+        ratio = estimate.psd[:, band] / source.psd(rows, estimate.frequency_hz[band])
         notes.append(f"mean ratio to exact {ratio.mean(axis=1).min():.4f} to {ratio.mean(axis=1).max():.4f}")
 
     def peer() -> None:
@@ -40,7 +42,7 @@ def realisation(independent: int, samples: int = SAMPLES) -> Result:
 
     done = timed(work, peer, runs=1)
     tracemalloc.start()
-    realise(rows, model, factor, Plan(0.25, 200_000, 1, 1e-4, 0.1, 1e-3))
+    realise(rows, source, Plan(0.25, 200_000, 1, 1e-4, 0.1, 1e-3))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return Result(done.ours, done.peer, f"{notes[-1]}; peak memory {peak / 1e6:.0f} MB at any length")

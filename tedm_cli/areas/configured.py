@@ -60,8 +60,8 @@ def require_agreement(defined: AreaGrids, warmed: Mapping[str, IntArray], grids:
     different = [key for key in ours if not np.array_equal(ours[key][1], theirs[key][1])]
     if different:
         name, wanted = ours[different[0]]
-        found = theirs[different[0]][1]
-        missing, more = np.setdiff1d(wanted, found), np.setdiff1d(found, wanted)
+        warmed_grids = theirs[different[0]][1]
+        missing, more = np.setdiff1d(wanted, warmed_grids), np.setdiff1d(warmed_grids, wanted)
         facts = [f"{len(missing)} grids are defined but not warmed: {id_list(missing)}"] if missing.size else []
         facts += [f"{len(more)} grids are warmed but not defined: {id_list(more)}"] if more.size else []
         others = f" ({len(different) - 1} more areas differ)" if len(different) > 1 else ""

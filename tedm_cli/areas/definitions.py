@@ -1,4 +1,4 @@
-"""Thermal areas from their definitions: who gets each grid, and what is left."""
+"""Thermal areas from their definitions: which area each grid belongs to, and which grids are left."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ class AreaGrids:
         for o in self.overlaps:
             lost.setdefault(o.area, []).append(o)
         return [
-            f"area {name}: {sum(len(o.grids) for o in found):,} shared grids stay with earlier definitions ("
-            + ", ".join(f"{o.earlier} {len(o.grids):,}" for o in found)
+            f"area {name}: {sum(len(o.grids) for o in overlaps):,} shared grids stay with earlier definitions ("
+            + ", ".join(f"{o.earlier} {len(o.grids):,}" for o in overlaps)
             + ")"
-            for name, found in lost.items()
+            for name, overlaps in lost.items()
         ] + self.notes
 
 
@@ -81,22 +81,22 @@ def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, In
         before = len(problems)
         met = _Selector(members, at, problems, notes).definition(definition, owner < 0)
         earlier = met & (owner >= 0)
-        found = [
+        shared = [
             Overlap(definition.name, names[i], members.grid_id[earlier & (owner == i)])
             for i in np.unique(owner[earlier])
         ]
-        overlaps += found
+        overlaps += shared
         names.append(definition.name)
         owner[met & (owner < 0)] = len(names) - 1
         if len(problems) > before:
             continue
-        if table.strict and found:
-            listing = "; ".join(f"{o.earlier} {len(o.grids)}: {id_list(o.grids)}" for o in found)
+        if table.strict and shared:
+            listing = "; ".join(f"{o.earlier} {len(o.grids)}: {id_list(o.grids)}" for o in shared)
             problems.append((at, f"area '{definition.name}' shares grids with earlier ones ({listing})"))
         elif not met.any():
             problems.append((at, f"area '{definition.name}' has no grid" + _nothing(definition)))
         elif not (met & ~earlier).any():
-            listing = ", ".join(f"{o.earlier} has {len(o.grids)}" for o in found)
+            listing = ", ".join(f"{o.earlier} has {len(o.grids)}" for o in shared)
             problems.append((at, f"all grids of area '{definition.name}' are in earlier areas ({listing})"))
     if problems:
         raise ConfigError(problems, where=where)
@@ -114,12 +114,12 @@ def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, In
     )
 
 
-def require_partition(found: AreaGrids, *, where: str) -> None:
+def require_partition(areas: AreaGrids, *, where: str) -> None:
     """`InputError` where grids with stiffness are in no area."""
-    if found.left.size:
+    if areas.left.size:
         raise InputError(
-            f"{len(found.left)} structural grids are in no thermal area: {id_list(found.left)}"
-            f" (of elements with the properties {id_list(found.left_properties)})",
+            f"{len(areas.left)} structural grids are in no thermal area: {id_list(areas.left)}"
+            f" (of elements with the properties {id_list(areas.left_properties)})",
             where=where,
             hint="define areas for them, or one with remainder = true at the end; `tedm areas --figure` shows them",
         )
@@ -187,11 +187,11 @@ class _Selector:
         m = self.members
         met = np.zeros(len(m.grid_id), dtype=bool)
         for low, high in id_ranges(wanted):
-            found = [sid for sid in sorted(m.sets) if low <= sid <= high]
-            if not found:
+            numbers = [sid for sid in sorted(m.sets) if low <= sid <= high]
+            if not numbers:
                 text = f"{low}" if low == high else f"{low}:{high}"
                 self.problems.append((at, f"the deck has no set {text}{_there(np.array(sorted(m.sets)), low, 'set')}"))
-            for sid in found:
+            for sid in numbers:
                 place, kind, ids = m.sets[sid][0]
                 other = next((p for p, k, i in m.sets[sid] if (k, i.tolist()) != (kind, ids.tolist())), None)
                 if other is not None:

@@ -18,7 +18,7 @@ from tedm_cli.errors import ConfigError, UsageError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.noise.correlation import CorrelationCase
 from tedm_cli.noise.realisation import Plan
-from tedm_cli.noise.requirements import AppliedRequirement, frequency_grid
+from tedm_cli.noise.requirements import AppliedRequirement, Criteria, frequency_grid
 from tedm_cli.noise.spectral_estimate import samples_wanted, segment_length
 
 _RATE = 2.5  # samples per period of the highest frequency, where the rate is not given
@@ -73,6 +73,10 @@ class CasesConfig(Strict):
     def applied_requirements(self) -> list[AppliedRequirement]:
         """Requirements with the outputs they judge."""
         return [table.applied() for table in self.requirements]
+
+    def criteria(self) -> Criteria:
+        """What the outputs are judged by."""
+        return Criteria(tuple(self.applied_requirements()), self.safety_factor)
 
     @property
     def tables(self) -> list[Path]:

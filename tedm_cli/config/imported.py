@@ -1,4 +1,4 @@
-"""What is declared of an imported matrix, in its file or beside it: all of it is needed, nothing has a default."""
+"""What must be declared about an imported matrix, in its file or beside it: nothing has a default."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Which matrices of each kind of file go out, and in which formats; a new format or kind is a module or an entry."""
+"""Which matrices of each kind of file are exported, and in which formats; a new one is a module or an entry."""

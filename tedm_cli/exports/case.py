@@ -1,4 +1,4 @@
-"""What of a case file goes out: spectra as tables over frequency, matrices over outputs and areas."""
+"""What is exported of a case file: spectra as tables over frequency, matrices over outputs and areas."""
 
 from __future__ import annotations
 

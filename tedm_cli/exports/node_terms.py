@@ -1,4 +1,4 @@
-"""What each grid has in an output: fields of several unit loads together, and their contraction with the operator."""
+"""What each grid contributes to an output: fields of several unit loads at once, contracted with the operator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes out of a case in state-space form, and the words that go with it."""
+"""The matrices and notes of a case in state-space form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts from the user's files in the room there is for them."""
+"""Fit texts from the user's files into the space there is for them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """How accurate a self-gravity model is: quadrature over the test mass, size of elements, linearisation.
 
 The studies of Montemurro 2004, figures 6.4, 7.2, 7.3, 7.8, 7.9 and 8.1, against the exact kernel. All errors are
-relative magnitudes (not percent); a source is outside the cuboid or `PhysicsError` says which is not.
+relative magnitudes (not percent); sources are outside the cuboid; `PhysicsError` names one that is not.
 """
 
 from __future__ import annotations

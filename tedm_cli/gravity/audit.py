@@ -1,4 +1,4 @@
-"""What a mesh costs: the error each element leaves in the field at rest, its gradient and the sensitivities.
+"""The error that each element of a mesh leaves in the field at rest, its gradient and the sensitivities.
 
 Every element is summed three times: lumped to its nodes, by the quadrature in use, and by a quadrature a hundred times
 finer, which stands for the truth.

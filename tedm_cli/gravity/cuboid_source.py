@@ -78,11 +78,11 @@ def quantity_differences(fine: SelfGravity, coarse: SelfGravity) -> dict[str, tu
     The magnitude is the largest element; that of the angular acceleration, which vanishes by symmetry for aligned
     bodies, is the larger of its own and that of omega_ang (per radian).
     """
-    found = {}
+    differences = {}
     for quantity in fields(SelfGravity):
         value = getattr(fine, quantity.name)
         scale = float(np.abs(value).max())
         if quantity.name == "angular_acceleration":
             scale = max(scale, float(np.abs(fine.omega_ang).max()))
-        found[quantity.name] = (float(np.abs(value - getattr(coarse, quantity.name)).max()), scale)
-    return found
+        differences[quantity.name] = (float(np.abs(value - getattr(coarse, quantity.name)).max()), scale)
+    return differences

@@ -50,6 +50,27 @@ class PointMasses:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class ElementMasses:
+    """The E elements of a model and what each of them weighs, of any cards and numbers of nodes.
+
+    id : [E]; card : [E], Nastran card names; mass : [E], kg.
+    node_offset, node_index : ragged connectivity, [E + 1] and [M] rows of the grid table.
+    lever : [M, 3], offset of each element's mass reference from each of its nodes, basic frame, m.
+    section : [E], thickness of plates, m; not used for solids and line elements.
+    weight : [M], density of each element's mass at each of its nodes over the mean of its nodes; None for even masses.
+    """
+
+    id: IntArray
+    card: Sequence[str]
+    mass: FloatArray
+    node_offset: IntArray
+    node_index: IntArray
+    lever: FloatArray
+    section: FloatArray
+    weight: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class MassDistribution:
     """Where the mass of a model is and how it moves with the grids.
 
@@ -73,16 +94,9 @@ class MassDistribution:
 
 def mass_distribution(
     position: FloatArray,
-    *,
-    element_id: IntArray,
-    card: Sequence[str],
-    mass: FloatArray,
-    node_offset: IntArray,
-    node_index: IntArray,
-    lever: FloatArray,
-    thickness: FloatArray,
+    elements: ElementMasses,
     points: PointMasses,
-    weight: FloatArray | None = None,
+    *,
     lumped: bool = False,
     grid_id: IntArray | None = None,
 ) -> MassDistribution:
@@ -95,21 +109,17 @@ def mass_distribution(
     Parameters
     ----------
     position : [N, 3], grids, basic frame, m.
-    element_id, card, mass : [E], ids, Nastran card names, kg.
-    node_offset, node_index : ragged connectivity, [E + 1] and [M] rows of the grid table.
-    lever : [M, 3], offset of each element's mass reference from each of its nodes, basic frame, m.
-    thickness : [E], m for plates; not used for solids and line elements.
     points : concentrated masses.
-    weight : [M], density of each element's mass at each of its nodes over the mean of its nodes (even by default).
     grid_id : [N], names of the grids in messages (their rows by default).
     """
-    counts = np.diff(node_offset)
+    mass, lever, weight = elements.mass, elements.lever, elements.weight
+    counts = np.diff(elements.node_offset)
     heavy = mass != 0.0
-    number = {name: i for i, name in enumerate(sorted(set(card)))}
-    kinds = np.fromiter((number[c] for c in card), np.int64, len(card))
+    number = {name: i for i, name in enumerate(sorted(set(elements.card)))}
+    kinds = np.fromiter((number[c] for c in elements.card), np.int64, len(elements.card))
     shared = np.zeros(len(position))
     share = np.repeat(np.where(heavy, mass, 0.0) / counts, counts)
-    levers = lever_nodes(mass, node_offset, node_index, lever, points)
+    levers = lever_nodes(mass, elements.node_offset, elements.node_index, lever, points)
     on_lever = np.any(lever != 0.0, axis=1) & (share != 0.0)
     aside: list[IntArray] = []
     blocks = []
@@ -117,21 +127,21 @@ def mass_distribution(
     for name, count in pairs:
         members = np.flatnonzero((kinds == number[name]) & (counts == count) & heavy)
         shape = shape_of(name, count)
-        rows = node_offset[members][:, None] + np.arange(count)
+        rows = elements.node_offset[members][:, None] + np.arange(count)
         if lumped or shape is None:
             plain = rows[~on_lever[rows]]
-            np.add.at(shared, node_index[plain], share[plain])
+            np.add.at(shared, elements.node_index[plain], share[plain])
             aside.append(rows[on_lever[rows]])
             continue
         blocks.append(
             ElementBlock(
                 card=name,
                 shape=shape,
-                id=element_id[members],
+                id=elements.id[members],
                 mass=mass[members],
-                nodes=node_index[rows],
+                nodes=elements.node_index[rows],
                 offset=lever[rows],
-                half_thickness=thickness[members] / 2.0 if shape.dimension == 2 else np.zeros(len(members)),
+                half_thickness=elements.section[members] / 2.0 if shape.dimension == 2 else np.zeros(len(members)),
                 weight=None if weight is None or (weight[rows] == 1.0).all() else weight[rows],
             )
         )
@@ -139,7 +149,7 @@ def mass_distribution(
     kept = np.flatnonzero(points.mass != 0.0)
     names = np.arange(len(position)) if grid_id is None else grid_id
     offset_rows = np.concatenate([*aside, np.zeros(0, dtype=np.int64)])
-    lumps = np.concatenate([nodal, node_index[offset_rows]])
+    lumps = np.concatenate([nodal, elements.node_index[offset_rows]])
     all_points = PointMasses(
         name=[*(f"lumped mass of grid {names[n]}" for n in lumps), *(points.name[n] for n in kept)],
         mass=np.concatenate([shared[nodal], share[offset_rows], points.mass[kept]]),
@@ -154,7 +164,7 @@ def mass_distribution(
 def lever_nodes(
     mass: FloatArray, node_offset: IntArray, node_index: IntArray, lever: FloatArray, points: PointMasses
 ) -> IntArray:
-    """Ascending rows of the grids from which something with mass is offset; arguments as of `mass_distribution`."""
+    """Ascending rows of the grids from which something with mass is offset; arguments as in `ElementMasses`."""
     heavy = np.repeat(mass != 0.0, np.diff(node_offset))
     moved = points.node[np.any(points.offset != 0.0, axis=1)]
     away = np.unique(np.flatnonzero(lever) // 3)

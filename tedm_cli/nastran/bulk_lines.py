@@ -1,4 +1,4 @@
-"""Bulk data lines of a user's model, kept as they are but for what would spoil a unit-load run."""
+"""Bulk data lines of a user's model, kept as they are, except for what would spoil a unit-load run."""
 
 from __future__ import annotations
 

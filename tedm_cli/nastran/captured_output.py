@@ -1,4 +1,4 @@
-"""Keep pyNastran's words off our output, and make one line of its complaints."""
+"""Keep what pyNastran prints out of our output, and turn its complaints into one line."""
 
 from __future__ import annotations
 

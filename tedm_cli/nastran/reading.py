@@ -1,4 +1,4 @@
-"""Decks in through pyNastran: what it would pass over is refused first, and its failures become one clear error."""
+"""Decks read through pyNastran: what it would ignore is refused first, and its failures become one clear error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Do the results obey the rigid elements of the deck? What a wrong displacement frame or a wrong deck breaks."""
+"""Do the results obey the rigid elements of the deck? A wrong displacement frame or a wrong deck shows here."""
 
 from __future__ import annotations
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from tedm_cli.arrays import AnyArray, ComplexArray, FloatArray
 from tedm_cli.noise.correlation import Correlation
-from tedm_cli.noise.propagation import Carriers, psd_of_fields
-from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.noise.propagation import OutputNoise, psd_of_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +41,12 @@ class Bounds:
 BOUNDS = tuple(field.name for field in fields(Bounds))
 
 
-def correlation_bounds(
-    rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
-) -> Bounds:
-    """Bounds for outputs with `rows` [n_out, k] over the correlations of the areas that are in a block."""
-    shape = temperature.shape_values(frequency_hz)
+def correlation_bounds(noise: OutputNoise) -> Bounds:
+    """Bounds on the noise of outputs over the correlations of the areas that are in a block."""
+    temperature = noise.temperature
+    shape = temperature.shape_values(noise.frequency_hz)
     # Shapes are never negative, so sums of sizes and of one sign need one term per shape.
-    h = np.where(correlation.active, rows * temperature.scale, 0.0)
+    h = np.where(noise.correlation.active, noise.rows * temperature.scale, 0.0)
     member = np.eye(len(temperature.shapes))[temperature.shape_index]
     total = (np.abs(h) @ member) @ shape
     positive, negative = (np.maximum(h, 0.0) @ member) @ shape, (np.minimum(h, 0.0) @ member) @ shape
@@ -56,7 +54,7 @@ def correlation_bounds(
     for s in range(len(shape)):
         of_shape = np.abs(h[:, temperature.shape_index == s]).max(axis=1, initial=0.0)
         np.maximum(largest, of_shape[:, None] * shape[s], out=largest)
-    block_sum, block_max = _block_amplitudes(rows, temperature, correlation, frequency_hz)
+    block_sum, block_max = _block_amplitudes(noise)
     return Bounds(
         minimum=_least(largest, total),
         known_blocks_minimum=_least(block_max, block_sum),
@@ -72,23 +70,20 @@ def _least(largest: FloatArray, total: FloatArray) -> FloatArray:
     return square
 
 
-def _block_amplitudes(
-    rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _block_amplitudes(noise: OutputNoise) -> tuple[FloatArray, FloatArray]:
     """Sum and largest [n_out, F] of the amplitudes √S_b of the blocks."""
-    carriers = Carriers.of(temperature, correlation.delay_s)
-    values = carriers.values(frequency_hz)
-    carried = carriers.rows(rows, correlation.factor)
-    width = np.bincount(correlation.column_block)
-    total = np.zeros((len(rows), len(frequency_hz)))
+    fields, values = noise.fields, noise.carrier_values
+    column_block = noise.correlation.column_block
+    width = np.bincount(column_block)
+    total = np.zeros((len(fields), len(noise.frequency_hz)))
     largest = np.zeros_like(total)
-    single = np.flatnonzero(width[correlation.column_block] == 1)  # columns that are all of their block
-    for o in range(len(rows)) if single.size else ():  # one output at a time: [blocks, F] is the largest array
-        amplitude = np.abs(carried[o][:, single].T @ values)
+    single = np.flatnonzero(width[column_block] == 1)  # columns that are all of their block
+    for o in range(len(fields)) if single.size else ():  # one output at a time: [blocks, F] is the largest array
+        amplitude = np.abs(fields[o][:, single].T @ values)
         total[o] += amplitude.sum(axis=0)
         np.maximum(largest[o], amplitude.max(axis=0), out=largest[o])
     for b in np.flatnonzero(width > 1):
-        amplitude = np.sqrt(psd_of_fields(carried[:, :, correlation.column_block == b], values))
+        amplitude = np.sqrt(psd_of_fields(fields[:, :, column_block == b], values))
         total += amplitude
         np.maximum(largest, amplitude, out=largest)
     return total, largest

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.noise.bounds import extremal_block_vectors, extremal_vectors
-from tedm_cli.noise.contributions import (
-    ReadOutParts,
-    amplitude_contributions,
-    path_shares,
-    shares_at,
-    shares_over,
-    sum_by,
-)
-from tedm_cli.noise.correlation import Correlation
+from tedm_cli.noise.contributions import amplitude_contributions, area_shares, path_shares, sum_by
+from tedm_cli.noise.outputs import Outputs
+from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.requirements import REFERENCE_HZ, Requirement, Verdict, in_band
-from tedm_cli.noise.temperature import TemperatureModel
 
 Judged = Sequence[tuple[Requirement, int]]
 
@@ -56,23 +49,12 @@ class Contributions:
         return names, share, sum_by(self.band_share, labels)[1]
 
 
-def contributions(
-    rows: FloatArray,
-    labels: Sequence[str],
-    temperature: TemperatureModel,
-    found: Correlation,
-    frequency_hz: FloatArray,
-    judged: Judged,
-    verdicts: Sequence[Verdict],
-    parts_of_read_outs: Mapping[str, ReadOutParts],
-) -> Contributions:
-    """Contributions to outputs with `rows` [n_out, k], each where its worst verdict binds and in that one's band.
+def contributions(noise: OutputNoise, outputs: Outputs, judged: Judged, verdicts: Sequence[Verdict]) -> Contributions:
+    """Contributions to the noise of `outputs`, each where its worst verdict binds and in that one's band.
 
-    Parameters
-    ----------
-    judged, verdicts : requirement and index of the output, and what was found, of every verdict.
-    parts_of_read_outs : by label, what read-outs are made of.
+    `judged`, `verdicts`: requirement and index of the output, and the verdict, of every one.
     """
+    rows, frequency_hz = noise.rows, noise.frequency_hz
     at_hz = np.full(len(rows), REFERENCE_HZ)
     band_hz = np.tile(frequency_hz[[0, -1]], (len(rows), 1))
     inside = np.ones((len(rows), len(frequency_hz)), dtype=bool)
@@ -83,11 +65,12 @@ def contributions(
             inside[o] = in_band(requirement, frequency_hz)
     share, band_share = np.empty_like(rows), np.empty_like(rows)
     for o in range(len(rows)):
-        share[o] = shares_at(rows[o : o + 1], temperature, found, at_hz[o])[0]
-        band_share[o] = shares_over(rows[o : o + 1], temperature, found, frequency_hz[inside[o]])[0]
-    amplitude = amplitude_contributions(rows, temperature, at_hz) * found.active
-    parts = {label: m.by_element for label, m in parts_of_read_outs.items()}
-    place = {label: o for o, label in enumerate(labels) if label in parts_of_read_outs}
+        one = noise.of(rows[o : o + 1])
+        share[o] = area_shares(one.at(at_hz[o : o + 1]))[0]
+        band_share[o] = area_shares(one.at(frequency_hz[inside[o]]))[0]
+    amplitude = amplitude_contributions(rows, noise.temperature, at_hz) * noise.correlation.active
+    place = {label: o for o, label in enumerate(outputs.labels) if label in outputs.parts_of_read_outs}
+    paths = {label: noise.of(outputs.parts_of_read_outs[label].by_element) for label in place}
     extremal = {
         name: np.stack([extremal_vectors(h, name) for h in amplitude])
         for name in ("minimum", "maximum_non_negative", "maximum")
@@ -95,7 +78,7 @@ def contributions(
     for name, smallest in (("known_blocks_minimum", True), ("known_blocks", False)):
         extremal[name] = np.stack(
             [
-                extremal_block_vectors(h, found, f, smallest=smallest)
+                extremal_block_vectors(h, noise.correlation, f, smallest=smallest)
                 for h, f in zip(amplitude, at_hz.tolist(), strict=True)
             ]
         )
@@ -105,12 +88,8 @@ def contributions(
         share=share,
         band_hz=band_hz,
         band_share=band_share,
-        path_names=next((m.names for m in parts_of_read_outs.values()), ()),
-        path_share={
-            label: path_shares(parts[label], temperature, found, at_hz[o : o + 1]) for label, o in place.items()
-        },
-        path_band_share={
-            label: path_shares(parts[label], temperature, found, frequency_hz[inside[o]]) for label, o in place.items()
-        },
+        path_names=next((parts.names for parts in outputs.parts_of_read_outs.values()), ()),
+        path_share={label: path_shares(paths[label].at(at_hz[o : o + 1])) for label, o in place.items()},
+        path_band_share={label: path_shares(paths[label].at(frequency_hz[inside[o]])) for label, o in place.items()},
         extremal=extremal,
     )

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IndexArray
-from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.bounds import BOUNDS, Bounds, correlation_bounds
 from tedm_cli.noise.case_contributions import Contributions, Judged, contributions
-from tedm_cli.noise.contributions import ReadOutParts
-from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
+from tedm_cli.noise.correlation import CorrelationCase, correlation
 from tedm_cli.noise.differences import no_output, terms
 from tedm_cli.noise.filter_sensitivity import FilterSensitivity, filter_sensitivity
 from tedm_cli.noise.improvement import Improvement, improvement
-from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.requirements import (
-    UNITS,
-    AppliedRequirement,
-    Requirement,
-    Verdict,
-    in_band,
-    judge,
-    mismatches,
-)
+from tedm_cli.noise.outputs import Outputs
+from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
+from tedm_cli.noise.requirements import Criteria, Requirement, Verdict, in_band, judge, mismatches
 from tedm_cli.noise.temperature import TemperatureModel
 
 
@@ -36,10 +27,11 @@ class CaseResult:
 
     Parameters
     ----------
-    case, areas : the case and its areas; correlation : what the case makes of them.
-    labels, kinds, units : [n_out], of the outputs; units before "per √Hz".
+    case : of correlation.
+    outputs : with their thermal areas, labels, quantities and units (before "per √Hz").
+    source : the noise of the temperatures: their model, and the correlation that the case makes of the areas.
     frequency_hz : [F].
-    temperature : the model; temperature_set : [k], which spectrum of temperature_asd [q, F], K/√Hz, each area has.
+    temperature_set : [k], which spectrum of temperature_asd [q, F], K/√Hz, each area has.
     psd : [n_out, F], unit²/Hz; bounds : what other correlations of the active areas would give.
     verdicts : in the order of the requirements and their outputs; safety_factor : on amplitudes, in verdicts only.
     bound_ratio : [verdicts, 5], the ratio each of `BOUNDS` would have.
@@ -50,13 +42,9 @@ class CaseResult:
     """
 
     case: CorrelationCase
-    areas: AreaTable
-    correlation: Correlation
-    labels: tuple[str, ...]
-    kinds: tuple[str, ...]
-    units: tuple[str, ...]
+    outputs: Outputs
+    source: TemperatureNoise
     frequency_hz: FloatArray
-    temperature: TemperatureModel
     temperature_set: IndexArray
     temperature_asd: FloatArray
     psd: FloatArray
@@ -71,72 +59,71 @@ class CaseResult:
     contributions: Contributions = field(repr=False)
 
     @property
+    def areas(self) -> AreaTable:
+        """The thermal areas of the outputs."""
+        return self.outputs.areas
+
+    @property
     def blocks(self) -> tuple[IndexArray, ...]:
         """Column indices of each block."""
-        return self.correlation.blocks
+        return self.source.correlation.blocks
 
     @property
     def active(self) -> BoolArray:
         """Areas [k] in a block."""
-        return self.correlation.active
+        return self.source.correlation.active
 
 
 def run_case(
     case: CorrelationCase,
-    areas: AreaTable,
+    outputs: Outputs,
     temperature: TemperatureModel,
-    rows: FloatArray,
-    labels: Sequence[str],
-    kinds: Sequence[str],
     frequency_hz: FloatArray,
-    requirements: Sequence[AppliedRequirement] = (),
-    safety_factor: float = 1.0,
-    parts_of_read_outs: Mapping[str, ReadOutParts] | None = None,
+    criteria: Criteria = Criteria(),
 ) -> CaseResult:
-    """Noise of outputs with sensitivities `rows` [n_out, k], in their unit per kelvin, in one correlation case.
+    """Noise of the outputs in one correlation case.
 
     Parameters
     ----------
-    labels, kinds : [n_out], name and quantity (a key of `UNITS`) of each output.
     frequency_hz : [F], increasing, with the band edges of the requirements (see `frequency_grid`).
-    requirements : which outputs to judge by what.
-    safety_factor : multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5, recommends 2).
-    parts_of_read_outs : by label, what read-outs are made of.
+    criteria : which outputs to judge by what; by default none.
 
     Raises
     ------
     ConfigError : the case does not fit the areas; a requirement names an unknown output, one of another quantity, a
         difference where it limits a single test mass, or a band outside the frequencies. All of a sort at once.
-    PhysicsError : the matrix of the case is none of a correlation.
-    InputError : the shapes disagree, or a sensitivity is not finite.
+    PhysicsError : the matrix of the case is not a correlation matrix.
     """
-    _check_rows(rows, labels, kinds, areas)
-    judged = judged_outputs(requirements, labels, kinds, frequency_hz)
-    found = correlation(case, areas)
-    psd = output_psd_from_factor(rows, temperature, found.factor, frequency_hz, found.delay_s)
-    bounds = correlation_bounds(rows, temperature, found, frequency_hz)
+    judged, safety_factor = judged_outputs(criteria, outputs, frequency_hz), criteria.safety_factor
+    areas = outputs.areas
+    source = TemperatureNoise(temperature, correlation(case, areas))
+    noise = OutputNoise(outputs.rows, source, frequency_hz)
+    psd, bounds = noise.psd(), correlation_bounds(noise)
     verdicts = [
-        judge(np.sqrt(psd[o]), frequency_hz, requirement, safety_factor, kind=kinds[o], output=labels[o])
+        judge(
+            np.sqrt(psd[o]),
+            frequency_hz,
+            requirement,
+            safety_factor,
+            kind=outputs.kinds[o],
+            output=outputs.labels[o],
+        )
         for requirement, o in judged
     ]
-    groups = tuple(dict.fromkeys(areas.group[found.active].tolist()))
+    groups = tuple(dict.fromkeys(areas.group[source.correlation.active].tolist()))
     masks = [areas.group == group for group in groups]
     improvements = []
     for (requirement, o), verdict in zip(judged, verdicts, strict=True):
         f = frequency_hz[in_band(requirement, frequency_hz)]
         limit = requirement.amplitude(f) / safety_factor
         binding = int(np.searchsorted(f, verdict.binding_hz))
-        improvements.append(improvement(rows[o], temperature, found, f, binding, limit, masks))
+        improvements.append(improvement(noise.of(outputs.rows[o : o + 1]).at(f), binding, limit, masks))
     temperature_set, temperature_asd = temperature.distinct(frequency_hz)
     return CaseResult(
         case=case,
-        areas=areas,
-        correlation=found,
-        labels=tuple(labels),
-        kinds=tuple(kinds),
-        units=tuple(UNITS[kind] for kind in kinds),
+        outputs=outputs,
+        source=source,
         frequency_hz=frequency_hz,
-        temperature=temperature,
         temperature_set=temperature_set,
         temperature_asd=temperature_asd,
         psd=psd,
@@ -144,15 +131,11 @@ def run_case(
         verdicts=tuple(verdicts),
         safety_factor=safety_factor,
         bound_ratio=_bound_ratios(bounds, frequency_hz, judged, safety_factor),
-        distortion_ratio=_distortion_ratios(
-            parts_of_read_outs or {}, labels, temperature, found, frequency_hz, judged, safety_factor
-        ),
-        filter_sensitivity=filter_sensitivity(rows, temperature, found, frequency_hz, judged, safety_factor),
+        distortion_ratio=_distortion_ratios(noise, outputs, judged, safety_factor),
+        filter_sensitivity=filter_sensitivity(noise, judged, safety_factor),
         improvements=tuple(improvements),
         groups=groups,
-        contributions=contributions(
-            rows, labels, temperature, found, frequency_hz, judged, verdicts, parts_of_read_outs or {}
-        ),
+        contributions=contributions(noise, outputs, judged, verdicts),
     )
 
 
@@ -167,53 +150,30 @@ def _bound_ratios(bounds: Bounds, frequency_hz: FloatArray, judged: Judged, safe
     return ratio
 
 
-def _distortion_ratios(
-    parts_of_read_outs: Mapping[str, ReadOutParts],
-    labels: Sequence[str],
-    temperature: TemperatureModel,
-    found: Correlation,
-    frequency_hz: FloatArray,
-    judged: Judged,
-    safety_factor: float,
-) -> FloatArray:
+def _distortion_ratios(noise: OutputNoise, outputs: Outputs, judged: Judged, safety_factor: float) -> FloatArray:
     """Ratio [verdicts] of the read-outs without the motion of the bench as one."""
     ratio = np.full(len(judged), np.nan)
     for v, (requirement, o) in enumerate(judged):
-        if labels[o] in parts_of_read_outs:
-            f = frequency_hz[in_band(requirement, frequency_hz)]
-            psd = output_psd_from_factor(
-                parts_of_read_outs[labels[o]].distortion[None], temperature, found.factor, f, found.delay_s
-            )[0]
+        parts = outputs.parts_of_read_outs.get(outputs.labels[o])
+        if parts is not None:
+            f = noise.frequency_hz[in_band(requirement, noise.frequency_hz)]
+            psd = noise.of(parts.distortion[None]).at(f).psd()[0]
             ratio[v] = (safety_factor * np.sqrt(psd) / requirement.amplitude(f)).max()
     return ratio
 
 
-def _check_rows(rows: FloatArray, labels: Sequence[str], kinds: Sequence[str], areas: AreaTable) -> None:
-    if rows.shape != (len(labels), len(areas)) or len(kinds) != len(labels):
-        fact = f"{rows.shape} for {len(labels)} labels, {len(kinds)} quantities and {len(areas)} thermal areas"
-        raise InputError(f"sensitivities have shape {fact}", where="noise")
-    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1))
-    if bad.size:
-        raise InputError(f"the sensitivity of {labels[bad[0]]} has values that are not finite", where="noise")
-    unknown = sorted(set(kinds) - UNITS.keys())
-    if unknown:
-        raise InputError(f"quantity {unknown[0]!r}; known: {', '.join(UNITS)}", where="noise")
-
-
-def judged_outputs(
-    requirements: Sequence[AppliedRequirement], labels: Sequence[str], kinds: Sequence[str], frequency_hz: FloatArray
-) -> list[tuple[Requirement, int]]:
+def judged_outputs(criteria: Criteria, outputs: Outputs, frequency_hz: FloatArray) -> list[tuple[Requirement, int]]:
     """(requirement, index of output) of every verdict to be; `ConfigError` as `run_case` raises it."""
     problems: list[tuple[str, str]] = []
     judged: list[tuple[Requirement, int]] = []
-    for number, applied in enumerate(requirements):
+    for number, applied in enumerate(criteria.requirements):
         for label in applied.outputs:
             path = f"requirement[{number}].outputs"
-            if label not in labels:
-                problems.append((path, no_output(label, labels)))
+            if label not in outputs.labels:
+                problems.append((path, no_output(label, outputs.labels)))
                 continue
-            o = list(labels).index(label)
-            facts = mismatches(applied.requirement, kinds[o], frequency_hz)
+            o = outputs.labels.index(label)
+            facts = mismatches(applied.requirement, outputs.kinds[o], frequency_hz)
             of = "single" if terms(label) is None else "differential"
             if applied.requirement.applies_to != of:
                 fact = f"is for {applied.requirement.applies_to} outputs; set applies_to = {of!r} if it is for this one"

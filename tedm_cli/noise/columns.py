@@ -1,4 +1,4 @@
-"""Which column of a user's table speaks for which thermal area."""
+"""Which column of a user's table holds the temperature of which thermal area."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def columns_of_areas(columns: Sequence[str], areas: AreaTable, needed: BoolArray
     missing = []
     for area in np.flatnonzero(needed):
         keys = (str(areas.name[area]), str(areas.group[area]), str(areas.shield[area]), ALL)
-        found = next((names.index(key) for key in keys if key in names), -1)
-        index[area] = found
-        if found < 0:
+        column = next((names.index(key) for key in keys if key in names), -1)
+        index[area] = column
+        if column < 0:
             missing.append(keys[0])
     if missing:
         shown = ", ".join(missing[:_SHOWN]) + (f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else "")

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray
-from tedm_cli.noise.correlation import Correlation
-from tedm_cli.noise.propagation import Carriers
+from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.temperature import TemperatureModel
 
 
@@ -43,29 +42,23 @@ def amplitude_contributions(rows: FloatArray, temperature: TemperatureModel, fre
     return contribution
 
 
-def shares_at(
-    rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: float
-) -> FloatArray:
-    """Share [n_out, k] of each area in the PSD of each output at one frequency."""
-    carriers = Carriers.of(temperature, correlation.delay_s)
-    return _shares(rows, carriers, correlation.factor, _products(carriers, np.array([frequency_hz])))
+def area_shares(noise: OutputNoise) -> FloatArray:
+    """Share [n_out, k] of each area in the PSD of each output at one frequency, or in its power over F of them."""
+    carriers, factor, weight = noise.source.carriers, noise.correlation.factor, _products(noise)
+    power = np.zeros(noise.rows.shape)
+    for carrier in range(len(carriers.shape)):
+        index = np.flatnonzero(carriers.index == carrier)
+        partner = np.tensordot(noise.fields, weight[carrier].conj(), axes=(1, 0))  # [n_out, m]
+        cross = np.real(partner.conj() @ factor[index].T)
+        power[:, index] = noise.rows[:, index] * noise.temperature.scale[index] * cross
+    total = power.sum(axis=1, keepdims=True)
+    return np.divide(power, total, out=np.zeros_like(power), where=total > 0.0)  # zero for an output without any noise
 
 
-def shares_over(
-    rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
-) -> FloatArray:
-    """Share [n_out, k] of each area in the power of each output between the first and last of `frequency_hz` [F]."""
-    carriers = Carriers.of(temperature, correlation.delay_s)
-    return _shares(rows, carriers, correlation.factor, _products(carriers, frequency_hz))
-
-
-def path_shares(
-    path_rows: FloatArray, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
-) -> FloatArray:
-    """Share [p] of each path in an output that is the sum of `path_rows` [p, k], at a frequency or over F of them."""
-    carriers = Carriers.of(temperature, correlation.delay_s)
-    fields = carriers.rows(path_rows, correlation.factor)
-    partner = np.einsum("ab,bm->am", _products(carriers, frequency_hz).conj(), fields.sum(axis=0))
+def path_shares(paths: OutputNoise) -> FloatArray:
+    """Share [p] of each path in the output that is the sum of the p `paths`, at one frequency or over F of them."""
+    fields = paths.fields
+    partner = np.einsum("ab,bm->am", _products(paths).conj(), fields.sum(axis=0))
     power: FloatArray = np.real(np.einsum("pam,am->p", fields, partner.conj()))
     total = power.sum()
     return power / total if total > 0.0 else np.zeros(len(power))
@@ -98,26 +91,13 @@ def sum_by(values: FloatArray, labels: AnyArray) -> tuple[AnyArray, FloatArray]:
     return names, sums
 
 
-def _products(carriers: Carriers, frequency_hz: FloatArray) -> AnyArray:
+def _products(noise: OutputNoise) -> AnyArray:
     """v_a v_b* [c, c] of the carriers at one frequency, integrated over several."""
-    value = carriers.values(frequency_hz)
-    if len(frequency_hz) == 1:
+    value = noise.carrier_values
+    if len(noise.frequency_hz) == 1:
         return np.outer(value[:, 0], value[:, 0].conj())
     # The weights of the trapezoidal rule make the integral one matrix product.
-    step = np.diff(frequency_hz)
+    step = np.diff(noise.frequency_hz)
     weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
     products: AnyArray = (value * weight) @ value.conj().T
     return products
-
-
-def _shares(rows: FloatArray, carriers: Carriers, factor: AnyArray, weight: AnyArray) -> FloatArray:
-    """Shares for the products of carriers in `weight` [c, c]; zero for an output without any noise."""
-    fields = carriers.rows(rows, factor)  # [n_out, c, m]
-    power = np.zeros(rows.shape)
-    for carrier in range(len(carriers.shape)):
-        index = np.flatnonzero(carriers.index == carrier)
-        partner = np.tensordot(fields, weight[carrier].conj(), axes=(1, 0))  # [n_out, m]
-        cross = np.real(partner.conj() @ factor[index].T)
-        power[:, index] = rows[:, index] * carriers.temperature.scale[index] * cross
-    total = power.sum(axis=1, keepdims=True)
-    return np.divide(power, total, out=np.zeros_like(power), where=total > 0.0)

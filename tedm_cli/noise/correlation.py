@@ -68,11 +68,19 @@ class Correlation:
     column_block: IndexArray
     delay_s: FloatArray
 
+    @classmethod
+    def of_factor(cls, factor: AnyArray, delay_s: FloatArray | None = None) -> Correlation:
+        """R = F Fᴴ of a factor F [k, m], as one block of all areas that are not silent; without delays unless given."""
+        k, columns = factor.shape
+        members = np.flatnonzero(factor.any(axis=1))
+        column_block = np.zeros(columns, dtype=np.intp)
+        return cls((members,), factor, column_block, np.zeros(k) if delay_s is None else delay_s)
+
     @property
     def active(self) -> BoolArray:
         """Areas [k] that are in a block."""
-        found: BoolArray = self.factor.any(axis=1)
-        return found
+        driven: BoolArray = self.factor.any(axis=1)
+        return driven
 
     def matrix(self) -> AnyArray:
         """R [k, k] before delays."""
@@ -89,14 +97,14 @@ def correlation(case: CorrelationCase, areas: AreaTable) -> Correlation:
         selects nothing, an area in two blocks, an area on neither side that a choice of sides leaves out, an area
         without a mirror image, a coefficient that no block of that size can have, an area with two delays, an area of
         the matrix that does not exist.
-    PhysicsError : the matrix is none of a correlation.
+    PhysicsError : the matrix is not a correlation matrix.
     """
     problems: Facts = []
     if case.matrix is None:
-        found, coefficients, problems = _blocks(case, areas)
-        factors = [_coefficient_factor(len(b), rho) for b, rho in zip(found, coefficients, strict=True)]
+        members, coefficients, problems = _blocks(case, areas)
+        factors = [_coefficient_factor(len(b), rho) for b, rho in zip(members, coefficients, strict=True)]
     else:
-        found, factors, problems = _matrix_blocks(case.matrix, areas)
+        members, factors, problems = _matrix_blocks(case.matrix, areas)
     delay_s, facts = _delays(case, areas)
     problems += facts
     if problems:
@@ -104,9 +112,9 @@ def correlation(case: CorrelationCase, areas: AreaTable) -> Correlation:
     width = [f.shape[1] for f in factors]
     factor = np.zeros((len(areas), sum(width)), dtype=np.result_type(*factors))
     edges = np.concatenate([[0], np.cumsum(width)])
-    for b, (index, part) in enumerate(zip(found, factors, strict=True)):
+    for b, (index, part) in enumerate(zip(members, factors, strict=True)):
         factor[index, edges[b] : edges[b + 1]] = part
-    return Correlation(tuple(found), factor, np.repeat(np.arange(len(found)), width), delay_s)
+    return Correlation(tuple(members), factor, np.repeat(np.arange(len(members)), width), delay_s)
 
 
 def blocks(case: CorrelationCase, areas: AreaTable) -> list[IndexArray]:
@@ -132,15 +140,15 @@ def correlation_matrix(case: CorrelationCase, areas: AreaTable) -> tuple[AnyArra
 
     Rows and columns of silent areas are zero, their diagonal too. Raises as `correlation` does.
     """
-    found = correlation(case, areas)
-    return found.matrix(), found.active
+    of_case = correlation(case, areas)
+    return of_case.matrix(), of_case.active
 
 
 def _blocks(case: CorrelationCase, areas: AreaTable) -> tuple[list[IndexArray], list[float], Facts]:
     """Blocks, their coefficients, and problems."""
     problems: Facts = []
     selected: list[BoolArray] = []
-    found: list[IndexArray] = []
+    members: list[IndexArray] = []
     coefficients: list[float] = []
     owner = np.full(len(areas), -1)
     twice: Facts = []
@@ -148,7 +156,7 @@ def _blocks(case: CorrelationCase, areas: AreaTable) -> tuple[list[IndexArray], 
         mask, facts = select(selector, areas)
         if not facts:
             parts, facts = divide(selector, mask, areas)
-            found += parts
+            members += parts
             coefficients += [selector.rho] * len(parts)
             facts += _impossible_coefficient(selector.rho, max(map(len, parts), default=1))
         problems += [(f"blocks[{number}]{key}", fact) for key, fact in facts]
@@ -159,7 +167,7 @@ def _blocks(case: CorrelationCase, areas: AreaTable) -> tuple[list[IndexArray], 
         owner[mask] = number
         selected.append(mask)
     problems += twice + _left_in_the_middle(case, areas, owner >= 0)
-    return found, coefficients, problems
+    return members, coefficients, problems
 
 
 def _impossible_coefficient(rho: float, n: int) -> Facts:

@@ -42,9 +42,9 @@ FLIGHT_RESULTS = (
 
 def flight_results(quantity: str, low_hz: float, high_hz: float) -> list[tuple[FlightResult, tuple[float, float]]]:
     """Results on one quantity of which some part lies within a range of frequencies, each with that part."""
-    found = []
+    overlapping = []
     for result in FLIGHT_RESULTS:
         low, high = max(low_hz, result.band_hz[0]), min(high_hz, result.band_hz[1])
         if result.quantity == quantity and low < high:
-            found.append((result, (low, high)))
-    return found
+            overlapping.append((result, (low, high)))
+    return overlapping

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
-from tedm_cli.noise.correlation import Correlation
-from tedm_cli.noise.propagation import Carriers, psd_of_fields
-from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.noise.propagation import Carriers, OutputNoise, psd_of_fields
 
 COUNTS = (0, 1, 2, 3, 5, 10)
 QUIETER = 10.0  # factor on amplitudes of areas made quieter
@@ -45,25 +43,18 @@ class Improvement:
     group_factor: FloatArray
 
 
-def improvement(
-    row: FloatArray,
-    temperature: TemperatureModel,
-    correlation: Correlation,
-    frequency_hz: FloatArray,
-    binding: int,
-    limit: FloatArray,
-    groups: Sequence[BoolArray],
-) -> Improvement:
-    """Improvements of an output with the sensitivities `row` [k] against a limit.
+def improvement(output: OutputNoise, binding: int, limit: FloatArray, groups: Sequence[BoolArray]) -> Improvement:
+    """Improvements of one output against a limit.
 
     Parameters
     ----------
-    frequency_hz, limit : [F], the frequencies of the band, and the limit over the safety factor there.
-    binding : index of the binding frequency.
+    output : with one row [1, k], at the F frequencies of the band.
+    binding : index of the binding frequency among them.
+    limit : [F], the limit over the safety factor.
     groups : masks [k].
     """
-    carriers = Carriers.of(temperature, correlation.delay_s)
-    values = carriers.values(frequency_hz)
+    row, temperature, correlation = output.rows[0], output.temperature, output.correlation
+    carriers, values = output.source.carriers, output.carrier_values
     terms = (row * temperature.scale * values[carriers.index, binding])[:, None] * correlation.factor
     worst = _worst(terms, COUNTS[-1])
 
@@ -72,10 +63,10 @@ def improvement(
         rows = np.tile(row, (len(COUNTS), 1))
         for n, chosen in enumerate(areas):
             rows[n, chosen] *= scale
-        return psd_of_fields(carriers.rows(rows, correlation.factor), values)
+        return psd_of_fields(output.source.fields(rows), values)
 
     together = Carriers.of(temperature)  # without delays
-    shapes = together.values(frequency_hz)
+    shapes = together.values(output.frequency_hz)
     amplitude = np.where(correlation.active, row * temperature.scale * shapes[together.index, binding], 0.0)
     by_block = np.array([terms[b].sum(axis=0) for b in correlation.blocks]).reshape(
         len(correlation.blocks), len(terms.T)
@@ -90,7 +81,7 @@ def improvement(
     first = [worst[:n] for n in COUNTS]
 
     parts = np.array([part for mask in groups for part in (np.where(mask, row, 0.0), np.where(mask, 0.0, row))])
-    fields = carriers.rows(parts, correlation.factor)
+    fields = output.of(parts).fields
     # Sums of squares over the m components are kept by the triangular factor of [m, 2 G c].
     number, c, m = fields.shape
     triangle = np.asarray(np.linalg.qr(fields.reshape(number * c, m).T, mode="r"))

@@ -8,10 +8,12 @@ keeps its accuracy where the areas of a block cancel; the quadratic form itself 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray, IndexArray
+from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.temperature import TemperatureModel
 
@@ -61,20 +63,76 @@ class Carriers:
         return np.stack(parts, axis=1)
 
 
-def output_psd_from_factor(
-    rows: FloatArray,
-    temperature: TemperatureModel,
-    factor: AnyArray,
-    frequency_hz: FloatArray,
-    delay_s: FloatArray | None = None,
-) -> FloatArray:
-    """One-sided PSD [n_out, F] of outputs with `rows` [n_out, k] for R = F Fᴴ given by `factor` F [k, m].
+@dataclass(frozen=True, eq=False)
+class TemperatureNoise:
+    """The temperature noise of k thermal areas: how large it is, and how it is correlated between them."""
 
-    `delay_s` [k] turns R_ij by exp(-2πi f (τ_i - τ_j)). Unit: (unit of the output)²/Hz, for rows per kelvin. Costs k m
-    once and c² per frequency, c the number of distinct shapes and delays.
+    temperature: TemperatureModel
+    correlation: Correlation
+
+    @cached_property
+    def carriers(self) -> Carriers:
+        """The functions of frequency that the areas follow."""
+        return Carriers.of(self.temperature, self.correlation.delay_s)
+
+    def fields(self, rows: FloatArray) -> AnyArray:
+        """Outputs with `rows` [n_out, k] per kelvin, split by carrier: [n_out, c, m], see `Carriers.rows`."""
+        return self.carriers.rows(rows, self.correlation.factor)
+
+    def psd(self, rows: FloatArray, frequency_hz: FloatArray) -> FloatArray:
+        """One-sided PSD [n_out, F] of outputs with `rows` [n_out, k]."""
+        return OutputNoise(rows, self, frequency_hz).psd()
+
+
+@dataclass(frozen=True, eq=False)
+class OutputNoise:
+    """The noise that temperatures make of linear static outputs, at F frequencies.
+
+    Parameters
+    ----------
+    rows : g [n_out, k], unit of the output per kelvin.
+    source : the noise of the k temperatures.
+    frequency_hz : [F].
     """
-    carriers = Carriers.of(temperature, delay_s)
-    return psd_of_fields(carriers.rows(rows, factor), carriers.values(frequency_hz))
+
+    rows: FloatArray
+    source: TemperatureNoise
+    frequency_hz: FloatArray
+
+    @property
+    def temperature(self) -> TemperatureModel:
+        """Amplitudes of the temperatures."""
+        return self.source.temperature
+
+    @property
+    def correlation(self) -> Correlation:
+        """Correlation of the temperatures."""
+        return self.source.correlation
+
+    def of(self, rows: FloatArray) -> OutputNoise:
+        """Of other outputs, with `rows` [n, k]."""
+        return OutputNoise(rows, self.source, self.frequency_hz)
+
+    def at(self, frequency_hz: FloatArray) -> OutputNoise:
+        """At other frequencies [n]."""
+        return OutputNoise(self.rows, self.source, frequency_hz)
+
+    @cached_property
+    def fields(self) -> AnyArray:
+        """The rows split by carrier: [n_out, c, m]."""
+        return self.source.fields(self.rows)
+
+    @cached_property
+    def carrier_values(self) -> AnyArray:
+        """The carriers [c, F] at the frequencies."""
+        return self.source.carriers.values(self.frequency_hz)
+
+    def psd(self) -> FloatArray:
+        """One-sided PSD [n_out, F], (unit of the output)²/Hz.
+
+        Costs k m once and c² per frequency, c the number of distinct shapes and delays.
+        """
+        return psd_of_fields(self.fields, self.carrier_values)
 
 
 def psd_of_fields(fields: AnyArray, values: AnyArray) -> FloatArray:
@@ -94,4 +152,4 @@ def output_psd(
     R may be complex Hermitian (phase shifts between areas); silent areas have zero rows. Raises `PhysicsError` where R
     is not a correlation matrix.
     """
-    return output_psd_from_factor(rows, temperature, correlation_factor(correlation), frequency_hz)
+    return TemperatureNoise(temperature, Correlation.of_factor(correlation_factor(correlation))).psd(rows, frequency_hz)

@@ -2,14 +2,14 @@
 
 Independent white Gaussian series go through the amplitude filter of each spectral shape and are mixed by a factor of
 the correlation matrix, R = F Fᴴ, into the temperatures of all areas; those times the sensitivities are the outputs.
-Nothing is held but a block. The filters are finite impulse responses applied by overlap and save, fed with noise from
-before the first sample, so the series is stationary from its beginning. An area that follows later takes the noise of
-whole samples earlier, and the fraction of a sample that is left is in the phase of its filter.
+Only one block is held in memory. The filters are finite impulse responses applied by overlap and save, fed with noise
+from before the first sample, so the series is stationary from its beginning. An area that follows later takes the noise
+of whole samples earlier, and the fraction of a sample that is left is in the phase of its filter.
 
 The spectrum is realised between `Plan.low_hz` and `Plan.high_hz` and continues level outside. A filter's response is
 the amplitude spectral density smoothed by the transform of its window, Kaiser's with β = 22 over 128 periods of the
 lowest frequency: at that frequency a power of f^-4 comes out 0.1 % too large, and this falls with 1/f². The window of
-the estimate, four times shorter, smooths as well; `expected_psd` knows that.
+the estimate, four times shorter, smooths as well; `expected_psd` takes that into account.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scipy import fft
 
 from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import InputError
-from tedm_cli.noise.propagation import Carriers, psd_of_fields
+from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise, psd_of_fields
 from tedm_cli.noise.spectral_estimate import LOWEST_BIN, Estimate, Welch, Window, kaiser, segment_length, through_window
 from tedm_cli.noise.temperature import TemperatureModel
 
@@ -52,34 +52,28 @@ class Plan:
     lowest_hz: float
 
 
-def temperature_blocks(
-    temperature: TemperatureModel, factor: AnyArray, plan: Plan, delay_s: FloatArray | None = None
-) -> Iterator[FloatArray]:
+def temperature_blocks(source: TemperatureNoise, plan: Plan) -> Iterator[FloatArray]:
     """Temperatures [k, B] in K of all areas, block after block, `plan.samples` in all.
 
-    Parameters
-    ----------
-    factor : F [k, m]. The imaginary part of a complex one turns phases by a quarter: E[T_i T_j*] = A_i A_j (F Fᴴ)_ij
-        at positive frequencies.
-    delay_s : [k], how much later each area follows, of any sign; only differences matter.
+    The imaginary part of a complex factor F of the correlation turns phases by a quarter: E[T_i T_j*] =
+    A_i A_j (F Fᴴ)_ij at positive frequencies. Delays may have any sign; only their differences matter.
 
     Raises
     ------
     InputError : the past noise that the delays ask for does not fit into 134 MB.
     """
-    return output_blocks(np.eye(len(factor)), temperature, factor, plan, delay_s)
+    return output_blocks(np.eye(len(source.correlation.factor)), source, plan)
 
 
-def output_blocks(
-    rows: FloatArray, temperature: TemperatureModel, factor: AnyArray, plan: Plan, delay_s: FloatArray | None = None
-) -> Iterator[FloatArray]:
+def output_blocks(rows: FloatArray, source: TemperatureNoise, plan: Plan) -> Iterator[FloatArray]:
     """Outputs [n_out, B] with sensitivities `rows` [n_out, k], as `temperature_blocks` makes temperatures.
 
     The temperatures themselves are never held: of many areas and low frequencies they would take most of the memory.
     """
-    columns = np.flatnonzero(np.any(factor != 0.0, axis=0))
-    factor = factor[:, columns]
-    lag, fraction = _lags(factor, delay_s, plan.rate_hz)
+    temperature, correlation = source.temperature, source.correlation
+    columns = np.flatnonzero(np.any(correlation.factor != 0.0, axis=0))
+    factor = correlation.factor[:, columns]
+    lag, fraction = _lags(factor, correlation.delay_s, plan.rate_hz)
     filters, filter_of = np.unique(np.stack([temperature.shape_index, fraction], axis=1), axis=0, return_inverse=True)
     filter_of, longest = filter_of.reshape(-1), int(lag.max())
     taps = 2 * (int(np.ceil(_FILTER_PERIODS * plan.rate_hz / plan.lowest_hz)) // 2)
@@ -117,11 +111,9 @@ def output_blocks(
 
 def realise(
     rows: FloatArray,
-    temperature: TemperatureModel,
-    factor: AnyArray,
+    source: TemperatureNoise,
     plan: Plan,
     advance: Callable[[int], None] = lambda done: None,
-    delay_s: FloatArray | None = None,
 ) -> Estimate:
     """Estimated one-sided PSDs of outputs with `rows` [n_out, k], from series as `temperature_blocks` makes them.
 
@@ -129,21 +121,13 @@ def realise(
     `temperature_blocks` does.
     """
     welch = Welch(len(rows), plan.rate_hz, segment_length(plan.rate_hz, plan.lowest_hz))
-    for block in output_blocks(rows, temperature, factor, plan, delay_s):
+    for block in output_blocks(rows, source, plan):
         welch.add(block)
         advance(block.shape[1])
     return welch.estimate()
 
 
-def expected_psd(
-    rows: FloatArray,
-    temperature: TemperatureModel,
-    factor: AnyArray,
-    plan: Plan,
-    frequency_hz: FloatArray,
-    delay_s: FloatArray | None = None,
-    window: Window | None = None,
-) -> FloatArray:
+def expected_psd(noise: OutputNoise, plan: Plan, window: Window | None = None) -> FloatArray:
     """Expectation [n_out, F] of what `realise` estimates: the exact PSDs through the window of the estimate.
 
     `window` is of another estimate from the same series.
@@ -152,23 +136,22 @@ def expected_psd(
     falling with 1/f², and everywhere between areas with delays. Two that are τ apart keep a share of about
     exp(-(2π τ σ)² / 2) of their coherence, σ a thirtieth of the lowest frequency, and none beyond a segment.
     """
-    carriers = Carriers.of(temperature, delay_s)
-    fields = carriers.rows(rows, factor)
+    carriers = noise.source.carriers
 
     def psd(f: FloatArray) -> FloatArray:
-        shape = temperature.shape_values(np.clip(f, plan.low_hz, plan.high_hz))[carriers.shape]
-        return psd_of_fields(fields, shape * np.exp(-2j * np.pi * carriers.delay_s[:, None] * f))
+        shape = noise.temperature.shape_values(np.clip(f, plan.low_hz, plan.high_hz))[carriers.shape]
+        return psd_of_fields(noise.fields, shape * np.exp(-2j * np.pi * carriers.delay_s[:, None] * f))
 
     if window is None:
         window = Window(plan.rate_hz / segment_length(plan.rate_hz, plan.lowest_hz))
-    return through_window(psd, frequency_hz, window, float(np.ptp(carriers.delay_s)))
+    return through_window(psd, noise.frequency_hz, window, float(np.ptp(carriers.delay_s)))
 
 
-def _lags(factor: AnyArray, delay_s: FloatArray | None, rate_hz: float) -> tuple[IndexArray, FloatArray]:
+def _lags(factor: AnyArray, delay_s: FloatArray, rate_hz: float) -> tuple[IndexArray, FloatArray]:
     """Whole samples [k] that each area is later than the earliest, and the fraction [k] of a sample left."""
     k, columns = factor.shape
     active = factor.any(axis=1)
-    if delay_s is None or not active.any():
+    if not active.any():
         return np.zeros(k, dtype=np.intp), np.zeros(k)
     later = np.where(active, delay_s - delay_s[active].min(), 0.0) * rate_hz
     allowed = _HELD_NUMBERS // columns

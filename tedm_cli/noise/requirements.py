@@ -113,6 +113,20 @@ class AppliedRequirement:
 
 
 @dataclass(frozen=True)
+class Criteria:
+    """What outputs are judged by.
+
+    Parameters
+    ----------
+    requirements : with the outputs each of them is applied to.
+    safety_factor : multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5, recommends 2).
+    """
+
+    requirements: tuple[AppliedRequirement, ...] = ()
+    safety_factor: float = 1.0
+
+
+@dataclass(frozen=True)
 class Verdict:
     """One output against one requirement.
 

@@ -56,8 +56,8 @@ def select(selector: BlockSelector, areas: AreaTable, *, ignore_side: bool = Fal
         names = areas.name.tolist()
         hits = np.array([[fnmatchcase(name, p) for p in selector.areas] for name in names])
         mask &= hits.any(axis=1)
-        found = zip(selector.areas, hits.any(axis=0), strict=True)
-        facts += [(".areas", unknown(p, names)) for p, hit in found if not hit]
+        matched = zip(selector.areas, hits.any(axis=0), strict=True)
+        facts += [(".areas", unknown(p, names)) for p, hit in matched if not hit]
     if not facts and not mask.any():
         facts.append(("", f"selects none of the {len(areas)} thermal areas; present: {_present(areas)}"))
     return mask, facts

@@ -50,10 +50,10 @@ def explain_defect(layout: OpticalLayout, matrix: ImportedSensitivity, node_posi
     floor = max(noise, 1e-12 * float(np.linalg.norm(np.abs(S) @ np.abs(M))))
     if before > floor:
         enough = min(max(floor, RESTORED * before), _NEEDED * before)
-        found = [h for h in _hypotheses(trial, matrix, node_positions_m) if h.left <= enough]
-        if found:
-            best = max(floor, min(h.left for h in found))
-            return next(h.text for h in found if h.left <= _AS_GOOD * best)
+        mending = [h for h in _hypotheses(trial, matrix, node_positions_m) if h.left <= enough]
+        if mending:
+            best = max(floor, min(h.left for h in mending))
+            return next(h.text for h in mending if h.left <= _AS_GOOD * best)
     return row_defect(layout, matrix) or stray_entry(layout, scaled_matrix(layout, matrix.given))
 
 

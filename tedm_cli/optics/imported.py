@@ -213,11 +213,11 @@ def _arranged(matrix: LabelledMatrix, rows: Labels, columns: Labels) -> tuple[Fl
     return (matrix.values * factors)[order], (error * factors)[order], digits
 
 
-def _label_problems(axis: str, found: Labels, wanted: Labels) -> list[str]:
+def _label_problems(axis: str, given: Labels, wanted: Labels) -> list[str]:
     out = []
-    repeated = [name for name, n in Counter(found.names).items() if n > 1]
-    missing = [name for name in wanted.names if name not in set(found.names)]
-    extra = [name for name in found.names if name not in set(wanted.names)]
+    repeated = [name for name, n in Counter(given.names).items() if n > 1]
+    missing = [name for name in wanted.names if name not in set(given.names)]
+    extra = [name for name in given.names if name not in set(wanted.names)]
     for what, names in (("given twice", repeated), ("missing", missing), ("unknown", extra)):
         if names:
             more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
@@ -225,7 +225,7 @@ def _label_problems(axis: str, found: Labels, wanted: Labels) -> list[str]:
     if missing and extra and (near := difflib.get_close_matches(extra[0], missing, n=1, cutoff=0.5)):
         out[-1] += f" (is {extra[0]} meant to be {near[0]}?)"
     unit_of = dict(zip(wanted.names, wanted.units, strict=True))
-    for name, unit in zip(found.names, found.units, strict=True):
+    for name, unit in zip(given.names, given.units, strict=True):
         if unit not in UNIT_SCALES:
             out.append(f"{axis} {name}: unknown unit {unit!r}, known are {', '.join(UNIT_SCALES)}")
         elif name in unit_of and UNIT_SCALES[unit][0] != unit_of[name]:
@@ -238,8 +238,8 @@ def _sizes(labels: Labels) -> FloatArray:
     return np.array([UNIT_SCALES[unit][1] for unit in labels.units])
 
 
-def _places(found: Labels, wanted: Labels) -> list[int]:
-    at = {name: i for i, name in enumerate(found.names)}
+def _places(given: Labels, wanted: Labels) -> list[int]:
+    at = {name: i for i, name in enumerate(given.names)}
     return [at[name] for name in wanted.names]
 
 

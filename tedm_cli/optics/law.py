@@ -23,7 +23,7 @@ def law_matrix(layout: OpticalLayout, *, curved: bool = True) -> FloatArray:
 
         path(q) = opl - z.(s - q),    d path(q) = d opl - g.ds - (s - q).dz,    dg = dz - C ds / Rc
 
-    to first order in s - q, which is nought where the beams meet. The path to the plane alone would count the motion of
+    to first order in s - q, which is zero where the beams meet. The path to the plane alone would count the motion of
     a spot on a tilted photodiode as length, tan(tilt) per metre, which the phase at a point of the detector does not.
     For beams on the normal that meet at the centre this is `OPD = opl`, `WFT = z - x / Rc`, each as a difference; a
     layout without geometry is taken to be such.

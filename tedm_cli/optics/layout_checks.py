@@ -1,7 +1,7 @@
 """Checks of a layout that a person would make: beams inside apertures, together on photodiodes, nothing in their way.
 
 All are judged on the nominal chief rays of all paths, and none stops at the first failure. An element without an
-aperture is not judged for it and is in nobody's way.
+aperture is not judged for it and obstructs nothing.
 """
 
 from __future__ import annotations

@@ -80,15 +80,15 @@ def judge_matrix(
     InputError : an array does not fit the layout.
     PhysicsError : the read-out matrix of a set is singular, or no more than its errors are.
     """
-    found = invariance_residuals(layout, S_BW, node_positions_m, P).named()
-    limits = dict.fromkeys(found, RESIDUAL_LIMIT)
+    residuals = invariance_residuals(layout, S_BW, node_positions_m, P).named()
+    limits = dict.fromkeys(residuals, RESIDUAL_LIMIT)
     if error is not None:
-        found["photodiode_rows"] = float(np.nan_to_num(np.abs(row_factors(layout, S_BW) - 1.0), nan=np.inf).max())
+        residuals["photodiode_rows"] = float(np.nan_to_num(np.abs(row_factors(layout, S_BW) - 1.0), nan=np.inf).max())
         limits = _limits(layout, S_BW, P, node_positions_m, error)
         _judge_condition(layout, S_BW, P, error)
     # Photodiode columns are not judged: they are rounding only where both beams meet at the photodiode's centre.
     limits["photodiode_columns"] = np.inf
-    return tuple(Judged(name, value, max(limits[name], RESIDUAL_LIMIT)) for name, value in found.items())
+    return tuple(Judged(name, value, max(limits[name], RESIDUAL_LIMIT)) for name, value in residuals.items())
 
 
 def row_factors(layout: OpticalLayout, S_BW: FloatArray) -> FloatArray:

@@ -42,10 +42,10 @@ def read_out_inverse(layout: OpticalLayout, set_name: str, PS: FloatArray) -> Re
     PhysicsError : the set cannot tell all measured degrees of freedom apart; those lost are named.
     """
     law = PS[np.ix_(layout.laser_rows(layout.sets[set_name]), layout.read_out_columns)]
-    left, found, right = np.linalg.svd(law, full_matrices=True)
+    left, singular, right = np.linalg.svd(law, full_matrices=True)
     n_dof = law.shape[1]
     values = np.zeros(n_dof)
-    values[: found.size] = found
+    values[: singular.size] = singular
     n_lost = int(np.count_nonzero(values <= RANK_TOLERANCE * values[0]))
     if n_lost:
         raise PhysicsError(

@@ -1,4 +1,4 @@
-"""Defects in the rows of an optical sensitivity matrix, and factors that are known for what they come from."""
+"""Defects in the rows of an optical sensitivity matrix, and factors whose cause is known."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def row_defect(layout: OpticalLayout, matrix: ImportedSensitivity) -> str:
     """Rows that look scaled or that belong to another photodiode; empty when there are none."""
     factors = row_factors(layout, matrix.given)
     limit = max(_SLIP, row_factor_error(layout, matrix.given_error))
-    for path, found in zip(layout.paths, factors, strict=True):
-        if np.isnan(found).any():
+    for path, of_path in zip(layout.paths, factors, strict=True):
+        if np.isnan(of_path).any():
             rows = matrix.given[layout.rows(path)]
             sizes = {name: float(np.linalg.norm(rows[:, layout.columns(name)])) for name in layout.photodiodes}
             strongest = max(sizes, key=lambda name: sizes[name])

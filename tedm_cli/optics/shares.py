@@ -43,7 +43,8 @@ def shares(terms: FloatArray, total: FloatArray) -> FloatArray:
     """Signed shares [n_terms] of the terms [n_terms, k] in their sum `total` [k] over the areas; they sum to 1.
 
     With one area the term over the sum. With several, `sum_j terms_j total_j / sum_j total_j^2`: the share of the
-    variance when the areas' temperatures fluctuate alike and independently. Nothing at all has shares of nought.
+    variance when the areas' temperatures fluctuate alike and independently. Without any read-out
+    the shares are zero.
     """
     power = float(total @ total)
     if power == 0.0:

@@ -29,20 +29,20 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
     writer.write("/case/reason", r.case.reason)
     writer.write("/case/safety_factor", r.safety_factor)
     writer.write("/case/block", block)
-    matrix = r.correlation.matrix()
+    matrix = r.source.correlation.matrix()
     writer.write("/correlation/real", np.ascontiguousarray(matrix.real))
     if np.iscomplexobj(matrix):
         writer.write("/correlation/imaginary", np.ascontiguousarray(matrix.imag))
-    writer.write("/correlation/delay", r.correlation.delay_s)
+    writer.write("/correlation/delay", r.source.correlation.delay_s)
     writer.write("/frequency", r.frequency_hz)
     writer.write("/temperature/spectrum", r.temperature_set)
     writer.write("/temperature/asd", r.temperature_asd)
-    writer.write("/temperature/model", r.temperature.words())
-    writer.write("/output/label", r.labels)
-    writer.write("/output/unit", r.units)
-    writer.write("/output/kind", r.kinds)
+    writer.write("/temperature/model", r.source.temperature.words())
+    writer.write("/output/label", r.outputs.labels)
+    writer.write("/output/unit", r.outputs.units)
+    writer.write("/output/kind", r.outputs.kinds)
     c = r.contributions
-    for i, (label, unit) in enumerate(zip(r.labels, r.units, strict=True)):
+    for i, (label, unit) in enumerate(zip(r.outputs.labels, r.outputs.units, strict=True)):
         power = f"({unit})^2/Hz"
         writer.write(f"/psd/{label}", r.psd[i], units=power)
         for bound in BOUNDS:

@@ -1,4 +1,4 @@
-"""Which of all verdicts decide: by the roles of the cases, and each said once."""
+"""Which verdicts decide, by the roles of the cases; each is listed once."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +14,8 @@ from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import DISTORTION, require_same_input
 from tedm_cli.files.store import open_checked
-from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.contributions import ReadOutParts
-from tedm_cli.noise.differences import terms, with_differences
-from tedm_cli.noise.requirements import AppliedRequirement
+from tedm_cli.noise.outputs import Outputs
 from tedm_cli.optics.layout import N_MOTIONS
 from tedm_cli.optics.shares import motion_terms
 from tedm_cli.results.areas import read_area_table
@@ -25,32 +23,14 @@ from tedm_cli.results.areas import read_area_table
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 
 
-@dataclass(frozen=True)
-class Outputs:
-    """All outputs as rows per kelvin [n_out, k], with their labels and quantities, and the areas of the columns.
+@dataclass(frozen=True, eq=False)
+class ModelOutputs(Outputs):
+    """The outputs of a build folder; `area_id` [k] are the numbers that the model gives its thermal areas."""
 
-    `parts_of_read_outs`: by label of a read-out, what it is made of.
-    """
-
-    areas: AreaTable
-    area_id: IntArray
-    rows: FloatArray
-    labels: list[str]
-    kinds: list[str]
-    parts_of_read_outs: dict[str, ReadOutParts]
-
-    def with_differences(self, requirements: Sequence[AppliedRequirement]) -> Outputs:
-        """With the differences of outputs that requirements judge."""
-        rows, labels, kinds = with_differences(self.rows, self.labels, self.kinds, requirements)
-        parts_of_read_outs = dict(self.parts_of_read_outs)
-        for label in labels[len(self.labels) :]:
-            first, second = terms(label) or ("", "")
-            if first in parts_of_read_outs and second in parts_of_read_outs:
-                parts_of_read_outs[label] = parts_of_read_outs[first] - parts_of_read_outs[second]
-        return replace(self, rows=rows, labels=labels, kinds=kinds, parts_of_read_outs=parts_of_read_outs)
+    area_id: IntArray = field(kw_only=True)
 
 
-def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
+def read_outputs(sensitivity: Path, optics: Path) -> ModelOutputs:
     """Gather the rows of both families; refuse files that stem from different distortion matrices."""
     with open_checked(sensitivity, SENSITIVITY_KIND) as s, open_checked(optics, OPTICS_KIND) as o:
         require_same_input(DISTORTION, s, o)
@@ -74,7 +54,9 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
             distortion = gain @ (motion - rigid)
             for i, label in enumerate(read_out):
                 parts_of_read_outs[f"{name}_{label}"] = ReadOutParts(tuple(elements), by_element[i], distortion[i])
-        return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds, parts_of_read_outs)
+        return ModelOutputs(
+            areas, np.concatenate(rows), tuple(labels), tuple(kinds), parts_of_read_outs, area_id=s.array("/area/id")
+        )
 
 
 def _finite(rows: FloatArray, labels: Sequence[str], path: Path, dataset: str) -> FloatArray:

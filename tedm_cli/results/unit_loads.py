@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tedm_cli.arrays import IntArray
 from tedm_cli.files.store import Reader
-from tedm_cli.gravity.masses import MassDistribution, PointMasses, lever_nodes, mass_distribution
+from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, lever_nodes, mass_distribution
 
 
 def _concentrated(unit: Reader) -> PointMasses:
@@ -31,15 +31,17 @@ def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
     """The mass of the model in unit_loads.h5, spread over its elements or lumped to its grids."""
     return mass_distribution(
         unit.array("/grid/position"),
-        element_id=unit.array("/element/id"),
-        card=unit.strings("/element/type"),
-        mass=unit.array("/element/mass"),
-        node_offset=unit.array("/element/node_offset"),
-        node_index=unit.array("/element/node_index"),
-        lever=unit.array("/element/lever"),
-        thickness=unit.array("/element/section"),
-        points=_concentrated(unit),
-        weight=unit.array("/element/weight"),
+        ElementMasses(
+            id=unit.array("/element/id"),
+            card=unit.strings("/element/type"),
+            mass=unit.array("/element/mass"),
+            node_offset=unit.array("/element/node_offset"),
+            node_index=unit.array("/element/node_index"),
+            lever=unit.array("/element/lever"),
+            section=unit.array("/element/section"),
+            weight=unit.array("/element/weight"),
+        ),
+        _concentrated(unit),
         lumped=lumped,
         grid_id=unit.array("/grid/id"),
     )

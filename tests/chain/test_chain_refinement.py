@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.gravity.masses import MassDistribution, PointMasses, mass_distribution
 from tedm_cli.gravity.quadrature import quadrature_points
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.reading import read_deck
+from tedm_cli.stages.model.masses import distribution_of
 
 ROOT = Path(__file__).parents[2]
 CUBE = TestMass(name="TM1", position_m=np.array([-0.188, 0.0, 0.0]), side_m=np.full(3, 0.046), mass_kg=1.96)
@@ -34,24 +34,8 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> list[ModelGeometry]:
     return out
 
 
-def masses(geometry: ModelGeometry, *, lumped: bool) -> MassDistribution:
-    e, c = geometry.elements, geometry.concentrated
-    return mass_distribution(
-        geometry.position_m,
-        element_id=e.id,
-        card=e.type,
-        mass=e.mass_kg,
-        node_offset=e.node_offset,
-        node_index=e.node_index,
-        lever=e.lever,
-        thickness=e.section,
-        points=PointMasses(name=[f"CONM2 {i}" for i in c.id], mass=c.kg, node=c.node, offset=c.lever),
-        lumped=lumped,
-    )
-
-
 def gravity(geometry: ModelGeometry, *, lumped: bool) -> StructureGravity:
-    return structure_gravity(masses(geometry, lumped=lumped), CUBE, tolerance=TOLERANCE)
+    return structure_gravity(distribution_of(geometry, lumped=lumped), CUBE, tolerance=TOLERANCE)
 
 
 def moved(one: StructureGravity, other: StructureGravity, name: str) -> float:
@@ -90,7 +74,7 @@ def test_mass_moments_against_pynastran(meshes: list[ModelGeometry]) -> None:
         edge = np.ptp(geometry.position_m[e.node_index[first:last]], axis=0)
         own += mass * ((edge**2).sum() - edge**2) / 12.0
     for lumped, factor in ((False, 1.0), (True, 3.0)):
-        pieces = list(quadrature_points(masses(geometry, lumped=lumped), CUBE, 1e-3))
+        pieces = list(quadrature_points(distribution_of(geometry, lumped=lumped), CUBE, 1e-3))
         mass = np.concatenate([p.mass.ravel() for p in pieces])
         x = np.concatenate([p.position.reshape(-1, 3) for p in pieces]) + CUBE.position_m
         assert mass.sum() == pytest.approx(total, rel=1e-12)

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tedm_cli.fem.shapes import Shape, shape_of
 from tedm_cli.gravity.constants import G_CODATA_2018
-from tedm_cli.gravity.masses import MassDistribution, PointMasses, mass_distribution
+from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, mass_distribution
 from tedm_cli.gravity.structure import stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 
@@ -32,15 +32,17 @@ def model(
     index = np.array([n for _, nodes in elements for n in nodes], dtype=np.int64)
     return mass_distribution(
         np.asarray(xyz, dtype=float),
-        element_id=np.arange(1, len(elements) + 1),
-        card=[card for card, _ in elements],
-        mass=np.ones(len(elements)) if mass is None else np.asarray(mass, dtype=float),
-        node_offset=np.cumsum([0, *(len(nodes) for _, nodes in elements)]),
-        node_index=index,
-        lever=np.zeros((len(index), 3)) if lever is None else lever,
-        thickness=np.full(len(elements), thickness),
-        points=points,
-        weight=weight,
+        ElementMasses(
+            id=np.arange(1, len(elements) + 1),
+            card=[card for card, _ in elements],
+            mass=np.ones(len(elements)) if mass is None else np.asarray(mass, dtype=float),
+            node_offset=np.cumsum([0, *(len(nodes) for _, nodes in elements)]),
+            node_index=index,
+            lever=np.zeros((len(index), 3)) if lever is None else lever,
+            section=np.full(len(elements), thickness),
+            weight=weight,
+        ),
+        points,
         lumped=lumped,
     )
 

@@ -12,9 +12,9 @@ from tedm_cli.noise.bounds import (
     extremal_vectors,
     matrix_at,
 )
-from tedm_cli.noise.correlation import CorrelationCase, correlation, full_blocks
+from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation, full_blocks
 from tedm_cli.noise.correlation_check import check_correlation
-from tedm_cli.noise.propagation import output_psd, output_psd_from_factor
+from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise, output_psd
 from tedm_cli.noise.selection import BlockSelector
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum, thesis_model
 
@@ -40,8 +40,8 @@ def test_bounds_hold_every_shipped_case(areas, config, seed):
     rows, model = rng.normal(size=(2, len(areas))), model_of(rng, len(areas))
     for case_id in config.ids:
         found = correlation(config.case(case_id), areas)
-        psd = output_psd_from_factor(rows, model, found.factor, F)
-        bounds = correlation_bounds(rows, model, found, F)
+        psd = TemperatureNoise(model, found).psd(rows, F)
+        bounds = correlation_bounds(OutputNoise(rows, TemperatureNoise(model, found), F))
         amplitude, most = np.sqrt(psd), np.sqrt(bounds.maximum)
         # Sums of signed terms are known to rounding of the sum of their sizes.
         rounding = 1e-13 * most
@@ -67,7 +67,7 @@ def test_bounds_hold_any_correlation(seed, k, complex_r, non_negative):
     mixing = mixing / np.linalg.norm(mixing, axis=1, keepdims=True)
     rows, model = rng.normal(size=(2, k)) * 10 ** rng.uniform(-1, 1, k), model_of(rng, k)
     psd = output_psd(rows, model, mixing @ mixing.conj().T, F)
-    bounds = correlation_bounds(rows, model, full_blocks([np.arange(k)], k), F)
+    bounds = correlation_bounds(OutputNoise(rows, TemperatureNoise(model, full_blocks([np.arange(k)], k)), F))
     assert np.all(psd <= bounds.maximum * (1 + 1e-10))
     assert np.all(psd >= bounds.minimum - 1e-10 * bounds.maximum)
     if non_negative:
@@ -102,7 +102,7 @@ def test_every_bound_is_reached_by_a_real_correlation_matrix(areas, config, case
     rng = np.random.default_rng(8)
     rows, model = rng.normal(size=(2, len(areas))), model_of(rng, len(areas))
     found = correlation(config.case(case_id), areas)
-    bounds = correlation_bounds(rows, model, found, F)
+    bounds = correlation_bounds(OutputNoise(rows, TemperatureNoise(model, found), F))
     for which in BOUNDS:
         psd = [[attained(found, rows, model, which, o, f) for f in F[::3]] for o in range(2)]
         expected = getattr(bounds, which)[:, ::3]
@@ -122,7 +122,7 @@ def test_known_blocks_with_delays_and_coefficients(seed, k):
     delays = tuple((BlockSelector(areas=(n,)), float(rng.uniform(0, 300))) for n in names.tolist())
     found = correlation(CorrelationCase("x", "", selectors, delays=delays), areas)
     rows, model = rng.normal(size=(1, k)), model_of(rng, k)
-    bounds = correlation_bounds(rows, model, found, F)
+    bounds = correlation_bounds(OutputNoise(rows, TemperatureNoise(model, found), F))
     for which in ("known_blocks", "known_blocks_minimum"):
         psd = np.array([attained(found, rows, model, which, 0, f) for f in F])
         assert np.all(np.abs(np.sqrt(psd) - np.sqrt(getattr(bounds, which)[0])) <= 1e-6 * np.sqrt(bounds.maximum[0]))
@@ -132,7 +132,7 @@ def test_known_blocks_with_delays_and_coefficients(seed, k):
     mix *= rng.random() / np.linalg.norm(mix, 2)
     rest = np.linalg.cholesky(np.eye(len(mix)) - mix @ mix.T + 1e-15 * np.eye(len(mix)))
     joint = np.hstack([first + second @ mix, second @ rest])
-    psd = output_psd_from_factor(rows, model, joint, F, found.delay_s)
+    psd = TemperatureNoise(model, Correlation.of_factor(joint, found.delay_s)).psd(rows, F)
     slack = 1e-9 * np.sqrt(bounds.maximum)
     assert np.all(np.sqrt(psd) <= np.sqrt(bounds.known_blocks) + slack)
     assert np.all(np.sqrt(psd) >= np.sqrt(bounds.known_blocks_minimum) - slack)
@@ -142,7 +142,7 @@ def test_bounds_by_hand():
     h = np.array([3.0, -1.0, 0.5, -2.5, 4.0])
     rows, model = single(h)
     found = full_blocks([np.array([0, 1]), np.array([2, 3]), np.array([4])], 5)
-    bounds = correlation_bounds(rows, model, found, AT)
+    bounds = correlation_bounds(OutputNoise(rows, TemperatureNoise(model, found), AT))
     assert bounds.maximum[0, 0] == pytest.approx(11.0**2)
     assert bounds.maximum_non_negative[0, 0] == pytest.approx(7.5**2 + 3.5**2)
     assert bounds.minimum[0, 0] == 0.0
@@ -163,7 +163,7 @@ def test_the_minimum_is_zero_where_no_area_dominates(seed, k):
     assume(2 * np.abs(h).max() < 0.99 * np.abs(h).sum())
     rows, model = single(h)
     found = full_blocks([np.arange(k)], k)
-    assert correlation_bounds(rows, model, found, AT).minimum[0, 0] == 0.0
+    assert correlation_bounds(OutputNoise(rows, TemperatureNoise(model, found), AT)).minimum[0, 0] == 0.0
     assert attained(found, rows, model, "minimum", 0, 1e-3) < 1e-12 * np.abs(h).sum() ** 2
 
 
@@ -178,5 +178,7 @@ def test_signs_alone_do_not_reach_the_minimum():
 
 def test_silent_areas_do_not_count(areas, config):
     rows = np.ones((1, len(areas)))
-    bounds = correlation_bounds(rows, thesis_model(areas), correlation(config.case("5"), areas), AT)
+    bounds = correlation_bounds(
+        OutputNoise(rows, TemperatureNoise(thesis_model(areas), correlation(config.case("5"), areas)), AT)
+    )
     assert bounds.maximum[0, 0] == pytest.approx((12 * 1e-3) ** 2, rel=1e-12, abs=0)

@@ -7,17 +7,23 @@ from scipy.integrate import quad
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import run_case
-from tedm_cli.noise.contributions import ReadOutParts, path_shares, share_weights, shares_at, shares_over, sum_by
+from tedm_cli.noise.contributions import ReadOutParts, area_shares, path_shares, share_weights, sum_by
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation, full_blocks
 from tedm_cli.noise.correlation_check import correlation_factor
-from tedm_cli.noise.propagation import output_psd_from_factor
+from tedm_cli.noise.outputs import Outputs
+from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.requirement_presets import PRESETS
-from tedm_cli.noise.requirements import AppliedRequirement
+from tedm_cli.noise.requirements import AppliedRequirement, Criteria
 from tedm_cli.noise.selection import BlockSelector
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum, thesis_model, white_model
 
 LABELS = ("TM1_a_x", "TM1_omegadot_x", "A_TM1_x")
 KINDS = ("acceleration", "angular_acceleration", "displacement")
+REQUIREMENTS = (
+    AppliedRequirement(PRESETS["lpf_selfgravity_ltp"], ("TM1_a_x",)),
+    AppliedRequirement(PRESETS["lpf_readout"], ("A_TM1_x",)),
+    AppliedRequirement(PRESETS["lpf_readout_item"], ("A_TM1_x",)),
+)
 
 
 def rows_for(areas, seed=1):
@@ -25,20 +31,15 @@ def rows_for(areas, seed=1):
 
 
 def run(areas, config, case_id, **changes):
+    of_outputs = {"rows": rows_for(areas), "labels": LABELS, "kinds": KINDS}
+    of_outputs |= {key: changes.pop(key) for key in (*of_outputs, "parts_of_read_outs") if key in changes}
     arguments = {
         "temperature": config.temperature.model(areas),
-        "rows": rows_for(areas),
-        "labels": LABELS,
-        "kinds": KINDS,
         "frequency_hz": config.frequency_hz(),
-        "requirements": [
-            AppliedRequirement(PRESETS["lpf_selfgravity_ltp"], ("TM1_a_x",)),
-            AppliedRequirement(PRESETS["lpf_readout"], ("A_TM1_x",)),
-            AppliedRequirement(PRESETS["lpf_readout_item"], ("A_TM1_x",)),
-        ],
-        "safety_factor": config.safety_factor,
     } | changes
-    return run_case(config.case(case_id), areas, **arguments)
+    requirements = arguments.pop("requirements", REQUIREMENTS)
+    criteria = Criteria(tuple(requirements), arguments.pop("safety_factor", config.safety_factor))
+    return run_case(config.case(case_id), Outputs(areas, **of_outputs), **arguments, criteria=criteria)
 
 
 def alone(k):
@@ -58,12 +59,12 @@ def test_shares_are_the_derivative_of_the_power_with_area_amplitude(seed, k, f):
     shapes = [WhiteSpectrum(1e-3), ShapedSpectrum(1e-3, order=1), ShapedSpectrum(1e-4, corner_hz=5e-3)]
     model = TemperatureModel.from_spectra([shapes[rng.integers(3)] for _ in range(k)])
     rows = rng.normal(size=(2, k))
-    share = shares_at(rows, model, whole, f)
+    share = area_shares(OutputNoise(rows, TemperatureNoise(model, whole), np.array([f])))
     np.testing.assert_allclose(share.sum(axis=1), 1.0, atol=1e-14 * k * np.abs(share).max())
 
     def psd(change):
         louder = TemperatureModel(model.scale * (1 + change), model.shape_index, model.shapes)
-        return output_psd_from_factor(rows, louder, factor, np.array([f]), delay_s)[:, 0]
+        return TemperatureNoise(louder, Correlation.of_factor(factor, delay_s)).psd(rows, np.array([f]))[:, 0]
 
     for i in range(k):
         step = 1e-4 * (np.arange(k) == i)
@@ -85,8 +86,8 @@ def test_weights_turn_any_terms_into_their_shares(seed, k, f):
     terms = rng.normal(size=(4, k))
     row, amplitude = terms.sum(axis=0), model.amplitudes(np.array([f]))[:, 0]
     weights = share_weights(row, amplitude, mixing @ mixing.conj().T, delay_s, f)
-    wanted = path_shares(terms, model, whole, np.array([f]))
-    by_area = shares_at(row[None], model, whole, f)[0]
+    wanted = path_shares(OutputNoise(terms, TemperatureNoise(model, whole), np.array([f])))
+    by_area = area_shares(OutputNoise(row[None], TemperatureNoise(model, whole), np.array([f])))[0]
     room = max(1.0, np.abs(terms * weights).sum())
     np.testing.assert_allclose(terms @ weights, wanted, rtol=0, atol=1e-9 * room)
     np.testing.assert_allclose(row * weights, by_area, rtol=0, atol=1e-9 * room)
@@ -103,7 +104,9 @@ def test_shares_by_hand():
     model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 3)
     case = CorrelationCase("x", "pair", (BlockSelector(areas=("A", "B")), BlockSelector(areas=("C",))))
     # h = 3, -1 in one block and 2 alone: S = (3 - 1)² + 2² = 8.
-    share = shares_at(np.array([[3.0, -1.0, 2.0]]), model, correlation(case, areas), 1e-3)
+    share = area_shares(
+        OutputNoise(np.array([[3.0, -1.0, 2.0]]), TemperatureNoise(model, correlation(case, areas)), np.array([1e-3]))
+    )
     np.testing.assert_allclose(share, [[6 / 8, -2 / 8, 4 / 8]], rtol=1e-14)
     names, sums = sum_by(share, areas.group)
     assert names.tolist() == ["g", "h"]
@@ -115,7 +118,7 @@ def test_band_shares_integrate_the_powers():
     white, shaped = WhiteSpectrum(1e-4), ShapedSpectrum(1e-3, 1e-3, 1e-3, 1)
     model = TemperatureModel.from_spectra([white, shaped])
     f = np.geomspace(1e-3, 30e-3, 2001)
-    share = shares_over(np.array([[2.0, 1.0]]), model, alone(2), f)[0]
+    share = area_shares(OutputNoise(np.array([[2.0, 1.0]]), TemperatureNoise(model, alone(2)), f))[0]
     power = [
         4e-8 * 29e-3,
         quad(lambda x: shaped.amplitude(np.array([x]))[0] ** 2, 1e-3, 30e-3, epsabs=0, epsrel=1e-10)[0],
@@ -125,13 +128,16 @@ def test_band_shares_integrate_the_powers():
 
 def test_an_output_without_noise_has_no_contributors():
     model = TemperatureModel.from_spectra([WhiteSpectrum(1e-4)] * 2)
-    assert np.array_equal(shares_at(np.zeros((1, 2)), model, alone(2), 1e-3), np.zeros((1, 2)))
+    assert np.array_equal(
+        area_shares(OutputNoise(np.zeros((1, 2)), TemperatureNoise(model, alone(2)), np.array([1e-3]))),
+        np.zeros((1, 2)),
+    )
 
 
 @pytest.mark.parametrize("case_id", ["1", "2", "4b", "6", "10"])
 def test_result_is_consistent(areas, config, case_id):
     result = run(areas, config, case_id)
-    assert result.units == ("m s^-2", "rad s^-2", "m")
+    assert result.outputs.units == ("m s^-2", "rad s^-2", "m")
     for verdict in result.verdicts:
         o = LABELS.index(verdict.output)
         asd = np.sqrt(result.psd[o, result.frequency_hz == verdict.binding_hz][0])
@@ -152,7 +158,9 @@ def test_result_is_consistent(areas, config, case_id):
         at = np.argmin(np.abs(result.frequency_hz - where.frequency_hz[o]))
         assert np.sum(np.square(sums)) == pytest.approx(result.psd[o, at], rel=1e-9, abs=0)
     np.testing.assert_allclose(
-        result.temperature_asd[result.temperature_set], result.temperature.amplitudes(result.frequency_hz), rtol=1e-14
+        result.temperature_asd[result.temperature_set],
+        result.source.temperature.amplitudes(result.frequency_hz),
+        rtol=1e-14,
     )
 
 

@@ -10,7 +10,7 @@ from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import CorrelationCase, LabelledMatrix, correlation
 from tedm_cli.noise.correlation_check import check_correlation
-from tedm_cli.noise.propagation import output_psd_from_factor
+from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.selection import BlockSelector
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum
 
@@ -26,7 +26,7 @@ def table(k, **columns):
 
 def psd_of(case, areas, rows, model, f):
     found = correlation(case, areas)
-    return output_psd_from_factor(rows, model, found.factor, f, found.delay_s)
+    return TemperatureNoise(model, found).psd(rows, f)
 
 
 @settings(max_examples=60, deadline=None)

@@ -9,14 +9,14 @@ from tedm_cli.noise.contributions import path_shares
 from tedm_cli.noise.correlation import Correlation, full_blocks
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.improvement import COUNTS, improvement
-from tedm_cli.noise.propagation import output_psd_from_factor
+from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum
 
 F = np.geomspace(1e-3, 3e-2, 21)
 
 
 def worst_ratio(row, model, found, limit):
-    psd = output_psd_from_factor(row[None], model, found.factor, F, found.delay_s)[0]
+    psd = TemperatureNoise(model, found).psd(row[None], F)[0]
     return (np.sqrt(psd) / limit).max()
 
 
@@ -39,7 +39,9 @@ def test_factors_of_groups_just_meet_the_limit(seed, k):
     limit = np.full(len(F), 10 ** rng.uniform(-0.7, 0.7)) * (1 + F / 3e-3)
     member = rng.integers(0, 2, k)
     groups = [member == g for g in (0, 1) if (member == g).any()]
-    found_factors = improvement(row, model, found, F, 0, limit, groups).group_factor
+    found_factors = improvement(
+        OutputNoise(row[None], TemperatureNoise(model, found), F), 0, limit, groups
+    ).group_factor
     for mask, factor in zip(groups, found_factors, strict=True):
 
         def ratio(s, mask=mask):
@@ -59,7 +61,9 @@ def test_factors_of_groups_just_meet_the_limit(seed, k):
 def test_silencing_is_what_propagation_without_these_areas_gives(seed, k):
     rng, row, model, found = random_problem(seed, k)
     limit, binding = np.ones(len(F)), int(rng.integers(len(F)))
-    result = improvement(row, model, found, F, binding, limit, [np.ones(k, dtype=bool)])
+    result = improvement(
+        OutputNoise(row[None], TemperatureNoise(model, found), F), binding, limit, [np.ones(k, dtype=bool)]
+    )
     worst = result.worst[result.worst >= 0]
     assert len(set(worst.tolist())) == len(worst)
     for n, count in enumerate(COUNTS):
@@ -72,7 +76,7 @@ def test_silencing_is_what_propagation_without_these_areas_gives(seed, k):
 
     def power(silent):
         left = np.where(np.isin(np.arange(k), silent), 0.0, row)
-        return output_psd_from_factor(left[None], model, found.factor, f, found.delay_s)[0, 0]
+        return TemperatureNoise(model, found).psd(left[None], f)[0, 0]
 
     for n in range(len(worst)):
         tried = [power([*worst[:n], i]) for i in range(k) if i not in worst[:n]]
@@ -85,7 +89,9 @@ def test_by_hand():
     model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 3)
     found = full_blocks([np.array([0, 1]), np.array([2])], 3)
     groups = [np.array(m) for m in ([True, False, False], [False, True, False], [False, False, True])]
-    result = improvement(np.array([3.0, -1.0, 2.0]), model, found, F, 0, np.full(len(F), 2.0), groups)
+    result = improvement(
+        OutputNoise(np.array([[3.0, -1.0, 2.0]]), TemperatureNoise(model, found), F), 0, np.full(len(F), 2.0), groups
+    )
     # The 2 alone brings 4 of relief, the 3 brings 8 - 5 = 3: the 2 is first, then 4 - 1 = 3 by the 3, then the -1.
     assert result.worst[:4].tolist() == [2, 0, 1, -1]
     np.testing.assert_allclose(result.silenced[:4], np.sqrt([8, 4, 1, 0]) / 2, atol=1e-15)
@@ -101,7 +107,9 @@ def test_a_group_is_not_asked_to_be_noisier_until_it_cancels(limit, factor):
     model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 2)
     found = full_blocks([np.array([0, 1])], 2)
     second = [np.array([False, True])]
-    result = improvement(np.array([1.5, -1.0]), model, found, F, 0, np.full(len(F), limit), second)
+    result = improvement(
+        OutputNoise(np.array([[1.5, -1.0]]), TemperatureNoise(model, found), F), 0, np.full(len(F), limit), second
+    )
     assert result.group_factor[0] == pytest.approx(factor, nan_ok=True)
 
 
@@ -111,12 +119,12 @@ def test_path_shares_are_the_derivative_of_the_power(seed, k, p):
     rng, _, model, found = random_problem(seed, k)
     paths = rng.normal(size=(p, k))
     f = F[:1]
-    share = path_shares(paths, model, found, f)
+    share = path_shares(OutputNoise(paths, TemperatureNoise(model, found), f))
     assert share.sum() == pytest.approx(1.0)
 
     def psd(change):
         row = ((1 + change)[:, None] * paths).sum(axis=0)
-        return output_psd_from_factor(row[None], model, found.factor, f, found.delay_s)[0, 0]
+        return TemperatureNoise(model, found).psd(row[None], f)[0, 0]
 
     for i in range(p):
         step = 1e-4 * (np.arange(p) == i)
@@ -155,7 +163,7 @@ def matched_directly(row, model, found, limit, blocks):
 def test_matching_is_propagation_with_these_blocks_as_one(seed, k):
     rng, row, model, found = random_blocks(seed, k)
     limit, binding = np.ones(len(F)), int(rng.integers(len(F)))
-    result = improvement(row, model, found, F, binding, limit, [found.active])
+    result = improvement(OutputNoise(row[None], TemperatureNoise(model, found), F), binding, limit, [found.active])
     match = result.match[result.match >= 0]
     assert len(match) != 1
     assert len(set(match.tolist())) == len(match)
@@ -169,7 +177,7 @@ def test_matching_is_propagation_with_these_blocks_as_one(seed, k):
     def power(blocks):
         f = F[binding : binding + 1]
         inside = np.isin(np.arange(k), [i for b in blocks for i in found.blocks[b]])
-        out = output_psd_from_factor(np.where(inside, 0, row)[None], model, found.factor, f, found.delay_s)[0, 0]
+        out = TemperatureNoise(model, found).psd(np.where(inside, 0, row)[None], f)[0, 0]
         return out + (np.where(inside, row, 0) @ model.amplitudes(f)[:, 0]) ** 2
 
     whole, felt = power([]), range(len(found.blocks))
@@ -190,7 +198,9 @@ def of_areas_alone(amplitudes, spectrum):
     row = np.array(amplitudes)
     model = TemperatureModel.from_spectra([spectrum] * len(row))
     found = full_blocks([np.array([i]) for i in range(len(row))], len(row))
-    return improvement(row, model, found, F, 0, np.ones(len(F)), [np.ones(len(row), dtype=bool)])
+    return improvement(
+        OutputNoise(row[None], TemperatureNoise(model, found), F), 0, np.ones(len(F)), [np.ones(len(row), dtype=bool)]
+    )
 
 
 def test_matching_by_hand():
@@ -230,6 +240,8 @@ def test_matching_joins_whole_blocks():
     row = np.array([3.0, -1.0, -2.0, 0.5])
     model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 4)
     found = full_blocks([np.array([0, 1]), np.array([2]), np.array([3])], 4)
-    result = improvement(row, model, found, F, 0, np.ones(len(F)), [np.ones(4, dtype=bool)])
+    result = improvement(
+        OutputNoise(row[None], TemperatureNoise(model, found), F), 0, np.ones(len(F)), [np.ones(4, dtype=bool)]
+    )
     assert result.match.tolist() == [0, 1, *[-1] * 8]
     np.testing.assert_allclose(result.matched, np.sqrt([8.25, 8.25, 0.25, 0.25, 0.25, 0.25]), rtol=1e-14)

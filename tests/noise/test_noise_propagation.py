@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from tedm_cli.errors import PhysicsError
-from tedm_cli.noise.correlation import block_factor, blocks, correlation_matrix
-from tedm_cli.noise.propagation import output_psd, output_psd_from_factor
+from tedm_cli.noise.correlation import Correlation, block_factor, blocks, correlation_matrix
+from tedm_cli.noise.propagation import TemperatureNoise, output_psd
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum, thesis_model
 
 F = np.geomspace(1e-4, 0.1, 25)
@@ -52,13 +52,17 @@ def test_scaling_laws(areas, config):
     rng = np.random.default_rng(5)
     rows, model = rng.normal(size=(2, len(areas))), mixed_model(rng, len(areas))
     factor = block_factor(blocks(config.case("4"), areas), len(areas))
-    psd = output_psd_from_factor(rows, model, factor, F)
+    psd = TemperatureNoise(model, Correlation.of_factor(factor)).psd(rows, F)
     hotter = TemperatureModel(3.0 * model.scale, model.shape_index, model.shapes)
-    np.testing.assert_allclose(output_psd_from_factor(rows, hotter, factor, F), 9.0 * psd, rtol=1e-12)
-    np.testing.assert_allclose(output_psd_from_factor(-0.5 * rows, model, factor, F), 0.25 * psd, rtol=1e-12)
+    np.testing.assert_allclose(
+        TemperatureNoise(hotter, Correlation.of_factor(factor)).psd(rows, F), 9.0 * psd, rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        TemperatureNoise(model, Correlation.of_factor(factor)).psd(-0.5 * rows, F), 0.25 * psd, rtol=1e-12
+    )
     equal, half = np.ones((1, 78)), thesis_model(areas)
-    correlated = output_psd_from_factor(equal, half, np.ones((78, 1)), F)
-    apart = output_psd_from_factor(equal, half, np.eye(78), F)
+    correlated = TemperatureNoise(half, Correlation.of_factor(np.ones((78, 1)))).psd(equal, F)
+    apart = TemperatureNoise(half, Correlation.of_factor(np.eye(78))).psd(equal, F)
     # k equal areas: amplitudes add as k when correlated, as √k when not. Here 12 at 1e-3 and 66 at 1e-4.
     np.testing.assert_allclose(correlated / apart, (12 + 6.6) ** 2 / (12 + 0.66), rtol=1e-12)
 
@@ -101,7 +105,7 @@ def test_cancelling_areas_keep_their_accuracy(through, tolerance):
     model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 78)
     f = np.array([1e-3])
     if through == "factor":
-        psd = output_psd_from_factor(rows, model, np.ones((78, 1)), f)[0, 0]
+        psd = TemperatureNoise(model, Correlation.of_factor(np.ones((78, 1)))).psd(rows, f)[0, 0]
     else:
         psd = output_psd(rows, model, np.ones((78, 78)), f)[0, 0]
     exact = mpmath.fsum(mpmath.mpf(float(x)) for x in rows[0]) ** 2
@@ -137,7 +141,7 @@ def test_a_realisation_in_the_time_domain_has_the_exact_spectrum(areas, config):
     window = signal.windows.kaiser(n_seg, 22.0, sym=False)
     f, estimate = signal.welch(series, fs, window, n_seg, n_seg // 2, detrend=False)
     band = (f >= 1e-3) & (f <= 30e-3)
-    exact = output_psd_from_factor(rows, model, block_factor(block_list, len(areas)), f[band])
+    exact = TemperatureNoise(model, Correlation.of_factor(block_factor(block_list, len(areas)))).psd(rows, f[band])
     mean_ratio = (estimate[:, band] / exact).mean(axis=1)
 
     noise_bins = n_seg * np.sum(window**2) / np.sum(window) ** 2

@@ -6,9 +6,9 @@ import pytest
 from scipy.integrate import trapezoid
 
 from tedm_cli.errors import InputError
-from tedm_cli.noise.correlation import block_factor, blocks, correlation_factor
-from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.realisation import Plan, expected_psd, in_band, realise, temperature_blocks
+from tedm_cli.noise.correlation import Correlation, block_factor, blocks, correlation_factor
+from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
+from tedm_cli.noise.realisation import Plan, expected_psd, realise, resolved, temperature_blocks
 from tedm_cli.noise.spectral_estimate import Window, kaiser, segment_length
 from tedm_cli.noise.temperature import FlightSpectrum, ShapedSpectrum, TemperatureModel, WhiteSpectrum
 
@@ -16,12 +16,16 @@ SHIPPED = ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10", "10b"]
 PLAN = Plan(rate_hz=0.1, samples=200_000, seed=5, low_hz=5e-4, high_hz=0.04, lowest_hz=2e-3)
 
 
+def noise_of(model, factor, delay_s=None):
+    return TemperatureNoise(model, Correlation.of_factor(factor, delay_s))
+
+
 def mean_ratio(rows, model, factor, plan):
     """Mean over the band of estimate over exact PSD [n_out], and its relative standard deviation."""
-    estimate = realise(rows, model, factor, plan)
-    band = in_band(estimate.frequency_hz, plan)
+    estimate = realise(rows, noise_of(model, factor), plan)
+    band = resolved(estimate.frequency_hz, plan)
     f = estimate.frequency_hz[band]
-    ratio = estimate.psd[:, band] / output_psd_from_factor(rows, model, factor, f)
+    ratio = estimate.psd[:, band] / noise_of(model, factor).psd(rows, f)
     window = kaiser(4096)
     bins = 4096 * np.sum(window**2) / np.sum(window) ** 2  # of the window's noise bandwidth
     deviation = 1 / np.sqrt(estimate.degrees_of_freedom[0] / 2 * band.sum() / bins)
@@ -65,7 +69,10 @@ def test_cross_spectrum_has_the_sign_of_its_phase():
     """E[T_1 T_2*] = R_12 at positive frequencies, by the sum over the series' transform."""
     matrix = np.array([[1.0, 0.8j], [-0.8j, 1.0]])
     model = TemperatureModel.from_spectra([WhiteSpectrum(1.0)] * 2)
-    series = np.concatenate(list(temperature_blocks(model, correlation_factor(matrix), PLAN)), axis=1)
+    series = np.concatenate(
+        list(temperature_blocks(noise_of(model, correlation_factor(matrix)), PLAN)),
+        axis=1,
+    )
     one, two = np.fft.rfft(series, axis=1)[:, 5000:60_000]
     found = np.mean(one * two.conj()) / np.sqrt(np.mean(np.abs(one) ** 2) * np.mean(np.abs(two) ** 2))
     assert found == pytest.approx(0.8j, abs=0.015)
@@ -76,7 +83,7 @@ def test_a_seed_gives_one_series_whatever_its_length(areas, config):
     model = config.temperature.model(areas)
 
     def series(plan):
-        return np.concatenate(list(temperature_blocks(model, factor, plan)), axis=1)
+        return np.concatenate(list(temperature_blocks(noise_of(model, factor), plan)), axis=1)
 
     short, long = replace(PLAN, samples=15_000), replace(PLAN, samples=40_000)
     first = series(short)
@@ -91,11 +98,11 @@ def test_white_noise_variance_and_level():
     model = TemperatureModel.from_spectra([WhiteSpectrum(3.0)])
     for rate in (0.1, 0.4):
         plan = replace(PLAN, rate_hz=rate, samples=400_000)
-        series = np.concatenate(list(temperature_blocks(model, np.eye(1), plan)), axis=1)[0]
+        series = np.concatenate(list(temperature_blocks(noise_of(model, np.eye(1)), plan)), axis=1)[0]
         assert series.var() == pytest.approx(9.0 * rate / 2, rel=4 * np.sqrt(2 / 400_000))
     plan = replace(PLAN, samples=50)
     many = TemperatureModel.from_spectra([ShapedSpectrum(1.0)] * 300)
-    variance = next(temperature_blocks(many, np.eye(300), plan)).var(axis=0)
+    variance = next(temperature_blocks(noise_of(many, np.eye(300)), plan)).var(axis=0)
     f = np.linspace(0.0, 0.05, 20_001)
     power = trapezoid(many.amplitudes(np.clip(f, 5e-4, 0.04))[0] ** 2, f)
     np.testing.assert_allclose(variance, power, rtol=4 * np.sqrt(2 / 300))
@@ -108,7 +115,7 @@ def test_memory_does_not_grow_with_the_length(areas, config):
     delay_s = np.where(areas.group == "IS1", 612.5, 0.0)
     for samples in (100_000, 1_000_000):
         tracemalloc.start()
-        realise(rows, model, factor, replace(PLAN, samples=samples), delay_s=delay_s)
+        realise(rows, noise_of(model, factor, delay_s), replace(PLAN, samples=samples))
         peak.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peak[1] < 1.02 * peak[0]
@@ -119,14 +126,14 @@ def test_temperatures_of_all_areas_are_never_held(areas, config):
     factor = block_factor(blocks(config.case("4"), areas), len(areas))
     plan = replace(PLAN, samples=130_000, low_hz=1e-4, lowest_hz=1e-4)
     tracemalloc.start()
-    realise(np.ones((2, len(areas))), config.temperature.model(areas), factor, plan)
+    realise(np.ones((2, len(areas))), noise_of(config.temperature.model(areas), factor), plan)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 8 * len(areas) * 128 * plan.rate_hz / plan.lowest_hz
 
 
 def series_of(model, factor, plan, delay_s=None):
-    return np.concatenate(list(temperature_blocks(model, factor, plan, delay_s)), axis=1)
+    return np.concatenate(list(temperature_blocks(noise_of(model, factor, delay_s), plan)), axis=1)
 
 
 def test_whole_samples_of_delay_repeat_the_series(areas, config):
@@ -159,10 +166,10 @@ def test_areas_that_cancel_and_add_along_the_frequency_do_so_in_the_realisation(
     model = TemperatureModel.from_spectra([ShapedSpectrum(1.0), ShapedSpectrum(1.0), WhiteSpectrum(0.3)])
     factor = np.array([[1.0, 0.0], [1.0, 0.0], [0.8, 0.6]])
     rows = np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [1.0, -1.0, 2.0]])
-    estimate = realise(rows, model, factor, PLAN, delay_s=np.array(delay_s))
-    band = in_band(estimate.frequency_hz, PLAN)
+    estimate = realise(rows, noise_of(model, factor, np.array(delay_s)), PLAN)
+    band = resolved(estimate.frequency_hz, PLAN)
     f = estimate.frequency_hz[band]
-    expected = expected_psd(rows, model, factor, PLAN, f, np.array(delay_s))
+    expected = expected_psd(OutputNoise(rows, noise_of(model, factor, np.array(delay_s)), f), PLAN)
     ratio = estimate.psd[:, band] / expected
     np.testing.assert_allclose(ratio.mean(axis=1), 1.0, atol=0.01)
     low, high = (side[band] for side in estimate.interval(0.95))
@@ -190,7 +197,7 @@ def test_delays_that_cannot_be_held_are_refused():
     for factor, most in ((np.eye(2), "8,388,608"), (np.ones((2, 1)), "16,777,216")):
         delay_s = np.array([-20.0, 10.0 * int(most.replace(",", ""))])
         with pytest.raises(InputError, match=rf"samples at 0\.1 Hz; .* at most {most} can be held") as caught:
-            next(temperature_blocks(model, factor, PLAN, delay_s))
+            next(temperature_blocks(noise_of(model, factor, delay_s), PLAN))
         assert "lower rate_hz" in caught.value.hint
 
 
@@ -201,7 +208,14 @@ def test_expectation_is_the_exact_spectrum_through_the_window():
     f = np.array([2e-3, 7.7e-3, 0.03])
     for later in (0, 3, 100, 700, 1599, 1600, 5000):
         shared = np.sum(window[later:] * window[: len(window) - later]) / np.sum(window**2) if later < 1600 else 0.0
-        found = expected_psd(np.ones((1, 2)), model, np.ones((2, 1)), PLAN, f, np.array([0.0, 10.0 * later]))[0]
+        found = expected_psd(
+            OutputNoise(
+                np.ones((1, 2)),
+                noise_of(model, np.ones((2, 1)), np.array([0.0, 10.0 * later])),
+                f,
+            ),
+            PLAN,
+        )[0]
         np.testing.assert_allclose(found, 2 + 2 * shared * np.cos(2 * np.pi * f * 10.0 * later), atol=1e-4)
 
 
@@ -209,8 +223,8 @@ def test_expectation_without_delays_is_the_exact_spectrum_but_where_it_is_steep(
     """f^-4 through a window of width σ: 1 + 10 (σ/f)², σ a thirtieth of the lowest frequency."""
     model = TemperatureModel.from_spectra([ShapedSpectrum(1.0, corner_hz=1e-5, order=2)])
     f = np.array([2e-3, 4e-3, 0.03])
-    exact = output_psd_from_factor(np.ones((1, 1)), model, np.eye(1), f)[0]
-    excess = expected_psd(np.ones((1, 1)), model, np.eye(1), PLAN, f)[0] / exact - 1
+    exact = noise_of(model, np.eye(1)).psd(np.ones((1, 1)), f)[0]
+    excess = expected_psd(OutputNoise(np.ones((1, 1)), noise_of(model, np.eye(1)), f), PLAN)[0] / exact - 1
     assert excess == pytest.approx(10 * (2e-3 / 30 / f) ** 2, rel=0.03, abs=0)
 
 
@@ -219,10 +233,14 @@ def test_expectation_through_windows_of_a_width_for_each_frequency():
     beta, rate = 25.4, PLAN.rate_hz
     model = TemperatureModel.from_spectra([ShapedSpectrum(1.0, corner_hz=1e-5, order=2)])
     f, segment = np.array([2e-3, 6e-3, 0.02]), np.array([800, 400, 160])
-    found = expected_psd(np.ones((1, 1)), model, np.eye(1), PLAN, f, window=Window(rate / segment, beta))[0]
+    found = expected_psd(
+        OutputNoise(np.ones((1, 1)), noise_of(model, np.eye(1)), f),
+        PLAN,
+        Window(rate / segment, beta),
+    )[0]
     for at, length, value in zip(f, segment, found, strict=True):
         taps = np.kaiser(length + 1, beta)[:length]
         near = at + np.linspace(-9, 9, 3001) * rate / length
         power = np.abs(np.exp(-2j * np.pi * np.outer(near - at, np.arange(length)) / rate) @ taps) ** 2
-        exact = output_psd_from_factor(np.ones((1, 1)), model, np.eye(1), np.clip(near, PLAN.low_hz, PLAN.high_hz))[0]
+        exact = noise_of(model, np.eye(1)).psd(np.ones((1, 1)), np.clip(near, PLAN.low_hz, PLAN.high_hz))[0]
         assert value == pytest.approx(trapezoid(power * exact, near) / trapezoid(power, near), rel=2e-4, abs=0)

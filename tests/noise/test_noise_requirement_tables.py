@@ -6,13 +6,13 @@ import pytest
 from tedm_cli.config.cases import load_cases
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.case_run import run_case
-from tedm_cli.noise.differences import with_differences
+from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.requirement_presets import PRESETS
-from tedm_cli.noise.requirements import AppliedRequirement, frequency_grid, judge, tabulated
+from tedm_cli.noise.requirements import AppliedRequirement, Criteria, frequency_grid, judge, tabulated
 
 CASE = '[[case]]\nid = 1\ntitle = "all"\npartition = "all"\n'
-LABELS = ["TM1_a_x", "TM2_a_x", "TM1_omegadot_x"]
-KINDS = ["acceleration", "acceleration", "angular_acceleration"]
+LABELS = ("TM1_a_x", "TM2_a_x", "TM1_omegadot_x")
+KINDS = ("acceleration", "acceleration", "angular_acceleration")
 
 
 def test_straight_lines_in_log_log_are_power_laws():
@@ -118,11 +118,11 @@ def test_a_difference_is_coherent(areas, config):
     rows = rng.normal(size=(3, 78)) * 1e-13
     rows[1] = rows[0] + 0.01 * rows[1]
     requirements = [applied("single", "TM1_a_x", "single"), applied("both", "TM1_a_x-TM2_a_x", "differential")]
-    rows, labels, kinds = with_differences(rows, LABELS, KINDS, requirements)
-    assert (labels[3], kinds[3]) == ("TM1_a_x-TM2_a_x", "acceleration")
+    outputs = Outputs(areas, rows, LABELS, KINDS).with_differences(requirements)
+    assert (outputs.labels[3], outputs.kinds[3]) == ("TM1_a_x-TM2_a_x", "acceleration")
     f, model = config.frequency_hz(), config.temperature.model(areas)
     for case_id in ("1", "2", "4"):
-        result = run_case(config.case(case_id), areas, model, rows, labels, kinds, f, requirements, 2.0)
+        result = run_case(config.case(case_id), outputs, model, f, Criteria(tuple(requirements), 2.0))
         h = (rows[0] - rows[1])[:, None] * model.amplitudes(f)
         expected = sum(h[index].sum(axis=0) ** 2 for index in result.blocks)
         np.testing.assert_allclose(result.psd[3], expected, rtol=1e-9)
@@ -136,11 +136,11 @@ def test_single_and_differential_are_not_mixed_up(areas, config):
         applied("b", "TM1_a_x", "differential"),
         applied("c", "TM1_a_x-TM1_omegadot_x", "differential"),
     ]
-    rows, labels, kinds = with_differences(np.ones((3, 78)), LABELS, KINDS, wrong)
-    assert labels == [*LABELS, "TM1_a_x-TM2_a_x"]
+    outputs = Outputs(areas, np.ones((3, 78)), LABELS, KINDS).with_differences(wrong)
+    assert outputs.labels == (*LABELS, "TM1_a_x-TM2_a_x")
     with pytest.raises(ConfigError) as caught:
         run_case(
-            config.case("1"), areas, config.temperature.model(areas), rows, labels, kinds, config.frequency_hz(), wrong
+            config.case("1"), outputs, config.temperature.model(areas), config.frequency_hz(), Criteria(tuple(wrong))
         )
     facts = [fact for _, fact in caught.value.problems]
     assert "a is for single outputs; set applies_to = 'differential'" in facts[0]

@@ -13,7 +13,8 @@ from tedm_cli.config.cases import CasesConfig
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import Correlation, correlation
-from tedm_cli.noise.propagation import output_psd_from_factor
+from tedm_cli.noise.propagation import TemperatureNoise
+from tedm_cli.noise.shaping.rational_fit import Form, Roots
 from tedm_cli.noise.shaping.sampled_filter import sampled, transition
 from tedm_cli.noise.shaping.shaping_filter import ShapingFilter, shaping_filter
 from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
@@ -79,6 +80,26 @@ def test_single_filters_have_minimum_phase(filters: dict[str, ShapingFilter], na
     z, _, _ = scipy.signal.ss2zpk(found.a, found.b[:, None], found.c, found.d[:, None])
     band = z[np.abs(z) < 2e2]  # what ss2zpk makes of zeros at infinity
     assert np.all(band.real < 0.0)
+
+
+def test_parameters_of_a_rational_function() -> None:
+    """The vector says which root is which: size by the complex response, derivative by differences, and back again."""
+    zeros, poles = Roots(((2.0, 0.3),), (5.0,)), Roots(((1.0, 0.7), (0.2, 3.0)), (9.0,))
+    theta, form, omega = Form.parameters(4.0, zeros, poles), Form.of(zeros, poles), np.geomspace(0.05, 50.0, 31)
+    assert (len(theta), form) == (9, Form((1, 1), (2, 1)))
+    s = 1j * omega
+
+    def response(roots: Roots) -> np.ndarray:
+        pairs = [1 + 2 * z * s / w + (s / w) ** 2 for w, z in roots.pairs]
+        return np.prod([*pairs, *(1 + s / w for w in roots.single)], axis=0)
+
+    size, slope = form.log_size(theta, omega)
+    np.testing.assert_allclose(np.exp(size), np.abs(4.0 * response(zeros) / response(poles)), rtol=1e-13)
+    for i, step in enumerate(1e-6 * np.eye(len(theta))):
+        difference = (form.log_size(theta + step, omega)[0] - form.log_size(theta - step, omega)[0]) / 2e-6
+        np.testing.assert_allclose(slope[:, i], difference, rtol=0, atol=1e-8)
+    back = form.rational(theta, 0.0)
+    np.testing.assert_allclose(Form.parameters(back.gain, back.zeros, back.poles), theta, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -170,7 +191,7 @@ def model_of(
 ) -> tuple[NoiseModel, Correlation, np.ndarray]:
     rows = np.random.default_rng(4).standard_normal((5, len(areas)))
     found = correlation(config.case(case), areas)
-    return noise_model(rows, temperature, found, BAND, 0.01, "here"), found, rows
+    return noise_model(rows, TemperatureNoise(temperature, found), BAND, 0.01, "here"), found, rows
 
 
 @pytest.mark.parametrize(("case", "states"), [("1", 2), ("2", 156), ("3", 4), ("10", 6), ("6", 24)])
@@ -178,7 +199,7 @@ def test_systems_of_cases(areas: AreaTable, config: CasesConfig, case: str, stat
     """As few states as there are: the areas of a block share a filter, whatever their level."""
     temperature = thesis_model(areas)
     model, found, rows = model_of(areas, config, case, temperature)
-    exact = output_psd_from_factor(rows, temperature, found.factor, F)
+    exact = TemperatureNoise(temperature, found).psd(rows, F)
     np.testing.assert_allclose(model.psd(F), exact, rtol=1e-11, atol=0)
     assert model.states == states
     system = model.continuous()
@@ -197,7 +218,7 @@ def test_two_shapes_in_one_block(areas: AreaTable, config: CasesConfig) -> None:
     """An amplitude is off by at most the tolerance of its terms, also where terms of different spectra cancel."""
     temperature = TemperatureModel.by_shield(areas, outside=LOW_PASS, inside=ShapedSpectrum(1e-4, order=1.0))
     model, found, rows = model_of(areas, config, "1", temperature)
-    exact = output_psd_from_factor(rows, temperature, found.factor, F)
+    exact = TemperatureNoise(temperature, found).psd(rows, F)
     assert model.deviation <= 0.01
     assert len(model.inputs) == 1
     terms = [
@@ -221,7 +242,7 @@ def test_simulated_noise_has_the_spectrum(areas: AreaTable, config: CasesConfig)
     y = scipy.signal.dlsim((system.a, system.b, system.c, system.d, 1.0 / rate), noise, x0=x0)[1].T
     f, psd = scipy.signal.welch(y, rate, ("kaiser", 22.0), segment, segment * 3 // 4)
     inside = (f > 8e-4) & (f < 0.03)
-    exact = output_psd_from_factor(rows, temperature, found.factor, f[inside])
+    exact = TemperatureNoise(temperature, found).psd(rows, f[inside])
     ratio = psd[:, inside] / exact
     averages = 0.89 * (4 * samples // segment - 3)  # independent ones of segments that overlap by 3/4
     bins = 5  # neighbours within the window's main lobe are alike
@@ -236,13 +257,23 @@ def test_delays(areas: AreaTable, config: CasesConfig) -> None:
     temperature, rows = thesis_model(areas), np.eye(len(areas))[:3]
     late = np.where(areas.shield == "inside", 600.0, 0.0)
     model = noise_model(
-        rows, temperature, Correlation(found.blocks, found.factor, found.column_block, late), BAND, 0.01, ""
+        rows,
+        TemperatureNoise(temperature, Correlation(found.blocks, found.factor, found.column_block, late)),
+        BAND,
+        0.01,
+        "",
     )
-    np.testing.assert_array_equal(model.psd(F), noise_model(rows, temperature, found, BAND, 0.01, "").psd(F))
+    np.testing.assert_array_equal(
+        model.psd(F), noise_model(rows, TemperatureNoise(temperature, found), BAND, 0.01, "").psd(F)
+    )
     late = np.where(areas.group == "struts", 600.0, 0.0)
     with pytest.raises(InputError, match="follow each other by 600 s; a delay has no state space"):
         noise_model(
-            rows, temperature, Correlation(found.blocks, found.factor, found.column_block, late), BAND, 0.01, ""
+            rows,
+            TemperatureNoise(temperature, Correlation(found.blocks, found.factor, found.column_block, late)),
+            BAND,
+            0.01,
+            "",
         )
 
 
@@ -253,12 +284,12 @@ def test_complex_correlation_is_refused_and_a_real_one_of_complex_numbers_is_not
         factor[:2] = np.linalg.cholesky(np.array([[1.0, np.conj(turn)], [turn, 1.0]]))
         case = Correlation((np.arange(2),), factor, np.zeros(2, dtype=np.intp), np.zeros(k))
         if fine:
-            model = noise_model(np.ones((1, k)), thesis_model(areas), case, BAND, 0.01, "")
-            exact = output_psd_from_factor(np.ones((1, k)), thesis_model(areas), factor, F)
+            model = noise_model(np.ones((1, k)), TemperatureNoise(thesis_model(areas), case), BAND, 0.01, "")
+            exact = TemperatureNoise(thesis_model(areas), Correlation.of_factor(factor)).psd(np.ones((1, k)), F)
             np.testing.assert_allclose(model.psd(F), exact, rtol=1e-12, atol=0)
         else:
             with pytest.raises(InputError, match="correlation is complex"):
-                noise_model(np.ones((1, k)), thesis_model(areas), case, BAND, 0.01, "")
+                noise_model(np.ones((1, k)), TemperatureNoise(thesis_model(areas), case), BAND, 0.01, "")
 
 
 def test_silent_areas_take_no_states(areas: AreaTable, config: CasesConfig) -> None:

@@ -42,13 +42,14 @@ def case_lines(path: Path, result: CaseResult) -> list[str]:
 def _units(result: CaseResult) -> list[tuple[str, str]]:
     """(quantity, unit) of the judged outputs, each once."""
     judged = {v.output for v in result.verdicts}
-    kinds = zip(result.labels, result.kinds, result.units, strict=True)
+    of = result.outputs
+    kinds = zip(of.labels, of.kinds, of.units, strict=True)
     return sorted({(k, u) for label, k, u in kinds if label in judged})
 
 
 def _setting(result: CaseResult) -> str:
     return (
-        f"temperature: {result.temperature.words()}; {int(result.active.sum())} of {len(result.active)} areas in"
+        f"temperature: {result.source.temperature.words()}; {int(result.active.sum())} of {len(result.active)} areas in"
         f" {len(result.blocks)} blocks; ratio = safety factor {result.safety_factor:g} x noise / limit"
     )
 

@@ -50,7 +50,7 @@ def contributor_lines(r: CaseResult) -> list[str]:
     """For each verdict: areas, groups, shields, spectra and paths it comes from, and what would bring it down."""
     lines = []
     for v, verdict in enumerate(r.verdicts):
-        o = r.labels.index(verdict.output)
+        o = r.outputs.labels.index(verdict.output)
         c = r.contributions
         at = f"{1e3 * c.frequency_hz[o]:.3g} mHz"
         lines += [
@@ -61,7 +61,7 @@ def contributor_lines(r: CaseResult) -> list[str]:
         areas = [
             f"{r.areas.name[i]} {c.amplitude[o, i]:+.2e} {_percent(c.share[o, i], c.band_share[o, i])}" for i in order
         ]
-        lines.append(f"  areas ({r.units[o]}/sqrt(Hz)): {', '.join(areas)}")
+        lines.append(f"  areas ({r.outputs.units[o]}/sqrt(Hz)): {', '.join(areas)}")
         level = r.temperature_asd[:, int(np.abs(r.frequency_hz - c.frequency_hz[o]).argmin())]
         spectra = np.array([f"no. {i} of {level[i]:.2g} K/sqrt(Hz)" for i in r.temperature_set.tolist()])
         for what, labels in (("groups", r.areas.group), ("shield", r.areas.shield), ("temperature spectra", spectra)):

@@ -1,4 +1,4 @@
-"""Checks of the masses by others: pyNastran's own element masses on a sample, and Nastran's grid point weight table."""
+"""Independent checks of masses: pyNastran's own element masses on a sample, and Nastran's grid point weight table."""
 
 from __future__ import annotations
 

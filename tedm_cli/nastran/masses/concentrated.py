@@ -1,7 +1,7 @@
 """Concentrated masses: CONM1, CONM2 and scalar masses on grids (Nastran Quick Reference Guide).
 
 Gravity acts on a mass, not on the inertia that a card gives one direction alone: what is not the same in all three
-directions is no body, and is refused.
+directions is not the mass of a body and is refused.
 """
 
 from __future__ import annotations

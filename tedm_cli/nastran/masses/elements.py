@@ -53,6 +53,23 @@ class Elements:
 
 
 @dataclass(frozen=True)
+class _Cards:
+    """The E elements of a model in ascending order of their ids, before anything is known of their masses.
+
+    id : [E]; card : [E], the cards' names; element : [E], the cross-referenced cards.
+    node_offset, node_index, partial : as in `Elements`; where : the deck, for messages.
+    """
+
+    id: IntArray
+    card: list[str]
+    element: list[Any]
+    node_offset: IntArray
+    node_index: IntArray
+    partial: list[int]
+    where: str
+
+
+@dataclass(frozen=True)
 class _Group:
     """Elements of one card with one number of nodes: places in the order of the model, cards, rows of the grids."""
 
@@ -93,11 +110,16 @@ def model_elements(
     """
     if getattr(model, "pval", None):
         raise InputError("p-elements (PVAL) are not read", where=where)
+    cards = _cards(model, rows, where)
+    return _integrated(model, cards, _groups(cards, position, to_basic), factor)
+
+
+def _cards(model: Any, rows: Callable[[IntArray, str], IntArray], where: str) -> _Cards:
     ids = sorted(model.elements)
-    cards = [model.elements[i] for i in ids]
-    types = [str(e.type) for e in cards]
+    elements = [model.elements[i] for i in ids]
+    names = [str(e.type) for e in elements]
     nodes, partial = [], []
-    for eid, element, card in zip(ids, cards, types, strict=True):
+    for eid, element, card in zip(ids, elements, names, strict=True):
         at = element_nodes(element, model.spoints)
         least = corner_count(card) if card != "CPYRAM" else 5
         if least is not None and len(at) != least and shape_of(card, len(at)) is None:
@@ -105,30 +127,21 @@ def model_elements(
                 partial.append(eid)
             at = at[:least]
         nodes.append(at)
-    counts = np.array([len(n) for n in nodes])
     index = rows(np.array([n for at in nodes for n in at], dtype=np.int64), "an element")
-    offset = np.concatenate([[0], np.cumsum(counts)])
-    groups = _groups(cards, types, counts, index, offset, position, to_basic, where)
-    return _gather(model, ids, cards, types, index, offset, groups, partial, factor, where)
+    offset = np.concatenate([[0], np.cumsum([len(n) for n in nodes])]).astype(np.int64)
+    return _Cards(np.array(ids, dtype=np.int64), names, elements, offset, index, partial, where)
 
 
-def _groups(
-    cards: list[Any],
-    types: list[str],
-    counts: IntArray,
-    index: IntArray,
-    offset: IntArray,
-    position: FloatArray,
-    to_basic: ToBasic,
-    where: str,
-) -> list[_Group]:
-    out = []
-    kinds, inverse = np.unique([f"{c}:{n}" for c, n in zip(types, counts, strict=True)], return_inverse=True)
+def _groups(cards: _Cards, position: FloatArray, to_basic: ToBasic) -> list[_Group]:
+    """The elements by card and number of nodes, each with the spread of its mass."""
+    out, where = [], cards.where
+    counts = np.diff(cards.node_offset).tolist()
+    kinds, inverse = np.unique([f"{c}:{n}" for c, n in zip(cards.card, counts, strict=True)], return_inverse=True)
     for number, kind in enumerate(kinds):
         card, count = str(kind).split(":")
         place = np.flatnonzero(inverse == number)
-        members = [cards[i] for i in place]
-        at = index[offset[place][:, None] + np.arange(int(count))]
+        members = [cards.element[i] for i in place]
+        at = cards.node_index[cards.node_offset[place][:, None] + np.arange(int(count))]
         shape = shape_of(card, int(count))
         if shape is None and card == "CPYRAM":
             at, shape = at[:, _PYRAMID_AS_BRICK], CARDS["CHEXA"][0]
@@ -151,34 +164,22 @@ def _groups(
     return out
 
 
-def _gather(
-    model: Any,
-    ids: list[int],
-    cards: list[Any],
-    types: list[str],
-    index: IntArray,
-    offset: IntArray,
-    groups: list[_Group],
-    partial: list[int],
-    factor: float,
-    where: str,
-) -> Elements:
-    """Integrate the groups and put them into the order of the model."""
-    measure, mass, section = np.zeros(len(ids)), np.zeros(len(ids)), np.zeros(len(ids))
+def _integrated(model: Any, cards: _Cards, groups: list[_Group], factor: float) -> Elements:
+    """The masses of the groups, integrated over their elements and put into the order of the model."""
+    count = len(cards.id)
+    measure, mass, section = np.zeros(count), np.zeros(count), np.zeros(count)
     for group in groups:
         if group.spread is not None and group.shape is not None:
             s = group.spread
             measure[group.place], mass[group.place] = contents(
                 group.shape, group.position + s.axis, s.structural + s.nonstructural
             )
-    property_id = np.array([int(e.pid) if getattr(e, "pid", None) is not None else 0 for e in cards], dtype=np.int64)
-    added = nonstructural(
-        model,
-        Measured(np.array(ids, dtype=np.int64), types, property_id, [_property_type(e) for e in cards], measure),
-        where,
-    )
+    pids = [int(e.pid) if getattr(e, "pid", None) is not None else 0 for e in cards.element]
+    property_id = np.array(pids, dtype=np.int64)
+    property_type = [_property_type(e) for e in cards.element]
+    added = nonstructural(model, Measured(cards.id, cards.card, property_id, property_type, measure), cards.where)
     mass += added * measure
-    lever, weight = np.zeros((len(index), 3)), np.ones(len(index))
+    lever, weight = np.zeros((len(cards.node_index), 3)), np.ones(len(cards.node_index))
     for group in groups:
         place, shape = group.place, group.shape
         if group.spread is None or shape is None:
@@ -195,19 +196,19 @@ def _gather(
                 ..., None
             ]
             relative = whole / whole.mean(axis=1, keepdims=True)
-        to = offset[place][:, None] + np.arange(shape.nodes)
+        to = cards.node_offset[place][:, None] + np.arange(shape.nodes)
         # where all of the mass is at one place, that place to the last digit
         same = (s.structural_lever == s.nonstructural_lever).all(axis=2) | (loads == 0.0)
         lever[to] = np.where(same[..., None], s.structural_lever, np.nan_to_num(mixed))
         even = np.ptp(whole, axis=1) == 0.0
         weight[to[~even]] = relative[~even]
-    density, expansion = _materials(cards, where)
+    density, expansion = _materials(cards.element, cards.where)
     return Elements(
-        id=np.array(ids, dtype=np.int64),
-        type=types,
+        id=cards.id,
+        type=cards.card,
         property_id=property_id,
-        node_offset=offset.astype(np.int64),
-        node_index=index,
+        node_offset=cards.node_offset,
+        node_index=cards.node_index,
         mass_kg=mass * factor,
         added_kg=added * measure * factor,
         density=density * factor,
@@ -215,7 +216,7 @@ def _gather(
         section=section,
         lever=lever,
         weight=weight,
-        partial=partial,
+        partial=cards.partial,
     )
 
 
@@ -224,11 +225,11 @@ def _property_type(element: Any) -> str:
     return "" if prop is None else str(prop.type)
 
 
-def _materials(cards: list[Any], where: str) -> tuple[FloatArray, FloatArray]:
+def _materials(elements: list[Any], where: str) -> tuple[FloatArray, FloatArray]:
     """Density and expansion [E] of the elements' materials; NaN where the property has no single material."""
     known: dict[int, tuple[float, float]] = {}
-    out = np.empty((len(cards), 2))
-    for i, element in enumerate(cards):
+    out = np.empty((len(elements), 2))
+    for i, element in enumerate(elements):
         prop = getattr(element, "pid_ref", None)
         holder = element if prop is None else prop
         if id(holder) not in known:

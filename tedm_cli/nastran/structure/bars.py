@@ -1,4 +1,4 @@
-"""Bar elements of a deck: CBAR, and CBEAM where it is one."""
+"""Bar elements of a deck: CBAR, and CBEAM where it is a uniform bar."""
 
 from __future__ import annotations
 

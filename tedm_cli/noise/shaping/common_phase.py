@@ -29,12 +29,12 @@ def common_phase(frequency_hz: FloatArray, amplitude: FloatArray, tolerance: flo
     """
     poles, used = Roots((), ()), set[int]()
     while True:
-        found = _fitted(poles, frequency_hz, amplitude, tolerance)
-        off = found[4].copy()
+        system = _fitted(poles, frequency_hz, amplitude, tolerance)
+        off = system[4].copy()
         off[list(used)] = 0.0
         worst = int(off.argmax())
         if off[worst] <= tolerance:
-            return found
+            return system
         used.add(worst)
         more = minimum_phase(frequency_hz, np.sqrt(amplitude[worst]), _ROOM * tolerance).poles
         poles = Roots(poles.pairs + more.pairs, poles.single + more.single)
@@ -49,10 +49,10 @@ def _fitted(poles: Roots, frequency_hz: FloatArray, amplitude: FloatArray, toler
         for _ in range(_ROUNDS):
             scaled, target = basis * (weight / size), phase * weight
             left = np.concatenate([scaled.real, scaled.imag], axis=1).T
-            found = np.linalg.lstsq(left, np.concatenate([target.real, target.imag]), rcond=None)[0]
-            error = np.abs(found @ basis / (size * phase) - 1.0)
+            coefficients = np.linalg.lstsq(left, np.concatenate([target.real, target.imag]), rcond=None)[0]
+            error = np.abs(coefficients @ basis / (size * phase) - 1.0)
             if error.max() < off[q]:
-                c[q], off[q] = found, error.max()
+                c[q], off[q] = coefficients, error.max()
             if off[q] <= tolerance:
                 break
             weight = weight * np.sqrt(error / error.max() + 0.03)

@@ -17,9 +17,9 @@ from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.correlation_check import correlation_factor
+from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.shaping.sampled_filter import SampledFilter, lower_factor, sampled
 from tedm_cli.noise.shaping.shaping_filter import ShapingFilter, shaping_filter
-from tedm_cli.noise.temperature import TemperatureModel
 
 _HINT = "leave the delays out, or propagate the case with run-case, which is exact"
 
@@ -108,12 +108,7 @@ class NoiseModel:
 
 
 def noise_model(
-    rows: FloatArray,
-    temperature: TemperatureModel,
-    correlation: Correlation,
-    band_hz: tuple[float, float],
-    tolerance: float,
-    where: str,
+    rows: FloatArray, source: TemperatureNoise, band_hz: tuple[float, float], tolerance: float, where: str
 ) -> NoiseModel:
     """The noise of outputs with `rows` [p, k] per kelvin; `where` (a case) is for messages.
 
@@ -122,6 +117,7 @@ def noise_model(
     InputError : areas that share noise follow with different delays, or R is complex: neither is a state space.
     PhysicsError : a spectrum cannot be realised to the tolerance.
     """
+    temperature, correlation = source.temperature, source.correlation
     factor = _real_factor(correlation, where)
     silent = temperature.scale == 0.0
     filters: dict[tuple[int, ...], ShapingFilter] = {}

@@ -1,4 +1,4 @@
-"""What of the cases that were run is worth looking at on the mesh, and the weights of the areas in a case's noise."""
+"""Which outputs and areas of the cases that were run to show on the mesh; the weights of areas in a case's noise."""
 
 from __future__ import annotations
 

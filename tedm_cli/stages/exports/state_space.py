@@ -21,12 +21,11 @@ from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.matrix_files.named import Format, NamedMatrix
 from tedm_cli.noise.correlation import correlation
-from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.requirements import UNITS
+from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.build_folder import require_current
-from tedm_cli.results.outputs import Outputs, read_outputs
+from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.stages.exports.case import destination
 
 DEFAULT_TOLERANCE = 0.01
@@ -39,6 +38,17 @@ class Wanted:
     tolerance: float = DEFAULT_TOLERANCE
     rate_hz: float | None = None
     temperatures: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class _Inputs:
+    """What all cases have in common: the project, its cases file as read, the outputs and the temperatures' model."""
+
+    project: Project
+    file: ConfigFile
+    config: CasesConfig
+    outputs: ModelOutputs
+    temperature: TemperatureModel
 
 
 @dataclass(frozen=True)
@@ -74,42 +84,30 @@ def export_state_space(
     file, config = load_cases(project.cases)
     outputs = read_outputs(project.build_dir / SENSITIVITY, project.build_dir / OPTICS)
     outputs = outputs.with_differences(config.applied_requirements())
-    temperature = temperature_model(project, config, outputs.areas)
-    return [
-        _export(project, file, config, case_id, outputs, temperature, fmt, place, wanted)
-        for case_id, place in zip(ids, places, strict=True)
-    ]
+    inputs = _Inputs(project, file, config, outputs, temperature_model(project, config, outputs.areas))
+    return [_export(inputs, case_id, fmt, place, wanted) for case_id, place in zip(ids, places, strict=True)]
 
 
 def _stem(case_id: str) -> str:
     return Path(case_file_name(case_id)).stem
 
 
-def _export(
-    project: Project,
-    file: ConfigFile,
-    config: CasesConfig,
-    case_id: str,
-    outputs: Outputs,
-    temperature: TemperatureModel,
-    fmt: Format,
-    place: tuple[Path, str],
-    wanted: Wanted,
-) -> ExportedSystem:
+def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str], wanted: Wanted) -> ExportedSystem:
+    project, config, outputs, temperature = inputs.project, inputs.config, inputs.outputs, inputs.temperature
     case = config.case(case_id, where=str(project.cases))
-    found = correlation(case, outputs.areas)
+    source = TemperatureNoise(temperature, correlation(case, outputs.areas))
     band = (config.frequency.min_hz, config.frequency.max_hz)
     where = f"{project.cases}: case {case_id}"
-    model = noise_model(outputs.rows, temperature, found, band, wanted.tolerance, where)
+    model = noise_model(outputs.rows, source, band, wanted.tolerance, where)
     frequency = config.frequency_hz()
     path = project.build_dir / case_file_name(case_id)
     if path.exists():
-        psd, compared = _stored(project, file, case_id, path, outputs.labels), path.name
+        psd, compared = _stored(inputs, case_id, path), path.name
     else:
-        psd = output_psd_from_factor(outputs.rows, temperature, found.factor, frequency, found.delay_s)
+        psd = source.psd(outputs.rows, frequency)
         compared = "the exact spectra"
     deviation = _deviation(model.psd(frequency), psd)
-    labels = Labels(outputs.labels, [UNITS[kind] for kind in outputs.kinds], outputs.areas.name.tolist())
+    labels = Labels(list(outputs.labels), list(outputs.units), outputs.areas.name.tolist())
     validity = NamedMatrix(
         "validity",
         np.array([[*band, wanted.tolerance, model.deviation, deviation]]),
@@ -151,11 +149,12 @@ def _notes(
     ]
 
 
-def _stored(project: Project, file: ConfigFile, case_id: str, path: Path, labels: Sequence[str]) -> FloatArray:
+def _stored(inputs: _Inputs, case_id: str, path: Path) -> FloatArray:
     """The PSDs [n_out, F] of a case file, which must be of the present sensitivities and configuration."""
     with open_checked(path, CASE) as stored:
-        require_current(stored, case_id, input_files([project.build_dir / n for n in (SENSITIVITY, OPTICS)]), file)
-        return np.array([stored.array(f"/psd/{label}") for label in labels])
+        sources = [inputs.project.build_dir / name for name in (SENSITIVITY, OPTICS)]
+        require_current(stored, case_id, input_files(sources), inputs.file)
+        return np.array([stored.array(f"/psd/{label}") for label in inputs.outputs.labels])
 
 
 def _deviation(psd: FloatArray, wanted: FloatArray) -> float:

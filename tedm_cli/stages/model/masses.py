@@ -12,7 +12,7 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, ModelParts
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.gravity.mass_properties import MassProperties, mass_properties
-from tedm_cli.gravity.masses import MassDistribution, PointMasses, mass_distribution
+from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, mass_distribution
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 from tedm_cli.nastran.geometry import ModelGeometry, id_list, lumped_masses, rows_of
 from tedm_cli.nastran.masses.audit import WeightTable, weight_table
@@ -27,15 +27,17 @@ def distribution_of(geometry: ModelGeometry, *, lumped: bool = False) -> MassDis
     e, c = geometry.elements, geometry.concentrated
     return mass_distribution(
         geometry.position_m,
-        element_id=e.id,
-        card=e.type,
-        mass=e.mass_kg,
-        node_offset=e.node_offset,
-        node_index=e.node_index,
-        lever=e.lever,
-        thickness=e.section,
-        weight=e.weight,
-        points=PointMasses(
+        ElementMasses(
+            id=e.id,
+            card=e.type,
+            mass=e.mass_kg,
+            node_offset=e.node_offset,
+            node_index=e.node_index,
+            lever=e.lever,
+            section=e.section,
+            weight=e.weight,
+        ),
+        PointMasses(
             name=[f"{card} {i}" for card, i in zip(c.card, c.id, strict=True)],
             mass=c.kg,
             node=c.node,

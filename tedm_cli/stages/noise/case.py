@@ -36,8 +36,8 @@ def run_cases(
     if config.realisation is not None and config.realisation.spectrum == "log":
         require_speckit()
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
-    requirements = config.applied_requirements()
-    outputs = read_outputs(*sources).with_differences(requirements)
+    criteria = config.criteria()
+    outputs = read_outputs(*sources).with_differences(criteria.requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
     refused: dict[str, TedmError] = {}
@@ -50,30 +50,19 @@ def run_cases(
             refused[case_id] = error
             continue
         try:
-            result = run_case(
-                case,
-                outputs.areas,
-                temperature,
-                outputs.rows,
-                outputs.labels,
-                outputs.kinds,
-                frequency,
-                requirements,
-                config.safety_factor,
-                outputs.parts_of_read_outs,
-            )
+            result = run_case(case, outputs, temperature, frequency, criteria)
         except ConfigError as error:  # of the requirements, which are the same for every case
             raise ConfigError(error.problems, where=str(project.cases)) from error
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
-            realised = realise_case(outputs.rows, result, config, step, path.parent)
+            realised = realise_case(result, config, step, path.parent)
         except InputError as error:
             refused[case_id] = error
             continue
         matrix = config.case_table(case.id).matrix
         inputs = [*sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
         with create(path, KIND, provenance([file], inputs)) as writer:
-            write_case(writer, result, outputs.area_id, [r.requirement for r in requirements])
+            write_case(writer, result, outputs.area_id, [r.requirement for r in criteria.requirements])
             if realised is not None:
                 write_realisation(writer, realised)
         done(path, result)

@@ -15,6 +15,7 @@ from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import Writer, open_checked
 from tedm_cli.noise.case_run import CaseResult
+from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.realisation import expected_psd, output_blocks, realise, resolved
 from tedm_cli.noise.spectral_estimate import Estimate, Window
 from tedm_cli.progress import Step, counter
@@ -41,10 +42,8 @@ class Realised:
         return np.divide(self.estimate.psd, self.exact, out=np.full_like(self.exact, np.nan), where=self.exact > 0.0)
 
 
-def realise_case(
-    rows: FloatArray, result: CaseResult, config: CasesConfig, step: Step, folder: Path
-) -> Realised | None:
-    """Realise a case for outputs with `rows` [n_out, k]; None where the configuration does not ask for it.
+def realise_case(result: CaseResult, config: CasesConfig, step: Step, folder: Path) -> Realised | None:
+    """Realise the outputs of a case; None where the configuration does not ask for it.
 
     Log-spaced spectra take segments of another length at every frequency, so their series wait in a temporary file in
     `folder`.
@@ -54,22 +53,22 @@ def realise_case(
     table, plan = config.realisation, config.realisation_plan()
     if table is None or plan is None:
         return None
-    factor, delay_s = result.correlation.factor, result.correlation.delay_s
+    rows, source = result.outputs.rows, result.source
     advance = counter(step, plan.samples, f"realising case {result.case.id}")
     window: Window | None = None
     try:
         if table.spectrum == "log":
-            blocks = output_blocks(rows, result.temperature, factor, plan, delay_s)
+            blocks = output_blocks(rows, source, plan)
             estimate, window = _log(blocks, len(rows), plan.rate_hz, advance, folder)
         else:
-            estimate = realise(rows, result.temperature, factor, plan, advance, delay_s)
+            estimate = realise(rows, source, plan, advance)
     except InputError as error:
         raise InputError(error.fact, where=f"case {result.case.id}: {error.where}", hint=error.hint) from error
     inside = resolved(estimate.frequency_hz, plan, window)
     if window is not None:
         window = Window(np.broadcast_to(window.bin_hz, inside.shape)[inside], window.beta)
     estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
-    exact = expected_psd(rows, result.temperature, factor, plan, estimate.frequency_hz, delay_s, window)
+    exact = expected_psd(OutputNoise(rows, source, estimate.frequency_hz), plan, window)
     return Realised(estimate, exact, plan.rate_hz, plan.samples, plan.seed, table.spectrum)
 
 

@@ -28,13 +28,12 @@ from tedm_cli.files.store import Writer, create
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import judged_outputs
 from tedm_cli.noise.columns import columns_of_areas
-from tedm_cli.noise.requirements import UNITS
 from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler
 from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_column
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
-from tedm_cli.results.outputs import Outputs, read_outputs
+from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.stages.noise.log_spectrum import log_estimate, require_speckit
 from tedm_cli.tables.wide_table import WideTable, open_wide
 
@@ -126,7 +125,7 @@ def run_series(
     sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
     outputs = read_outputs(*sources).with_differences(config.applied_requirements())
     try:
-        judged_outputs(config.applied_requirements(), outputs.labels, outputs.kinds, config.frequency_hz())
+        judged_outputs(config.criteria(), outputs, config.frequency_hz())
     except ConfigError as error:
         raise ConfigError(error.problems, where=str(project.cases)) from error
     refused: dict[str, TedmError] = {}
@@ -154,7 +153,7 @@ def run_series(
         raise first
 
 
-def _sample(source: Path, table: SeriesTable, outputs: Outputs, where: str, scratch: IO[bytes]) -> _Sampled:
+def _sample(source: Path, table: SeriesTable, outputs: ModelOutputs, where: str, scratch: IO[bytes]) -> _Sampled:
     """Read, check, propagate and resample the series of a table."""
     moving = ~_constant(table, outputs.areas, where)
     with open_wide(source, "time_s") as wide:
@@ -228,12 +227,12 @@ def _finish(
     source: Path,
     sampled: _Sampled,
     table: SeriesTable,
-    outputs: Outputs,
+    outputs: ModelOutputs,
     config: CasesConfig,
 ) -> SeriesResult:
     """Remove the trend, write the series, estimate and judge."""
     n, rate = sampled.samples, 1.0 / sampled.step_s
-    units = [UNITS[kind] for kind in outputs.kinds]
+    units = list(outputs.units)
     lowest = table.lowest_hz if table.lowest_hz is not None else config.lowest_band_hz()
     welch = Welch(sampled.n_out, rate, segment_length(rate, lowest)) if table.spectrum == "welch" else None
     if welch is not None and n < welch.segment:
@@ -262,8 +261,8 @@ def _finish(
     estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
     verdicts, unjudged = _judge(estimate, outputs, config)
     result = SeriesResult(
-        path, table.name, source, outputs.labels, units, np.sqrt(square / n), peak, sampled.first_s, sampled.step_s, n,
-        estimate, verdicts, unjudged, config.safety_factor, table.confidence, _treatment(table),
+        path, table.name, source, list(outputs.labels), units, np.sqrt(square / n), peak, sampled.first_s,
+        sampled.step_s, n, estimate, verdicts, unjudged, config.safety_factor, table.confidence, _treatment(table),
     )  # fmt: skip
     _write(writer, result, outputs, sampled.column)
     return result
@@ -278,7 +277,7 @@ def _log(sampled: _Sampled, remove: str) -> Estimate:
     return Estimate(found[0].frequency_hz, np.concatenate([e.psd for e in found]), found[0].degrees_of_freedom)
 
 
-def _judge(estimate: Estimate, outputs: Outputs, config: CasesConfig) -> tuple[list[SeriesVerdict], list[str]]:
+def _judge(estimate: Estimate, outputs: ModelOutputs, config: CasesConfig) -> tuple[list[SeriesVerdict], list[str]]:
     verdicts: list[SeriesVerdict] = []
     unjudged: list[str] = []
     for applied in config.applied_requirements():
@@ -305,7 +304,7 @@ def _treatment(table: SeriesTable) -> str:
     return f"{removed[table.remove]}, resampled to {table.resample_s:g} s {how[str(table.method)]}"
 
 
-def _write(writer: Writer, r: SeriesResult, outputs: Outputs, column: list[str]) -> None:
+def _write(writer: Writer, r: SeriesResult, outputs: ModelOutputs, column: list[str]) -> None:
     writer.write("/area/id", outputs.area_id)
     for name in ("name", "group", "shield", "side"):
         writer.write(f"/area/{name}", [str(v) for v in getattr(outputs.areas, name)])

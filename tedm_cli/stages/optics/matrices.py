@@ -1,4 +1,4 @@
-"""Where S_BW and P come from: the layout, or files made elsewhere; whichever, they are judged before they are used."""
+"""Where S_BW and P come from: the layout, or files made elsewhere; either way they are judged before they are used."""
 
 from __future__ import annotations
 
