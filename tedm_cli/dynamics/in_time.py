@@ -28,6 +28,7 @@ from tedm_cli.noise.temperature import TabulatedSpectrum, WhiteSpectrum
 
 _BLOCK = 4096  # samples at once
 _FIT_POINTS = 241
+_MEMORIES = 20.0  # of the slowest state, after which noise is stationary to e^-40
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +80,8 @@ def together(drives: Sequence[WhiteDriven]) -> WhiteDriven:
 class TimeLoop:
     """The closed loop with chosen outputs in time.
 
-    `continuous`: inputs are `DISTURBANCES` [45]; outputs are the `labels` without second derivatives, then what is to be
-    differentiated twice for those in `second` (places in `labels`).
+    `continuous`: inputs are `DISTURBANCES` [45]; outputs are the `labels` without second derivatives, then what is to
+    be differentiated twice for those in `second` (places in `labels`).
     """
 
     labels: tuple[str, ...]
@@ -121,7 +122,7 @@ def realise(loop: TimeLoop, drive: WhiteDriven, rate_hz: float, samples: int, se
     whole = loop.continuous.after(drive.system)
     n, q, dt = len(whole.a), len(whole.c), 1.0 / rate_hz
     wide = np.block([[whole.a, np.zeros((n, q))], [whole.c, np.zeros((q, q))]])
-    phi, factor = transition(wide, np.concatenate([whole.b, whole.d]), dt)
+    phi, factor = _transition(wide, np.concatenate([whole.b, whole.d]), dt)
     step, mean = np.ascontiguousarray(phi[:n, :n]), phi[n:, :n] / dt
     noise, mean_noise = factor[:n], factor[n:] / dt
     rng = np.random.default_rng(seed)
@@ -156,15 +157,22 @@ def _differenced(loop: TimeLoop, block: FloatArray, dt: float) -> FloatArray:
     return out
 
 
+def _transition(a: FloatArray, b: FloatArray, step_s: float) -> tuple[FloatArray, FloatArray]:
+    """`transition` with states of one size: the shorter the first step, the fewer digits it leaves to slow poles."""
+    _, (size, _) = linalg.matrix_balance(a, permute=False, separate=True)
+    phi, factor = transition(a * size / size[:, None], b / size[:, None], step_s)
+    return phi * size[:, None] / size, factor * size[:, None]
+
+
 def stationary_factor(system: StateSpace) -> FloatArray:
-    """[n, r] with F Fᵀ the stationary covariance of x, of A P + P Aᵀ + B Bᵀ / 2 = 0."""
-    size = np.sqrt(np.maximum(np.diag(linalg.solve_continuous_lyapunov(system.a, -0.5 * system.b @ system.b.T)), 0.0))
-    size[size == 0.0] = 1.0
-    a, b = system.a * (size / size[:, None]), system.b / size[:, None]  # states of one size: digits for all
-    covariance = linalg.solve_continuous_lyapunov(a, -0.5 * b @ b.T)
-    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
-    out: FloatArray = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-    return out
+    """[n, r] with F Fᵀ the stationary covariance of x: what white noise has made of it in many times its memory.
+
+    Lyapunov's equation has the same solution, but loses the small states beside the large ones.
+    """
+    if not len(system.a):
+        return np.zeros((0, 0))
+    slowest = float(np.abs(np.linalg.eigvals(system.a).real).min())
+    return _transition(system.a, system.b, _MEMORIES / slowest)[1]
 
 
 def respond(

@@ -61,11 +61,12 @@ def transition(a: FloatArray, b: FloatArray, step_s: float) -> tuple[FloatArray,
     exponential = expm(block * h)
     phi = exponential[n:, n:].T
     covariance = phi @ exponential[:n, n:]
-    scale = np.sqrt(
-        np.maximum(np.diag(covariance), np.finfo(np.float64).tiny)
-    )  # a state far down the cascade receives next to nothing within h
-    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T) / np.outer(scale, scale))
-    factor = lower_factor(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+    # a state far down the cascade receives next to nothing within h; one that no noise reaches has rounding of any sign
+    reached = np.diag(covariance) > 0.0
+    scale = np.sqrt(np.where(reached, np.diag(covariance), 1.0))
+    correlation = 0.5 * (covariance + covariance.T) / np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(np.clip(correlation, -1.0, 1.0))
+    factor = lower_factor(np.where(reached, scale, 0.0)[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
     for _ in range(doublings):
         factor = lower_factor(np.hstack([phi @ factor, factor]))
         phi = phi @ phi
