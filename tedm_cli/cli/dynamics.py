@@ -53,6 +53,9 @@ def simulate(
     problem: Annotated[
         Path | None, typer.Option("--problem", help="A self-contained problem in JSON instead of a project.")
     ] = None,
+    in_time: Annotated[
+        bool, typer.Option("--time", help="Realise the noise in time as well, and compare with the exact spectra.")
+    ] = False,
     fail_on_violation: Annotated[
         bool, typer.Option("--fail-on-violation", help="Exit with 5 when a requirement is violated.")
     ] = False,
@@ -87,7 +90,7 @@ def simulate(
         raise UsageError(f"--output names one file, but {len(ids)} cases are run")
     done: list[tuple[Path, Simulation]] = []
     with progress(quiet) as step:
-        stage(project, ids, output, step, lambda path, result: done.append((path, result)))
+        stage(project, ids, output, step, in_time, lambda path, result: done.append((path, result)))
     if as_json:
         print(json.dumps([simulation_dict(path, r) for path, r in done], indent=1))
     else:

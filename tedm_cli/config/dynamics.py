@@ -265,8 +265,8 @@ class NoiseTable(Strict):
 class TimeTable(Strict):
     """The realisation in time: samples per second, how many, and the seed of its random numbers."""
 
-    rate_hz: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
-    samples: Annotated[int, Field(ge=1024, le=10**9)] = 2**20
+    rate_hz: Annotated[float, Field(gt=0.0, le=100.0)] = 0.5
+    samples: Annotated[int, Field(ge=1024, le=10**9)] = 2**17
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
 
 

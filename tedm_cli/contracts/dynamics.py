@@ -146,5 +146,19 @@ SIMULATION = FileKind(
         "/requirement/amplitude": Dataset(
             ("requirement", "frequency"), "float", None, "limit on the ASD; nan outside the band"
         ),
+        "/realisation/output": Dataset(("realised",), "str", "1", "outputs realised in time", optional=True),
+        "/realisation/frequency": Dataset(("bin",), "float", "Hz", "frequency of the estimate", optional=True),
+        "/realisation/psd": Dataset(
+            ("realised", "bin"), "float", None, "estimate of the one-sided PSD from a realisation", optional=True
+        ),
+        "/realisation/exact": Dataset(
+            ("realised", "bin"), "float", None, "its expectation by the exact spectra", optional=True
+        ),
+        "/realisation/degrees_of_freedom": Dataset(
+            ("bin",), "float", "1", "equivalent degrees of freedom of the estimate (chi-square)", optional=True
+        ),
+        "/realisation/rate": Dataset((), "float", "Hz", "samples per second of the realisation", optional=True),
+        "/realisation/samples": Dataset((), "int", "1", "samples of the realisation", optional=True),
+        "/realisation/seed": Dataset((), "int", "1", "seed of the random numbers", optional=True),
     },
 )

@@ -71,8 +71,12 @@ def budget(
     frequency_hz: FloatArray,
     labels: Sequence[str] = OUTPUTS,
     advance: Callable[[int], None] = lambda done: None,
+    *,
+    difference_s: float | None = None,
 ) -> Budget:
     """Noise of the outputs at `frequency_hz` [F] (above 0); `advance` is told of the frequencies done.
+
+    `difference_s` as for `closed_loop.responses`.
 
     PSD = Σ over sources |H col|² S + H V A R Aᴴ Vᴴ Hᴴ. Gravity and read-out of one temperature add with their phases.
     """
@@ -83,7 +87,7 @@ def budget(
     by_source = np.empty((f, n, len(sources)))
     heat, gravity, apart = np.zeros((f, n)), np.zeros((f, n)), np.zeros((f, n))
     area = np.zeros((f, n, k))
-    for here, response in responses(plant, controller, frequency_hz):
+    for here, response in responses(plant, controller, frequency_hz, difference_s):
         chosen = response[:, rows]
         by_source[here] = _size(_by(chosen, gains)) * spectra[:, here].T[:, None, :]
         if thermal is not None:

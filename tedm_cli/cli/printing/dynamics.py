@@ -63,6 +63,12 @@ def simulation_lines(path: Path, r: Simulation) -> list[str]:
         rows.append((v.output, v.requirement, *numbers, verdict, _dominating(r, j)))
     head = ("output", "requirement", "noise", "limit", "ratio", "margin", "at mHz", "verdict", "made of")
     lines += table(head, rows, right=(2, 3, 4, 5, 6))
+    if r.realised is not None:
+        ratio = r.realised.ratio.mean(axis=1)
+        parts = ", ".join(f"{label} {value:.3f}" for label, value in zip(r.realised.labels, ratio, strict=True))
+        plan = r.realised.plan
+        how = f"{plan.samples:,} samples at {plan.rate_hz:g} Hz"
+        lines.append(f"realised in time, {how}; mean of estimate over exact: {parts}")
     return lines + [line for j in r.judged if not j.verdict.passed for line in _help_lines(r, j)]
 
 

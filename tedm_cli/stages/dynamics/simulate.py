@@ -23,10 +23,12 @@ from tedm_cli.files.build_folder import DYNAMICS, OPTICS, SENSITIVITY, provenanc
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Writer, create, open_checked
 from tedm_cli.noise.correlation import CorrelationCase, correlation
+from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.requirements import Requirement, frequency_grid, in_band
 from tedm_cli.noise.temperature import TemperatureModel
-from tedm_cli.progress import Step
+from tedm_cli.progress import Step, counter
 from tedm_cli.stages.dynamics.loop import Loop, project_loop
+from tedm_cli.stages.dynamics.realisation import RealisedLoop, realise_loop, write_realisation
 from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
 
 
@@ -45,6 +47,7 @@ class Simulation:
     budget: Budget
     judged: tuple[JudgedOutput, ...]
     safety_factor: float
+    realised: RealisedLoop | None = None
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -60,9 +63,10 @@ def simulate(
     case_ids: Sequence[str],
     output: Path | None,
     step: Step,
+    in_time: bool = False,
     done: Callable[[Path, Simulation], None] = lambda path, result: None,
 ) -> None:
-    """Run the cases in closed loop and write one file each; `done` is told of each.
+    """Run the cases in closed loop and write one file each; `done` is told of each. `in_time`: realise them as well.
 
     Raises
     ------
@@ -80,16 +84,28 @@ def simulate(
     configs = [file, *([loop.file] if loop.file else [])]
     for number, case_id in enumerate(case_ids):
         case = config.case(case_id, where=str(project.cases))
-        thermal = rows.driven_by(temperature, correlation(case, rows.areas), frequency)
+        noise = TemperatureNoise(temperature, correlation(case, rows.areas))
+        thermal = rows.driven_by(temperature, noise.correlation, frequency)
         step(number, len(case_ids), "closed loop")
         found = budget(loop.plant, loop.controller, loop.sources, thermal, frequency)
         verdicts = judge_outputs(found, loop.sources, judged, frequency, config.safety_factor)
-        result = Simulation(case, loop, rows, temperature, frequency, found, tuple(verdicts), config.safety_factor)
+        realised = None
+        if in_time:
+            labels = tuple(dict.fromkeys(label for _, label in judged))
+            lowest = min((r.requirement.band_hz[0] for r in requirements), default=float(frequency[0]))
+            advance = counter(step, loop.config.time.samples, f"realising case {case.id}")
+            band = (lowest, float(frequency[-1]))
+            realised = realise_loop(loop, rows, noise, labels, band, f"case {case.id}", advance)
+        result = Simulation(
+            case, loop, rows, temperature, frequency, found, tuple(verdicts), config.safety_factor, realised
+        )
         path = output if output is not None else project.build_dir / simulation_file_name(case.id)
         matrix = config.case_table(case.id).matrix
         inputs = [source, project.build_dir / SENSITIVITY, project.build_dir / OPTICS, *table_paths(project, config)]
         with create(path, KIND, provenance(configs, [*inputs, *([Path(matrix)] if matrix else [])])) as writer:
             write_simulation(writer, result, [r.requirement for r in requirements])
+            if realised is not None:
+                write_realisation(writer, realised)
         done(path, result)
 
 

@@ -1,0 +1,124 @@
+"""The realisation in time that `simulate --time` makes of a case, beside what the exact spectra expect of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.dynamics import TimeTable
+from tedm_cli.dynamics.budget import budget
+from tedm_cli.dynamics.in_time import WhiteDriven, noise_drive, realise, time_loop, together
+from tedm_cli.dynamics.loops import StateSpace
+from tedm_cli.dynamics.own_controller import StateSpaceController
+from tedm_cli.dynamics.signals import DISTURBANCES
+from tedm_cli.errors import InputError
+from tedm_cli.files.store import Writer
+from tedm_cli.noise.propagation import TemperatureNoise
+from tedm_cli.noise.shaping.state_space import noise_model
+from tedm_cli.noise.spectral_estimate import Estimate, Welch, Window, segment_length, through_window
+from tedm_cli.stages.dynamics.loop import Loop
+from tedm_cli.stages.dynamics.thermal import ThermalRows
+
+_TOLERANCE = 3e-3  # of the shaping filters' amplitudes
+_ALIASES = 8  # bands above half the rate that are folded back into what is expected
+_GRID_PER_DECADE = 60
+_HIGHEST = 0.2  # of the rate: above it what is folded back from farther bands counts
+
+
+@dataclass(frozen=True, eq=False)
+class RealisedLoop:
+    """Estimate of the outputs `labels` from a realisation, and what the exact spectra [n, F] expect of it."""
+
+    labels: tuple[str, ...]
+    estimate: Estimate
+    exact: FloatArray
+    plan: TimeTable
+
+    @property
+    def ratio(self) -> FloatArray:
+        """Estimate over expectation [n, F]."""
+        return np.asarray(self.estimate.psd / self.exact)
+
+
+def realise_loop(
+    loop: Loop,
+    rows: ThermalRows,
+    noise: TemperatureNoise,
+    labels: tuple[str, ...],
+    band_hz: tuple[float, float],
+    where: str,
+    advance: Callable[[int], None] = lambda done: None,
+) -> RealisedLoop:
+    """Realise all noise of a case through the loop; `band_hz`: lowest frequency compared, highest of the filters.
+
+    Raises
+    ------
+    InputError : a sampled controller, areas with delays, fewer samples than a segment.
+    PhysicsError : a spectrum that no filter reaches.
+    """
+    plan, lowest = loop.config.time, band_hz[0]
+    if isinstance(loop.controller, StateSpaceController) and loop.controller.dt_s is not None:
+        raise InputError(
+            "a sampled controller has no realisation in time here",
+            where=loop.where,
+            hint="leave --time out: the exact spectra know the sampling",
+        )
+    filters = (lowest / 100.0, max(band_hz[1], 2.0 * plan.rate_hz))
+    columns = np.concatenate([rows.read_out, rows.acceleration])
+    model = noise_model(columns, noise, filters, _TOLERANCE, where)
+    system = model.continuous()
+    at = len(columns)
+    zero_c, zero_d = (np.zeros((len(DISTURBANCES) - at, m.shape[1])) for m in (system.c, system.d))
+    thermal = WhiteDriven(
+        StateSpace(system.a, system.b, np.concatenate([zero_c, system.c]), np.concatenate([zero_d, system.d]))
+    )
+    drive = together([noise_drive(loop.sources, filters, _TOLERANCE), thermal])
+    welch = Welch(len(labels), plan.rate_hz, segment_length(plan.rate_hz, lowest))
+    for block in realise(time_loop(loop.plant, loop.controller, labels), drive, plan.rate_hz, plan.samples, plan.seed):
+        welch.add(block)
+        advance(block.shape[1])
+    estimate = welch.estimate()
+    inside = (estimate.frequency_hz >= lowest) & (estimate.frequency_hz <= _HIGHEST * plan.rate_hz)
+    estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
+    return RealisedLoop(labels, estimate, _expected(loop, rows, noise, labels, estimate.frequency_hz, lowest), plan)
+
+
+def _expected(
+    loop: Loop,
+    rows: ThermalRows,
+    noise: TemperatureNoise,
+    labels: tuple[str, ...],
+    frequency_hz: FloatArray,
+    lowest_hz: float,
+) -> FloatArray:
+    """Expectation [n, F] of the estimate: means over samples, folded, through the window."""
+    rate = loop.config.time.rate_hz
+    low, high = 0.5 * lowest_hz, 1.1 * _HIGHEST * rate
+    grid = np.geomspace(low, high, int(_GRID_PER_DECADE * np.log10(high / low)))
+    total = np.zeros((len(labels), len(grid)))
+    for alias in range(-_ALIASES, _ALIASES + 1):
+        f = np.abs(grid + alias * rate)
+        thermal = rows.driven_by(noise.temperature, noise.correlation, f)
+        found = budget(loop.plant, loop.controller, loop.sources, thermal, f, labels, difference_s=1.0 / rate)
+        total += found.total.T * np.sinc(f / rate) ** 2
+    table = np.log(total)
+
+    def psd(f: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(np.stack([np.interp(np.log(f), np.log(grid), row) for row in table])))
+
+    return through_window(psd, frequency_hz, Window(rate / segment_length(rate, lowest_hz)))
+
+
+def write_realisation(writer: Writer, r: RealisedLoop) -> None:
+    """Put it into a simulation file."""
+    writer.write("/realisation/output", list(r.labels))
+    writer.write("/realisation/frequency", r.estimate.frequency_hz)
+    writer.write("/realisation/psd", r.estimate.psd, units="see /output/unit, squared per Hz")
+    writer.write("/realisation/exact", r.exact, units="see /output/unit, squared per Hz")
+    writer.write("/realisation/degrees_of_freedom", r.estimate.degrees_of_freedom)
+    writer.write("/realisation/rate", r.plan.rate_hz)
+    writer.write("/realisation/samples", r.plan.samples)
+    writer.write("/realisation/seed", r.plan.seed)
