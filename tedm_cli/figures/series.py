@@ -14,8 +14,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from tedm_cli.figures.fit import fitted
 from tedm_cli.figures.spectra import bands, limit_lines, log_range
 from tedm_cli.figures.style import BAND, BLUE, VERMILION, WIDTH, frequency_axis, grid, heading, power_of_ten, style
-from tedm_cli.figures.thinning import thinned
-from tedm_cli.results.noise import SeriesNoise, SeriesOutput, mhz_text, power_text, ratio_text, unit_text
+from tedm_cli.results.series import SeriesNoise, SeriesOutput, thinned
+from tedm_cli.results.wording import mhz_text, power_text, ratio_text, unit_text
 
 _TOP, _ROW, _BETWEEN, _FOOT = 0.86, 1.9, 0.85, 1.2  # inches
 _LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.72, 2.7, 0.88, 2.55

@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from tedm_cli import __version__
 from tedm_cli.figures.fit import fitted
-from tedm_cli.results.noise import SUPERSCRIPT
+from tedm_cli.results.wording import SUPERSCRIPT
 
 # Okabe and Ito (2008) without yellow, which vanishes as a line on white; neighbours differ in grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")

@@ -58,6 +58,16 @@ class DcVerdict:
     upper: float
 
     @property
+    def unit(self) -> str:
+        """Unit of value and range."""
+        return AT_REST_UNITS[self.quantity]
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is of all that is modelled, not of a part of it."""
+        return self.subsystem == MODELLED
+
+    @property
     def limit(self) -> float:
         """The end of the range on the side of the value."""
         return self.upper if self.value >= 0.0 else self.lower

@@ -12,12 +12,14 @@ from tedm_cli.report.cases import cases_section, spectra_section
 from tedm_cli.report.decision import decision_section, summary
 from tedm_cli.report.document import Document, Figure, Paragraph, Section
 from tedm_cli.report.evidence import change_section, sure_section, why_section
-from tedm_cli.report.field import dc_verdicts, field_section
+from tedm_cli.report.field import field_section
 from tedm_cli.report.model import model_section
 from tedm_cli.report.optics import optics_section
 from tedm_cli.report.provenance import ReportFile, provenance_section
 from tedm_cli.report.series import series_section
-from tedm_cli.results.noise import Areas, CaseNoise
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.noise import CaseNoise
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ def document_of(inputs: ReportInputs) -> Document:
     ------
     InputError : files stem from different versions of one configuration.
     """
-    areas = Areas(*(inputs.sensitivity.strings(f"/area/{c}") for c in ("name", "group", "shield")))
+    areas = read_areas(inputs.sensitivity)
     figures = _figures(inputs.figures)
     sections = [decision_section(inputs.cases, areas, dc_verdicts(inputs.sensitivity), figures)]
     if any(c.judged for c in inputs.cases):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.files.store import Reader
-from tedm_cli.gravity.requirements import MODELLED
+from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.report.document import (
     Block,
     Cell,
@@ -27,61 +25,10 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
-from tedm_cli.report.numbers import sci, vector
-from tedm_cli.results.noise import SUPERSCRIPT, first_largest, ratio_text, unit_text
+from tedm_cli.results.field import dc_verdicts, symbol
+from tedm_cli.results.wording import SUPERSCRIPT, ratio_text, sci, unit_text, vector
 
 _ROUNDING = 1e-9  # entries this far below what they are compared with are shown as 0
-
-
-@dataclass(frozen=True)
-class DcVerdict:
-    """One quantity of the field at rest against its allocation; `unit` as it is printed."""
-
-    test_mass: str
-    quantity: str
-    subsystem: str
-    unit: str
-    value: float
-    lower: float
-    upper: float
-    ratio: float
-    passed: bool
-
-    @property
-    def symbol(self) -> str:
-        return self.quantity.replace("gamma", "Γ").replace("omegadot", "ω̇")
-
-    @property
-    def whole(self) -> bool:
-        """Of all that is modelled, not of a part of it."""
-        return self.subsystem == MODELLED
-
-
-def dc_verdicts(file: Reader) -> list[DcVerdict]:
-    """Verdicts on the field at rest in sensitivity.h5."""
-    names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem", "unit")]
-    numbers = [file.array(f"/dc_verdict/{c}") for c in ("value", "lower", "upper", "ratio", "passed")]
-    return [
-        DcVerdict(
-            mass,
-            quantity,
-            subsystem,
-            unit_text(unit),
-            float(value),
-            float(lower),
-            float(upper),
-            float(ratio),
-            passed > 0,
-        )
-        for (mass, quantity, subsystem, unit), (value, lower, upper, ratio, passed) in zip(
-            zip(*names, strict=True), zip(*numbers, strict=True), strict=True
-        )
-    ]
-
-
-def worst_at_rest(verdicts: Sequence[DcVerdict]) -> DcVerdict:
-    """The verdict with the largest ratio."""
-    return first_largest(verdicts, [v.ratio for v in verdicts])
 
 
 def field_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:
@@ -132,7 +79,7 @@ def _verdicts(file: Reader) -> list[Block]:
 def _verdict_row(v: DcVerdict) -> Row:
     rounding = v.ratio < _ROUNDING
     return row(
-        f"{v.symbol} ({v.unit})",
+        f"{symbol(v.quantity)} ({unit_text(v.unit)})",
         v.subsystem,
         Cell("pass" if v.passed else "FAIL", "met" if v.passed else "violated"),
         Cell("< 10⁻⁹" if rounding else ratio_text(v.ratio), rounding=rounding),
@@ -213,12 +160,12 @@ def _number(marked: tuple[float, bool], digits: int = 4) -> Cell:
 def _stiffness(file: Reader, t: int, name: str, sources: list[str]) -> list[Block]:
     """The four stiffness matrices of one test mass: sums first, then by source."""
     sums, parts = [], []
-    for key, symbol in (("gamma_lin", "Γ_lin"), ("omega_lin", "Ω_lin"), ("gamma_ang", "Γ_ang"), ("omega_ang", "Ω_ang")):
+    for key, letter in (("gamma_lin", "Γ_lin"), ("omega_lin", "Ω_lin"), ("gamma_ang", "Γ_ang"), ("omega_ang", "Ω_ang")):
         path = f"/stiffness/{key}"
         value = file.array(path)[t]
         unit = unit_text(file.units(path))
-        sums.append(_matrix(value.sum(axis=0), f"{symbol} ({unit}): {file.kind.datasets[path].long_name}"))
-        parts += [_matrix(v, f"{symbol} ({unit}), {s}") for s, v in zip(sources, value, strict=True)]
+        sums.append(_matrix(value.sum(axis=0), f"{letter} ({unit}): {file.kind.datasets[path].long_name}"))
+        parts += [_matrix(v, f"{letter} ({unit}), {s}") for s, v in zip(sources, value, strict=True)]
     return [
         Heading(name),
         Columns(tuple(sums)),

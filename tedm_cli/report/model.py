@@ -8,7 +8,7 @@ import numpy as np
 
 from tedm_cli.files.store import Reader
 from tedm_cli.report.document import Columns, Facts, Section, Table, Text, columns, row
-from tedm_cli.report.numbers import sci, vector
+from tedm_cli.results.wording import sci, vector
 
 
 def model_section(unit_loads: Reader, distortion: Reader) -> Section:

@@ -18,8 +18,8 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
-from tedm_cli.report.numbers import count, sci
-from tedm_cli.results.noise import first_largest
+from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.wording import count, sci
 
 
 def optics_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from tedm_cli.arrays import FloatArray
 from tedm_cli.files.store import Reader
 from tedm_cli.report.document import Block, Cell, Facts, Figure, Heading, Paragraph, Section, Table, columns, row
-from tedm_cli.report.numbers import sci
-from tedm_cli.results.noise import mhz_text, ratio_text, unit_text
+from tedm_cli.results.wording import mhz_text, ratio_text, sci, unit_text
 
 
 def series_section(files: Mapping[str, Reader], figures: dict[str, list[Figure]]) -> Section:

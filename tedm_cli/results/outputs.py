@@ -20,7 +20,7 @@ from tedm_cli.noise.differences import terms, with_differences
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.layout import N_MOTIONS
 from tedm_cli.optics.shares import motion_terms
-from tedm_cli.results.areas import read_area_table
+from tedm_cli.results.areas import read_areas
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 
@@ -54,7 +54,7 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
     """Gather the rows of both families; refuse files that stem from different distortion matrices."""
     with open_checked(sensitivity, SENSITIVITY_KIND) as s, open_checked(optics, OPTICS_KIND) as o:
         require_same_input(DISTORTION, s, o)
-        areas = read_area_table(s)
+        areas = read_areas(s)
         if o.strings("/area/name") != s.strings("/area/name"):
             raise InputError("hold different thermal areas", where=f"{sensitivity} and {optics}")
         labels = s.strings("/row/label")

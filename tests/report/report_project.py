@@ -23,7 +23,8 @@ from tedm_cli.optics.labels import read_out_labels
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.progress import silent
-from tedm_cli.results.build_folder import open_results, read_case
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.case_file import read_case
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 

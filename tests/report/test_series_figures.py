@@ -13,15 +13,17 @@ from tedm_cli.contracts import CASE, SERIES
 from tedm_cli.errors import InputError
 from tedm_cli.figures.series import series_figure
 from tedm_cli.figures.spectra import case_figure
-from tedm_cli.figures.thinning import MOST, piece_starts, thinned
 from tedm_cli.files.provenance import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.results.build_folder import open_results, read_case
-from tedm_cli.results.noise import Spectrum, ratio_text
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.case_file import read_case
+from tedm_cli.results.noise import Spectrum
+from tedm_cli.results.series import MOST, piece_starts, read_series, thinned
+from tedm_cli.results.wording import ratio_text
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.noise.series import run_series
-from tedm_cli.stages.reporting.plot_series import read_series, series_specs
+from tedm_cli.stages.reporting.plot_series import series_specs
 from tedm_cli.stages.reporting.report import report
 
 EXTRA = """

@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,11 +14,18 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import UsageError
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.store import Reader
-from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements, traced_bench
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements
 from tedm_cli.optics.layout import N_MOTIONS
 from tedm_cli.optics.shares import motion_terms
-from tedm_cli.results.build_folder import Results, read_areas
-from tedm_cli.results.noise import AreaMap, Areas, first_largest, number_text
+from tedm_cli.results.areas import AreaMap, read_areas
+from tedm_cli.results.build_folder import Results
+from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.wording import number_text
+from tedm_cli.stages.reporting import draw
+
+if TYPE_CHECKING:
+    from tedm_cli.figures.spec import Figure
 
 _SHOWN = {"m": ("pm", 1e12), "rad": ("nrad", 1e9)}  # units of read-outs in figures
 _QUANTITY = {"m": "displacement", "rad": "angle"}
@@ -31,8 +39,8 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     first = next(iter(layout.sets))
     specs: list[FigureSpec] = []
 
-    def add(name: str, section: str, caption: str, draw: Callable[[], Any]) -> None:
-        specs.append(FigureSpec(name, section, caption, source, draw))
+    def add(name: str, section: str, caption: str, drawn: Callable[[], Figure]) -> None:
+        specs.append(FigureSpec(name, section, caption, source, drawn))
 
     if layout.has_geometry:  # else S_BW was made elsewhere, and where the beams run is not known
         add(
@@ -41,7 +49,7 @@ def optics_specs(results: Results) -> list[FigureSpec]:
             "The optical bench to scale, layout frame. Where both beams of a photodiode coincide, the reference beam is"
             " the light dashed line below the other; plates are drawn with their thickness, mirrors as far as their"
             " aperture.",
-            lambda: _room().bench_figure(layout, traced_bench(layout)),
+            partial(draw.bench, layout),
         )
     add(
         "s_bw.svg",
@@ -49,14 +57,14 @@ def optics_specs(results: Results) -> list[FigureSpec]:
         "Optical sensitivity matrix S_BW: five outputs of every beam by six motions of every element, about its"
         " finite-element grid. Lengths count in units of the bench size, so that entries in m/m, m/rad and rad/rad"
         " compare; white is zero.",
-        lambda: _maps_room().sensitivity_map(layout, file.array("/S_BW")),
+        partial(draw.optical_sensitivity, layout, file.array("/S_BW")),
     )
     add(
         "read_out_by_area.svg",
         "read-out",
         f"Read-out N of photodiode set{'s' if len(layout.sets) > 1 else ''} {' and '.join(layout.sets)} per kelvin of"
         " each thermal area, with its sign; the colours are logarithmic.",
-        lambda: _maps_room().noise_map(read_out_maps(file), areas, "Read-out by area"),
+        partial(draw.read_out_by_area, read_out_maps(file), areas, "Read-out by area"),
     )
     for unit, (shown, _) in _SHOWN.items():
         if unit in file.strings("/label/read_out_unit"):
@@ -67,7 +75,7 @@ def optics_specs(results: Results) -> list[FigureSpec]:
                 " makes the read-out under the first of these areas: the bench moving as one against the test masses,"
                 " and the distortion of each element by its motions. Contributions have signs; they sum to the"
                 " read-out.",
-                lambda unit=unit: _shares_figure(results, areas, unit),  # type: ignore[misc]
+                partial(_shares_figure, results, areas, unit),
             )
     if not layout.has_geometry:
         return specs
@@ -89,15 +97,16 @@ def area_specs(results: Results, names: Sequence[str]) -> list[FigureSpec]:
     if names and not results.layout.has_geometry:
         raise UsageError("the layout says not where its beams run, so no bench can be drawn", where="--area")
     areas = read_areas(results.optics)
-    unknown = [name for name in names if name not in areas.name]
+    known = areas.name.tolist()
+    unknown = [name for name in names if name not in known]
     if unknown:
-        near = difflib.get_close_matches(unknown[0], areas.name, n=1)
+        near = difflib.get_close_matches(unknown[0], known, n=1)
         raise UsageError(
             f"no thermal area is called {', '.join(unknown)}",
             where=str(results.optics_file.path),
-            hint=f"did you mean {near[0]}?" if near else f"there are {', '.join(areas.name)}",
+            hint=f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}",
         )
-    return [_area_spec(results, areas, areas.name.index(name), "") for name in dict.fromkeys(names)]
+    return [_area_spec(results, areas, known.index(name), "") for name in dict.fromkeys(names)]
 
 
 def worst_area(read_out: FloatArray) -> int:
@@ -120,7 +129,7 @@ def read_out_maps(file: Reader) -> list[AreaMap]:
     return maps
 
 
-def _shares_figure(results: Results, areas: Areas, unit: str) -> Any:
+def _shares_figure(results: Results, areas: AreaTable, unit: str) -> Figure:
     from tedm_cli.figures.shares import ReadOutShares, shares_figure
 
     file, layout = results.optics, results.layout
@@ -132,7 +141,7 @@ def _shares_figure(results: Results, areas: Areas, unit: str) -> Any:
     )
     worst = [worst_area(row) for row in noise]
     gain, motion, rigid = file.array(f"/gain/{name}"), file.array("/motion"), file.array("/rigid_motion")
-    shape = (len(labels), len(layout.elements), N_MOTIONS, len(areas.name))
+    shape = (len(labels), len(layout.elements), N_MOTIONS, len(areas))
     distortion = motion_terms(gain, motion - rigid).reshape(shape)
     as_one = motion_terms(gain, rigid).reshape(shape).sum(axis=1, keepdims=True)
     share = np.concatenate([as_one, distortion], axis=1)  # the sum of the rigid part alone is of use: its terms cancel
@@ -143,12 +152,12 @@ def _shares_figure(results: Results, areas: Areas, unit: str) -> Any:
         if u == unit
     ]
     title = f"What makes the read-out {_QUANTITY[unit]}s, set {name}"
-    return shares_figure(chosen, areas.name, ["bench as one", *(e.name for e in layout.elements)], title)
+    return shares_figure(chosen, areas.name.tolist(), ["bench as one", *(e.name for e in layout.elements)], title)
 
 
-def _area_spec(results: Results, areas: Areas, area: int, remark: str) -> FigureSpec:
+def _area_spec(results: Results, areas: AreaTable, area: int, remark: str) -> FigureSpec:
     file = results.optics
-    number, name = int(file.array("/area/id")[area]), areas.name[area]
+    number, name = int(file.array("/area/id")[area]), str(areas.name[area])
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", name)  # names come from the user's files
     return FigureSpec(
         f"bench_area{number:02d}_{safe}.svg",
@@ -156,11 +165,13 @@ def _area_spec(results: Results, areas: Areas, area: int, remark: str) -> Figure
         f"The bench under 1 K of {name}, before (grey) and after, motions exaggerated.{remark} Beams are traced through"
         " the exaggerated poses, surfaces extended where a beam misses them; test masses stay where they are.",
         (f"{results.optics_file.path.name} {results.optics_file.sha256}",),
-        lambda: _load_figure(results, area, name),
+        partial(_load_figure, results, area, name),
     )
 
 
-def _load_figure(results: Results, area: int, name: str) -> Any:
+def _load_figure(results: Results, area: int, name: str) -> Figure:
+    from tedm_cli.figures.bench import exaggerated_figure
+
     layout, file = results.layout, results.optics
     motion = motion_of_elements(layout, _motion(results)[area], results.distortion.array("/optical/position"))
     by_text: dict[str, list[str]] = {}
@@ -178,23 +189,10 @@ def _load_figure(results: Results, area: int, name: str) -> Any:
         f"{'sets' if len(sets) > 1 else 'set'} {' and '.join(sets)} read{'' if len(sets) > 1 else 's'} {text}"
         for text, sets in by_text.items()
     ]
-    return _room().exaggerated_figure(layout, exaggerated_bench(layout, motion), f"1 K on {name}", lines)
+    return exaggerated_figure(layout, exaggerated_bench(layout, motion), f"1 K on {name}", lines)
 
 
 def _motion(results: Results) -> FloatArray:
     """Motion of the grids of the bench elements per kelvin of every area, [k, n_bench, 6], basic frame."""
     file = results.distortion
     return np.concatenate([file.array("/D_opt/translation"), file.array("/D_opt/rotation")], axis=2)
-
-
-def _room() -> Any:
-    """Loaded only where something is drawn: the report reads figures that are there already."""
-    from tedm_cli.figures import bench
-
-    return bench
-
-
-def _maps_room() -> Any:
-    from tedm_cli.figures import heat_maps
-
-    return heat_maps

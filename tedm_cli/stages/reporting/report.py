@@ -10,7 +10,6 @@ from typing import Literal
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.errors import UsageError
-from tedm_cli.figures.inline import read_figure
 from tedm_cli.files.build_folder import UNIT_LOADS as UNIT_LOADS_FILE
 from tedm_cli.files.build_folder import require_input
 from tedm_cli.files.provenance import input_files
@@ -18,9 +17,11 @@ from tedm_cli.files.store import open_checked, replacing
 from tedm_cli.report.contents import ReportFigure, ReportInputs, document_of
 from tedm_cli.report.document import Document
 from tedm_cli.report.html import to_html
+from tedm_cli.report.inline import read_figure
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.provenance import ReportFile
-from tedm_cli.results.build_folder import open_results, read_case
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.case_file import read_case
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 
