@@ -9,6 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
+from tedm_cli.results.case_file import read_correlation, read_psd
 
 
 def case_notes(file: Reader) -> list[str]:
@@ -24,7 +25,7 @@ def case_notes(file: Reader) -> list[str]:
 def case_matrices(file: Reader) -> list[NamedMatrix]:
     """Tables and matrices of an open case file."""
     labels, units = file.strings("/output/label"), file.strings("/output/unit")
-    psd = np.array([file.array(f"/psd/{label}") for label in labels])
+    psd = read_psd(file, labels)
     power, amplitude = [f"({u})^2/Hz" for u in units], [f"{u}/sqrt(Hz)" for u in units]
     return [
         _over_frequency(file, "psd", psd, labels, power, "one-sided power spectral densities of the outputs"),
@@ -76,7 +77,7 @@ def _over_frequency(
 
 def _temperatures(file: Reader) -> list[NamedMatrix]:
     areas = file.strings("/area/name")
-    spectrum = file.array("/temperature/spectrum")
+    spectrum, correlation = file.array("/temperature/spectrum"), read_correlation(file)
     ones = ["1"] * len(areas)
     matrices = [
         _over_frequency(
@@ -89,18 +90,19 @@ def _temperatures(file: Reader) -> list[NamedMatrix]:
         ),
         NamedMatrix(
             "areas",
-            np.stack([file.array("/area/id"), file.array("/case/block"), file.array("/correlation/delay")], axis=1),
+            np.stack([file.array("/area/id"), correlation.block, correlation.delay_s], axis=1),
             areas,
             ["id", "block", "delay"],
             [],
             ["1", "1", "s"],
             "thermal areas: number, correlated block (-1: silent in this case), delay",
         ),
-        NamedMatrix("R", file.array("/correlation/real"), areas, areas, ones, ones, "correlation before delays"),
+        NamedMatrix("R", correlation.matrix.real, areas, areas, ones, ones, "correlation before delays"),
     ]
-    if file.has("/correlation/imaginary"):
-        imaginary = file.array("/correlation/imaginary")
-        matrices.append(NamedMatrix("R_imaginary", imaginary, areas, areas, ones, ones, "imaginary part of R"))
+    if np.iscomplexobj(correlation.matrix):
+        matrices.append(
+            NamedMatrix("R_imaginary", correlation.matrix.imag, areas, areas, ones, ones, "imaginary part of R")
+        )
     return matrices
 
 

@@ -31,13 +31,3 @@ class AreaMap:
     unit: str
     labels: list[str]
     value: FloatArray
-
-
-def gravity_maps(file: Reader) -> list[AreaMap]:
-    """S_SG as one panel for each unit."""
-    value, labels, units = file.array("/S"), file.strings("/row/label"), file.strings("/row/unit")
-    maps = []
-    for unit in dict.fromkeys(units):
-        rows = [i for i, u in enumerate(units) if u == unit]
-        maps.append(AreaMap("|S_SG|", unit, [labels[i] for i in rows], value[rows]))
-    return maps

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.arrays import AnyArray, FloatArray, IntArray
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.bounds import BOUNDS
 from tedm_cli.noise.case_run import CaseResult
@@ -229,6 +230,32 @@ def _read_realised(file: Reader) -> list[Spectrum] | None:
     f, psd, exact, nu = (file.array(f"/realisation/{c}") for c in ("frequency", "psd", "exact", "degrees_of_freedom"))
     ratio = np.divide(psd, exact, out=np.ones_like(psd), where=exact > 0.0)
     return spectra_of(Estimate(f, ratio, nu), REALISATION_CONFIDENCE)
+
+
+@dataclass(frozen=True, eq=False)
+class CaseCorrelation:
+    """How the temperatures of k areas move together in a case.
+
+    matrix : [k, k], before delays; real, or complex where it has an imaginary part. delay_s : [k]. block : [k], the
+    correlated block of each area, -1 for silent ones.
+    """
+
+    matrix: AnyArray
+    delay_s: FloatArray
+    block: IntArray
+
+
+def read_correlation(file: Reader) -> CaseCorrelation:
+    """Correlation of an open case file."""
+    matrix = file.array("/correlation/real")
+    if file.has("/correlation/imaginary"):
+        matrix = matrix + 1j * file.array("/correlation/imaginary")
+    return CaseCorrelation(matrix, file.array("/correlation/delay"), file.array("/case/block"))
+
+
+def read_psd(file: Reader, labels: Sequence[str]) -> FloatArray:
+    """One-sided power spectral densities [n, F] of outputs of an open case file."""
+    return np.array([file.array(f"/psd/{label}") for label in labels])
 
 
 def read_temperature(file: Reader) -> TemperatureSpectra:

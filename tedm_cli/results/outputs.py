@@ -18,9 +18,9 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.differences import terms, with_differences
 from tedm_cli.noise.requirements import AppliedRequirement
-from tedm_cli.optics.layout import N_MOTIONS
-from tedm_cli.optics.shares import motion_terms
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.optics import read_read_outs
+from tedm_cli.results.self_gravity import read_self_gravity
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 
@@ -57,23 +57,20 @@ def read_outputs(sensitivity: Path, optics: Path) -> Outputs:
         areas = read_areas(s)
         if o.strings("/area/name") != s.strings("/area/name"):
             raise InputError("hold different thermal areas", where=f"{sensitivity} and {optics}")
-        labels = s.strings("/row/label")
-        rows = [_finite(s.array("/S"), labels, sensitivity, "/S")]
-        kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in s.strings("/row/unit")]
-        read_out, units = o.strings("/label/read_out"), o.strings("/label/read_out_unit")
+        gravity, read_outs = read_self_gravity(s), read_read_outs(o)
+        labels = list(gravity.label)
+        rows = [_finite(gravity.S, labels, sensitivity, "/S")]
+        kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in gravity.unit]
         parts_of_read_outs: dict[str, ReadOutParts] = {}
-        elements = [label.rpartition("_")[0] for label in o.strings("/label/element_dof")[::N_MOTIONS]]
-        motion, rigid = o.array("/motion"), o.array("/rigid_motion")
-        for name in o.strings("/set/name"):
-            rows.append(_finite(o.array(f"/N/{name}"), read_out, optics, f"/N/{name}"))
-            labels += [f"{name}_{label}" for label in read_out]
-            kinds += [_READ_OUT_KIND[u] for u in units]
-            gain = o.array(f"/gain/{name}")
-            by_motion = motion_terms(gain, motion)
-            by_element = by_motion.reshape(len(by_motion), len(elements), N_MOTIONS, -1).sum(axis=2)
-            distortion = gain @ (motion - rigid)
-            for i, label in enumerate(read_out):
-                parts_of_read_outs[f"{name}_{label}"] = ReadOutParts(tuple(elements), by_element[i], distortion[i])
+        distorting = read_outs.motion - read_outs.rigid_motion
+        for name in read_outs.sets:
+            rows.append(_finite(read_outs.N[name], read_outs.label, optics, f"/N/{name}"))
+            kinds += [_READ_OUT_KIND[u] for u in read_outs.unit]
+            by_element, distortion = read_outs.by_element(name), read_outs.gain[name] @ distorting
+            for i, label in enumerate(read_outs.label):
+                parts = ReadOutParts(tuple(read_outs.element), by_element[i], distortion[i])
+                parts_of_read_outs[f"{name}_{label}"] = parts
+        labels += read_outs.names
         return Outputs(areas, s.array("/area/id"), np.concatenate(rows), labels, kinds, parts_of_read_outs)
 
 

@@ -19,6 +19,36 @@ _LIMIT_POINTS = 200
 MOST = 400  # pieces along an axis; a printed panel has no more dots to tell apart
 
 
+@dataclass(frozen=True)
+class SeriesVerdict:
+    """One output of a time series against one requirement; rms in `unit`.
+
+    ratio : largest safety factor × noise / limit; binding_hz : where; passed : ratio <= 1.
+    band_rms, band_limit : root mean square in the band, of the output and of noise at the limit.
+    """
+
+    output: str
+    unit: str
+    requirement: str
+    ratio: float
+    binding_hz: float
+    passed: bool
+    band_rms: float
+    band_limit: float
+
+
+@dataclass(frozen=True)
+class SeriesSummary:
+    """Where a series comes from, what became of it, and its verdicts; `span_s` from its first sample to its last."""
+
+    source: str
+    treatment: str
+    safety_factor: float
+    samples: int
+    span_s: float
+    verdicts: tuple[SeriesVerdict, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class SeriesOutput:
     """One output of a time series.
@@ -29,7 +59,7 @@ class SeriesOutput:
     time_s, low, high : [b], smallest and largest value of the samples around each time.
     spectrum : estimate with its interval, without the safety factor.
     limit_hz, limits : those that judge it, and the frequencies they are given at.
-    verdict : requirement, ratio, its frequency (Hz), whether it is met, of the worst; None where it is not judged.
+    verdict : the worst; None where it is not judged.
     """
 
     output: str
@@ -42,7 +72,7 @@ class SeriesOutput:
     spectrum: Spectrum
     limit_hz: FloatArray
     limits: tuple[Limit, ...]
-    verdict: tuple[str, float, float, bool] | None
+    verdict: SeriesVerdict | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,27 +86,41 @@ class SeriesNoise:
     outputs: tuple[SeriesOutput, ...]
 
 
+def read_series_summary(file: Reader) -> SeriesSummary:
+    """All of a series but its samples and spectra."""
+    time = file.dataset("/time")
+    n = time.shape[0]
+    first, last = (float(time[i : i + 1][0]) for i in (0, n - 1))
+    unit = dict(zip(file.strings("/output/label"), file.strings("/output/unit"), strict=True))
+    outputs, requirements = (file.strings(f"/verdict/{c}") for c in ("output", "requirement"))
+    numbers = [file.array(f"/verdict/{c}").tolist() for c in ("ratio", "binding_frequency")]
+    numbers += [file.array("/verdict/passed").astype(bool).tolist()]
+    numbers += [file.array(f"/verdict/{c}").tolist() for c in ("band_rms", "band_limit")]
+    return SeriesSummary(
+        source=file.string("/temperature/source"),
+        treatment=file.string("/temperature/treatment"),
+        safety_factor=file.number("/verdict/safety_factor"),
+        samples=n,
+        span_s=last - first,
+        verdicts=tuple(
+            SeriesVerdict(output, unit[output], requirement, *row)
+            for output, requirement, *row in zip(outputs, requirements, *numbers, strict=True)
+        ),
+    )
+
+
 def read_series(file: Reader, requirements: Sequence[AppliedRequirement], confidence: float) -> SeriesNoise:
     """The worst output of each judged quantity; where nothing is judged, the one with the largest rms of each."""
     labels, kinds, units = (file.strings(f"/output/{c}") for c in ("label", "kind", "unit"))
     rms = file.array("/output/rms")
-    verdicts = list(
-        zip(
-            file.strings("/verdict/output"),
-            file.strings("/verdict/requirement"),
-            (float(v) for v in file.array("/verdict/ratio")),
-            (float(v) for v in file.array("/verdict/binding_frequency")),
-            (bool(v) for v in file.array("/verdict/passed")),
-            strict=True,
-        )
-    )
-    shown: list[tuple[int, tuple[str, float, float, bool] | None]] = []
-    judged = {kinds[labels.index(v[0])] for v in verdicts}
+    summary = read_series_summary(file)
+    shown: list[tuple[int, SeriesVerdict | None]] = []
+    judged = {kinds[labels.index(v.output)] for v in summary.verdicts}
     for kind in dict.fromkeys(kinds):
         if kind in judged:
-            of_kind = [v for v in verdicts if kinds[labels.index(v[0])] == kind]
-            output, requirement, ratio, at, passed = first_largest(of_kind, [v[2] for v in of_kind])
-            shown.append((labels.index(output), (requirement, ratio, at, passed)))
+            of_kind = [v for v in summary.verdicts if kinds[labels.index(v.output)] == kind]
+            largest = first_largest(of_kind, [v.ratio for v in of_kind])
+            shown.append((labels.index(largest.output), largest))
         elif not judged:
             of = [o for o, k in enumerate(kinds) if k == kind]
             shown.append((first_largest(of, [float(rms[o]) for o in of]), None))
@@ -101,9 +145,9 @@ def read_series(file: Reader, requirements: Sequence[AppliedRequirement], confid
             )
         )
     return SeriesNoise(
-        file.string("/temperature/source"),
-        file.string("/temperature/treatment"),
-        file.number("/verdict/safety_factor"),
+        summary.source,
+        summary.treatment,
+        summary.safety_factor,
         confidence,
         tuple(outputs),
     )

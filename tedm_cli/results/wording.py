@@ -13,6 +13,8 @@ QUANTITY = {
     "displacement": "read-out displacement",
     "angle": "read-out angle",
 }
+#: Unit that a read-out in m or rad is shown in, and the factor to it.
+READ_OUT_UNIT = {"m": ("pm", 1e12), "rad": ("nrad", 1e9)}
 
 
 def quantity(kind: str, outputs: Sequence[str]) -> str:

@@ -33,9 +33,10 @@ from tedm_cli.optics.trace import nominal_poses
 from tedm_cli.progress import silent
 from tedm_cli.results.areas import by_group, read_areas
 from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.optics import read_out_maps
 from tedm_cli.results.wording import number_text
 from tedm_cli.stages.reporting.plot import plot
-from tedm_cli.stages.reporting.plot_optics import read_out_maps, worst_area
+from tedm_cli.stages.reporting.plot_optics import worst_area
 
 
 @pytest.fixture(scope="module")

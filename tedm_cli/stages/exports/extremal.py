@@ -17,6 +17,7 @@ from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
 from tedm_cli.noise.differences import no_output
+from tedm_cli.results.case_file import read_correlation
 
 CASES = "cases.toml"
 
@@ -87,11 +88,9 @@ def _matrix(file: Reader, o: int, bound: str, frequency_hz: float) -> FloatArray
     vectors = file.array(f"/extremal/{bound}")[o]
     if not bound.startswith("known_blocks"):
         return extremal_matrix(vectors)
-    matrix = file.array("/correlation/real").astype(np.complex128)
-    if file.has("/correlation/imaginary"):
-        matrix += 1j * file.array("/correlation/imaginary")
-    inside = matrix_at(matrix, file.array("/correlation/delay"), frequency_hz)
-    return extremal_matrix(vectors, file.array("/case/block"), inside)
+    found = read_correlation(file)
+    inside = matrix_at(found.matrix.astype(np.complex128), found.delay_s, frequency_hz)
+    return extremal_matrix(vectors, found.block, inside)
 
 
 def _case_text(e: Extremal, case_id: str) -> str:

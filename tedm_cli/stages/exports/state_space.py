@@ -26,6 +26,7 @@ from tedm_cli.noise.requirements import UNITS
 from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.build_folder import require_current
+from tedm_cli.results.case_file import read_psd
 from tedm_cli.results.outputs import Outputs, read_outputs
 from tedm_cli.stages.exports.case import destination
 
@@ -155,7 +156,7 @@ def _stored(project: Project, file: ConfigFile, case_id: str, path: Path, labels
     """The PSDs [n_out, F] of a case file, which must be of the present sensitivities and configuration."""
     with open_checked(path, CASE) as stored:
         require_current(stored, case_id, input_files([project.build_dir / n for n in (SENSITIVITY, OPTICS)]), file)
-        return np.array([stored.array(f"/psd/{label}") for label in labels])
+        return read_psd(stored, labels)
 
 
 def _deviation(psd: FloatArray, wanted: FloatArray) -> float:

@@ -20,6 +20,7 @@ from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, re
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.optics.matrix_checks import BlockDifference, Judged
 from tedm_cli.optics.sensitivity import reference_offsets
+from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.stages.common import copy_areas, out_path
 from tedm_cli.stages.optics.layout import refuse_failures
 from tedm_cli.stages.optics.matrices import optical_matrices
@@ -51,18 +52,18 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         create(out, KIND, provenance([config.file], [source, *config.matrices])) as writer,
     ):
         names = [e.name for e in layout.bench]
-        if distortion.strings("/optical/name") != names:
+        bench = read_bench_motion(distortion)
+        if bench.element != names:
             raise InputError(
                 "holds other optical elements than the layout",
                 where=str(source),
                 hint="rebuild it with `tedm build-distortion`",
             )
-        position = distortion.array("/optical/position")
-        motion = np.concatenate([distortion.array("/D_opt/translation"), distortion.array("/D_opt/rotation")], axis=2)
+        position = bench.position_m
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged
         face = face_motion(layout, distortion.strings("/area/name"))
-        chain = optics_chain(layout, matrix, motion, position, face, matrices.P)
+        chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
         inputs, outputs, laser, read_out = (

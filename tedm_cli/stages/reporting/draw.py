@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tedm_cli.arrays import FloatArray
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.results.areas import AreaMap
 from tedm_cli.results.case_file import read_temperature
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.optics import read_out_maps
+from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.series import read_series
 
 if TYPE_CHECKING:
@@ -63,10 +63,10 @@ def temperature(case: Reader) -> Figure:
     return temperature_figure(read_temperature(case))
 
 
-def sensitivity_by_area(maps: Sequence[AreaMap], areas: AreaTable, title: str) -> Figure:
+def self_gravity_by_area(sensitivity: Reader, areas: AreaTable) -> Figure:
     from tedm_cli.figures.areas import map_figure
 
-    return map_figure(maps, areas, title)
+    return map_figure(gravity_maps(sensitivity), areas, "Self-gravity sensitivity by area")
 
 
 def field_at_rest(sensitivity: Reader) -> Figure:
@@ -93,13 +93,13 @@ def bench(layout: OpticalLayout) -> Figure:
     return bench_figure(layout, traced_bench(layout))
 
 
-def optical_sensitivity(layout: OpticalLayout, S_BW: FloatArray) -> Figure:
+def optical_sensitivity(layout: OpticalLayout, optics: Reader) -> Figure:
     from tedm_cli.figures.heat_maps import sensitivity_map
 
-    return sensitivity_map(layout, S_BW)
+    return sensitivity_map(layout, optics.array("/S_BW"))
 
 
-def read_out_by_area(maps: Sequence[AreaMap], areas: AreaTable, title: str) -> Figure:
+def read_out_by_area(optics: Reader, areas: AreaTable) -> Figure:
     from tedm_cli.figures.heat_maps import noise_map
 
-    return noise_map(maps, areas, title)
+    return noise_map(read_out_maps(optics), areas, "Read-out by area")

@@ -13,7 +13,7 @@ from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import replacing
 from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.progress import Step
-from tedm_cli.results.areas import gravity_maps, read_areas
+from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
@@ -137,7 +137,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         "sensitivity",
         "Self-gravity sensitivity |S_SG| to each thermal area, test mass frames.",
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
-        partial(draw.sensitivity_by_area, gravity_maps(results.sensitivity), areas, "Self-gravity sensitivity by area"),
+        partial(draw.self_gravity_by_area, results.sensitivity, areas),
     )
     add(
         "field_at_rest.svg",
