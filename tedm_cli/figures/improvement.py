@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from tedm_cli.figures.fit import fitted, text_width, wrapped
 from tedm_cli.figures.style import BLUE, COLOURS, DASHES, VERMILION, WIDTH, grid, heading, ratio_axis, style
-from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.noise import SILENCED, CaseNoise, JudgedOutput
 from tedm_cli.results.wording import mhz_text, power_text, ratio_text
 
@@ -26,7 +25,7 @@ _LEAST = 1e-4  # of the first ratio: what lies below is as good as nothing
 _FACTORS = (1e-4, 1e4)  # widest axis of factors
 
 
-def improvement_figure(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> Figure:
+def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
     """Above, the ratio with more and more areas improved; below, the factor that each group's temperatures may have."""
     with style():
         m = j.improvement

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from tedm_cli.arrays import FloatArray
 
-SUBSYSTEMS = ("IS", "LTP", "S/C")
 MODELLED = "IS+LTP"
 
 AT_REST_UNITS = {

@@ -99,7 +99,7 @@ def figures_of(cases: Sequence[CaseNoise], areas: AreaTable, kind: str) -> dict[
         "cases": cases_figure(cases, kind),
         "certainty": certainty_figure(cases, kind),
         "contributors": contributors_figure(case, j, areas),
-        "improvement": improvement_figure(case, j, areas),
+        "improvement": improvement_figure(case, j),
         "all": overlay_figure(cases, kind),
         "case": case_figure(case),
     }
@@ -216,12 +216,12 @@ def test_shares_of_every_panel_sum_to_the_whole(cases: list[CaseNoise], areas: A
             assert bool(bar.get_hatch()) == (bar.get_width() < 0.0)
 
 
-def test_improvement_shows_the_ratios_and_factors(cases: list[CaseNoise], areas: AreaTable) -> None:
+def test_improvement_shows_the_ratios_and_factors(cases: list[CaseNoise]) -> None:
     case, j = worth_showing(cases, "displacement")[0]
     groups = dict(zip(j.improvement.group_factor, (np.nan, np.inf, 0.25), strict=True))
     matched = {**j.improvement.ratio, "matched": 0.5 * j.improvement.ratio["silenced"]}
     improvement = dataclasses.replace(j.improvement, group_factor=groups, ratio=matched, all_factor=0.5)
-    upper, lower = improvement_figure(case, dataclasses.replace(j, improvement=improvement), areas).axes
+    upper, lower = improvement_figure(case, dataclasses.replace(j, improvement=improvement)).axes
     for name, ratio in matched.items():
         x, y = curve(upper, name)
         np.testing.assert_array_equal(x, improvement.count[: len(x)])

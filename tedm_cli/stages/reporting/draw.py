@@ -51,10 +51,10 @@ def contributors(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> Figure:
     return contributors_figure(case, j, areas)
 
 
-def improvement(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> Figure:
+def improvement(case: CaseNoise, j: JudgedOutput) -> Figure:
     from tedm_cli.figures.improvement import improvement_figure
 
-    return improvement_figure(case, j, areas)
+    return improvement_figure(case, j)
 
 
 def temperature(case: Reader) -> Figure:

@@ -123,7 +123,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
                 " on the temperature amplitude of one group, the others unchanged, that just meets the requirement;"
                 " right: the amplitude spectral density assumed at the frequency that binds, times that factor.",
                 (only,),
-                partial(draw.improvement, case, judged, areas),
+                partial(draw.improvement, case, judged),
             )
     add(
         "temperature.svg",
