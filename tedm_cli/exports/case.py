@@ -9,7 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
-from tedm_cli.results.case_file import read_correlation, read_psd
+from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
 
 
 def case_notes(file: Reader) -> list[str]:
@@ -36,7 +36,7 @@ def case_matrices(file: Reader) -> list[NamedMatrix]:
             _over_frequency(
                 file,
                 f"bound_{bound}",
-                np.array([file.array(f"/bounds/{bound}/{label}") for label in labels]),
+                read_bound(file, bound, labels),
                 labels,
                 power,
                 f"{meaning}, one-sided PSDs",
@@ -152,11 +152,15 @@ def _contributions(file: Reader, labels: list[str], amplitude: Sequence[str]) ->
     if file.has("/path/name"):
         names = file.strings("/path/name")
         held = [label for label in labels if file.has(f"/path/share/{label}")]
-        for name, where in (("share", "at contribution_frequency"), ("band_share", "in the band")):
-            values = np.array([file.array(f"/path/{name}/{label}") for label in held])
+        for name, parts, where in (
+            ("share", [file.array(f"/path/share/{label}") for label in held], "at contribution_frequency"),
+            ("band_share", [file.array(f"/path/band_share/{label}") for label in held], "in the band"),
+        ):
             meaning = f"share of each optical element in the power {where}"
             matrices.append(
-                NamedMatrix(f"element_{name}", values, held, names, ["1"] * len(held), ["1"] * len(names), meaning)
+                NamedMatrix(
+                    f"element_{name}", np.array(parts), held, names, ["1"] * len(held), ["1"] * len(names), meaning
+                )
             )
     return matrices
 
@@ -169,16 +173,22 @@ def _verdicts(file: Reader) -> NamedMatrix:
             file.strings("/verdict/requirement"), file.strings("/verdict/output"), strict=True
         )
     ]
-    columns = {"ratio": "1", "binding_frequency": "Hz", "passed": "1", "allowed_safety_factor": "1"}
+    columns = {
+        "ratio": file.array("/verdict/ratio"),
+        "binding_frequency": file.array("/verdict/binding_frequency"),
+        "passed": file.array("/verdict/passed"),
+        "allowed_safety_factor": file.array("/verdict/allowed_safety_factor"),
+    }
+    units = ["1", "Hz", "1", "1"]
     bounds = file.strings("/bound_ratio/bound")
-    values = np.column_stack([*(file.array(f"/verdict/{name}") for name in columns), file.array("/bound_ratio/ratio")])
+    values = np.column_stack([*columns.values(), file.array("/bound_ratio/ratio")])
     return NamedMatrix(
         "verdict",
         values,
         rows,
         [*columns, *(f"ratio_{b}" for b in bounds)],
         [],
-        [*columns.values(), *(["1"] * len(bounds))],
+        [*units, *(["1"] * len(bounds))],
         "largest ratio of safety factor x ASD to requirement, where, passed (1) or not (0), factor that just passes,"
         " and the ratio at every bound",
     )

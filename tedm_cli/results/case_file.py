@@ -15,8 +15,12 @@ from tedm_cli.noise.improvement import COUNTS
 from tedm_cli.noise.requirements import Requirement, in_band
 from tedm_cli.noise.selection import listed
 from tedm_cli.noise.spectral_estimate import Estimate
+from tedm_cli.results.areas import write_areas
 from tedm_cli.results.noise import (
+    MATCHED,
+    QUIETER,
     REALISATION_CONFIDENCE,
+    SILENCED,
     WAYS,
     CaseNoise,
     JudgedOutput,
@@ -27,13 +31,24 @@ from tedm_cli.results.noise import (
     spectra_of,
 )
 
+_BOUND = {
+    "maximum": "/bounds/maximum/{output}",
+    "maximum_non_negative": "/bounds/maximum_non_negative/{output}",
+    "known_blocks": "/bounds/known_blocks/{output}",
+    "known_blocks_minimum": "/bounds/known_blocks_minimum/{output}",
+    "minimum": "/bounds/minimum/{output}",
+}
+_RATIO_BY_WAY = {
+    SILENCED: "/improvement/silenced",
+    QUIETER: "/improvement/quieter",
+    MATCHED: "/improvement/matched",
+}
+
 
 def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: Sequence[Requirement]) -> None:
     """Write the result of a case; `requirements` are all that were applied."""
     areas = r.areas
-    writer.write("/area/id", area_id)
-    for column in ("name", "group", "shield", "side"):
-        writer.write(f"/area/{column}", [str(v) for v in getattr(areas, column)])
+    write_areas(writer, areas, area_id)
     block = np.full(len(areas), -1)
     for number, members in enumerate(r.blocks):
         block[members] = number
@@ -60,7 +75,7 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
         power = f"({unit})^2/Hz"
         writer.write(f"/psd/{label}", r.psd[i], units=power)
         for bound in BOUNDS:
-            writer.write(f"/bounds/{bound}/{label}", getattr(r.bounds, bound)[i], units=power)
+            writer.write(_BOUND[bound].format(output=label), getattr(r.bounds, bound)[i], units=power)
         writer.write(f"/contribution/amplitude/{label}", c.amplitude[i], units=f"{unit}/sqrt(Hz)")
     for bound in BOUNDS:
         writer.write(f"/extremal/{bound}", c.extremal[bound])
@@ -93,12 +108,17 @@ def _write_verdicts(writer: Writer, r: CaseResult) -> None:
         writer.write("/filter_sensitivity/corner", r.filter_sensitivity.corner_hz)
         writer.write("/filter_sensitivity/ratio", r.filter_sensitivity.ratio)
     writer.write("/improvement/count", np.array(COUNTS))
-    for path, name in (("area", "worst"), ("matched_block", "match")):
-        ranked = np.array([getattr(i, name) for i in r.improvements], dtype=int).reshape(n, COUNTS[-1])
-        writer.write(f"/improvement/{path}", ranked)
-    for name in ("silenced", "quieter", "matched"):
-        ratios = np.array([getattr(i, name) for i in r.improvements]).reshape(n, len(COUNTS))
-        writer.write(f"/improvement/{name}", ratios)
+    for path, ranked in (
+        ("/improvement/area", [i.worst for i in r.improvements]),
+        ("/improvement/matched_block", [i.match for i in r.improvements]),
+    ):
+        writer.write(path, np.array(ranked, dtype=int).reshape(n, COUNTS[-1]))
+    for path, ratios in (
+        ("/improvement/silenced", [i.silenced for i in r.improvements]),
+        ("/improvement/quieter", [i.quieter for i in r.improvements]),
+        ("/improvement/matched", [i.matched for i in r.improvements]),
+    ):
+        writer.write(path, np.array(ratios).reshape(n, len(COUNTS)))
     writer.write("/stability/group", r.groups)
     factors = np.array([i.group_factor for i in r.improvements]).reshape(n, len(r.groups))
     writer.write("/stability/factor", factors)
@@ -142,18 +162,19 @@ def read_case(file: Reader) -> CaseNoise:
         temperature=file.string("/temperature/model").replace("sqrt(Hz)", "√Hz"),
         block=file.array("/case/block"),
         frequency_hz=file.array("/frequency"),
-        judged=_read_judged(file, {q.name: q for q in limits}),
+        judged=_read_judged(file),
         limits=limits,
         filter_order=file.array("/filter_sensitivity/order") if has_filter else np.empty(0),
         filter_corner_hz=file.array("/filter_sensitivity/corner") if has_filter else np.empty(0),
     )
 
 
-def _read_judged(file: Reader, limits: dict[str, Limit]) -> tuple[JudgedOutput, ...]:
-    labels, kinds, units = (file.strings(f"/output/{c}") for c in ("label", "kind", "unit"))
+def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
+    labels, kinds, units = (file.strings(p) for p in ("/output/label", "/output/kind", "/output/unit"))
     filter_ratio = file.array("/filter_sensitivity/ratio") if file.has("/filter_sensitivity/ratio") else None
-    ratio, at, passed = (file.array(f"/verdict/{c}") for c in ("ratio", "binding_frequency", "passed"))
-    share, band, band_share = (file.array(f"/contribution/{c}") for c in ("share", "band", "band_share"))
+    ratio, at, passed = (file.array(p) for p in ("/verdict/ratio", "/verdict/binding_frequency", "/verdict/passed"))
+    share, band_share = file.array("/contribution/share"), file.array("/contribution/band_share")
+    band = file.array("/contribution/band")
     bounds, bound_ratio = file.strings("/bound_ratio/bound"), file.array("/bound_ratio/ratio")
     distortion = file.array("/verdict/distortion_ratio")
     realised = _read_realised(file)
@@ -161,7 +182,7 @@ def _read_judged(file: Reader, limits: dict[str, Limit]) -> tuple[JudgedOutput, 
     pairs = zip(file.strings("/verdict/output"), file.strings("/verdict/requirement"), strict=True)
     for v, (output, requirement) in enumerate(pairs):
         o = labels.index(output)
-        low, high = (np.sqrt(file.array(f"/bounds/{b}/{output}")) for b in ("minimum", "maximum"))
+        low, high = (np.sqrt(read_bound(file, b, [output])[0]) for b in ("minimum", "maximum"))
         judged.append(
             JudgedOutput(
                 output=output,
@@ -209,7 +230,7 @@ def _read_improvement(file: Reader, v: int, binding_hz: float) -> NamedImproveme
     of_area = np.array(file.strings("/area/group"))
     return NamedImprovement(
         count=file.array("/improvement/count"),
-        ratio={way: file.array(f"/improvement/{way}")[v] for way in WAYS},
+        ratio={way: file.array(path)[v] for way, path in _RATIO_BY_WAY.items()},
         chosen=dict(zip(WAYS, (worst, worst, match), strict=True)),
         group_factor=dict(zip(groups, (float(x) for x in file.array("/stability/factor")[v]), strict=True)),
         group_level={g: _common(level[of_area == g]) for g in groups},
@@ -227,7 +248,8 @@ def _read_realised(file: Reader) -> list[Spectrum] | None:
     """Estimates from a realisation of all outputs over their exact spectra; 1 where there is no noise."""
     if not file.has("/realisation/psd"):
         return None
-    f, psd, exact, nu = (file.array(f"/realisation/{c}") for c in ("frequency", "psd", "exact", "degrees_of_freedom"))
+    f, nu = file.array("/realisation/frequency"), file.array("/realisation/degrees_of_freedom")
+    psd, exact = file.array("/realisation/psd"), file.array("/realisation/exact")
     ratio = np.divide(psd, exact, out=np.ones_like(psd), where=exact > 0.0)
     return spectra_of(Estimate(f, ratio, nu), REALISATION_CONFIDENCE)
 
@@ -256,6 +278,11 @@ def read_correlation(file: Reader) -> CaseCorrelation:
 def read_psd(file: Reader, labels: Sequence[str]) -> FloatArray:
     """One-sided power spectral densities [n, F] of outputs of an open case file."""
     return np.array([file.array(f"/psd/{label}") for label in labels])
+
+
+def read_bound(file: Reader, bound: str, labels: Sequence[str]) -> FloatArray:
+    """Largest or smallest one-sided PSDs [n, F] of outputs, one of `noise.bounds.BOUNDS`, of an open case file."""
+    return np.array([file.array(_BOUND[bound].format(output=label)) for label in labels])
 
 
 def read_temperature(file: Reader) -> TemperatureSpectra:

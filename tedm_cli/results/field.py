@@ -16,8 +16,8 @@ SUBSYSTEM = {"IS": "IS: inertial sensor", "LTP": "LTP: the rest of it", MODELLED
 
 def dc_verdicts(file: Reader) -> list[DcVerdict]:
     """Verdicts on the field at rest in sensitivity.h5, in the order in which they were made."""
-    names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem")]
-    numbers = [file.array(f"/dc_verdict/{c}").tolist() for c in ("value", "lower", "upper")]
+    names = [file.strings(p) for p in ("/dc_verdict/test_mass", "/dc_verdict/quantity", "/dc_verdict/subsystem")]
+    numbers = [file.array(p).tolist() for p in ("/dc_verdict/value", "/dc_verdict/lower", "/dc_verdict/upper")]
     return [DcVerdict(*row) for row in zip(*names, *numbers, strict=True)]
 
 
@@ -78,7 +78,12 @@ class FieldAtRest:
     verdicts: list[DcVerdict]
 
 
-_STIFFNESS = {"Γ_lin": "gamma_lin", "Ω_lin": "omega_lin", "Γ_ang": "gamma_ang", "Ω_ang": "omega_ang"}
+_STIFFNESS = {
+    "Γ_lin": "/stiffness/gamma_lin",
+    "Ω_lin": "/stiffness/omega_lin",
+    "Γ_ang": "/stiffness/gamma_ang",
+    "Ω_ang": "/stiffness/omega_ang",
+}
 
 
 def read_linearised(file: Reader) -> Linearised:
@@ -108,7 +113,7 @@ def read_field(file: Reader) -> FieldAtRest:
         angular_acceleration=file.array("/dc/angular_acceleration"),
         points=file.array("/source/points"),
         quadrature_error=file.array("/source/quadrature_error"),
-        stiffness={letter: stiffness(f"/stiffness/{key}") for letter, key in _STIFFNESS.items()},
+        stiffness={letter: stiffness(path) for letter, path in _STIFFNESS.items()},
         linearised=read_linearised(file),
         verdicts=dc_verdicts(file),
     )

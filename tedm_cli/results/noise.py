@@ -12,11 +12,11 @@ from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.ranking import first_largest
 
 REALISATION_CONFIDENCE = 0.95  # of the intervals drawn around estimates from realisations
-SILENCED, MATCHED = "silenced", "matched"
+SILENCED, QUIETER, MATCHED = "silenced", "quieter", "matched"
 #: What can be done to areas: as a verb, and as a word.
 WAYS = {
     SILENCED: ("silencing", "silent"),
-    "quieter": ("a tenth of the noise in", "at a tenth"),
+    QUIETER: ("a tenth of the noise in", "at a tenth"),
     MATCHED: ("one common temperature of", "matched"),
 }
 

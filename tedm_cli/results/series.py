@@ -92,10 +92,14 @@ def read_series_summary(file: Reader) -> SeriesSummary:
     n = time.shape[0]
     first, last = (float(time[i : i + 1][0]) for i in (0, n - 1))
     unit = dict(zip(file.strings("/output/label"), file.strings("/output/unit"), strict=True))
-    outputs, requirements = (file.strings(f"/verdict/{c}") for c in ("output", "requirement"))
-    numbers = [file.array(f"/verdict/{c}").tolist() for c in ("ratio", "binding_frequency")]
-    numbers += [file.array("/verdict/passed").astype(bool).tolist()]
-    numbers += [file.array(f"/verdict/{c}").tolist() for c in ("band_rms", "band_limit")]
+    outputs, requirements = file.strings("/verdict/output"), file.strings("/verdict/requirement")
+    numbers = [
+        file.array("/verdict/ratio").tolist(),
+        file.array("/verdict/binding_frequency").tolist(),
+        file.array("/verdict/passed").astype(bool).tolist(),
+        file.array("/verdict/band_rms").tolist(),
+        file.array("/verdict/band_limit").tolist(),
+    ]
     return SeriesSummary(
         source=file.string("/temperature/source"),
         treatment=file.string("/temperature/treatment"),
@@ -111,7 +115,7 @@ def read_series_summary(file: Reader) -> SeriesSummary:
 
 def read_series(file: Reader, requirements: Sequence[AppliedRequirement], confidence: float) -> SeriesNoise:
     """The worst output of each judged quantity; where nothing is judged, the one with the largest rms of each."""
-    labels, kinds, units = (file.strings(f"/output/{c}") for c in ("label", "kind", "unit"))
+    labels, kinds, units = (file.strings(p) for p in ("/output/label", "/output/kind", "/output/unit"))
     rms = file.array("/output/rms")
     summary = read_series_summary(file)
     shown: list[tuple[int, SeriesVerdict | None]] = []

@@ -80,9 +80,11 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write("/rigid_motion", chain.rigid.motion, units="m/K or rad/K, see /label/element_dof")
         writer.write("/common_mode/motion", chain.rigid.amplitude, units="m/K (three), rad/K (three)")
         writer.write("/common_mode/about", chain.rigid.about)
+        per_kelvin = "m/K or rad/K, see /label/read_out_unit"
         for read in chain.sets:
-            for part, per_kelvin in (("N", read.N), ("N_rigid", read.N_rigid), ("N_distortion", read.N_distortion)):
-                writer.write(f"/{part}/{read.name}", per_kelvin, units="m/K or rad/K, see /label/read_out_unit")
+            writer.write(f"/N/{read.name}", read.N, units=per_kelvin)
+            writer.write(f"/N_rigid/{read.name}", read.N_rigid, units=per_kelvin)
+            writer.write(f"/N_distortion/{read.name}", read.N_distortion, units=per_kelvin)
             writer.write(f"/inverse/{read.name}", read.inverse, units="m or rad per m or rad, see /label")
             writer.write(f"/gain/{read.name}", read.gain, units="m or rad per m or rad, see /label")
         writer.write("/label/ray_output", outputs.names)
