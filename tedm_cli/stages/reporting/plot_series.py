@@ -7,6 +7,7 @@ from functools import partial
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import series_file_name
 from tedm_cli.results.build_folder import Results
+from tedm_cli.results.series import read_series_summary
 from tedm_cli.stages.reporting import draw
 
 
@@ -16,15 +17,15 @@ def series_specs(results: Results) -> list[FigureSpec]:
     confidence = {table.name: table.confidence for table in results.config.series}
     specs = []
     for name, file in results.series.items():
-        used = results.series_files[name]
+        used, summary = results.series_files[name], read_series_summary(file)
         specs.append(
             FigureSpec(
                 series_file_name(name).replace(".h5", ".svg"),
                 "series",
-                f"Time series {file.string('/temperature/source')}, {file.string('/temperature/treatment')}: the output"
+                f"Time series {summary.source}, {summary.treatment}: the output"
                 " of each quantity that is worst. Left: smallest and largest values, without the safety factor; right:"
                 f" estimated amplitude spectral density times the safety factor"
-                f" {file.number('/verdict/safety_factor'):g}, with its interval at {100 * confidence[name]:g} %.",
+                f" {summary.safety_factor:g}, with its interval at {100 * confidence[name]:g} %.",
                 (f"{used.path.name} {used.sha256}",),
                 partial(draw.series, file, requirements, confidence[name]),
             )
