@@ -32,6 +32,8 @@ _ROOMY = 0.75  # of the largest distance to an area's edge: from here on, places
 _KEY_PT = 7.2
 _KEY_ROW = 0.13  # inches
 _LIGHT = np.array([-0.30, 0.45, 0.84])  # from above, to the left of the viewer
+_AMBIENT = 0.62  # brightness of a face that the light grazes; one that it meets straight has 1
+_LINE_SHADE = 0.95  # brightness of lines, which have no side
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +171,7 @@ def _triangles(
         np.concatenate([corner[seen], quad[:, [1, 2, 0]], quad[:, [3, 0, 2]]]),
         np.concatenate([model.label[rows[seen]], owner[:, [1, 2, 0]], owner[:, [3, 0, 2]]]),
         np.concatenate([half[seen], np.ones(2 * len(quad), dtype=bool)]),
-        np.concatenate([0.62 + 0.38 * light, np.full(2 * len(quad), 0.95)]),
+        np.concatenate([_AMBIENT + (1.0 - _AMBIENT) * light, np.full(2 * len(quad), _LINE_SHADE)]),
     )
 
 

@@ -12,7 +12,7 @@ from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Sect
 from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY, POSSIBLE, Pair, by_requirement, deciding, worst_of
 from tedm_cli.results.field import symbol, worst_at_rest
 from tedm_cli.results.noise import MATCHED, SILENCED, WAYS, CaseNoise, JudgedOutput, Limit
-from tedm_cli.results.wording import count, listed, mhz_text, percent, ratio_text, sci, span, unit_text
+from tedm_cli.results.wording import and_text, count, mhz_text, percent, ratio_text, sci, span, unit_text
 
 _NAMED = 3  # groups, areas and optical elements named in a sentence
 _ORDER: tuple[State, ...] = ("violated", "open", "met")
@@ -75,7 +75,7 @@ def _where(state: State, likely: Sequence[Pair], possible: Sequence[Pair]) -> st
     if state == "met":
         return f"met in all {count(len(cases), 'case')} that can occur" if len(cases) > 1 else "met"
     if state == "open":
-        return f"met in the likely cases ({listed(_cases(likely))}), violated in others ({listed(failing)})"
+        return f"met in the likely cases ({and_text(_cases(likely))}), violated in others ({and_text(failing)})"
     bad = [c for c in _cases(likely) if any(not j.passed for k, j in likely if k.id == c)]
     return (
         f"violated in {len(bad)} of {count(len(_cases(likely)), 'likely case')}"

@@ -10,7 +10,7 @@ from tedm_cli.results.areas import AreaMap
 
 
 @dataclass(frozen=True, eq=False)
-class SelfGravity:
+class GravitySensitivity:
     """[S_SG]: S [n, k] of n outputs per kelvin of k areas, frames of the test masses; `unit` with "/K"."""
 
     label: list[str]
@@ -18,9 +18,9 @@ class SelfGravity:
     S: FloatArray
 
 
-def read_self_gravity(file: Reader) -> SelfGravity:
+def read_self_gravity(file: Reader) -> GravitySensitivity:
     """[S_SG] with its labels."""
-    return SelfGravity(file.strings("/row/label"), file.strings("/row/unit"), file.array("/S"))
+    return GravitySensitivity(file.strings("/row/label"), file.strings("/row/unit"), file.array("/S"))
 
 
 def gravity_maps(file: Reader) -> list[AreaMap]:

@@ -16,11 +16,11 @@ from tedm_cli.results.ranking import first_largest
 
 _BLOCK = 1 << 20  # samples read at a time
 _LIMIT_POINTS = 200
-MOST = 400  # pieces along an axis; a printed panel has no more dots to tell apart
+MOST_PIECES = 400  # pieces along an axis; a printed panel has no more dots to tell apart
 
 
 @dataclass(frozen=True)
-class SeriesVerdict:
+class JudgedSeriesOutput:
     """One output of a time series against one requirement; rms in `unit`.
 
     ratio : largest safety factor × noise / limit; binding_hz : where; passed : ratio <= 1.
@@ -46,7 +46,7 @@ class SeriesSummary:
     safety_factor: float
     samples: int
     span_s: float
-    verdicts: tuple[SeriesVerdict, ...]
+    verdicts: tuple[JudgedSeriesOutput, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class SeriesOutput:
     spectrum: Spectrum
     limit_hz: FloatArray
     limits: tuple[Limit, ...]
-    verdict: SeriesVerdict | None
+    verdict: JudgedSeriesOutput | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ def read_series_summary(file: Reader) -> SeriesSummary:
         samples=n,
         span_s=last - first,
         verdicts=tuple(
-            SeriesVerdict(output, unit[output], requirement, *row)
+            JudgedSeriesOutput(output, unit[output], requirement, *row)
             for output, requirement, *row in zip(outputs, requirements, *numbers, strict=True)
         ),
     )
@@ -118,7 +118,7 @@ def read_series(file: Reader, requirements: Sequence[AppliedRequirement], confid
     labels, kinds, units = (file.strings(p) for p in ("/output/label", "/output/kind", "/output/unit"))
     rms = file.array("/output/rms")
     summary = read_series_summary(file)
-    shown: list[tuple[int, SeriesVerdict | None]] = []
+    shown: list[tuple[int, JudgedSeriesOutput | None]] = []
     judged = {kinds[labels.index(v.output)] for v in summary.verdicts}
     for kind in dict.fromkeys(kinds):
         if kind in judged:
@@ -192,7 +192,7 @@ def _limits(output: str, requirements: Sequence[AppliedRequirement]) -> tuple[Fl
     return grid, tuple(limits)
 
 
-def piece_starts(samples: int, most: int = MOST) -> IntArray:
+def piece_starts(samples: int, most: int = MOST_PIECES) -> IntArray:
     """First sample of each of at most `most` equal pieces of a series; pieces of one sample where there are few."""
     pieces = min(samples, most)
     return np.arange(pieces, dtype=np.int64) * samples // pieces
@@ -214,11 +214,11 @@ class ThinSpectrum:
 
 
 def thinned(s: Spectrum) -> ThinSpectrum:
-    """At most `MOST` pieces, equal on a logarithmic axis of frequency."""
+    """At most `MOST_PIECES` pieces, equal on a logarithmic axis of frequency."""
     f = s.frequency_hz
     start = np.arange(len(f))
-    if len(f) > MOST:
-        edges = np.geomspace(f[0], f[-1], MOST + 1)[:-1]
+    if len(f) > MOST_PIECES:
+        edges = np.geomspace(f[0], f[-1], MOST_PIECES + 1)[:-1]
         start = np.unique(np.searchsorted(f, edges * (1 + 1e-12)))
         start[0] = 0
     width = np.diff(np.append(start, len(f)))

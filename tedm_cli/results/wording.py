@@ -86,7 +86,7 @@ def vector(values: Sequence[float]) -> str:
     return f"({', '.join(sci(float(v), 5) for v in values)})"
 
 
-def listed(names: Sequence[str]) -> str:
+def and_text(names: Sequence[str]) -> str:
     """`a`, `a and b`, `a, b and c`."""
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 

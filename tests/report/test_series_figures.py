@@ -19,7 +19,7 @@ from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.noise import Spectrum
-from tedm_cli.results.series import MOST, piece_starts, read_series, thinned
+from tedm_cli.results.series import MOST_PIECES, piece_starts, read_series, thinned
 from tedm_cli.results.wording import ratio_text
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.noise.series import run_series
@@ -64,11 +64,11 @@ def test_thinned_spectra_keep_every_extreme(values: list[float], logarithmic: bo
     n = len(asd)
     f = np.geomspace(1e-4, 1.0, n) if logarithmic else 1e-4 * np.arange(1, n + 1)
     thin = thinned(Spectrum(f, asd, 0.5 * asd, 2.0 * asd))
-    assert len(thin.frequency_hz) <= MOST
+    assert len(thin.frequency_hz) <= MOST_PIECES
     assert np.all(np.diff(thin.frequency_hz) > 0)
     assert (thin.least.min(), thin.most.max()) == (asd.min(), asd.max())
     assert (thin.low.min(), thin.high.max()) == (0.5 * asd.min(), 2.0 * asd.max())
-    if n <= MOST:
+    if n <= MOST_PIECES:
         np.testing.assert_array_equal(thin.least, asd)
         np.testing.assert_array_equal(thin.most, asd)
 
