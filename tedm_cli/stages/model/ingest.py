@@ -93,8 +93,10 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
             _write_areas(writer, geometry, areas, centroids)
-            for column in ("name", "group", "shield", "side"):
-                writer.write(f"/area/{column}", [str(v) for v in getattr(table, column)])
+            writer.write("/area/name", table.name)
+            writer.write("/area/group", table.group)
+            writer.write("/area/shield", table.shield)
+            writer.write("/area/side", table.side)
             write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
 
     try:
