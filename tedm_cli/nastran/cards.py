@@ -20,6 +20,7 @@ _SUSPECT = re.compile(r"nan|inf|[-+ed]\d{3}|thru|_", re.I)
 _NO_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)", re.I)
 _EXPONENT = re.compile(r"[+-]?[\d.]+(?:[eEdD][+-]?|[+-])(\d+)")
 _FRAME_FIELDS = 12  # name, CID, RID and three points
+_TWO_LINES = ("GRID", "CONM2")  # in large fields: without the second one a place would be another
 _FIELDS = slice(8, 72)  # columns of a line in fixed form that hold data
 _COLUMNS = 80
 
@@ -72,6 +73,8 @@ class BulkChecks:
         made, fields = self._create(card_lines, card_name, is_list=is_list, has_none=has_none)
         text = "\n".join(map(str, card_lines))
         problem = "" if is_list else _line_problem(card_lines, text)
+        if len(card_lines) == 1 and card_name in _TWO_LINES and "*" in text[:8]:
+            problem = problem or "lacks the second line of its large fields"
         if made is not card_lines:
             if "." in fields:
                 problem = problem or "a point alone is no number"

@@ -50,6 +50,7 @@ REFUSED = {
 }
 _KNOWN = ("SUBCASE", "PARAM", "TEMPERATURE", *REFUSED, *HELD, *KEPT, *LOADS, *NOT_LINEAR, *IDLE, *OUTPUT)
 _TEMPERATURES = ("LOAD", "INITIAL", "MATERIAL", "BOTH", "HSUBCASE", "HTIME")
+_SHOWN = 60  # letters of a word or a value in a message
 _NAME_AND_REST = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)(.*)", re.S)
 _REST = re.compile(r"\s*(?:\(([^)]*)\)?)?(\s*[=,]\s*|\s+|$)(.*?)\s*", re.S)
 
@@ -122,7 +123,8 @@ def refuse_missing_equals(statements: Sequence[Statement]) -> None:
     """Refuse selections without their equals sign, which solvers read and pyNastran passes over."""
     for s in statements:
         if s.word in ("TEMPERATURE", "LABEL", *HELD) and s.separator != "=":
-            raise InputError(f"{s.word} {s.value}: has no equals sign", where=s.place, hint=f"write {s.text}")
+            fact = f"{s.word} {s.value[:_SHOWN]}: has no equals sign"
+            raise InputError(fact, where=s.place, hint=f"write {s.word} = ...")
 
 
 def _split(lines: Sequence[Line]) -> list[Statement]:
@@ -167,13 +169,13 @@ def _check(s: Statement) -> None:
     if s.word not in _KNOWN:
         near = difflib.get_close_matches(s.word.upper(), _KNOWN, n=1)
         raise InputError(
-            f"case control command {s.word} is not known here: it may load or hold the structure",
+            f"case control command {s.word[:_SHOWN]} is not known here: it may load or hold the structure",
             where=s.place,
             hint=f"is it {near[0]}, misspelt? else remove it" if near else "remove it from the deck",
         )
     if s.word == "TEMPERATURE" and s.qualifier and not _is_temperature(s.qualifier):
         raise InputError(
-            f"TEMPERATURE({s.qualifier}) is not known here",
+            f"TEMPERATURE({s.qualifier[:_SHOWN]}) is not known here",
             where=s.place,
             hint="write TEMPERATURE(LOAD), (INITIAL), (MATERIAL) or (BOTH)",
         )

@@ -56,14 +56,13 @@ def check_unit_load_control(model: Any, path: Path) -> None:
 
 
 def _check(s: Statement, place: str) -> None:
+    shown = f"{s.word} = {s.value[:60]}"
     if s.word in LOADS:
-        raise InputError(f"{s.word} = {s.value} loads the structure besides its temperature", where=place, hint=_HINT)
+        raise InputError(f"{shown} loads the structure besides its temperature", where=place, hint=_HINT)
     if s.word in NOT_LINEAR:
-        raise InputError(
-            f"{s.word} = {s.value} makes it no linear statics of the structure alone", where=place, hint=_HINT
-        )
+        raise InputError(f"{shown} makes it no linear statics of the structure alone", where=place, hint=_HINT)
     if s.word == "ANALYSIS" and not s.value.upper().startswith("STAT"):
-        raise InputError(f"ANALYSIS = {s.value} is no linear statics", where=place, hint="remove the subcase")
+        raise InputError(f"{shown} is no linear statics", where=place, hint="remove the subcase")
     if s.word == "PARAM":
         check_parameter(*s.parameter, place)
         refuse_misspelt(s.parameter[0], place)

@@ -284,3 +284,20 @@ def test_a_point_mass_on_a_lever_is_a_body(tmp_path: Path) -> None:
     rows = ["CONM1,9,8,0," + ",".join(values[:5]), *("," + ",".join(values[k : k + 8]) for k in (5, 13))]
     text = re.sub(r"CONM2 .*\n", "\n".join(rows) + "\n", CUBE)
     assert model_geometry(read(tmp_path, text), [tmp_path / "deck.bdf"]).total_kg == pytest.approx(2727.0)
+
+
+def test_a_continuation_that_its_card_has_left_behind(tmp_path: Path) -> None:
+    """The card before takes it for midside nodes; real ones are near the middle of their edges."""
+    cards = "CHEXA,1,1,1,2,3,4,5,6\n,7,8{0}\n"
+    text = re.sub(r"(?s)CHEXA.*?\+A .*?\n", cards, changed("GRID,7", "GRID,20,,.5,0.,.1\nGRID,7"))
+    assert model_geometry(read(tmp_path, text.format("")), [tmp_path / "deck.bdf"]).total_kg == pytest.approx(2727.0)
+    found = model_geometry(read(tmp_path, text.format(",20")), [tmp_path / "deck.bdf"])
+    assert found.elements.partial == [1]
+    for extra in ("\n,4,3", ",,,20", ",3"):
+        with pytest.raises(InputError, match=r"CHEXA 1: its midside node (4|20|3) is [\d.]+ m from the middle of its"):
+            model_geometry(read(tmp_path, text.format(extra)), [tmp_path / "deck.bdf"])
+
+
+def test_half_of_a_card_in_large_fields(tmp_path: Path) -> None:
+    text = changed("*                     1.\n", "")
+    refused(tmp_path, text, line_of(text, "GRID*"), "GRID 5.*: lacks the second line of its large fields")

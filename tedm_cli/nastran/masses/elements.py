@@ -13,6 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.fem.measure import contents
 from tedm_cli.fem.shapes import CARDS, Shape, corner_count, shape_of
 from tedm_cli.nastran.masses.lines import line_spread
+from tedm_cli.nastran.masses.midside import check_midside, check_partial
 from tedm_cli.nastran.masses.nonstructural import Measured, nonstructural
 from tedm_cli.nastran.masses.plates import plate_spread
 from tedm_cli.nastran.masses.solids import solid_spread
@@ -89,7 +90,7 @@ def model_elements(
 
     Raises
     ------
-    InputError : an element, a property or an offset of a kind that is not read.
+    InputError : an element, a property or an offset of a kind that is not read; a midside node far from its edge.
     """
     if getattr(model, "pval", None):
         raise InputError("p-elements (PVAL) are not read", where=where)
@@ -108,6 +109,7 @@ def model_elements(
     counts = np.array([len(n) for n in nodes])
     index = rows(np.array([n for at in nodes for n in at], dtype=np.int64), "an element")
     offset = np.concatenate([[0], np.cumsum(counts)])
+    check_partial([model.elements[i] for i in partial], position, rows, where)
     groups = _groups(cards, types, counts, index, offset, position, to_basic, where)
     return _gather(model, ids, cards, types, index, offset, groups, partial, factor, where)
 
@@ -132,6 +134,8 @@ def _groups(
         shape = shape_of(card, int(count))
         if shape is None and card == "CPYRAM":
             at, shape = at[:, _PYRAMID_AS_BRICK], CARDS["CHEXA"][0]
+        if shape is not None:
+            check_midside(members, shape, position[at], where)
         spread: Spread | None
         if shape is None:
             if card not in _MASSLESS and card != "CBUSH":
