@@ -51,6 +51,9 @@ class BulkChecks:
 
     def _named(self, lines: Sequence[str], places: Any = None) -> Any:
         """Split lines into cards, and refuse names that are not read, and a deck that may have been cut off."""
+        ends = [i for i, line in enumerate(lines) if line.lstrip()[:7].upper() == "ENDDATA"]
+        if ends:  # pyNastran knows it in column 1 alone
+            lines = [*lines[: ends[0]], lines[ends[0]].lstrip(), *lines[ends[0] + 1 :]]
         out = self._split(lines, places)
         self._cards, counts = out[0], out[2]
         readable = self._model.cards_to_read - REFUSED.keys()
@@ -59,7 +62,6 @@ class BulkChecks:
             if name in unknown:
                 raise _unread(str(name), self._place(place))
         self.passed_over = {name: counts[name] for name in sorted(counts) if name in WITHOUT_INFLUENCE}
-        ends = [i for i, line in enumerate(lines) if line[:7].upper() == "ENDDATA"]
         if not ends and self._needs_end:
             raise no_end(self._path)
         left = [i for i in range(ends[0] + 1, len(lines)) if lines[i].split("$")[0].strip()] if ends else []

@@ -223,6 +223,11 @@ def test_a_deck_without_its_end(tmp_path: Path) -> None:
     assert len(read(tmp_path, changed("ENDDATA\n", ""), allow_missing_enddata=True).nodes) == 8
 
 
+@pytest.mark.parametrize("end", ["enddata", "  ENDDATA", "ENDDATA $ of all"])
+def test_ends_of_other_forms(tmp_path: Path, end: str) -> None:
+    assert len(read(tmp_path, changed("ENDDATA", end)).nodes) == 8
+
+
 def test_an_include_needs_no_end(tmp_path: Path) -> None:
     body, tail = CUBE.split("PSOLID ")
     (tmp_path / "part.inc").write_text(f"PSOLID {tail.replace('ENDDATA', '$')}")
@@ -257,6 +262,21 @@ def test_a_card_after_the_end(tmp_path: Path) -> None:
 def test_materials_and_sizes_that_nothing_has(tmp_path: Path, cards: str, fact: str) -> None:
     with pytest.raises(InputError, match=fact):
         read(tmp_path, changed("ENDDATA", f"{cards}\nENDDATA"))
+
+
+@pytest.mark.parametrize(
+    ("cards", "fact"),
+    [
+        ("CQUAD4,20,7,1,2,3,4,,,\n,,,-.01\nPSHELL,7,1,.01,1", "CQUAD4 20: a thickness of -0.01 is negative"),
+        ("CONROD,20,1,2,1,-1.-4", "CONROD 20: a section of -0.0001 is negative"),
+        ("MAT5,7,1.\nPSOLID,7,7\nCTETRA,20,7,1,2,3,5", "PSOLID 7: MAT5 7 is a material of heat transfer alone"),
+        ("MAT9,7,7.+10,,.33,2700.", "MAT9 7: the stiffness is not positive definite"),
+        ("PMASS,7,27.\nCMASS3,20,7,8,7", "CMASS3 20: is on grid 8"),
+    ],
+)
+def test_elements_that_nothing_is(tmp_path: Path, cards: str, fact: str) -> None:
+    with pytest.raises(InputError, match=fact):
+        model_geometry(read(tmp_path, changed("ENDDATA", f"{cards}\nENDDATA")), [tmp_path / "deck.bdf"])
 
 
 @pytest.mark.parametrize(
