@@ -13,6 +13,7 @@ from typing import Any
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.card_names import REFUSED, WITHOUT_INFLUENCE
+from tedm_cli.nastran.comments import has_lost_fields
 
 _MOST_IDS = 10_000_000  # a range is written out as it is read
 _LARGEST_EXPONENT = 300
@@ -64,12 +65,22 @@ class BulkChecks:
         self.passed_over = {name: counts[name] for name in sorted(counts) if name in WITHOUT_INFLUENCE}
         if not ends and self._needs_end:
             raise no_end(self._path)
+        self._refuse_lost_fields(lines[: ends[0]] if ends else lines, places)
         left = [i for i in range(ends[0] + 1, len(lines)) if lines[i].split("$")[0].strip()] if ends else []
         for i in left:
             refuse_card_after_end(self._model, lines[i], str(self._path) if places is None else self._place(places[i]))
         if left:
             self.passed_over["lines after ENDDATA"] = len(left)
         return out
+
+    def _refuse_lost_fields(self, lines: Sequence[str], places: Any) -> None:
+        for i, line in enumerate(lines):
+            if "$" in line and has_lost_fields(lines[i - 1] if i else "", line):
+                raise InputError(
+                    "has numbers alone behind $, as if they had been fields",
+                    where=str(self._path) if places is None else self._place(places[i]),
+                    hint="a comment of numbers needs a word; fields need a blank in place of $",
+                )
 
     def _checked(self, card_lines: Any, card_name: str, is_list: bool = True, has_none: bool = True) -> Any:
         made, fields = self._create(card_lines, card_name, is_list=is_list, has_none=has_none)

@@ -173,6 +173,30 @@ def test_what_only_looks_like_a_field(tmp_path: Path, old: str, new: str, start:
     refused(tmp_path, text, line_of(text, start), fact)
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("GRID           2              1.", "GRID           2 $            1."),
+        ("GRID           2              1.", "GRID           2             $1."),
+        ("*                     1.", "*    $                1."),
+        ("+A             7       8", "$              7       8"),
+        ("+A             7       8", "  $            7       8"),
+        ("   8             27.", "   8      $      27."),
+    ],
+)
+def test_fields_that_a_dollar_has_cut_off(tmp_path: Path, old: str, new: str) -> None:
+    text = changed(old, new).replace("6+A", "6")
+    refused(tmp_path, text, next(i for i, line in enumerate(text.splitlines(), start=1) if "$" in line), "behind \\$")
+
+
+@pytest.mark.parametrize(
+    "comment", ["$ 12", "$ part 7", "$", "$$      8", "$2345678", "$.......2.......3", "$  1.2 3.4"]
+)
+def test_comments_of_people(tmp_path: Path, comment: str) -> None:
+    assert len(read(tmp_path, changed("     27.\n", f"     27. {comment}\n")).nodes) == 8
+    assert len(read(tmp_path, changed("     27.\n", f"     27.\n{comment}\n$       1.0     2.0\n")).nodes) == 8
+
+
 def test_lines_that_have_run_together(tmp_path: Path) -> None:
     text = changed("     27.\nSPC1", "     27." + " " * 40 + "SPC1")
     refused(tmp_path, text, line_of(text, "CONM2"), "has a line of more than 80 columns")
