@@ -31,7 +31,7 @@ def _is_of_fields(comment: str, start: int, width: int) -> bool:
     """Whether each word of a comment that begins in column `start` is a number at the edge of a field."""
     for word in re.finditer(r"\S+", comment):
         first, end = start + word.start(), start + word.end()
-        at_edge = (end - 8) % width == 0 or ((first - 8) % width == 0 and word.start() > 0)
+        at_edge = (end - 8) % width == 0 or (first - 8) % width == 0
         if end <= 8 or not at_edge or not _NUMBER.fullmatch(word[0]) or len(word[0]) > width:
             return False
     return True

@@ -152,3 +152,17 @@ def no_number(random: Random, lines: list[str]) -> None:
     ]
     i, a, b = random.choice(places)
     lines[i] = lines[i][:a] + random.choice(_NO_NUMBERS).rjust(b - a)[-max(b - a, 5) :] + lines[i][b:]
+
+
+@structure
+def flip_bit_of_blank(random: Random, lines: list[str]) -> None:
+    """Of a blank between fixed fields, to anything but a digit; a dollar sign there makes a comment of the rest."""
+    places = [
+        (i, j)
+        for i in range(_begin(lines), len(lines))
+        if lines[i][:1] != "$" and "," not in lines[i]
+        for j, c in enumerate(lines[i].rstrip())
+        if c == " "
+    ]
+    i, j = random.choice(places)
+    lines[i] = lines[i][:j] + chr(ord(" ") ^ 1 << random.choice((0, 1, 2, 3, 5, 6, 7))) + lines[i][j + 1 :]
