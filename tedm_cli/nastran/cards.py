@@ -29,7 +29,8 @@ _COLUMNS = 80
 class BulkChecks:
     """Checks that a pyNastran model makes while it reads the bulk data of the deck `path`.
 
-    `passed_over` : cards that were not read, by name with their number, once the deck has been read.
+    `passed_over` : cards that were not read, by name with their number; `parameters` : file and line of each PARAM, by
+    its name; both once the deck has been read.
     """
 
     def __init__(self, model: Any, path: Path, *, allow_missing_enddata: bool) -> None:
@@ -37,7 +38,13 @@ class BulkChecks:
         self._cards: list[Any] = []
         self._split, self._create = model.get_bdf_cards, model.create_card_object
         self.passed_over: dict[str, int] = {}
+        self.parameters: dict[str, str] = {}
         model.get_bdf_cards, model.create_card_object = self._named, self._checked
+
+    def release(self) -> None:
+        """End the checks, and hold the lines of the deck no longer; from then on `place_of` knows the deck alone."""
+        self._cards = []
+        del self._model.get_bdf_cards, self._model.create_card_object
 
     def place_of(self, card_lines: Any) -> str:
         """File and line of a card, given the very list of its lines; of the deck where it is not known."""
@@ -65,6 +72,7 @@ class BulkChecks:
         self.passed_over = {name: counts[name] for name in sorted(counts) if name in WITHOUT_INFLUENCE}
         if not ends and self._needs_end:
             raise no_end(self._path)
+        self.parameters = {_parameter(card[2]): self._place(card[3]) for card in self._cards if card[0] == "PARAM"}
         self._refuse_lost_fields(lines[: ends[0]] if ends else lines, places)
         left = [i for i in range(ends[0] + 1, len(lines)) if lines[i].split("$")[0].strip()] if ends else []
         for i in left:
@@ -99,6 +107,11 @@ class BulkChecks:
             number = str(fields[1]) if made is not card_lines and len(fields) > 1 else ""
             raise InputError(f"{card_name} {number}".strip() + f": {problem}", where=self.place_of(card_lines))
         return made, fields
+
+
+def _parameter(lines: Sequence[str]) -> str:
+    """Name of the parameter that the card with these lines sets."""
+    return (*re.split(r"[\s,*]+", str(lines[0]).strip().upper()), "")[1]
 
 
 def no_end(path: Path) -> InputError:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.deck_lines import Line
+from tedm_cli.nastran.parameters import refuse_misspelt
 
 # Makes up the structure or holds it; has to be the same for all unit loads.
 HELD = ("SPC", "MPC", "SUPORT1", "SUPORT", "K2GG", "NSM", "BGSET", "RIGID", "AUTOSPC")
@@ -173,6 +174,8 @@ def _check(s: Statement) -> None:
             where=s.place,
             hint=f"is it {near[0]}, misspelt? else remove it" if near else "remove it from the deck",
         )
+    if s.word == "PARAM":
+        refuse_misspelt(s.parameter[0], s.place)
     if s.word == "TEMPERATURE" and s.qualifier and not _is_temperature(s.qualifier):
         raise InputError(
             f"TEMPERATURE({s.qualifier[:_SHOWN]}) is not known here",

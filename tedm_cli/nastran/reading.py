@@ -12,6 +12,7 @@ from tedm_cli.nastran.card_names import REFUSED
 from tedm_cli.nastran.cards import BulkChecks
 from tedm_cli.nastran.control_words import read_statements
 from tedm_cli.nastran.deck_lines import read_head
+from tedm_cli.nastran.parameters import refuse_misspelt
 from tedm_cli.nastran.plausible import check_plausible
 
 _NEWLINE = b"\n"
@@ -28,8 +29,8 @@ def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata
 
     Raises
     ------
-    InputError : missing or malformed file or INCLUDE, no ENDDATA, a card or a word of case control that is not known,
-        a field that only looks like a number, SUBCOM, materials and thicknesses that no structure has.
+    InputError : missing or malformed file or INCLUDE, no ENDDATA, a card, a parameter or a word of case control that is
+        not known, a field that only looks like a number, SUBCOM, materials and thicknesses that no structure has.
     """
     from pyNastran.bdf.bdf import BDF
 
@@ -42,6 +43,7 @@ def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata
     with captured_output() as chatter:
         try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
+            checks.release()
             if cross_reference:
                 model.cross_reference(
                     xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
@@ -52,7 +54,9 @@ def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata
             fact = fact_of(exc, chatter.getvalue())
             where = checks.place_of(card_lines_of(exc))
             raise InputError(f"pyNastran cannot read the deck: {fact}", where=where) from exc
-    model.tedm_passed_over = checks.passed_over
+    model.tedm_passed_over, model.tedm_parameters = checks.passed_over, checks.parameters
+    for name, place in checks.parameters.items():
+        refuse_misspelt(name, place)
     check_plausible(model, str(path))
     return model
 
@@ -61,6 +65,11 @@ def passed_over(model: Any) -> list[str]:
     """What `read_deck` left out of a model, as a remark for the user; nothing where it left out nothing."""
     left = [f"{name} ({count:,})" for name, count in model.tedm_passed_over.items()]
     return [f"not read, without influence on unit loads and masses: {', '.join(left)}"] if left else []
+
+
+def parameter_places(model: Any) -> dict[str, str]:
+    """File and line of each PARAM card of a model from `read_deck`, by the parameter's name."""
+    return dict(model.tedm_parameters)
 
 
 def any_encoding(model: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,8 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.control_words import HELD, LOADS, NOT_LINEAR, Statement, read_statements, refuse_missing_equals
 from tedm_cli.nastran.deck_lines import read_head
 from tedm_cli.nastran.executive import STATICS, solution
-from tedm_cli.nastran.parameters import check_parameter, refuse_misspelt
+from tedm_cli.nastran.parameters import check_parameter
+from tedm_cli.nastran.reading import parameter_places
 
 _HINT = "remove it: a unit load is a temperature step and nothing else"
 
@@ -49,10 +51,18 @@ def check_unit_load_control(model: Any, path: Path) -> None:
         if len(set(chosen.values())) > 1:
             listed = ", ".join(f"{v} in subcase {n}" for n, v in list(chosen.items())[:8])
             raise InputError(f"the subcases have different {key}: {listed}", where=where)
-    for name, card in model.params.items():
-        check_parameter(str(name), str(card.values[0]), where)
-        refuse_misspelt(str(name), where)
+    check_parameters(model, statements, where)
     _check_enforced(model, where)
+
+
+def check_parameters(model: Any, statements: Sequence[Statement], where: str) -> None:
+    """Refuse parameters that alter a unit load, in the bulk data of a model and in case control."""
+    for s in statements:
+        if s.word == "PARAM":
+            check_parameter(*s.parameter, s.place)
+    places = parameter_places(model)
+    for name, card in model.params.items():
+        check_parameter(str(name), str(card.values[0]), places.get(str(name), where))
 
 
 def _check(s: Statement, place: str) -> None:
@@ -63,9 +73,6 @@ def _check(s: Statement, place: str) -> None:
         raise InputError(f"{shown} makes it no linear statics of the structure alone", where=place, hint=_HINT)
     if s.word == "ANALYSIS" and not s.value.upper().startswith("STAT"):
         raise InputError(f"{shown} is no linear statics", where=place, hint="remove the subcase")
-    if s.word == "PARAM":
-        check_parameter(*s.parameter, place)
-        refuse_misspelt(s.parameter[0], place)
 
 
 def _check_heat(model: Any, where: str) -> None:

@@ -47,6 +47,23 @@ def test_a_card_of_unknown_name(tiny: Project, reader: str) -> None:
 
 
 @pytest.mark.parametrize("reader", READERS)
+def test_a_parameter_misspelt(tiny: Project, reader: str) -> None:
+    command, name = prepared(tiny, reader)
+    deck = tiny.folder / name
+    replace(deck, "ENDDATA\n", "PARAM,WTMASR,.5\nENDDATA\n")
+    line = deck.read_text().splitlines().index("PARAM,WTMASR,.5") + 1
+    tiny.run(command).refused(4, f"{name}:{line}: PARAM,WTMASR is not known", hint="WTMASS")
+
+
+@pytest.mark.parametrize("reader", ["write-deck", "areas of the deck", "solve", "ingest"])
+@pytest.mark.parametrize("parameter", ["HEATSTAT,YES", "CHECKOUT,YES", "EXTOUT,DMIGPCH"])
+def test_a_parameter_that_alters_a_unit_load(tiny: Project, reader: str, parameter: str) -> None:
+    command, name = prepared(tiny, reader)
+    replace(tiny.folder / name, "ENDDATA\n", f"PARAM,{parameter}\nENDDATA\n")
+    tiny.run(command).refused(4, name, f"PARAM,{parameter.split(',')[0]}")
+
+
+@pytest.mark.parametrize("reader", READERS)
 def test_a_card_after_the_end(tiny: Project, reader: str) -> None:
     command, name = prepared(tiny, reader)
     deck = tiny.folder / name
