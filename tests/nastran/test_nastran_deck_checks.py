@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.errors import InputError
+from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.nastran.card_names import REFUSED, WITHOUT_INFLUENCE
 from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.reading import passed_over, read_deck
@@ -340,6 +340,15 @@ def test_a_continuation_that_its_card_has_left_behind(tmp_path: Path) -> None:
     for extra in ("\n,4,3", ",,,20", ",3"):
         with pytest.raises(InputError, match=r"CHEXA 1: its midside node (4|20|3) is [\d.]+ m from the middle of its"):
             model_geometry(read(tmp_path, text.format(extra)), [tmp_path / "deck.bdf"])
+
+
+def test_a_solid_whose_grids_are_out_of_order(tmp_path: Path) -> None:
+    """It has a mass: that of its sound parts minus that of the parts that are inside out."""
+    text = changed("+A             7       8", "+A             8       7")
+    with pytest.raises(PhysicsError, match="1 CHEXA with a Jacobian that changes its sign: 1"):
+        model_geometry(read(tmp_path, text), [tmp_path / "deck.bdf"])
+    inside_out = re.sub(r"(?s)CHEXA.*?\+A .*?\n", "CHEXA,1,1,5,6,7,8,1,2\n,3,4\n", CUBE)
+    assert model_geometry(read(tmp_path, inside_out), [tmp_path / "deck.bdf"]).total_kg == pytest.approx(2727.0)
 
 
 def test_half_of_a_card_in_large_fields(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.errors import InputError
+from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.fem.measure import contents
 from tedm_cli.fem.shapes import CARDS, Shape, corner_count, shape_of
 from tedm_cli.nastran.masses.lines import line_spread
@@ -91,6 +91,7 @@ def model_elements(
     Raises
     ------
     InputError : an element, a property or an offset of a kind that is not read; a midside node far from its edge.
+    PhysicsError : a solid that is tangled.
     """
     if getattr(model, "pval", None):
         raise InputError("p-elements (PVAL) are not read", where=where)
@@ -172,9 +173,16 @@ def _gather(
     for group in groups:
         if group.spread is not None and group.shape is not None:
             s = group.spread
-            measure[group.place], mass[group.place] = contents(
+            measure[group.place], mass[group.place], tangled = contents(
                 group.shape, group.position + s.axis, s.structural + s.nonstructural
             )
+            bad = group.place[tangled & (mass[group.place] != 0.0)]
+            if bad.size:
+                raise PhysicsError(
+                    f"{bad.size} {group.card} with a Jacobian that changes its sign: {ids[bad[0]]}",
+                    where=where,
+                    hint="are the grids of the card, and its lines, in order?",
+                )
     property_id = np.array([int(e.pid) if getattr(e, "pid", None) is not None else 0 for e in cards], dtype=np.int64)
     added = nonstructural(
         model,
