@@ -115,6 +115,7 @@ def ingest(
         *mass_lines(done.masses),
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),
         *partial_lines(done.partial),
+        *(f"note: {note}" for note in done.notes),
     )
 
 

@@ -93,12 +93,14 @@ def show(
 
     Datasets with their units, what it was made from, and its main numbers.
     """
-    from tedm_cli.stages.reporting.show import show_dict, show_lines
+    from tedm_cli.cli.printing.show import show_lines
+    from tedm_cli.stages.reporting.show import show_dict
 
+    found = show_dict(file)
     if as_json:
-        print(json.dumps(show_dict(file), indent=1))
+        print(json.dumps(found, indent=1))
     else:
-        print("\n".join(show_lines(file)))
+        print("\n".join(show_lines(found)))
 
 
 @app.command()

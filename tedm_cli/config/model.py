@@ -29,7 +29,8 @@ class ModelTable(Strict):
     `deck` and `op2` are the unit-load deck and its results, the user's own where Nastran solved them; left out, they
     are made in the build folder.
     `reference_temperature_K`: where unit loads start instead of TREF. `constraints_of_subcase`: the subcase of `bdf`
-    whose constraints all unit loads have, where its subcases differ.
+    whose constraints all unit loads have, where its subcases differ. `allow_missing_enddata`: decks may end without
+    ENDDATA, as those that were cut off do.
     """
 
     bdf: str | None = None
@@ -39,6 +40,7 @@ class ModelTable(Strict):
     uniform_label: str = "UNIFORM"
     reference_temperature_K: float | None = None
     constraints_of_subcase: Annotated[int, Field(ge=1)] | None = None
+    allow_missing_enddata: bool = False
     subcases: dict[str, int] = Field(default_factory=dict)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
+from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
 
 
 def case_notes(file: Reader) -> list[str]:
@@ -24,7 +25,7 @@ def case_notes(file: Reader) -> list[str]:
 def case_matrices(file: Reader) -> list[NamedMatrix]:
     """Tables and matrices of an open case file."""
     labels, units = file.strings("/output/label"), file.strings("/output/unit")
-    psd = np.array([file.array(f"/psd/{label}") for label in labels])
+    psd = read_psd(file, labels)
     power, amplitude = [f"({u})^2/Hz" for u in units], [f"{u}/sqrt(Hz)" for u in units]
     return [
         _over_frequency(file, "psd", psd, labels, power, "one-sided power spectral densities of the outputs"),
@@ -35,7 +36,7 @@ def case_matrices(file: Reader) -> list[NamedMatrix]:
             _over_frequency(
                 file,
                 f"bound_{bound}",
-                np.array([file.array(f"/bounds/{bound}/{label}") for label in labels]),
+                read_bound(file, bound, labels),
                 labels,
                 power,
                 f"{meaning}, one-sided PSDs",
@@ -76,7 +77,7 @@ def _over_frequency(
 
 def _temperatures(file: Reader) -> list[NamedMatrix]:
     areas = file.strings("/area/name")
-    spectrum = file.array("/temperature/spectrum")
+    spectrum, correlation = file.array("/temperature/spectrum"), read_correlation(file)
     ones = ["1"] * len(areas)
     matrices = [
         _over_frequency(
@@ -89,18 +90,19 @@ def _temperatures(file: Reader) -> list[NamedMatrix]:
         ),
         NamedMatrix(
             "areas",
-            np.stack([file.array("/area/id"), file.array("/case/block"), file.array("/correlation/delay")], axis=1),
+            np.stack([file.array("/area/id"), correlation.block, correlation.delay_s], axis=1),
             areas,
             ["id", "block", "delay"],
             [],
             ["1", "1", "s"],
             "thermal areas: number, correlated block (-1: silent in this case), delay",
         ),
-        NamedMatrix("R", file.array("/correlation/real"), areas, areas, ones, ones, "correlation before delays"),
+        NamedMatrix("R", correlation.matrix.real, areas, areas, ones, ones, "correlation before delays"),
     ]
-    if file.has("/correlation/imaginary"):
-        imaginary = file.array("/correlation/imaginary")
-        matrices.append(NamedMatrix("R_imaginary", imaginary, areas, areas, ones, ones, "imaginary part of R"))
+    if np.iscomplexobj(correlation.matrix):
+        matrices.append(
+            NamedMatrix("R_imaginary", correlation.matrix.imag, areas, areas, ones, ones, "imaginary part of R")
+        )
     return matrices
 
 
@@ -150,11 +152,15 @@ def _contributions(file: Reader, labels: list[str], amplitude: Sequence[str]) ->
     if file.has("/path/name"):
         names = file.strings("/path/name")
         held = [label for label in labels if file.has(f"/path/share/{label}")]
-        for name, where in (("share", "at contribution_frequency"), ("band_share", "in the band")):
-            values = np.array([file.array(f"/path/{name}/{label}") for label in held])
+        for name, parts, where in (
+            ("share", [file.array(f"/path/share/{label}") for label in held], "at contribution_frequency"),
+            ("band_share", [file.array(f"/path/band_share/{label}") for label in held], "in the band"),
+        ):
             meaning = f"share of each optical element in the power {where}"
             matrices.append(
-                NamedMatrix(f"element_{name}", values, held, names, ["1"] * len(held), ["1"] * len(names), meaning)
+                NamedMatrix(
+                    f"element_{name}", np.array(parts), held, names, ["1"] * len(held), ["1"] * len(names), meaning
+                )
             )
     return matrices
 
@@ -167,16 +173,22 @@ def _verdicts(file: Reader) -> NamedMatrix:
             file.strings("/verdict/requirement"), file.strings("/verdict/output"), strict=True
         )
     ]
-    columns = {"ratio": "1", "binding_frequency": "Hz", "passed": "1", "allowed_safety_factor": "1"}
+    columns = {
+        "ratio": file.array("/verdict/ratio"),
+        "binding_frequency": file.array("/verdict/binding_frequency"),
+        "passed": file.array("/verdict/passed"),
+        "allowed_safety_factor": file.array("/verdict/allowed_safety_factor"),
+    }
+    units = ["1", "Hz", "1", "1"]
     bounds = file.strings("/bound_ratio/bound")
-    values = np.column_stack([*(file.array(f"/verdict/{name}") for name in columns), file.array("/bound_ratio/ratio")])
+    values = np.column_stack([*columns.values(), file.array("/bound_ratio/ratio")])
     return NamedMatrix(
         "verdict",
         values,
         rows,
         [*columns, *(f"ratio_{b}" for b in bounds)],
         [],
-        [*columns.values(), *(["1"] * len(bounds))],
+        [*units, *(["1"] * len(bounds))],
         "largest ratio of safety factor x ASD to requirement, where, passed (1) or not (0), factor that just passes,"
         " and the ratio at every bound",
     )

@@ -6,11 +6,12 @@ import json
 import re
 from collections.abc import Callable, Mapping
 
-import numpy as np
-
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, FileKind
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
+from tedm_cli.results.field import read_linearised
+from tedm_cli.results.optics import read_bench_motion
+from tedm_cli.results.self_gravity import read_self_gravity
 
 _MOTIONS = {"ux": "m", "uy": "m", "uz": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
 _OUTPUTS = 'slopes = "angle"\nbeams = { meas = "meas", ref = "ref" }\n'
@@ -77,24 +78,24 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
 
 def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
     """S_SG, and the linearised equations of motion."""
-    areas = file.strings("/area/name")
+    areas, gravity, motion = file.strings("/area/name"), read_self_gravity(file), read_linearised(file)
     return [
         NamedMatrix(
             "S_SG",
-            file.array("/S"),
-            file.strings("/row/label"),
+            gravity.S,
+            gravity.label,
             areas,
-            [unit.removesuffix("/K") for unit in file.strings("/row/unit")],
+            [unit.removesuffix("/K") for unit in gravity.unit],
             ["K"] * len(areas),
             "self-gravity on the test masses per kelvin of an area, frames of the test masses",
         ),
         NamedMatrix(
             "stiffness",
-            file.array("/stiffness/linearised"),
-            file.strings("/label/tm_output"),
-            file.strings("/label/tm_motion"),
-            file.strings("/label/tm_output_unit"),
-            file.strings("/label/tm_motion_unit"),
+            motion.value,
+            motion.output,
+            motion.motion,
+            motion.output_unit,
+            motion.motion_unit,
             "force over mass and torque over inertia by motion of the test masses, in their frames",
         ),
     ]
@@ -103,12 +104,12 @@ def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
 def distortion_matrices(file: Reader) -> list[NamedMatrix]:
     """D_opt: the optical elements' part of the distortion matrix."""
     areas = file.strings("/area/name")
-    labels = [f"{name}_{motion}" for name in file.strings("/optical/name") for motion in _MOTIONS]
-    motion = np.concatenate([file.array("/D_opt/translation"), file.array("/D_opt/rotation")], axis=2)
+    bench = read_bench_motion(file)
+    labels = [f"{name}_{motion}" for name in bench.element for motion in _MOTIONS]
     return [
         NamedMatrix(
             "D_opt",
-            motion.reshape(len(areas), -1).T,
+            bench.motion.reshape(len(areas), -1).T,
             labels,
             areas,
             _units(labels),

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.fem.shapes import Shape, gauss_rule, measure
 
 _BLOCK = 4096
+_TANGLED = 1e-9  # rounding, as a share of an element's measure
 
 
 def whole_rule(shape: Shape, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -30,8 +31,10 @@ def whole_rule(shape: Shape, nodes: FloatArray) -> tuple[FloatArray, FloatArray]
     return values, weight * measure(np.swapaxes(slopes, -1, -2) @ nodes[:, None])
 
 
-def contents(shape: Shape, nodes: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Measure [E] (m³, m² or m) of elements, and the integral [E] of a density given at their nodes.
+def contents(shape: Shape, nodes: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Measure [E] (m³, m² or m) of elements, the integral [E] of a density given at their nodes, and which are tangled.
+
+    The Jacobian of a tangled solid changes its sign: parts of it count as less than nothing.
 
     A solid numbered inside out counts as positive.
 
@@ -39,13 +42,14 @@ def contents(shape: Shape, nodes: FloatArray, density: FloatArray) -> tuple[Floa
     ----------
     nodes : [E, n, 3], m; density : [E, n], per unit of the measure.
     """
-    size, content = np.zeros(len(nodes)), np.zeros(len(nodes))
+    size, content, tangled = np.zeros(len(nodes)), np.zeros(len(nodes)), np.zeros(len(nodes), dtype=bool)
     for part in blocks(len(nodes)):
         values, weight = whole_rule(shape, nodes[part])
         total = weight.sum(axis=1)
         size[part] = np.abs(total)
+        tangled[part] = np.abs(total) < (1.0 - _TANGLED) * np.abs(weight).sum(axis=1)
         content[part] = np.copysign(1.0, total) * np.einsum("eq,qn,en->e", weight, values, density[part], optimize=True)
-    return size, content
+    return size, content, tangled
 
 
 def blocks(count: int) -> Iterator[slice]:

@@ -24,16 +24,13 @@ class Surface:
     """Faces and lines by rows of the grid table.
 
     face : [F, 4], corners in order; a triangle repeats its last. Faces of solids are counter-clockwise from outside.
-    solid : [F], whether a face is of a solid (else of a plate); face_element : [F], row of the element.
-    line : [L, 2]; line_element : [L].
+    solid : [F], whether a face is of a solid (else of a plate). line : [L, 2].
     rim : [R, 2], edges that only one plate has.
     """
 
     face: IntArray
     solid: BoolArray
-    face_element: IntArray
     line: IntArray
-    line_element: IntArray
     rim: IntArray
 
 
@@ -58,18 +55,15 @@ def outer_surface(card: Sequence[str], node_offset: IntArray, node_index: IntArr
             plate.append(_faces(_PLATE[corners], members, node_offset, node_index))
         else:
             line.append(_faces([(0, 1)], members[counts[members] == 2], node_offset, node_index))
-    face, element = _joined(solid, 4)
+    face = _joined(solid, 4)
     key = _keys(face)
     _, index, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     free = (count[index.reshape(-1)] == 1) & (key[:, 2] != _NONE)  # a face collapsed to an edge has no area
-    shells, shell_element = _joined(plate, 4)
-    lines, line_element = _joined(line, 2)
+    shells = _joined(plate, 4)
     return Surface(
         np.concatenate([face[free], shells]),
         np.arange(free.sum() + len(shells)) < free.sum(),
-        np.concatenate([element[free], shell_element]),
-        lines,
-        line_element,
+        _joined(line, 2),
         _rim(shells),
     )
 
@@ -77,18 +71,14 @@ def outer_surface(card: Sequence[str], node_offset: IntArray, node_index: IntArr
 _NONE = np.iinfo(np.int64).max
 
 
-def _faces(
-    pattern: Sequence[tuple[int, ...]], members: IntArray, offset: IntArray, index: IntArray
-) -> tuple[IntArray, IntArray]:
+def _faces(pattern: Sequence[tuple[int, ...]], members: IntArray, offset: IntArray, index: IntArray) -> IntArray:
     table = np.array(pattern, dtype=np.int64)
     rows = offset[members][:, None, None] + table
-    return index[rows].reshape(-1, table.shape[1]), np.repeat(members, len(table))
+    return np.asarray(index[rows].reshape(-1, table.shape[1]))
 
 
-def _joined(parts: list[tuple[IntArray, IntArray]], width: int) -> tuple[IntArray, IntArray]:
-    empty = (np.zeros((0, width), dtype=np.int64), np.zeros(0, dtype=np.int64))
-    faces, elements = zip(empty, *parts, strict=True)
-    return np.concatenate(faces), np.concatenate(elements)
+def _joined(parts: list[IntArray], width: int) -> IntArray:
+    return np.concatenate([np.zeros((0, width), dtype=np.int64), *parts])
 
 
 def _rim(face: IntArray) -> IntArray:

@@ -14,16 +14,19 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from tedm_cli.arrays import IntArray
 from tedm_cli.figures.fit import fitted, wrapped
 from tedm_cli.figures.style import BLUE, VERMILION, WIDTH, grid, inches, power_of_ten, ratio_axis, style
-from tedm_cli.results.noise import AreaMap, Areas, CaseNoise, JudgedOutput, unit_text
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.results.areas import AreaMap, by_group
+from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.wording import unit_text
 
 _ROW = 0.158  # inches of one area
 _MOST_DECADES = 5.0
 
 
-def map_figure(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
+def map_figure(maps: Sequence[AreaMap], areas: AreaTable, title: str) -> Figure:
     """|sensitivity| of outputs (columns) to areas (rows, group by group); one panel and colour scale for each unit."""
     with style():
-        k = len(areas.name)
+        k = len(areas)
         columns = sum(len(m.labels) for m in maps)
         foot = 0.3 + 0.062 * max(len(label) for m in maps for label in m.labels)  # the labels stand at 60 degrees
         left = 0.6 + 0.071 * max(len(n) for n in areas.name)
@@ -32,7 +35,7 @@ def map_figure(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
         ratios = [len(m.labels) for m in maps]
         panels = figure.subplots(1, len(maps), squeeze=False, width_ratios=ratios)[0]
         inches(figure, left=left, right=0.2, top=1.05, bottom=foot, wspace=0.12)
-        order = areas.by_group()
+        order = by_group(areas)
         for axes, panel in zip(panels, maps, strict=True):
             _map_panel(figure, axes, panel, areas, order)
         panels[0].set_yticks(np.arange(k) + 0.5, [areas.name[i] for i in order], fontsize=7.5)
@@ -44,7 +47,7 @@ def map_figure(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
         return figure
 
 
-def _map_panel(figure: Figure, axes: Axes, panel: AreaMap, areas: Areas, order: IntArray) -> None:
+def _map_panel(figure: Figure, axes: Axes, panel: AreaMap, areas: AreaTable, order: IntArray) -> None:
     size = np.abs(panel.value[:, order]).T
     high = float(size.max()) if size.max() > 0 else 1.0
     positive = size[size > 0]

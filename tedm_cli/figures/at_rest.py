@@ -11,7 +11,9 @@ from matplotlib.lines import Line2D
 
 from tedm_cli.figures.fit import fitted, text_width
 from tedm_cli.figures.style import COLOURS, VERMILION, WIDTH, grid, heading, inches, ratio_axis, style
-from tedm_cli.results.noise import RestVerdict, ratio_text
+from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.results.field import SUBSYSTEM, symbol
+from tedm_cli.results.wording import ratio_text
 
 _ROW, _TOP, _BETWEEN, _FOOT = 0.44, 0.62, 0.5, 1.02  # inches
 _SMALL = 8.0  # points
@@ -20,7 +22,7 @@ _LABEL = 1.0  # inches beside the last mark
 _LOOKS = (("o", COLOURS[4]), ("s", COLOURS[5]), ("D", COLOURS[0]), ("^", COLOURS[2]))
 
 
-def at_rest_figure(verdicts: Sequence[RestVerdict]) -> Figure:
+def at_rest_figure(verdicts: Sequence[DcVerdict]) -> Figure:
     """A panel for each test mass, a row for each quantity, a mark for each subsystem."""
     with style():
         masses = list(dict.fromkeys(v.test_mass for v in verdicts))
@@ -31,7 +33,7 @@ def at_rest_figure(verdicts: Sequence[RestVerdict]) -> Figure:
         panel = _ROW * len(quantities)
         total = _TOP + rows * panel + (rows - 1) * _BETWEEN + _FOOT
         figure = Figure(figsize=(WIDTH, total))
-        left = 0.25 + max(text_width(q, 9) for q in quantities)
+        left = 0.25 + max(text_width(symbol(q), 9) for q in quantities)
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).reshape(-1)
         inches(figure, left=left, right=0.15, top=_TOP, bottom=_FOOT, wspace=0.06)
         figure.subplots_adjust(hspace=_BETWEEN / panel)
@@ -49,7 +51,7 @@ def at_rest_figure(verdicts: Sequence[RestVerdict]) -> Figure:
             title = f": {met} of {len(of_mass)} within"
             axes.set_title(f"{fitted(mass, 2.8 - text_width(title, 9), 9)}{title}", fontsize=9, pad=4)
         panels[0].set_ylim(len(quantities) - 0.5, -0.5)
-        panels[0].set_yticks(range(len(quantities)), quantities, fontsize=9)
+        panels[0].set_yticks(range(len(quantities)), [symbol(q) for q in quantities], fontsize=9)
         for axes in panels[len(masses) :]:
             axes.set_visible(False)
         heading(figure, "Field at rest against its allocation")
@@ -59,7 +61,7 @@ def at_rest_figure(verdicts: Sequence[RestVerdict]) -> Figure:
         return figure
 
 
-def _scale(verdicts: Sequence[RestVerdict], width: float) -> tuple[float, float]:
+def _scale(verdicts: Sequence[DcVerdict], width: float) -> tuple[float, float]:
     """Ends of an axis of `width` inches, with room for a label beside the largest ratio."""
     low = max(_LEAST, min([0.1, *(v.ratio for v in verdicts if v.ratio >= _LEAST)]) / 2.0)
     most, part = max([1.0, *(v.ratio for v in verdicts)]), _LABEL / width
@@ -67,7 +69,7 @@ def _scale(verdicts: Sequence[RestVerdict], width: float) -> tuple[float, float]
 
 
 def _panel(
-    axes: Axes, verdicts: Sequence[RestVerdict], quantities: Sequence[str], subsystems: Sequence[str], low: float
+    axes: Axes, verdicts: Sequence[DcVerdict], quantities: Sequence[str], subsystems: Sequence[str], low: float
 ) -> None:
     step = 0.84 / len(subsystems)
     for v in verdicts:
@@ -93,7 +95,7 @@ def _panel(
 def _legend(subsystems: Sequence[str], low_marks: bool) -> list[Line2D]:
     handles = [
         Line2D([], [], linestyle="none", marker=marker, markersize=5.5, color=colour, markeredgecolor="black",
-               markeredgewidth=0.7, label=name)
+               markeredgewidth=0.7, label=SUBSYSTEM.get(name, name))
         for name, (marker, colour) in zip(subsystems, (_LOOKS[i % len(_LOOKS)] for i in range(len(subsystems))),
                                           strict=True)
     ]  # fmt: skip

@@ -29,7 +29,7 @@ from tedm_cli.figures.labels import place_labels
 from tedm_cli.figures.style import COLOURS, style
 from tedm_cli.optics.exaggerated import ExaggeratedBench, TracedBench
 from tedm_cli.optics.layout import Kind, OpticalLayout
-from tedm_cli.results.noise import SUPERSCRIPT
+from tedm_cli.results.wording import SUPERSCRIPT
 
 SHARED, GHOST, INK = "#4D4D4D", "#B4B4B4", "#000000"
 _OWN = (COLOURS[0], COLOURS[1], COLOURS[2], COLOURS[3], COLOURS[5], COLOURS[4])

@@ -11,7 +11,8 @@ from matplotlib.patches import Patch
 
 from tedm_cli.figures.fit import text_width, wrapped
 from tedm_cli.figures.style import BLUE, VERMILION, WIDTH, grid, heading, inches, ratio_axis, style
-from tedm_cli.results.noise import CaseNoise, JudgedOutput, capital, quantity, ratio_text
+from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.wording import capital, quantity, ratio_text
 
 _ROW, _TOP, _FOOT = 0.37, 0.4, 1.42  # inches
 _NAMES = 2.35  # room of the titles of the cases

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -14,7 +13,9 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.fit import fitted, text_width
 from tedm_cli.figures.style import BLUE, VERMILION, WIDTH, grid, heading, inches, style
-from tedm_cli.results.noise import Areas, CaseNoise, JudgedOutput, mhz_text, ratio_text
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.wording import mhz_text, ratio_text
 
 MOST = 10  # rows of a panel besides that of all others
 _ROW, _GAP, _TOP, _FOOT = 0.195, 0.38, 0.72, 0.8  # inches
@@ -23,7 +24,7 @@ _LEAST = 5e-4  # share that would be printed as zero
 _OTHERS = "#9A9A9A"
 
 
-def contributors_figure(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Figure:
+def contributors_figure(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> Figure:
     """A panel each for groups, areas and, of a read-out, optical elements: the largest shares, and all others."""
     with style():
         parts = [("by group", *_by_group(j, areas)), ("by thermal area", *_by_area(j, areas))]
@@ -69,16 +70,14 @@ def _of(share: Mapping[str, float], name: str, table: Sequence[tuple[str, float]
     return share[name] if name in share else sum(s for n, s in share.items() if n not in named)
 
 
-def _by_group(j: JudgedOutput, areas: Areas) -> tuple[dict[str, float], dict[str, float]]:
-    group = np.array(areas.group)
-
+def _by_group(j: JudgedOutput, areas: AreaTable) -> tuple[dict[str, float], dict[str, float]]:
     def sums(share: FloatArray) -> dict[str, float]:
-        return {g: float(share[group == g].sum()) for g in dict.fromkeys(areas.group)}
+        return {g: float(share[areas.group == g].sum()) for g in dict.fromkeys(areas.group)}
 
     return sums(j.share), sums(j.band_share)
 
 
-def _by_area(j: JudgedOutput, areas: Areas) -> tuple[dict[str, float], dict[str, float]]:
+def _by_area(j: JudgedOutput, areas: AreaTable) -> tuple[dict[str, float], dict[str, float]]:
     def named(share: FloatArray) -> dict[str, float]:
         return {name: float(s) for name, s in zip(areas.name, share, strict=True)}
 

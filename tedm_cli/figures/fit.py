@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tedm_cli.figures.labels import text_size
-from tedm_cli.results.noise import shortened
+from tedm_cli.results.wording import shortened
 
 
 def text_width(text: str, size_pt: float) -> float:

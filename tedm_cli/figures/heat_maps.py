@@ -15,9 +15,11 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.areas import group_edges, group_names
 from tedm_cli.figures.style import BLUE, VERMILION, power_of_ten, style
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, OpticalLayout
-from tedm_cli.results.noise import AreaMap, Areas, number_text
+from tedm_cli.results.areas import AreaMap, by_group
+from tedm_cli.results.wording import number_text
 
 #: Negative blue, positive vermilion, zero white; darker ends widen the range that can be told apart.
 SIGNED = LinearSegmentedColormap.from_list(
@@ -71,13 +73,13 @@ def sensitivity_map(layout: OpticalLayout, S_BW: FloatArray) -> Figure:
         return figure
 
 
-def noise_map(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
+def noise_map(maps: Sequence[AreaMap], areas: AreaTable, title: str) -> Figure:
     """N with signs and numbers: read-outs (columns) by areas (rows, group by group); a panel for each unit.
 
     Every map is [rows, k] of its read-outs and areas in the unit it names.
     """
     with style():
-        k = len(areas.name)
+        k = len(areas)
         foot = 0.3 + 0.062 * max(len(label) for m in maps for label in m.labels)
         left = 0.6 + 0.071 * max(len(n) for n in areas.name)
         cell, row, head = 0.56, 0.158, 1.05
@@ -85,7 +87,7 @@ def noise_map(maps: Sequence[AreaMap], areas: Areas, title: str) -> Figure:
         gap = 0.3
         width, height = left + cell * columns + gap * (len(maps) - 1) + 0.2, row * k + head + foot
         figure = Figure(figsize=(width, height))
-        order = areas.by_group()
+        order = by_group(areas)
         groups = [areas.group[i] for i in order]
         x = left
         for number, panel in enumerate(maps):

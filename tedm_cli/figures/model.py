@@ -23,9 +23,17 @@ _FINE = 2  # pixels per pixel of the figure, averaged
 _LINE_PT, _RIM_PT = 2.2, 1.2  # width of bars, and of the edges of plates
 _WIDTH = 15.0  # inches of the drawings
 _NAME_PT, _NUMBER_PT = 5.6, 6.4
+# Half the box of a line of DejaVu Sans, by its size: characters of names are 0.6 wide on average, capitals 0.73 high;
+# the rest of the height is margin.
+_HALF_WIDTH, _HALF_HEIGHT = 0.31, 0.42
+# Part of that box that must lie on the area itself (of a number: or on the background) for it to be written there.
+_NAME_INSIDE, _NUMBER_INSIDE = 0.98, 0.6
+_ROOMY = 0.75  # of the largest distance to an area's edge: from here on, places count as equally good for its name
 _KEY_PT = 7.2
 _KEY_ROW = 0.13  # inches
 _LIGHT = np.array([-0.30, 0.45, 0.84])  # from above, to the left of the viewer
+_AMBIENT = 0.62  # brightness of a face that the light grazes; one that it meets straight has 1
+_LINE_SHADE = 0.95  # brightness of lines, which have no side
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +171,7 @@ def _triangles(
         np.concatenate([corner[seen], quad[:, [1, 2, 0]], quad[:, [3, 0, 2]]]),
         np.concatenate([model.label[rows[seen]], owner[:, [1, 2, 0]], owner[:, [3, 0, 2]]]),
         np.concatenate([half[seen], np.ones(2 * len(quad), dtype=bool)]),
-        np.concatenate([0.62 + 0.38 * light, np.full(2 * len(quad), 0.95)]),
+        np.concatenate([_AMBIENT + (1.0 - _AMBIENT) * light, np.full(2 * len(quad), _LINE_SHADE)]),
     )
 
 
@@ -234,14 +242,19 @@ def _annotate(axes: Axes, model: AreaModel, raster: Raster, edge: Sequence[float
         if found is not None:
             inner = ndimage.distance_transform_edt(np.pad(coarse[found] == area, 1))[1:-1, 1:-1]
             # Where there is about as much room as anywhere, next to the middle.
-            roomy, whole = np.argwhere(inner >= 0.75 * inner.max()), np.argwhere(inner > 0).mean(axis=0)
+            roomy, whole = np.argwhere(inner >= _ROOMY * inner.max()), np.argwhere(inner > 0).mean(axis=0)
             y, x = roomy[((roomy - whole) ** 2).sum(axis=1).argmin()]
             row, column = (int(y) + found[0].start) * _FINE, (int(x) + found[1].start) * _FINE
             places.append((-float(inner.max()), area, row, column))
     for _, area, row, column in sorted(places):  # those with most room first
         name, number = model.name[area], str(area + 1)
-        for text, size, need, ground in ((name, _NAME_PT, 0.98, area), (number, _NUMBER_PT, 0.6, BACKGROUND)):
-            wide, high = int(0.31 * size * point * len(text)) + 2, int(0.42 * size * point) + 1
+        # A name must lie inside its area; a number may hang over the outline of the model, as areas are often thinner.
+        for text, size, need, ground in (
+            (name, _NAME_PT, _NAME_INSIDE, area),
+            (number, _NUMBER_PT, _NUMBER_INSIDE, BACKGROUND),
+        ):
+            wide = int(_HALF_WIDTH * size * point * len(text)) + 2
+            high = int(_HALF_HEIGHT * size * point) + 1
             rows, columns = slice(max(row - high, 0), row + high), slice(max(column - wide, 0), column + wide)
             under = raster.label[rows, columns]
             if ((under == area) | (under == ground)).mean() < need or taken[rows, columns].any():

@@ -14,8 +14,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from tedm_cli.figures.fit import fitted
 from tedm_cli.figures.spectra import bands, limit_lines, log_range
 from tedm_cli.figures.style import BAND, BLUE, VERMILION, WIDTH, frequency_axis, grid, heading, power_of_ten, style
-from tedm_cli.figures.thinning import thinned
-from tedm_cli.results.noise import SeriesNoise, SeriesOutput, mhz_text, power_text, ratio_text, unit_text
+from tedm_cli.results.series import SeriesNoise, SeriesOutput, thinned
+from tedm_cli.results.wording import mhz_text, power_text, ratio_text, unit_text
 
 _TOP, _ROW, _BETWEEN, _FOOT = 0.86, 1.9, 0.85, 1.2  # inches
 _LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.72, 2.7, 0.88, 2.55
@@ -35,7 +35,7 @@ def series_figure(series: SeriesNoise) -> Figure:
             right = figure.add_axes(((_LEFT + _TIME + _MIDDLE) / WIDTH, box[0], _SPECTRUM / WIDTH, box[1]))
             _time(left, output)
             _spectrum(right, output, series)
-            failed = output.verdict is not None and not output.verdict[3]
+            failed = output.verdict is not None and not output.verdict.passed
             figure.text(0.08 / WIDTH, (bottom + _ROW + 0.08) / total, fitted(_title(output), WIDTH - 0.7, 9),
                         fontsize=9, va="bottom", fontweight="bold" if failed else "normal")  # fmt: skip
         heading(figure, f"Series {series.source}", more=fitted(series.treatment, WIDTH - 0.2, 8.5))
@@ -48,8 +48,10 @@ def _title(o: SeriesOutput) -> str:
     rms = f"{o.output}: rms {power_text(o.rms, 3) if o.rms > 0 else '0'} {unit_text(o.unit)}"
     if o.verdict is None:
         return f"{rms}; not judged"
-    requirement, ratio, at, passed = o.verdict
-    return f"{rms}; {ratio_text(ratio)} × {requirement} at {mhz_text(at)}, {'pass' if passed else 'FAIL'}"
+    v = o.verdict
+    return (
+        f"{rms}; {ratio_text(v.ratio)} × {v.requirement} at {mhz_text(v.binding_hz)}, {'pass' if v.passed else 'FAIL'}"
+    )
 
 
 def _time(axes: Axes, o: SeriesOutput) -> None:
@@ -78,12 +80,12 @@ def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
     bands(axes, o.limits)
     low_end, high_end = (np.maximum(factor * end, tiny) for end in (thin.low, thin.high))
     axes.fill_between(thin.frequency_hz * 1e3, low_end, high_end, color="#9A9A9A", linewidth=0, alpha=0.7)
-    passed = o.verdict is None or o.verdict[3]
+    passed = o.verdict is None or o.verdict.passed
     axes.plot(x * 1e3, np.maximum(factor * y, tiny), color=BLUE if passed else VERMILION, linewidth=0.9)
     limit_lines(axes, o.limit_hz, o.limits, 1.8)
     if o.verdict is not None:
-        requirement, ratio, at, _ = o.verdict
-        limit = next(q for q in o.limits if q.name == requirement)
+        ratio, at = o.verdict.ratio, o.verdict.binding_hz
+        limit = next(q for q in o.limits if q.name == o.verdict.requirement)
         inside = np.isfinite(limit.amplitude)
         height = ratio * np.exp(np.interp(np.log(at), np.log(o.limit_hz[inside]), np.log(limit.amplitude[inside])))
         axes.plot([at * 1e3], [height], linestyle="none", marker="o" if passed else "X", markersize=7,
@@ -108,11 +110,11 @@ def _legend(series: SeriesNoise) -> list[Line2D | Patch]:
     verdicts = [o.verdict for o in series.outputs]
     handles: list[Line2D | Patch] = []
     estimate = f"{series.safety_factor:g} × estimate"
-    if any(v is None or v[3] for v in verdicts):
+    if any(v is None or v.passed for v in verdicts):
         marker = {"marker": "o", "markersize": 6} if any(v is not None for v in verdicts) else {}
         handles.append(Line2D([], [], color=BLUE, linewidth=1.2, markerfacecolor="white", markeredgecolor="black",
                               label=estimate + "; ring: largest ratio" * bool(marker), **marker))  # type: ignore[arg-type]  # fmt: skip
-    if any(v is not None and not v[3] for v in verdicts):
+    if any(v is not None and not v.passed for v in verdicts):
         handles.append(Line2D([], [], color=VERMILION, linewidth=1.2, marker="X", markersize=7, markerfacecolor="white",
                               markeredgecolor="black", label=f"{estimate}, violated"))  # fmt: skip
     handles.append(Patch(color="#9A9A9A", alpha=0.7, label=f"its {100 * series.confidence:g} % interval"))

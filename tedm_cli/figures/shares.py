@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.figures.style import BLUE, COLOURS, VERMILION, grid, inches, style
-from tedm_cli.results.noise import number_text
+from tedm_cli.results.wording import number_text
 
 _MOST, _VISIBLE = 8, 2e-3  # bars besides that of all others, and the least of the longest that is worth one
 _ROW, _HEAD, _BETWEEN, _FOOT = 0.185, 0.34, 0.46, 0.85

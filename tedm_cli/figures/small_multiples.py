@@ -27,7 +27,8 @@ from tedm_cli.figures.style import (
     power_of_ten,
     style,
 )
-from tedm_cli.results.noise import CaseNoise, Limit, capital, quantity, ratio_text, unit_text
+from tedm_cli.results.noise import CaseNoise, Limit
+from tedm_cli.results.wording import capital, quantity, ratio_text, unit_text
 
 _LEFT, _RIGHT, _TOP, _FOOT, _GAP = 0.8, 0.12, 0.42, 1.1, 0.28  # inches, as are all below
 _TITLE = 0.58  # three lines above each panel

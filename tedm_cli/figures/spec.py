@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Figure
 
 
 @dataclass(frozen=True)
@@ -15,4 +18,4 @@ class FigureSpec:
     section: str
     caption: str
     sources: tuple[str, ...]
-    draw: Callable[[], Any]
+    draw: Callable[[], Figure]

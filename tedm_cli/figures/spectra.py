@@ -28,21 +28,10 @@ from tedm_cli.figures.style import (
     log_axis,
     style,
 )
-from tedm_cli.figures.thinning import thinned
 from tedm_cli.noise.flight_results import flight_results
-from tedm_cli.results.noise import (
-    CaseNoise,
-    JudgedOutput,
-    Limit,
-    TemperatureSpectra,
-    capital,
-    kinds_of,
-    mhz_text,
-    power_text,
-    quantity,
-    ratio_text,
-    unit_text,
-)
+from tedm_cli.results.noise import CaseNoise, JudgedOutput, Limit, TemperatureSpectra, kinds_of
+from tedm_cli.results.series import thinned
+from tedm_cli.results.wording import capital, mhz_text, power_text, quantity, ratio_text, unit_text
 
 _MOST_DECADES = 9.0
 _LEFT, _RIGHT, _TITLE, _PANEL, _STRIP, _LEGEND = 0.68, 0.1, 0.42, 2.45, 0.85, 0.165  # inches of a case's figure

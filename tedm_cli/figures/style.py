@@ -14,11 +14,11 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from tedm_cli import __version__
 from tedm_cli.figures.fit import fitted
-from tedm_cli.results.noise import SUPERSCRIPT
+from tedm_cli.results.wording import SUPERSCRIPT
 
 # Okabe and Ito (2008) without yellow, which vanishes as a line on white; neighbours differ in grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
-BLUE, VERMILION, GREEN = COLOURS[:3]
+BLUE, VERMILION = COLOURS[:2]
 DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)), (0, (10, 3)), (0, (1, 1)))
 # For curves that may coincide: wide and light below narrow and dark, so that each shows through the next.
 STACK = (("#56B4E9", 4.4, "-"), ("#E69F00", 3.0, DASHES[1]), ("#0072B2", 1.9, DASHES[2]), ("#D55E00", 1.2, DASHES[3]))

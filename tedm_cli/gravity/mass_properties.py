@@ -20,10 +20,6 @@ class MassProperties:
     centre_m: FloatArray
     inertia_kg_m2: FloatArray
 
-    def inertia_about(self, place: FloatArray) -> FloatArray:
-        """Inertia about another place [3] (Huygens and Steiner)."""
-        return np.asarray(self.inertia_kg_m2 + self.mass_kg * _tensor(np.multiply.outer(*[place - self.centre_m] * 2)))
-
 
 def mass_properties(distribution: MassDistribution, own_inertia: FloatArray | None = None) -> MassProperties:
     """Moments of a mass distribution by Gauss quadrature over whole elements (see `tedm_cli.fem.measure`).

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from tedm_cli.arrays import FloatArray
 
-SUBSYSTEMS = ("IS", "LTP", "S/C")
 MODELLED = "IS+LTP"
 
 AT_REST_UNITS = {
@@ -56,6 +55,16 @@ class DcVerdict:
     value: float
     lower: float
     upper: float
+
+    @property
+    def unit(self) -> str:
+        """Unit of value and range."""
+        return AT_REST_UNITS[self.quantity]
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is of all that is modelled, not of a part of it."""
+        return self.subsystem == MODELLED
 
     @property
     def limit(self) -> float:

@@ -6,19 +6,9 @@ import re
 from collections.abc import Sequence
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.card_names import SUPERELEMENTS
 from tedm_cli.nastran.deck_lines import Line
-
-_SUPERELEMENTS = {
-    *("SESET", "SEBULK", "SECONCT", "SELOC", "SEMPLN", "SEEXCLD", "SETREE", "SEBNDRY", "SELABEL", "SENQSET", "SEELT"),
-    *("CSUPER", "CSUPEXT", "RELEASE", "EXTRN", "SEDLINK", "SEDRSP2", "SEDRSP3", "SESUP", "SEQSET", "SEQSET1"),
-}
-# Parameters with which a unit load is another one, or gives no results; and the values that switch them off.
-_SPOILING = {
-    "INREL": (("0",), "inertia relief frees the structure from its supports"),
-    "HEATSTAT": (("NO",), "the temperatures of the unit loads would be computed ones"),
-    "CHECKOUT": (("NO",), "the run stops before the solution"),
-    "EXTOUT": (("",), "the run makes an external superelement"),
-}
+from tedm_cli.nastran.parameters import check_parameter
 
 
 def kept_bulk(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
@@ -38,7 +28,7 @@ def kept_bulk(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
         if not line.text[:1].isalpha():
             continue
         name = re.split(r"[\s,*$]", line.text[:8], maxsplit=1)[0].upper()
-        if name in _SUPERELEMENTS:
+        if name in SUPERELEMENTS:
             raise InputError(
                 f"{name} card: superelements are not read", where=line.place, hint="write the model in one piece"
             )
@@ -59,13 +49,6 @@ def kept_bulk(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
     if not has_post:
         texts.append("PARAM,POST,-1\n")
     return texts, notes
-
-
-def check_parameter(name: str, value: str, place: str) -> None:
-    """Refuse a parameter that alters a unit load."""
-    harmless, why = _SPOILING.get(name, ((value.upper(),), ""))
-    if value.upper() not in harmless:
-        raise InputError(f"PARAM,{name},{value}: {why}", where=place, hint="remove it from the model")
 
 
 def _card(lines: Sequence[Line], first: int) -> list[int]:

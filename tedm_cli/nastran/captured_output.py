@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from io import StringIO
+from typing import Any
 
 
 @contextmanager
@@ -32,13 +33,23 @@ def fact_of(exc: Exception, chatter: str) -> str:
     return f"{fact} ({type(exc).__name__}{f' at {card}' if card else ''})"
 
 
+def card_lines_of(exc: BaseException) -> Any:
+    """The list of lines of the bulk data card that pyNastran was adding; None where it was adding none."""
+    return _added(exc)[1]
+
+
 def _card_of(exc: BaseException) -> str:
     """Name and number of the bulk data card that pyNastran was adding, which it does not always say."""
+    name, lines = _added(exc)
+    fields = re.findall(r"[^\s,*]+", str(lines[0])) if lines else []
+    return f"{name} {fields[1] if len(fields) > 1 else ''}".strip()
+
+
+def _added(exc: BaseException) -> tuple[str, Any]:
     trace = exc.__traceback__
     while trace is not None:
         here = trace.tb_frame.f_locals
         if "card_name" in here and here.get("card_lines"):
-            fields = re.findall(r"[^\s,*]+", str(here["card_lines"][0]))
-            return f"{here['card_name']} {fields[1] if len(fields) > 1 else ''}".strip()
+            return str(here["card_name"]), here["card_lines"]
         trace = trace.tb_next
-    return ""
+    return "", None

@@ -2,64 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.bulk_lines import check_parameter
+from tedm_cli.nastran.control_words import HELD, IDLE, KEPT, LOADS, NOT_LINEAR, OUTPUT, Statement, read_statements
 from tedm_cli.nastran.deck_lines import Line, Sections
-
-# Makes up the structure or holds it; has to be the same for all unit loads.
-_HELD = ("SPC", "MPC", "SUPORT1", "SUPORT", "K2GG", "M2GG", "NSM", "BGSET", "RIGID", "AUTOSPC")
-_KEPT = ("TITLE", "ECHO", "SET", "MAXLINES", "LINE")
-# Loads, and what belongs to other solutions than linear statics.
-_LOADS = (
-    *("LOAD", "CLOAD", "DLOAD", "LOADSET", "DEFORM", "P2G", "STATSUB", "TSTRU", "HDOT", "IC", "GUST", "TRIM", "BC"),
-    *("METHOD", "CMETHOD", "FMETHOD", "RMETHOD", "SMETHOD", "ANALYSIS", "MODES", "RESVEC", "FREQUENCY", "SDAMPING"),
-    *("TSTEP", "TSTEPNL", "NLPARM", "NONLINEAR", "NLLOAD", "RANDOM", "TFL", "B2GG", "B2PP", "K2PP", "M2PP", "A2GG"),
-    *("AESYMXY", "AESYMXZ", "AECONFIG", "CSSCHD", "DIVERG", "MFLUID", "ADAPT", "DATAREC", "OUTRCV", "MODTRAK"),
-    *("DESOBJ", "DESGLB", "DESSUB", "DESVAR", "DRSPAN", "DSAPRT", "LABEL", "SUBTITLE", "SEALL", "SEFINAL"),
-)
-_OUTPUT = (
-    *("DISPLACEMENT", "VECTOR", "PRESSURE", "VELOCITY", "ACCELERATION", "SDISPLACEMENT", "SVELOCITY", "SACCELERATION"),
-    *("SPCFORCES", "MPCFORCES", "OLOAD", "STRESS", "ELSTRESS", "STRAIN", "FORCE", "ELFORCE", "GPFORCE", "GPSTRESS"),
-    *("GPSTRAIN", "STRFIELD", "ESE", "EKE", "EDE", "GPKE", "THERMAL", "FLUX", "ENTHALPY", "ELSUM", "NLSTRESS"),
-    *("GSTRESS", "GSTRAIN", "GPSDCON", "ELSDCON", "SURFACE", "VOLUME", "MEFFMASS", "MAXMIN", "MONITOR", "GROUNDCHECK"),
-    *("WEIGHTCHECK", "OFREQUENCY", "OTIME", "OMODES", "SEQDEP", "SKIP", "BOUTPUT", "SVECTOR", "ERP", "OUTPUT"),
-    *("GKRESULTS", "BGRESULTS", "OTEMP", "SHELLTHK", "AEROF", "APRESSURE", "POST", "PARTN", "ACFPMRESULT", "CSTRESS"),
-    *(
-        "MAXLIST",
-        "OPTION",
-        "GPRSORT",
-        "ELSUM",
-        "PLOTID",
-        "DATAREC",
-        "ELAR",
-        "NOUTPUT",
-        "RCROSS",
-        "FATIGUE",
-        "MCFRACTION",
-    ),
-)
-_REFUSED = {
-    "SUBCOM": "a unit load must not combine subcases",
-    "SUBSEQ": "a unit load must not combine subcases",
-    "SYM": "a unit load must not combine subcases",
-    "SYMCOM": "a unit load must not combine subcases",
-    "SYMSEQ": "a unit load must not combine subcases",
-    "REPCASE": "a unit load must not combine subcases",
-    "SUPER": "superelements are not read: solve the model in one piece",
-    "AUXCASE": "auxiliary models are not read",
-    "STEP": "a unit load has no steps",
-    "BCONTACT": "contact is not linear, so unit loads would not add up",
-    "BCSET": "contact is not linear, so unit loads would not add up",
-    "BOLTLD": "bolt preload loads the structure besides its temperature",
-    "INITS": "initial stress loads the structure besides its temperature",
-}
-_STATEMENT = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(?:\(([^)]*)\)?)?\s*[=,]?\s*(.*?)\s*$", re.S)
-_STATICS = {"101", "1", "STATIC", "STATICS", "SESTATIC", "SESTATICS"}
-_HEAT = {"153", "159", "NLSCSH", "NLTCSH"}
+from tedm_cli.nastran.executive import HEAT, STATICS, words_of
+from tedm_cli.nastran.parameters import check_parameter
 
 
 @dataclass(frozen=True)
@@ -71,32 +21,6 @@ class Control:
     sets: Mapping[str, int]
     material_temperature: bool
     notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Statement:
-    word: str
-    qualifier: str
-    value: str
-    lines: tuple[Line, ...]
-
-    @property
-    def key(self) -> str:
-        """What the statement sets, such that a later one with the same key replaces it."""
-        if self.word == "PARAM":
-            return f"PARAM,{self.value.split(',')[0].strip().upper()}"
-        return "TEMPERATURE(MATERIAL)" if self.word == "TEMPERATURE" and self.qualifier[:4] == "MATE" else self.word
-
-    @property
-    def text(self) -> str:
-        """The statement on one line, in the form every Nastran and pyNastran read."""
-        if self.word == "PARAM":
-            return f"PARAM,{self.value}"
-        return f"{self.word}{f'({self.qualifier})' if self.qualifier else ''} = {self.value}"
-
-    @property
-    def shown(self) -> str:
-        return re.sub(r"\s+", "", self.value).upper()
 
 
 def unit_control(sections: Sections, subcase: int | None) -> Control:
@@ -124,7 +48,7 @@ def unit_control(sections: Sections, subcase: int | None) -> Control:
         _refuse_differences(effective, where)
     elif len(subcases) > 1:
         notes.append(f"constraints are those of subcase {subcase}")
-    lines = [line.text.rstrip() for s in above if s.word in _KEPT for line in s.lines]
+    lines = [line.text.rstrip() for s in above if s.word in KEPT for line in s.lines]
     lines += [s.text for s in chosen.values()]
     notes += _dropped([*above, *(s for own in subcases.values() for s in own)], len(subcases), plots)
     return Control(
@@ -139,7 +63,7 @@ def unit_control(sections: Sections, subcase: int | None) -> Control:
 def _executive(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
     kept, notes = [], []
     for line in lines:
-        words = line.code.upper().replace("=", " ").replace(",", " ").split()
+        words = words_of(line)
         if not words:
             continue
         head = words[0]
@@ -158,89 +82,47 @@ def _executive(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
             raise InputError("APP: only structural models make unit loads", where=line.place)
         if head == "SOL":
             solution = words[1] if len(words) > 1 else ""
-            if solution in _HEAT:
+            if solution in HEAT:
                 raise InputError(f"SOL {solution} is heat transfer, not a structural model", where=line.place)
-            if solution not in _STATICS:
+            if solution not in STATICS:
                 notes.append(f"SOL {solution} is now SOL 101, linear statics")
             continue
         kept.append(line.text.rstrip())
     return kept, notes
 
 
-def _levels(lines: Sequence[Line]) -> tuple[list[_Statement], dict[int, list[_Statement]], list[str]]:
+def _levels(lines: Sequence[Line]) -> tuple[list[Statement], dict[int, list[Statement]], list[str]]:
     """Statements above the subcases, those of each subcase, and the names of plot sections that are skipped."""
-    above: list[_Statement] = []
-    subcases: dict[int, list[_Statement]] = {}
-    current, plots, in_plot = above, [], False
-    for s in _statements(lines):
+    above: list[Statement] = []
+    subcases: dict[int, list[Statement]] = {}
+    current, plots = above, []
+    for s in read_statements(lines):
         if s.word == "OUTPUT" and s.qualifier:
-            in_plot = True
             plots.append(f"OUTPUT({s.qualifier})")
         elif s.word == "SUBCASE":
-            in_plot = False
             if not s.value.isdigit():
-                raise InputError("SUBCASE without a number", where=s.lines[0].place)
+                raise InputError("SUBCASE without a number", where=s.place)
             if int(s.value) in subcases:
-                raise InputError(f"SUBCASE {s.value} a second time", where=s.lines[0].place)
+                raise InputError(f"SUBCASE {s.value} a second time", where=s.place)
             current = subcases.setdefault(int(s.value), [])
-        elif not in_plot:
-            _check(s)
+        else:
+            if s.word == "PARAM":
+                check_parameter(*s.parameter, s.place)
+            if s.word == "ANALYSIS" and s.value.upper().startswith("HEAT"):
+                raise InputError(
+                    "ANALYSIS = HEAT is not a structural subcase", where=s.place, hint="remove the subcase"
+                )
             current.append(s)
     return above, subcases, plots
 
 
-def _statements(lines: Sequence[Line]) -> list[_Statement]:
-    out, i = [], 0
-    while i < len(lines):
-        first, last = i, i
-        text = lines[i].code
-        i += 1
-        if not text.strip():
-            continue
-        is_text = re.match(r"\s*(TITL|SUBT|LABE)", text, re.I) is not None  # may end in a comma without going on
-        while text.endswith(",") and not is_text and i < len(lines):
-            if lines[i].code.strip():
-                text, last = text + lines[i].code.strip(), i
-            i += 1
-        parts = _STATEMENT.match(text)
-        word, qualifier, value = (parts[1], parts[2] or "", parts[3]) if parts else (text.split()[0], "", "")
-        qualifier = re.sub(r"\s", "", qualifier).upper()
-        out.append(_Statement(_canonical(word.upper()), qualifier, value, tuple(lines[first : last + 1])))
-    return out
-
-
-def _canonical(word: str) -> str:
-    """The full name of a command; Nastran looks at the first four letters."""
-    known = ("SUBCASE", "PARAM", "TEMPERATURE", *_REFUSED, *_HELD, *_KEPT, *_LOADS, *_OUTPUT)
-    if word in known:
-        return word
-    return next((k for k in known if len(word) >= 4 and len(k) >= 4 and k[:4] == word[:4]), word)
-
-
-def _check(s: _Statement) -> None:
-    place = s.lines[0].place
-    if s.word in _REFUSED:
-        raise InputError(f"{s.word}: {_REFUSED[s.word]}", where=place, hint="remove it")
-    if s.word == "PARAM":
-        name, _, value = s.value.partition(",")
-        check_parameter(name.strip().upper(), value.split(",")[0].strip(), place)
-    if s.word not in ("PARAM", "TEMPERATURE", *_HELD, *_KEPT, *_LOADS, *_OUTPUT):
-        raise InputError(
-            f"case control command {s.word} is not known here: it may load or hold the structure",
-            where=place,
-            hint="remove it from the model that write-deck reads",
-        )
-    if s.word == "ANALYSIS" and s.value.upper().startswith("HEAT"):
-        raise InputError("ANALYSIS = HEAT is not a structural subcase", where=place, hint="remove the subcase")
-
-
-def _is_held(s: _Statement) -> bool:
+def _is_held(s: Statement) -> bool:
     if s.key == "PARAM,POST":
         return False
-    return s.word in _HELD or s.word == "PARAM" or s.key == "TEMPERATURE(MATERIAL)"
+    return s.word in HELD or s.word == "PARAM" or s.key == "TEMPERATURE(MATERIAL)"
 
 
-def _refuse_differences(effective: Mapping[int, Mapping[str, _Statement]], where: str) -> None:
+def _refuse_differences(effective: Mapping[int, Mapping[str, Statement]], where: str) -> None:
     for key in dict.fromkeys(key for held in effective.values() for key in held):
         values = {
             n: held[key].shown.removeprefix(key[6:] + ",") if key in held else "none" for n, held in effective.items()
@@ -254,16 +136,16 @@ def _refuse_differences(effective: Mapping[int, Mapping[str, _Statement]], where
             )
 
 
-def _dropped(statements: Sequence[_Statement], subcases: int, plots: Sequence[str]) -> list[str]:
+def _dropped(statements: Sequence[Statement], subcases: int, plots: Sequence[str]) -> list[str]:
     notes = []
     if subcases:
         notes.append(f"{subcases} subcases of the model are replaced by the unit loads")
     selections: dict[str, None] = {}
     outputs: dict[str, None] = {}
     for s in statements:
-        if s.word in _OUTPUT:
+        if s.word in OUTPUT:
             outputs[s.word] = None
-        elif s.word in _LOADS and s.word not in ("LABEL", "SUBTITLE"):
+        elif s.word in (*LOADS, *NOT_LINEAR, *IDLE) and s.word not in ("LABEL", "SUBTITLE"):
             selections[f"{s.word} = {s.value}"] = None
         elif s.word == "TEMPERATURE" and s.key == s.word:
             selections[f"TEMPERATURE{f'({s.qualifier})' if s.qualifier else ''} = {s.value}"] = None

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,15 +37,59 @@ class Line(NamedTuple):
 class Sections:
     """Executive control, case control and bulk data of a deck, without CEND, BEGIN BULK and ENDDATA.
 
-    files : the main file, then every included one in the order read. ignored : cards after ENDDATA.
+    files : the main file, then every included one in the order read.
+    left_over : lines after ENDDATA that say something.
     """
 
     files: tuple[Path, ...]
     executive: tuple[Line, ...]
     control: tuple[Line, ...]
     bulk: tuple[Line, ...]
-    ignored: int
+    has_end: bool
+    left_over: tuple[Line, ...]
     newline: str
+
+
+@dataclass(frozen=True)
+class Head:
+    """Executive and case control of a deck, without CEND and BEGIN BULK."""
+
+    executive: tuple[Line, ...]
+    control: tuple[Line, ...]
+
+
+def read_head(path: Path) -> Head:
+    """Read a deck up to BEGIN BULK, with the INCLUDEs on the way.
+
+    Raises
+    ------
+    InputError : what `_expand` refuses; no BEGIN BULK, no CEND before it.
+    """
+    lines: list[Line] = []
+    cend: int | None = None
+    for line in _expand(path, path, (), []):
+        word = line.code.strip().upper()
+        if re.match(r"BEGIN\b", word):
+            if cend is None:
+                raise _no_cend(path)
+            return Head(tuple(lines[:cend]), tuple(lines[cend:]))
+        if cend is None and re.fullmatch(r"CEND\b.*", word):
+            cend = len(lines)
+        else:
+            lines.append(line)
+    raise _no_begin(path)
+
+
+def _no_begin(path: Path) -> InputError:
+    return InputError("has no BEGIN BULK line", where=str(path))
+
+
+def _no_cend(path: Path) -> InputError:
+    return InputError(
+        "has no CEND line before BEGIN BULK",
+        where=str(path),
+        hint="a bare bulk file needs the lines SOL 101, CEND, SPC = <set>, BEGIN BULK around its INCLUDE",
+    )
 
 
 def read_sections(path: Path) -> Sections:
@@ -56,18 +101,14 @@ def read_sections(path: Path) -> Sections:
         BEGIN BULK; a second BEGIN (superelements, modules, auxiliary models).
     """
     files: list[Path] = []
-    lines = _expand(path, path, (), files)
+    lines = list(_expand(path, path, (), files))
     words = [line.code.strip().upper() for line in lines]
     cend = next((i for i, word in enumerate(words) if re.fullmatch(r"CEND\b.*", word)), None)
     begin = next((i for i, word in enumerate(words) if re.match(r"BEGIN\b", word)), None)
     if begin is None:
-        raise InputError("has no BEGIN BULK line", where=str(path))
+        raise _no_begin(path)
     if cend is None or cend > begin:
-        raise InputError(
-            "has no CEND line before BEGIN BULK",
-            where=str(path),
-            hint="a bare bulk file needs the lines SOL 101, CEND, SPC = <set>, BEGIN BULK around its INCLUDE",
-        )
+        raise _no_cend(path)
     end = next((i for i in range(begin + 1, len(lines)) if re.match(r"ENDDATA\b", words[i])), len(lines))
     for i in range(begin, end):
         if re.match(r"BEGIN\b", words[i]) and (i > begin or not re.fullmatch(r"BEGIN[\s,]*(BULK)?", words[i])):
@@ -81,56 +122,60 @@ def read_sections(path: Path) -> Sections:
         executive=tuple(lines[:cend]),
         control=tuple(lines[cend + 1 : begin]),
         bulk=tuple(lines[begin + 1 : end]),
-        ignored=sum(bool(word) for word in words[end + 1 :]),
+        has_end=end < len(lines),
+        left_over=tuple(line for line, word in zip(lines[end + 1 :], words[end + 1 :], strict=True) if word),
         newline="\r\n" if lines[0].text.endswith("\r\n") else "\n",
     )
 
 
-def _expand(file: Path, main: Path, above: tuple[Path, ...], files: list[Path]) -> list[Line]:
+def _expand(file: Path, main: Path, above: tuple[Path, ...], files: list[Path]) -> Iterator[Line]:
+    """The lines of a file with its INCLUDEs in place, read as they are asked for."""
     if file.resolve() in above:
         raise InputError("includes itself", where=str(file))
+    files.append(file)
+    numbered = iter(enumerate(_texts(file), start=1))
+    for number, text in numbered:
+        line = Line(text, file, number)
+        statement = _INCLUDE.match(text)
+        if statement is None:
+            yield line
+            continue
+        name = _include_name(text[statement.end() :], (t for _, t in islice(numbered, 20)), line.place)
+        for inner in _expand(_resolve(name, main, file, line.place), main, (*above, file.resolve()), files):
+            yield inner if inner.text.endswith(("\n", "\r")) else inner._replace(text=inner.text + "\n")
+
+
+def _texts(file: Path) -> Iterator[str]:
+    """Lines with their ends; only line feed and carriage return end one (`str.splitlines` breaks at more)."""
+    first = True
     try:
-        raw = file.read_bytes()
+        with open(file, "rb") as stream:
+            for raw in stream:
+                for piece in raw.splitlines(keepends=True):
+                    text = piece.decode("latin-1")
+                    yield text.removeprefix(_BOM) if first else text
+                    first = False
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(file)) from exc
-    files.append(file)
-    texts = [text.decode("latin-1") for text in raw.splitlines(keepends=True)]  # str.splitlines breaks at more
-    if texts:
-        texts[0] = texts[0].removeprefix(_BOM)
-    out: list[Line] = []
-    number = 0
-    while number < len(texts):
-        line = Line(texts[number], file, number + 1)
-        number += 1
-        statement = _INCLUDE.match(line.text)
-        if statement is None:
-            out.append(line)
-            continue
-        name, used = _include_name([line.text[statement.end() :], *texts[number : number + 20]], line.place)
-        number += used - 1
-        included = _resolve(name, main, file, line.place)
-        out += _expand(included, main, (*above, file.resolve()), files)
-        if out and not out[-1].text.endswith(("\n", "\r")):
-            out[-1] = out[-1]._replace(text=out[-1].text + "\n")
-    return out
 
 
-def _include_name(texts: Sequence[str], place: str) -> tuple[str, int]:
-    """The name an INCLUDE gives, and the number of lines it takes; a quoted name goes on until its closing quote."""
-    first = texts[0].strip()
-    quote = first[:1]
+def _include_name(text: str, following: Iterator[str], place: str) -> str:
+    """The name an INCLUDE gives; a quoted name goes on in the lines that follow, until its closing quote."""
+    name = text.strip()
+    quote = name[:1]
     if quote not in ("'", '"'):
-        name, used = first.split("$")[0].strip(), 1
+        name = name.split("$")[0]
     else:
-        name, used = first[1:], 1
+        name = name[1:]
         while quote not in name:
-            if used == len(texts):
+            more = next(following, None)
+            if more is None:
                 raise InputError("INCLUDE lacks its closing quote", where=place)
-            name, used = name + texts[used].strip(), used + 1
+            name += more.strip()
         name = name[: name.index(quote)]
     if not name.strip():
         raise InputError("INCLUDE names no file", where=place)
-    return name.strip(), used
+    return name.strip()
 
 
 def _resolve(name: str, main: Path, parent: Path, place: str) -> Path:

@@ -12,15 +12,9 @@ from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
+from tedm_cli.nastran.plausible import check_units
 from tedm_cli.nastran.positions import Frames, basis_at, frames_of, grid_positions
 from tedm_cli.nastran.rigid_grids import grids_of_rigid_elements
-
-# Satellites and their parts lie inside of these by a wide margin; what does not is in millimetres, tonnes or pounds.
-_EXTENT_M = (1e-3, 1e2)
-_DENSEST = (1e2, 3e4)  # kg/m3; every structure has some solid metal, glass or laminate
-_MOST_KG = 1e6
-_LEAST_KG_PER_CUBED_EXTENT = 1e-4
-_SI = "lengths must be in metres, masses in kilograms"
 
 
 @dataclass(frozen=True)
@@ -113,7 +107,7 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
     elements = model_elements(model, position, rows, to_basic, factor, where)
     concentrated = concentrated_masses(model, frames, factor, where, position_of, rows)
     lumped = lumped_masses(len(ids), elements, concentrated)
-    _check_units(position, elements, float(lumped.sum()), where)
+    check_units(position, elements, float(lumped.sum()), where)
     return ModelGeometry(
         files=files,
         grid_id=ids,
@@ -136,29 +130,3 @@ def lumped_masses(grids: int, elements: Elements, concentrated: Concentrated) ->
     out += np.bincount(elements.node_index, share, grids)
     out += np.bincount(concentrated.node, concentrated.kg, grids)
     return out
-
-
-def _check_units(position: FloatArray, elements: Elements, total_kg: float, where: str) -> None:
-    """Refuse models that cannot be in metres and kilograms. Any of the four can look right while another does not."""
-    extent = float(np.ptp(position, axis=0).max())
-    if not _EXTENT_M[0] <= extent <= _EXTENT_M[1]:
-        raise InputError(f"the model is {extent:.4g} m long", where=where, hint=_SI)
-    if not total_kg > 0:
-        raise InputError("the model has no mass", where=where, hint="set the density of its materials")
-    density = np.nan_to_num(elements.density)
-    if density.any():
-        densest = int(density.argmax())
-        if not _DENSEST[0] <= density[densest] <= _DENSEST[1]:
-            raise InputError(
-                f"the densest element ({elements.id[densest]}) has {density[densest]:.4g} kg/m3, which no solid has",
-                where=where,
-                hint=f"{_SI}; set PARAM,WTMASS where densities are weights",
-            )
-    if total_kg > _MOST_KG:
-        raise InputError(
-            f"the model has a mass of {total_kg:.4g} kg",
-            where=where,
-            hint=f"{_SI}; millimetres with densities in kg/m3 make masses 1e9 times too large",
-        )
-    if total_kg < _LEAST_KG_PER_CUBED_EXTENT * extent**3:
-        raise InputError(f"the model has {total_kg:.4g} kg on a length of {extent:.4g} m", where=where, hint=_SI)

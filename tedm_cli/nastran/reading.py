@@ -7,42 +7,43 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.captured_output import captured_output, fact_of
-from tedm_cli.nastran.cards import refuse_lost_fields
+from tedm_cli.nastran.captured_output import captured_output, card_lines_of, fact_of
+from tedm_cli.nastran.card_names import REFUSED
+from tedm_cli.nastran.cards import BulkChecks
+from tedm_cli.nastran.control_words import read_statements
+from tedm_cli.nastran.deck_lines import read_head
+from tedm_cli.nastran.parameters import refuse_misspelt
+from tedm_cli.nastran.plausible import check_plausible
 
-_ON_GRIDS = "temperatures other than of grids are not read: load the grids with TEMP and TEMPD"
-# Cards that pyNastran does not read (or that nothing here reads), so that what they say would be passed over.
-_REFUSED_BULK = {
-    **dict.fromkeys(("TEMPP1", "TEMPP2", "TEMPP3", "TEMPRB", "TEMPB3", "TEMPN1", "TEMPF", "TEMPAX"), _ON_GRIDS),
-    **dict.fromkeys(("TEMPADD", "TEMPEX", "TEMPT", "TEMPBC"), "is not read: give each subcase a set of TEMP and TEMPD"),
-    **dict.fromkeys(
-        ("SESET", "SEELT", "SETREE", "SELOC", "SEMPLN", "SEBULK", "SECONCT", "SEBNDRY", "CSUPER", "RELEASE"),
-        "superelements are not read: solve the model in one piece",
-    ),
-}
+_NEWLINE = b"\n"
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")  # but tab, form feed and the old mark of a file's end
+_PRINTED = bytes(c for c in range(256) if not _CONTROL.match(chr(c)))
 
 
-def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
+def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata: bool = False) -> Any:
     """Read a bulk data deck and cross-reference its elements; loads and constraints are left as they are written.
 
     Returns
     -------
-    pyNastran `BDF`.
+    pyNastran `BDF`; `passed_over` says which of the deck's cards it lacks.
 
     Raises
     ------
-    InputError : missing or malformed file or INCLUDE, a card that would be silently ignored, SUBCOM.
+    InputError : missing or malformed file or INCLUDE, no ENDDATA, a card, a parameter or a word of case control that is
+        not known, a field that only looks like a number, SUBCOM, materials and thicknesses that no structure has.
     """
     from pyNastran.bdf.bdf import BDF
 
     if not path.is_file():
         raise InputError("no such deck", where=str(path), hint="make one with `tedm write-deck`, or name your own")
     _scan(path)
+    read_statements(read_head(path).control)
     model = BDF(debug=None)
-    refuse_lost_fields(model, path)
+    checks = BulkChecks(model, path, allow_missing_enddata=allow_missing_enddata)
     with captured_output() as chatter:
         try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
+            checks.release()
             if cross_reference:
                 model.cross_reference(
                     xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
@@ -51,11 +52,24 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
             raise
         except Exception as exc:  # malformed decks make pyNastran raise almost anything, and classes of its own
             fact = fact_of(exc, chatter.getvalue())
-            raise InputError(f"pyNastran cannot read the deck: {fact}", where=str(path)) from exc
-    lost = sorted(name for name in model.reject_count if name.startswith("C"))
-    if lost:
-        raise InputError(f"elements that pyNastran does not know: {', '.join(lost)}", where=str(path))
+            where = checks.place_of(card_lines_of(exc))
+            raise InputError(f"pyNastran cannot read the deck: {fact}", where=where) from exc
+    model.tedm_passed_over, model.tedm_parameters = checks.passed_over, checks.parameters
+    for name, place in checks.parameters.items():
+        refuse_misspelt(name, place)
+    check_plausible(model, str(path))
     return model
+
+
+def passed_over(model: Any) -> list[str]:
+    """What `read_deck` left out of a model, as a remark for the user; nothing where it left out nothing."""
+    left = [f"{name} ({count:,})" for name, count in model.tedm_passed_over.items()]
+    return [f"not read, without influence on unit loads and masses: {', '.join(left)}"] if left else []
+
+
+def parameter_places(model: Any) -> dict[str, str]:
+    """File and line of each PARAM card of a model from `read_deck`, by the parameter's name."""
+    return dict(model.tedm_parameters)
 
 
 def any_encoding(model: Any) -> str:
@@ -79,31 +93,53 @@ def deck_files(model: Any, path: Path) -> list[Path]:
 
 
 def _scan(path: Path) -> None:
-    """Walk a deck and its INCLUDEs before pyNastran does: it passes over some cards and litters on a missing file."""
+    """Walk a deck and its INCLUDEs before pyNastran does: it passes over some lines and litters on a missing file."""
     files, seen = [path], {path.resolve()}
     while files:
         file = files.pop()
         try:
-            lines = file.read_text(encoding="latin-1").splitlines()
+            data = file.read_bytes().replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         except OSError as exc:
             raise InputError(f"cannot be read ({exc.strerror})", where=str(file)) from exc
-        for number, line in enumerate(lines, start=1):
-            name = re.split(r"[\s,*]", line.strip().upper(), maxsplit=1)[0]
-            place = f"{file}:{number}"
-            if name.startswith("="):
+        for start, end in _suspect_lines(data):
+            line = data[start:end].decode("latin-1")
+            place = f"{file}:{data.count(_NEWLINE, 0, start) + 1}"
+            word = line.strip().upper()
+            if word.startswith("="):
                 raise InputError("replicated cards (=) are not read: write them out", where=place)
-            if name in _REFUSED_BULK:
-                raise InputError(f"{name} card: {_REFUSED_BULK[name]}", where=place)
-            if re.match(r"\s*(BEGIN\s+)?SUPER\s*=\s*\d", line, re.I):
-                raise InputError(f"{' '.join(line.split())}: {_REFUSED_BULK['SESET']}", where=place)
-            if name.startswith("SUBCOM"):
+            if re.match(r"(BEGIN\s+)?SUPER\s*=\s*\d", word):
+                raise InputError(f"{' '.join(line.split())}: {REFUSED['SESET']}", where=place)
+            if word.startswith("SUBCOM"):
                 raise InputError("SUBCOM: a unit load must not combine subcases", where=place, hint="remove it")
-            if name.startswith("INCLUDE"):
-                included = _included(lines[number - 1 :], path.parent, place)
+            if word.startswith("INCLUDE"):
+                following = data[start : end + 2000].decode("latin-1").split("\n")
+                included = _included(following, path.parent, place)
                 if included.resolve() in seen:
                     raise InputError(f"INCLUDE of a file that was read already: {included}", where=place)
                 seen.add(included.resolve())
                 files.append(included)
+            control = _CONTROL.search(line.split("$")[0])
+            if control:
+                raise InputError(
+                    f"has a control character ({ord(control[0])}) in a line: is the file damaged?", where=place
+                )
+
+
+def _suspect_lines(data: bytes) -> list[tuple[int, int]]:
+    """Start and end of the lines that may hold what `_scan` looks for: found without a look at every line."""
+    upper, marks = data.upper(), [b"INCLUDE", b"SUBCOM", b"SUPER", b"="]
+    if data.translate(None, _PRINTED):
+        marks += [bytes([c]) for c in sorted(set(data.translate(None, _PRINTED)))]
+    found = set()
+    for mark in marks:
+        at = upper.find(mark)
+        while at >= 0:
+            start = upper.rfind(_NEWLINE, 0, at) + 1
+            end = upper.find(_NEWLINE, at)
+            end = len(upper) if end < 0 else end
+            found.add((start, end))
+            at = upper.find(mark, end)
+    return sorted(found)
 
 
 def _included(lines: list[str], folder: Path, place: str) -> Path:

@@ -47,7 +47,9 @@ def command_of(text: str, deck: Path) -> list[str]:
     return [program, *(word.replace(_MARK, deck.name) for word in words[1:])]
 
 
-def run_nastran(text: str, deck: Path, op2: Path, say: Callable[[str], None]) -> int:
+def run_nastran(
+    text: str, deck: Path, op2: Path, say: Callable[[str], None], *, allow_missing_enddata: bool = False
+) -> int:
     """Run the command `text` in the deck's folder and bring its OP2 to `op2`.
 
     Parameters
@@ -66,7 +68,7 @@ def run_nastran(text: str, deck: Path, op2: Path, say: Callable[[str], None]) ->
         that lacks subcases.
     KeyboardInterrupt : after the solver and all its processes were ended.
     """
-    wanted = _subcases(deck)
+    wanted = _subcases(deck, allow_missing_enddata)
     command = command_of(text, deck)
     with _kept_aside(op2):
         newest = _new_results(command, deck, op2, say)
@@ -129,8 +131,9 @@ def _new_results(command: list[str], deck: Path, op2: Path, say: Callable[[str],
     return max(results, key=lambda path: path.stat().st_mtime_ns)
 
 
-def _subcases(deck: Path) -> set[int]:
-    control = read_deck(deck, cross_reference=False).case_control_deck
+def _subcases(deck: Path, allow_missing_enddata: bool) -> set[int]:
+    model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata)
+    control = model.case_control_deck
     return set() if control is None else {int(n) for n in control.subcases if n != 0}
 
 

@@ -68,14 +68,15 @@ def reference_temperatures(model: Any) -> dict[float, str]:
             continue
         for name in ("mid_ref", "mid1_ref", "mid2_ref", "mid3_ref", "mid4_ref"):
             material = getattr(owner, name, None)
-            if material is not None and hasattr(material, "tref") and _expands(material):
+            if material is not None and hasattr(material, "tref") and any(expansion_coefficients(material)):
                 found.setdefault(float(material.tref or 0.0), f"{material.type} {material.mid}")
     return found
 
 
-def _expands(material: Any) -> bool:
+def expansion_coefficients(material: Any) -> list[float]:
+    """All expansion coefficients that a material card gives, 1/K."""
     values = [v for name in _EXPANSION if (v := getattr(material, name, None)) is not None]
-    return any(np.any(np.asarray([x or 0.0 for x in np.atleast_1d(v)], dtype=float) != 0.0) for v in values)
+    return [float(x or 0.0) for v in values for x in np.atleast_1d(v)]
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ import numpy as np
 from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.bulk_lines import kept_bulk
+from tedm_cli.nastran.cards import no_end, refuse_card_after_end
 from tedm_cli.nastran.case_control import Control, unit_control
 from tedm_cli.nastran.deck_lines import Line, Sections, read_sections
 from tedm_cli.nastran.geometry import Grids, grids, id_list, rows_of
-from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.reading import passed_over, read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
 
 
@@ -47,7 +48,12 @@ class UnitDeck:
 
 
 def read_source(
-    path: Path, scratch: Path, constraints_of_subcase: int | None = None, *, cross_reference: bool = False
+    path: Path,
+    scratch: Path,
+    constraints_of_subcase: int | None = None,
+    *,
+    cross_reference: bool = False,
+    allow_missing_enddata: bool = False,
 ) -> SourceModel:
     """Read a model of any solution, with its INCLUDEs, as the base of unit loads.
 
@@ -56,14 +62,19 @@ def read_source(
     Raises
     ------
     InputError : what `read_sections`, `unit_control`, `kept_bulk` and `read_deck` refuse; superelements; constraints
-        that are missing or move a grid.
+        that are missing or move a grid; no ENDDATA, unless it is allowed, or cards after it.
     """
     sections = read_sections(path)
     control = unit_control(sections, constraints_of_subcase)
     bulk, notes = kept_bulk(sections.bulk)
-    if sections.ignored:
-        notes.append(f"{sections.ignored} lines after ENDDATA are no part of the model")
+    if sections.left_over:
+        notes.append(f"{len(sections.left_over)} lines after ENDDATA are no part of the model")
+    if not sections.has_end and not allow_missing_enddata:
+        raise no_end(path)
     model = _read_model(control, sections.bulk, path, scratch, cross_reference)
+    for line in sections.left_over:
+        refuse_card_after_end(model, line.text, line.place)
+    notes += passed_over(model)
     _check_model(model, control, str(path))
     found = grids(model, list(sections.files))
     return SourceModel(sections, control, tuple(bulk), model, found, (*control.notes, *notes))
@@ -77,7 +88,7 @@ def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: 
     head = "\n".join(["SOL 101", "CEND", *control.lines, "BEGIN BULK", ""])
     scratch.write_bytes((head + "".join(line.text for line in lines)).encode("latin-1"))
     try:
-        return read_deck(scratch, cross_reference=cross_reference)
+        return read_deck(scratch, cross_reference=cross_reference, allow_missing_enddata=True)
     except InputError as exc:
         where = exc.where.replace(str(scratch), str(path))
         number = exc.where.removeprefix(f"{scratch}:")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,9 +18,7 @@ from tedm_cli.nastran.temperatures import (
     temperature_dependent,
     temperature_field,
 )
-
-_OTHER_LOADS = ("LOAD", "DEFORM", "P2G", "CLOAD")
-_HOLDING = ("SPC", "MPC", "SUPORT1")
+from tedm_cli.nastran.unit_load_control import check_unit_load_control
 
 
 @dataclass(frozen=True)
@@ -51,9 +48,9 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
 
     Raises
     ------
-    InputError : heat transfer, a subcase without label or temperatures, uneven steps, a step on the rest of the model,
-        materials with different TREF and no TEMPERATURE(INITIAL), properties that change with temperature, loads other
-        than temperatures, two subcases with one label, grids in two areas or in none.
+    InputError : what `check_unit_load_control` refuses; a subcase without label or temperatures, uneven steps, a step
+        on the rest of the model, materials with different TREF and no TEMPERATURE(INITIAL), properties that change with
+        temperature, two subcases with one label, grids in two areas or in none, a uniform load that leaves grids out.
     """
     where = str(geometry.files[0])
     control = model.case_control_deck
@@ -62,9 +59,7 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
             "has no case control, so no unit loads", where=where, hint="make a deck with `tedm write-deck`"
         )
     subcases = {n: s for n, s in sorted(control.subcases.items()) if n != 0}
-    _check_heat(model, subcases, where)
-    _check_control(subcases, where)
-    _check_enforced(model, where)
+    check_unit_load_control(model, geometry.files[0])
     loads = [_unit_load(model, geometry, n, s, where) for n, s in subcases.items()]
     labels: dict[str, int] = {}
     for load in loads:
@@ -81,46 +76,9 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
             "has no subcase that warms a thermal area", where=where, hint="make a unit-load deck with `tedm write-deck`"
         )
     _check_partition(areas, geometry, where)
+    if uniform is not None:
+        _check_uniform(uniform, areas, geometry, where)
     return UnitLoads(areas, uniform)
-
-
-def _check_heat(model: Any, subcases: Mapping[int, Any], where: str) -> None:
-    heat = [n for n, s in subcases.items() if "HEAT" in str(s.params.get("ANALYSIS", [""])[0]).upper()]
-    if heat or "HEATSTAT" in model.params:
-        what = f"subcase {heat[0]} (ANALYSIS = HEAT)" if heat else "PARAM,HEATSTAT"
-        raise InputError(
-            f"{what} asks for heat transfer: its results are temperatures, not displacements",
-            where=where,
-            hint="a unit-load deck is SOL 101 with a temperature step per subcase; see `tedm write-deck`",
-        )
-
-
-def _check_enforced(model: Any, where: str) -> None:
-    for spcs in model.spcs.values():
-        for spc in spcs:
-            if spc.type == "SPC" and any(spc.enforced):
-                raise InputError(
-                    f"SPC {spc.conid} enforces a displacement, which every unit load would contain",
-                    where=where,
-                    hint="hold the structure at zero",
-                )
-
-
-def _check_control(subcases: Mapping[int, Any], where: str) -> None:
-    """Unit loads add up only when temperature is the one load and every subcase is held in the same way."""
-    for number, subcase in subcases.items():
-        for key in _OTHER_LOADS:
-            if key in subcase.params:
-                raise InputError(
-                    f"{key} = {subcase.get_parameter(key)[0]} loads the structure besides its temperature",
-                    where=f"{where}: subcase {number}",
-                    hint="remove it: a unit load is a temperature step and nothing else",
-                )
-    for key in _HOLDING:
-        chosen = {n: str(s.get_parameter(key)[0]) if key in s.params else "none" for n, s in subcases.items()}
-        if len(set(chosen.values())) > 1:
-            listed = ", ".join(f"{v} in subcase {n}" for n, v in list(chosen.items())[:8])
-            raise InputError(f"the subcases have different {key}: {listed}", where=where)
 
 
 def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, where: str) -> UnitLoad:
@@ -212,3 +170,16 @@ def _check_partition(areas: list[UnitLoad], geometry: ModelGeometry, where: str)
             where=where,
             hint="is a subcase missing, or an area without its TEMP cards?",
         )
+
+
+def _check_uniform(uniform: UnitLoad, areas: list[UnitLoad], geometry: ModelGeometry, where: str) -> None:
+    """The uniform load has to give its step to all grids of all areas: superposition is checked against it."""
+    for area in areas:
+        cold = area.rows[~np.isin(area.rows, uniform.rows)]
+        if cold.size:
+            raise InputError(
+                f"does not warm {cold.size} of {area.rows.size} grids of area '{area.label}':"
+                f" {id_list(geometry.grid_id[cold])}",
+                where=f"{where}: subcase {uniform.subcase} (uniform load '{uniform.label}')",
+                hint="a uniform load is the step on all areas together: add them to its TEMP cards, or remove it",
+            )

@@ -1,1 +1,1 @@
-"""The report: numbers of result files, arranged for its templates. Reads arrays, computes next to nothing."""
+"""The report: what `results` says, arranged as one document, and that as HTML, PDF and Markdown."""

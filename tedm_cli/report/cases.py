@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from tedm_cli.report.document import Block, Cell, Figure, Folded, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.evidence import case_head
-from tedm_cli.report.numbers import span
 from tedm_cli.results.deciding import without_repeats
-from tedm_cli.results.noise import CaseNoise, ratio_text
+from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.wording import ratio_text, span
 
 
 def cases_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -> Section:

@@ -1,4 +1,4 @@
-"""The report: numbers of open result files, arranged for its readers. Reads arrays, computes next to nothing."""
+"""The report: what the results say, arranged for its readers. Computes next to nothing."""
 
 from __future__ import annotations
 
@@ -7,17 +7,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tedm_cli import __version__
-from tedm_cli.files.store import Reader
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.cases import cases_section, spectra_section
 from tedm_cli.report.decision import decision_section, summary
 from tedm_cli.report.document import Document, Figure, Paragraph, Section
 from tedm_cli.report.evidence import change_section, sure_section, why_section
-from tedm_cli.report.field import dc_verdicts, field_section
+from tedm_cli.report.field import field_section
 from tedm_cli.report.model import model_section
 from tedm_cli.report.optics import optics_section
 from tedm_cli.report.provenance import ReportFile, provenance_section
 from tedm_cli.report.series import series_section
-from tedm_cli.results.noise import Areas, CaseNoise
+from tedm_cli.results.field import FieldAtRest
+from tedm_cli.results.model import DistortionSize, ModelSize
+from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.optics import OpticsQuality, ReadOuts
+from tedm_cli.results.series import SeriesSummary
 
 
 @dataclass(frozen=True)
@@ -35,12 +39,14 @@ class ReportInputs:
     """All that a report is made from; `files` are all result files in the order of the chain."""
 
     title: str
-    unit_loads: Reader
-    distortion: Reader
-    sensitivity: Reader
-    optics: Reader
+    model: ModelSize
+    distortion: DistortionSize
+    field: FieldAtRest
+    optics: OpticsQuality
+    read_outs: ReadOuts
+    areas: AreaTable
     cases: list[CaseNoise]
-    series: dict[str, Reader]
+    series: dict[str, SeriesSummary]
     files: list[ReportFile]
     figures: list[ReportFigure]
 
@@ -52,9 +58,9 @@ def document_of(inputs: ReportInputs) -> Document:
     ------
     InputError : files stem from different versions of one configuration.
     """
-    areas = Areas(*(inputs.sensitivity.strings(f"/area/{c}") for c in ("name", "group", "shield")))
+    areas = inputs.areas
     figures = _figures(inputs.figures)
-    sections = [decision_section(inputs.cases, areas, dc_verdicts(inputs.sensitivity), figures)]
+    sections = [decision_section(inputs.cases, areas, inputs.field.verdicts, figures)]
     if any(c.judged for c in inputs.cases):
         sections += [
             why_section(inputs.cases, areas, figures),
@@ -72,9 +78,9 @@ def document_of(inputs: ReportInputs) -> Document:
     )
     sections += [
         Section("sensitivity", "Sensitivity by area", "Sensitivity", (Paragraph(text), *figures["sensitivity"])),
-        field_section(inputs.sensitivity, figures),
-        optics_section(inputs.optics, figures),
-        model_section(inputs.unit_loads, inputs.distortion),
+        field_section(inputs.field, figures),
+        optics_section(inputs.optics, inputs.read_outs, areas, figures),
+        model_section(inputs.model, inputs.distortion),
         provenance_section(inputs.files, [f for section in figures.values() for f in section]),
     ]
     subject = "Thermo-elastic distortion: self-gravity and read-out noise against requirements"

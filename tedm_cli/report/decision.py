@@ -6,22 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Section, State, Strong, Text, VerdictCard
-from tedm_cli.report.field import DcVerdict, worst_at_rest
-from tedm_cli.report.numbers import count, listed, percent, sci, span
 from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY, POSSIBLE, Pair, by_requirement, deciding, worst_of
-from tedm_cli.results.noise import (
-    MATCHED,
-    SILENCED,
-    WAYS,
-    Areas,
-    CaseNoise,
-    JudgedOutput,
-    Limit,
-    mhz_text,
-    ratio_text,
-    unit_text,
-)
+from tedm_cli.results.field import symbol, worst_at_rest
+from tedm_cli.results.noise import MATCHED, SILENCED, WAYS, CaseNoise, JudgedOutput, Limit
+from tedm_cli.results.wording import and_text, count, mhz_text, percent, ratio_text, sci, span, unit_text
 
 _NAMED = 3  # groups, areas and optical elements named in a sentence
 _ORDER: tuple[State, ...] = ("violated", "open", "met")
@@ -30,7 +21,7 @@ _SMALL = 0.05  # shares of the power below this are not named
 
 
 def decision_section(
-    cases: Sequence[CaseNoise], areas: Areas, dc: Sequence[DcVerdict], figures: dict[str, list[Figure]]
+    cases: Sequence[CaseNoise], areas: AreaTable, dc: Sequence[DcVerdict], figures: dict[str, list[Figure]]
 ) -> Section:
     """A card for each requirement and one for the field at rest, the worst first, then what they rest on."""
     cards = [_card(limit, pairs, areas) for limit, pairs in by_requirement(cases)]
@@ -52,7 +43,7 @@ def summary(section: Section) -> Text:
     return ("In short, ", Strong("; ".join(said)), ".")
 
 
-def _card(limit: Limit, pairs: Sequence[Pair], areas: Areas) -> VerdictCard:
+def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable) -> VerdictCard:
     likely = [p for p in pairs if p[0].role == LIKELY]
     possible = [p for p in pairs if p[0].role != DIAGNOSTIC] or list(pairs)
     case, j = deciding(pairs)
@@ -73,7 +64,7 @@ def _card(limit: Limit, pairs: Sequence[Pair], areas: Areas) -> VerdictCard:
         ("All possible cases", _by_case(possible)),
         ("How sure", _how_sure(case, j)),
         ("Limited by", limited_by(j, areas)),
-        ("What would help" if not j.passed else "Margin", _what_would_help(case, j)),
+        ("What would help" if not j.passed else "Margin", _improvement(case, j)),
     ]
     return VerdictCard(state, word, limit.name, lead, tuple(facts))
 
@@ -84,7 +75,7 @@ def _where(state: State, likely: Sequence[Pair], possible: Sequence[Pair]) -> st
     if state == "met":
         return f"met in all {count(len(cases), 'case')} that can occur" if len(cases) > 1 else "met"
     if state == "open":
-        return f"met in the likely cases ({listed(_cases(likely))}), violated in others ({listed(failing)})"
+        return f"met in the likely cases ({and_text(_cases(likely))}), violated in others ({and_text(failing)})"
     bad = [c for c in _cases(likely) if any(not j.passed for k, j in likely if k.id == c)]
     return (
         f"violated in {len(bad)} of {count(len(_cases(likely)), 'likely case')}"
@@ -145,9 +136,9 @@ def _how_sure(case: CaseNoise, j: JudgedOutput) -> Text:
     return (f"{text[:1].upper()}{text[1:]}. ", Link("Table", "sure"))
 
 
-def limited_by(j: JudgedOutput, areas: Areas) -> str:
+def limited_by(j: JudgedOutput, areas: AreaTable) -> str:
     """Groups, areas and optical elements with the largest parts of the power at the binding frequency."""
-    groups = {name: float(j.share[np.array(areas.group) == name].sum()) for name in dict.fromkeys(areas.group)}
+    groups = {name: float(j.share[areas.group == name].sum()) for name in dict.fromkeys(areas.group)}
     single = dict(zip(areas.name, j.share.tolist(), strict=True))
     said = [f"groups {_largest(groups)}"]
     if np.abs(j.share).sum() > _CANCELLED:
@@ -169,8 +160,8 @@ def _largest(shares: dict[str, float]) -> str:
     return ", ".join(shown) or f"none above {percent(_SMALL)}"
 
 
-def _what_would_help(case: CaseNoise, j: JudgedOutput) -> Text:
-    m = j.mending
+def _improvement(case: CaseNoise, j: JudgedOutput) -> Text:
+    m = j.improvement
     if j.passed:
         return (
             f"temperature noise {ratio_text(m.all_factor)} times as large in all groups, or a safety factor of"
@@ -212,8 +203,9 @@ def _field_card(dc: Sequence[DcVerdict]) -> VerdictCard:
         "the ",
         Link("field at rest", "field"),
         f" is within its allocation in {passed} of {count(len(dc), 'quantity', 'quantities')}{together}; the worst is"
-        f" {worst.symbol} of {worst.test_mass} by {worst.subsystem}, {sci(worst.value)} {worst.unit}, which is"
-        f" {ratio_text(worst.ratio)} times its limit (nominal frame of the test mass).",
+        f" {symbol(worst.quantity)} of {worst.test_mass} by {worst.subsystem}, {sci(worst.value)}"
+        f" {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit (nominal frame of the test"
+        " mass).",
     )
     return VerdictCard("met" if met else "violated", "Met" if met else "Violated", "field at rest", lead)
 

@@ -6,25 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
-from tedm_cli.report.numbers import count, percent, sci, span
 from tedm_cli.results.deciding import Pair, by_requirement, deciding, without_repeats
-from tedm_cli.results.noise import (
-    MATCHED,
-    WAYS,
-    Areas,
-    CaseNoise,
-    JudgedOutput,
-    mhz_text,
-    power_text,
-    ratio_text,
-    unit_text,
-)
+from tedm_cli.results.noise import MATCHED, WAYS, CaseNoise, JudgedOutput
+from tedm_cli.results.wording import count, mhz_text, percent, power_text, ratio_text, sci, span, unit_text
 
 _TOP = 5  # areas and optical elements listed for each judged output
 
 
-def why_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, list[Figure]]) -> Section:
+def why_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: dict[str, list[Figure]]) -> Section:
     """For each judged output, in the case that decides it: the areas, groups and elements its noise comes from."""
     tables: list[Block] = []
     for case, j in deciding_pairs(cases):
@@ -50,7 +41,7 @@ def deciding_pairs(cases: Sequence[CaseNoise]) -> list[Pair]:
     return found
 
 
-def _parts(j: JudgedOutput, areas: Areas) -> list[Table]:
+def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:
     def cells(share: float, band: float) -> tuple[str, str]:
         return percent(share, 1), percent(band, 1)
 
@@ -65,12 +56,11 @@ def _parts(j: JudgedOutput, areas: Areas) -> list[Table]:
     )
     tables = [Table(head, tuple(by_area))]
     groups = list(dict.fromkeys(areas.group))
-    member = np.array([[g == name for g in areas.group] for name in groups], dtype=float)
+    member = np.array([areas.group == name for name in groups], dtype=float)
     at, band = member @ j.share, member @ j.band_share
     ranked = np.argsort(-np.abs(at), kind="stable")
-    rows = [
-        row(groups[g], f"{areas.group.count(groups[g])}", *cells(float(at[g]), float(band[g]))) for g in ranked.tolist()
-    ]
+    size = member.sum(axis=1).astype(int)
+    rows = [row(groups[g], f"{size[g]}", *cells(float(at[g]), float(band[g]))) for g in ranked.tolist()]
     head = columns("Group", "Areas", "Share", "Share in band", text=(0,))
     tables.append(Table(head, tuple(rows)))
     if j.path is not None and j.path_band is not None:
@@ -109,7 +99,7 @@ def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -
                 _ratio_span(b["minimum"], b["maximum"]),
             ]
             factor = case.safety_factor
-            allowed = ratio_text(factor * j.mending.all_factor)
+            allowed = ratio_text(factor * j.improvement.all_factor)
             rows.append(row(j.output, _ratio(j.ratio), *filters, *bounds, _ratio(j.ratio / factor), allowed))
     text = (
         "A verdict rests on assumptions. Here is what each ratio of noise to requirement would be with others, one"
@@ -130,14 +120,14 @@ def _ratio_span(low: float, high: float) -> Cell:
     return Cell(span(low, high), "violated" if low > 1.0 else "met" if high <= 1.0 else "open")
 
 
-def change_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, list[Figure]]) -> Section:
+def change_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: dict[str, list[Figure]]) -> Section:
     """For each verdict, in the case that decides it: what quieter or better matched areas would make of it."""
     blocks: list[Block] = []
     for case, j in deciding_pairs(cases):
         blocks += [
             Heading(f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement}"),
-            _stability(j, areas),
-            _improvement(j),
+            _by_group(j, areas),
+            _by_area(j),
         ]
     text = (
         "Required temperature stability: the factor on the temperature amplitudes of one group, the others unchanged,"
@@ -147,14 +137,14 @@ def change_section(cases: Sequence[CaseNoise], areas: Areas, figures: dict[str, 
         " other blocks stay as they are. Areas and blocks are chosen one after the other; an area that stands alone is"
         " a block."
     )
-    blocks = [*figures["mending"], Paragraph(text), *blocks]
+    blocks = [*figures["improvement"], Paragraph(text), *blocks]
     return Section("change", "What would change it", "What to change", tuple(blocks))
 
 
-def _stability(j: JudgedOutput, areas: Areas) -> Table:
+def _by_group(j: JudgedOutput, areas: AreaTable) -> Table:
     rows = []
-    for group, factor in j.mending.group_factor.items():
-        level = j.mending.group_level[group]
+    for group, factor in j.improvement.group_factor.items():
+        level = j.improvement.group_level[group]
         if np.isnan(factor):
             allowed, shown = "cannot alone", ""
         elif np.isinf(factor):
@@ -164,17 +154,17 @@ def _stability(j: JudgedOutput, areas: Areas) -> Table:
             shown = "" if np.isnan(level) else power_text(factor * level, 3)
         state = None if np.isinf(factor) else "violated" if np.isnan(factor) or factor < 1.0 else "met"
         now = "differ" if np.isnan(level) else power_text(level, 3)
-        rows.append(row(group, f"{areas.group.count(group)}", now, Cell(allowed, state), shown))  # type: ignore[arg-type]
-    everything = ratio_text(j.mending.all_factor) if np.isfinite(j.mending.all_factor) else "not felt"
-    rows.append(row("all together", f"{len(areas.name)}", "", everything, "", kind="sum"))
+        rows.append(row(group, f"{(areas.group == group).sum()}", now, Cell(allowed, state), shown))  # type: ignore[arg-type]
+    everything = ratio_text(j.improvement.all_factor) if np.isfinite(j.improvement.all_factor) else "not felt"
+    rows.append(row("all together", f"{len(areas)}", "", everything, "", kind="sum"))
     at = mhz_text(j.binding_hz)
     head = columns("Group", "Areas", f"Now at {at}\n(K/√Hz)", "Factor\n(1)", "Allowed\n(K/√Hz)", text=(0,))
     return Table(head, tuple(rows), "Required temperature stability")
 
 
-def _improvement(j: JudgedOutput) -> Table:
+def _by_area(j: JudgedOutput) -> Table:
     """Ratios with more and more areas improved; silent and quieter areas are the same ones."""
-    m = j.mending
+    m = j.improvement
     families = [[way for way in WAYS if way != MATCHED], [MATCHED]]
     rows = []
     before = 0

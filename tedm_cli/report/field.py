@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.files.store import Reader
-from tedm_cli.gravity.requirements import MODELLED
+from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.report.document import (
     Block,
     Cell,
@@ -27,67 +24,15 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
-from tedm_cli.report.numbers import sci, vector
-from tedm_cli.results.noise import SUPERSCRIPT, first_largest, ratio_text, unit_text
+from tedm_cli.results.field import FieldAtRest, Linearised, symbol
+from tedm_cli.results.wording import SUPERSCRIPT, ratio_text, sci, unit_text, vector
 
 _ROUNDING = 1e-9  # entries this far below what they are compared with are shown as 0
 
 
-@dataclass(frozen=True)
-class DcVerdict:
-    """One quantity of the field at rest against its allocation; `unit` as it is printed."""
-
-    test_mass: str
-    quantity: str
-    subsystem: str
-    unit: str
-    value: float
-    lower: float
-    upper: float
-    ratio: float
-    passed: bool
-
-    @property
-    def symbol(self) -> str:
-        return self.quantity.replace("gamma", "Γ").replace("omegadot", "ω̇")
-
-    @property
-    def whole(self) -> bool:
-        """Of all that is modelled, not of a part of it."""
-        return self.subsystem == MODELLED
-
-
-def dc_verdicts(file: Reader) -> list[DcVerdict]:
-    """Verdicts on the field at rest in sensitivity.h5."""
-    names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem", "unit")]
-    numbers = [file.array(f"/dc_verdict/{c}") for c in ("value", "lower", "upper", "ratio", "passed")]
-    return [
-        DcVerdict(
-            mass,
-            quantity,
-            subsystem,
-            unit_text(unit),
-            float(value),
-            float(lower),
-            float(upper),
-            float(ratio),
-            passed > 0,
-        )
-        for (mass, quantity, subsystem, unit), (value, lower, upper, ratio, passed) in zip(
-            zip(*names, strict=True), zip(*numbers, strict=True), strict=True
-        )
-    ]
-
-
-def worst_at_rest(verdicts: Sequence[DcVerdict]) -> DcVerdict:
-    """The verdict with the largest ratio."""
-    return first_largest(verdicts, [v.ratio for v in verdicts])
-
-
-def field_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:
+def field_section(field: FieldAtRest, figures: dict[str, list[Figure]]) -> Section:
     """What the report says of sensitivity.h5 apart from [S_SG]."""
-    names, sources = file.strings("/test_mass/name"), file.strings("/source/name")
-    blocks: list[Block] = [*figures["field"], *_verdicts(file), *_by_source(file)]
+    blocks: list[Block] = [*figures["field"], *_verdicts(field.verdicts), *_by_source(field)]
     blocks += [
         Heading("Stiffness, all sources"),
         Paragraph(
@@ -98,13 +43,12 @@ def field_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:
             " sources acts with the opposite sign."
         ),
     ]
-    for t, name in enumerate(names):
-        blocks += _stiffness(file, t, name, sources)
-    return Section("field", "Field at rest", "Field at rest", (*blocks, _linearised(file)))
+    for t, name in enumerate(field.test_mass):
+        blocks += _stiffness(field, t, name)
+    return Section("field", "Field at rest", "Field at rest", (*blocks, _linearised(field.linearised)))
 
 
-def _verdicts(file: Reader) -> list[Block]:
-    verdicts = dc_verdicts(file)
+def _verdicts(verdicts: Sequence[DcVerdict]) -> list[Block]:
     parts = (
         "IS: the inertial sensor of the test mass, the area groups given to it; LTP: all else in the model, with the"
         " other inertial sensor, the other test mass and compensation masses; IS+LTP: both against the sum of their"
@@ -132,7 +76,7 @@ def _verdicts(file: Reader) -> list[Block]:
 def _verdict_row(v: DcVerdict) -> Row:
     rounding = v.ratio < _ROUNDING
     return row(
-        f"{v.symbol} ({v.unit})",
+        f"{symbol(v.quantity)} ({unit_text(v.unit)})",
         v.subsystem,
         Cell("pass" if v.passed else "FAIL", "met" if v.passed else "violated"),
         Cell("< 10⁻⁹" if rounding else ratio_text(v.ratio), rounding=rounding),
@@ -150,10 +94,10 @@ def _range_text(lower: float, upper: float) -> str:
     return f"{ends} × 10{str(exponent).translate(SUPERSCRIPT)}"
 
 
-def _by_source(file: Reader) -> list[Block]:
-    names, sources = file.strings("/test_mass/name"), file.strings("/source/name")
-    a, w = file.array("/dc/acceleration"), file.array("/dc/angular_acceleration")
-    error, points = file.array("/source/quadrature_error"), file.array("/source/points")
+def _by_source(field: FieldAtRest) -> list[Block]:
+    names, sources = field.test_mass, field.source
+    a, w = field.acceleration, field.angular_acceleration
+    error, points = field.quadrature_error, field.points
     rows = []
     for t, name in enumerate(names):
         for s, source in enumerate(sources):
@@ -169,7 +113,7 @@ def _by_source(file: Reader) -> list[Block]:
         *("Points", "Quadrature\nerror (1)"),
         text=(0, 1),
     )
-    model = file.string("/source/mass_model")
+    model = field.mass_model
     quality = (
         "quadrature, that is the mass of each element spread over it as Gauss points; the error stated is the tolerance"
         " that each element keeps, relative to its own force (torques: about five times it). Where elements pull"
@@ -178,7 +122,7 @@ def _by_source(file: Reader) -> list[Block]:
         else f"{model}, that is the mass of each element shared equally among its grids; this has no error estimate,"
         " and close to a test mass it can be far off."
     )
-    where = zip(names, file.array("/test_mass/position"), file.array("/test_mass/mass"), strict=True)
+    where = zip(names, field.position_m, field.mass_kg, strict=True)
     places = "".join(f" {n}: {sci(float(kg))} kg at {vector(p)} m in the Nastran basic frame." for n, p, kg in where)
     return [
         Heading("By source"),
@@ -210,15 +154,13 @@ def _number(marked: tuple[float, bool], digits: int = 4) -> Cell:
     return Cell("0", rounding=True) if rounding else Cell(sci(value, digits))
 
 
-def _stiffness(file: Reader, t: int, name: str, sources: list[str]) -> list[Block]:
+def _stiffness(field: FieldAtRest, t: int, name: str) -> list[Block]:
     """The four stiffness matrices of one test mass: sums first, then by source."""
     sums, parts = [], []
-    for key, symbol in (("gamma_lin", "Γ_lin"), ("omega_lin", "Ω_lin"), ("gamma_ang", "Γ_ang"), ("omega_ang", "Ω_ang")):
-        path = f"/stiffness/{key}"
-        value = file.array(path)[t]
-        unit = unit_text(file.units(path))
-        sums.append(_matrix(value.sum(axis=0), f"{symbol} ({unit}): {file.kind.datasets[path].long_name}"))
-        parts += [_matrix(v, f"{symbol} ({unit}), {s}") for s, v in zip(sources, value, strict=True)]
+    for letter, stiffness in field.stiffness.items():
+        value, unit = stiffness.value[t], unit_text(stiffness.unit)
+        sums.append(_matrix(value.sum(axis=0), f"{letter} ({unit}): {stiffness.meaning}"))
+        parts += [_matrix(v, f"{letter} ({unit}), {s}") for s, v in zip(field.source, value, strict=True)]
     return [
         Heading(name),
         Columns(tuple(sums)),
@@ -231,17 +173,14 @@ def _matrix(value: FloatArray, caption: str) -> Table:
     return Table(columns("", "x", "y", "z"), rows, caption, heading_column=True)
 
 
-def _linearised(file: Reader) -> Folded:
+def _linearised(motion: Linearised) -> Folded:
     """The equations of motion of all test masses. Blocks of 3 × 3 share a unit and are judged for rounding alone."""
-    value = file.array("/stiffness/linearised")
+    value = motion.value
     largest = np.abs(value).reshape(len(value) // 3, 3, -1, 3).max(axis=(1, 3)).repeat(3, axis=0).repeat(3, axis=1)
-    label: dict[str, Any] = {
-        c: file.strings(f"/label/{c}") for c in ("tm_output", "tm_output_unit", "tm_motion", "tm_motion_unit")
-    }
     head = [Column("")]
-    head += [Column(f"{n}\n({u})") for n, u in zip(label["tm_motion"], label["tm_motion_unit"], strict=True)]
+    head += [Column(f"{n}\n({u})") for n, u in zip(motion.motion, motion.motion_unit, strict=True)]
     rows = []
-    for name, unit, values, reference in zip(label["tm_output"], label["tm_output_unit"], value, largest, strict=True):
+    for name, unit, values, reference in zip(motion.output, motion.output_unit, value, largest, strict=True):
         marked = [(float(v), bool(abs(v) < _ROUNDING * m)) for v, m in zip(values, reference, strict=True)]
         rows.append(row(f"{name} ({unit_text(unit)})", *(_number(m, 3) for m in marked)))
     return Folded(

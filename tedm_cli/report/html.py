@@ -7,8 +7,8 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from tedm_cli.figures.inline import inline_svg
 from tedm_cli.report.document import Document, Figure, Link, Strong, Text
+from tedm_cli.report.inline import inline_svg
 
 
 def to_html(document: Document) -> str:

@@ -6,28 +6,26 @@ from collections import Counter
 
 import numpy as np
 
-from tedm_cli.files.store import Reader
 from tedm_cli.report.document import Columns, Facts, Section, Table, Text, columns, row
-from tedm_cli.report.numbers import sci, vector
+from tedm_cli.results.model import DistortionSize, ModelSize
+from tedm_cli.results.wording import sci, vector
 
 
-def model_section(unit_loads: Reader, distortion: Reader) -> Section:
+def model_section(model: ModelSize, distortion: DistortionSize) -> Section:
     """Size and mass of the model, its areas and elements, and how it deforms."""
     facts: list[tuple[str, Text]] = [
-        ("Grids", f"{unit_loads.dataset('/grid/id').shape[0]:,}"),
-        ("Elements", f"{unit_loads.dataset('/element/id').shape[0]:,}"),
-        ("Mass", f"{unit_loads.number('/mass/total'):.6g} kg"),
-        ("Centre of gravity", f"{vector(unit_loads.array('/mass/centre_of_gravity').tolist())} m, Nastran basic frame"),
+        ("Grids", f"{model.grids:,}"),
+        ("Elements", f"{len(model.card):,}"),
+        ("Mass", f"{model.mass_kg:.6g} kg"),
+        ("Centre of gravity", f"{vector(model.centre_of_gravity_m.tolist())} m, Nastran basic frame"),
         *_distortion_facts(distortion),
     ]
-    tables = Columns((_areas(unit_loads), _elements(unit_loads)))
+    tables = Columns((_areas(model), _elements(model)))
     return Section("model", "Model and distortion", "Model", (Facts(tuple(facts)), tables))
 
 
-def _distortion_facts(file: Reader) -> list[tuple[str, Text]]:
-    names = file.strings("/area/name")
-    largest = file.array("/check/max_translation")
-    rigid = np.linalg.norm(file.array("/check/rigid_translation"), axis=1)
+def _distortion_facts(distortion: DistortionSize) -> list[tuple[str, Text]]:
+    names, largest, rigid = distortion.area, distortion.largest, distortion.rigid
     facts: list[tuple[str, Text]] = [
         (
             "Largest translation per kelvin of one area",
@@ -41,18 +39,19 @@ def _distortion_facts(file: Reader) -> list[tuple[str, Text]]:
     residuals: list[tuple[str, Text]] = [
         (
             f"Superposition, {what}",
-            f"largest |sum over areas − uniform load| is {sci(file.number(f'/check/superposition_{key}'), 2)} of the"
-            " largest |uniform load|",
+            f"largest |sum over areas − uniform load| is {sci(residual, 2)} of the largest |uniform load|",
         )
-        for key, what in (("translation", "translations of all grids"), ("optics", "rotations of the optical elements"))
-        if file.has(f"/check/superposition_{key}")
+        for what, residual in (
+            ("translations of all grids", distortion.superposition_translation),
+            ("rotations of the optical elements", distortion.superposition_optics),
+        )
+        if residual is not None
     ]
     return facts + (residuals or [("Superposition", "not checked: the results hold no uniform load")])
 
 
-def _areas(file: Reader) -> Table:
-    groups, shields = file.strings("/area/group"), file.strings("/area/shield")
-    mass = file.array("/area/mass")
+def _areas(model: ModelSize) -> Table:
+    groups, shields, mass = model.areas.group, model.areas.shield, model.area_mass_kg
     rows = []
     for group in dict.fromkeys(groups):
         members = [i for i, g in enumerate(groups) if g == group]
@@ -63,12 +62,12 @@ def _areas(file: Reader) -> Table:
     return Table(head, tuple(rows), "Thermal areas by group")
 
 
-def _elements(file: Reader) -> Table:
-    types, mass = file.strings("/element/type"), file.array("/element/mass")
+def _elements(model: ModelSize) -> Table:
+    types, mass = model.card, model.element_mass_kg
     rows = [
         row(kind, f"{number:,}", sci(float(mass[np.array(types) == kind].sum())))
         for kind, number in sorted(Counter(types).items())
     ]
-    concentrated = file.array("/mass/concentrated")
+    concentrated = model.concentrated_kg
     rows.append(row("concentrated masses", f"{len(concentrated):,}", sci(float(concentrated.sum()))))
     return Table(columns("Type", "Number", "Mass\n(kg)", text=(0,)), tuple(rows), "Elements by type")

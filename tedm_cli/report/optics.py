@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tedm_cli.files.store import Reader
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import (
     Block,
     Facts,
@@ -18,24 +18,27 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
-from tedm_cli.report.numbers import count, sci
-from tedm_cli.results.noise import first_largest
+from tedm_cli.results.optics import OpticsQuality, ReadOuts
+from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.wording import count, sci
 
 
-def optics_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:
+def optics_section(
+    quality: OpticsQuality, read_outs: ReadOuts, areas: AreaTable, figures: dict[str, list[Figure]]
+) -> Section:
     """What the report says of optics.h5."""
     blocks: list[Block] = [
         *figures["bench"],
         Heading("Sensitivity of the beams"),
-        Facts(tuple(_facts(file))),
-        _residuals(file),
+        Facts(tuple(_facts(quality, read_outs))),
+        _residuals(quality),
         *figures["optics"],
         Heading("Read-out by area"),
         Paragraph(
             "Read-out of the test masses per kelvin, in the layout frame. Sum: all areas warmed together, with their"
             " signs; rss: root sum of squares over the areas, all of them uncorrelated."
         ),
-        _worst_areas(file),
+        _worst_areas(read_outs, areas),
         *figures["read-out"],
         Heading("The bench under the worst areas"),
     ]
@@ -44,41 +47,36 @@ def optics_section(file: Reader, figures: dict[str, list[Figure]]) -> Section:
     return Section("optics", "Optics", "Optics", tuple(blocks))
 
 
-def _facts(file: Reader) -> list[tuple[str, Text]]:
-    shape = file.dataset("/S_BW").shape
-    sigma, rank = file.array("/singular_values"), int(file.number("/rank"))
-    offset = float(np.abs(file.array("/reference_point_offset")).max())
+def _facts(quality: OpticsQuality, read_outs: ReadOuts) -> list[tuple[str, Text]]:
+    shape, sigma, rank = quality.shape, quality.singular_value, quality.rank
+    offset = float(np.abs(quality.reference_offset_m).max())
     beyond = f", then {sci(float(sigma[rank]), 2)}" if rank < len(sigma) else ""
     facts: list[tuple[str, Text]] = [
         ("Optical sensitivity matrix S_BW", f"{shape[0]} × {shape[1]}, layout frame (m, rad)"),
         (
             "Rank of O_ideal",
-            f"{rank} for {count(len(file.strings('/label/read_out')), 'read-out')}; singular values"
+            f"{rank} for {count(len(read_outs.label), 'read-out')}; singular values"
             f" {', '.join(sci(float(v)) for v in sigma[:rank])}{beyond} (m, rad)",
         ),
     ]
-    sets = zip(file.strings("/set/name"), file.array("/set/condition"), strict=True)
-    facts += [(f"Condition number, set {name}", f"{sci(float(condition))} (m, rad)") for name, condition in sets]
+    facts += [(f"Condition number, set {name}", f"{sci(c)} (m, rad)") for name, c in quality.condition.items()]
     where = "from the finite-element grids along one axis of the layout frame, accounted for"
     return [*facts, ("Reference points", f"up to {sci(offset, 3)} m {where}")]
 
 
-def _residuals(file: Reader) -> Table:
-    pairs = zip(file.strings("/residual/name"), file.array("/residual/value"), strict=True)
-    rows = tuple(row(name.replace("_", " "), sci(float(value), 2)) for name, value in pairs)
+def _residuals(quality: OpticsQuality) -> Table:
+    rows = tuple(row(name.replace("_", " "), sci(value, 2)) for name, value in quality.residual.items())
     head = columns("Invariance", "Residual (1)", text=(0,))
     return Table(head, rows, "Residuals of invariances that hold exactly")
 
 
-def _worst_areas(file: Reader) -> Table:
+def _worst_areas(r: ReadOuts, areas: AreaTable) -> Table:
     """The area with the largest read-out for each degree of freedom, and all areas by root sum of squares."""
-    areas = file.strings("/area/name")
-    labels = list(zip(file.strings("/label/read_out"), file.strings("/label/read_out_unit"), strict=True))
     rows = []
-    for read_out_set in file.strings("/set/name"):
-        for (label, unit), values in zip(labels, file.array(f"/N/{read_out_set}"), strict=True):
+    for name in r.sets:
+        for label, unit, values in zip(r.label, r.unit, r.N[name], strict=True):
             worst = first_largest(range(len(values)), [float(v) for v in np.abs(values)])
             numbers = (float(values[worst]), float(values.sum()), float(np.linalg.norm(values)))
-            rows.append(row(f"{read_out_set}_{label}", areas[worst], *(sci(v, 3) for v in numbers), f"{unit}/K"))
+            rows.append(row(f"{name}_{label}", areas.name[worst], *(sci(v, 3) for v in numbers), f"{unit}/K"))
     head = columns("Read-out", "Worst area", "N", "Sum over areas", "Rss over areas", "Unit", text=(0, 1, 5))
     return Table(head, tuple(rows), "Worst area of each read-out")

@@ -9,7 +9,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from tedm_cli.figures.fonts import font_folder
 from tedm_cli.report.document import (
     Block,
     Columns,
@@ -31,8 +30,8 @@ _WIDEST_PT, _HIGHEST_PT = 178 / 25.4 * 72, 205 / 25.4 * 72  # what a page leaves
 _SCALE = 0.8  # of figures made for a screen
 
 
-def to_pdf(document: Document) -> bytes:
-    """The PDF; the same document gives the same bytes."""
+def to_pdf(document: Document, font_folder: str) -> bytes:
+    """The PDF, with the fonts in a folder alone; the same document gives the same bytes."""
     import typst
 
     figures: dict[str, str] = {}
@@ -53,7 +52,7 @@ def to_pdf(document: Document) -> bytes:
         for file, svg in figures.items():
             (folder / file).write_text(svg, encoding="utf-8")
         pdf: bytes = typst.compile(
-            str(folder / "report.typ"), format="pdf", font_paths=[font_folder()], ignore_system_fonts=True
+            str(folder / "report.typ"), format="pdf", font_paths=[font_folder], ignore_system_fonts=True
         )
     return pdf
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tedm_cli.arrays import FloatArray
-from tedm_cli.files.store import Reader
 from tedm_cli.report.document import Block, Cell, Facts, Figure, Heading, Paragraph, Section, Table, columns, row
-from tedm_cli.report.numbers import sci
-from tedm_cli.results.noise import mhz_text, ratio_text, unit_text
+from tedm_cli.results.series import SeriesSummary
+from tedm_cli.results.wording import mhz_text, ratio_text, sci, unit_text
 
 
-def series_section(files: Mapping[str, Reader], figures: dict[str, list[Figure]]) -> Section:
+def series_section(series: Mapping[str, SeriesSummary], figures: dict[str, list[Figure]]) -> Section:
     """Each series that was run: where it comes from, its figure, and how its outputs stand to the requirements."""
     blocks: list[Block] = [
         Paragraph(
@@ -21,36 +19,28 @@ def series_section(files: Mapping[str, Reader], figures: dict[str, list[Figure]]
             " at the limit."
         )
     ]
-    for (name, file), figure in zip(files.items(), figures["series"], strict=True):
-        time: FloatArray = file.array("/time")
-        span = f"{len(time):,} samples over {sci(float(time[-1] - time[0]))} s"
-        treatment = f"{file.string('/temperature/treatment')}; {span}"
-        facts = Facts((("Temperatures", file.string("/temperature/source")), ("Treatment", treatment)))
-        blocks += [Heading(name), facts, figure, _verdicts(file)]
+    for (name, s), figure in zip(series.items(), figures["series"], strict=True):
+        treatment = f"{s.treatment}; {s.samples:,} samples over {sci(s.span_s)} s"
+        facts = Facts((("Temperatures", s.source), ("Treatment", treatment)))
+        blocks += [Heading(name), facts, figure, _verdicts(s)]
     return Section("series", "Time series", "Time series", tuple(blocks))
 
 
-def _verdicts(file: Reader) -> Block:
-    units = dict(zip(file.strings("/output/label"), file.strings("/output/unit"), strict=True))
-    names = [file.strings(f"/verdict/{c}") for c in ("output", "requirement")]
-    numbers = [file.array(f"/verdict/{c}") for c in ("ratio", "binding_frequency", "band_rms", "band_limit")]
-    if not names[0]:
+def _verdicts(s: SeriesSummary) -> Block:
+    if not s.verdicts:
         return Paragraph("No requirement could be judged: none has its band within the frequencies of the estimate.")
-    rows = []
-    for output, requirement, ratio, at, rms, limit in zip(*names, *numbers, strict=True):
-        passed = ratio <= 1.0
-        unit = unit_text(units[output])
-        rows.append(
-            row(
-                output,
-                Cell("pass" if passed else "FAIL", "met" if passed else "violated"),
-                ratio_text(float(ratio)),
-                mhz_text(float(at)),
-                requirement,
-                f"{sci(float(rms), 3)} {unit}",
-                f"{sci(float(limit), 3)} {unit}",
-            )
+    rows = [
+        row(
+            v.output,
+            Cell("pass" if v.passed else "FAIL", "met" if v.passed else "violated"),
+            ratio_text(v.ratio),
+            mhz_text(v.binding_hz),
+            v.requirement,
+            f"{sci(v.band_rms, 3)} {unit_text(v.unit)}",
+            f"{sci(v.band_limit, 3)} {unit_text(v.unit)}",
         )
+        for v in s.verdicts
+    ]
     head = columns(
         *("Output", "Verdict", "Ratio\n(1)", "Binds at", "Requirement", "In band", "At the limit"), text=(0, 1, 4)
     )

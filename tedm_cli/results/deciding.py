@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tedm_cli.results.noise import CaseNoise, JudgedOutput, Limit, first_largest
+from tedm_cli.results.noise import CaseNoise, JudgedOutput, Limit
+from tedm_cli.results.ranking import first_largest
 
 Pair = tuple[CaseNoise, JudgedOutput]
 

@@ -1,32 +1,23 @@
-"""What the figures of the noise cases are drawn from; arrays and names only, so that it imports no matplotlib."""
+"""The noise of correlation cases as their files tell it: spectra, verdicts, limits, and what they are made of."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.noise.spectral_estimate import Estimate
+from tedm_cli.results.ranking import first_largest
 
-T = TypeVar("T")
-
-SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 REALISATION_CONFIDENCE = 0.95  # of the intervals drawn around estimates from realisations
-SILENCED, MATCHED = "silenced", "matched"
+SILENCED, QUIETER, MATCHED = "silenced", "quieter", "matched"
 #: What can be done to areas: as a verb, and as a word.
 WAYS = {
     SILENCED: ("silencing", "silent"),
-    "quieter": ("a tenth of the noise in", "at a tenth"),
+    QUIETER: ("a tenth of the noise in", "at a tenth"),
     MATCHED: ("one common temperature of", "matched"),
-}
-QUANTITY = {
-    "acceleration": "self-gravity acceleration",
-    "angular_acceleration": "self-gravity angular acceleration",
-    "displacement": "read-out displacement",
-    "angle": "read-out angle",
 }
 
 
@@ -42,8 +33,8 @@ class Limit:
 
 
 @dataclass(frozen=True, eq=False)
-class Mending:
-    """What would bring one ratio down.
+class NamedImprovement:
+    """What would bring one ratio down: `noise.improvement.Improvement` with names in place of rows of the areas.
 
     Parameters
     ----------
@@ -92,7 +83,7 @@ class JudgedOutput:
     contribution : [k], signed sensitivity × temperature of each area, unit/√Hz.
     share, band_share : [k], each area's part of the power; negative where it cancels others.
     path, path_band : the same parts by optical element; None for what is no read-out.
-    mending : what would bring the ratio down.
+    improvement : what would bring the ratio down.
     realised : estimate from a realisation with its 95 % interval, over the exact spectrum; None where there is none.
     """
 
@@ -116,7 +107,7 @@ class JudgedOutput:
     band_share: FloatArray
     path: dict[str, float] | None
     path_band: dict[str, float] | None
-    mending: Mending
+    improvement: NamedImprovement
     realised: Spectrum | None
 
     @property
@@ -172,68 +163,6 @@ class CaseNoise:
 
 
 @dataclass(frozen=True, eq=False)
-class SeriesOutput:
-    """One output of a time series.
-
-    Parameters
-    ----------
-    output, kind, unit : names; rms : in `unit`.
-    time_s, low, high : [b], smallest and largest value of the samples around each time.
-    spectrum : estimate with its interval, without the safety factor.
-    limit_hz, limits : those that judge it, and the frequencies they are given at.
-    verdict : requirement, ratio, its frequency (Hz), whether it is met, of the worst; None where it is not judged.
-    """
-
-    output: str
-    kind: str
-    unit: str
-    rms: float
-    time_s: FloatArray
-    low: FloatArray
-    high: FloatArray
-    spectrum: Spectrum
-    limit_hz: FloatArray
-    limits: tuple[Limit, ...]
-    verdict: tuple[str, float, float, bool] | None
-
-
-@dataclass(frozen=True, eq=False)
-class SeriesNoise:
-    """What became of a temperature series: the output of each quantity that is worst."""
-
-    source: str
-    treatment: str
-    safety_factor: float
-    confidence: float
-    outputs: tuple[SeriesOutput, ...]
-
-
-@dataclass(frozen=True)
-class RestVerdict:
-    """One quantity of one subsystem on one test mass: value over the end of its range; subsystem in words."""
-
-    test_mass: str
-    quantity: str
-    subsystem: str
-    ratio: float
-    passed: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Areas:
-    """Names, groups and shields of the k thermal areas, in the order of every array over areas."""
-
-    name: list[str]
-    group: list[str]
-    shield: list[str]
-
-    def by_group(self) -> IntArray:
-        """Order of the areas with groups together: groups as they first appear, areas by name inside."""
-        first = list(dict.fromkeys(self.group))
-        return np.array(sorted(range(len(self.name)), key=lambda i: (first.index(self.group[i]), self.name[i])))
-
-
-@dataclass(frozen=True, eq=False)
 class TemperatureSpectra:
     """Distinct temperature spectra `asd` [q, F] in K/√Hz, and in words which areas have each."""
 
@@ -242,80 +171,12 @@ class TemperatureSpectra:
     name: list[str]
 
 
-@dataclass(frozen=True, eq=False)
-class AreaMap:
-    """|value| [rows, k] of outputs per kelvin of each area; one panel of a map, so all rows share one unit."""
-
-    title: str
-    unit: str
-    labels: list[str]
-    value: FloatArray
-
-
 def kinds_of(cases: Sequence[CaseNoise]) -> list[str]:
     """Quantities that are judged in any of the cases, in the order of the requirements."""
     return list(dict.fromkeys(j.kind for c in cases for j in c.judged))
 
 
-def quantity(kind: str, outputs: Sequence[str]) -> str:
-    """Title of a family of outputs; names the axis where they share one, as TM1_a_x and TM2_a_x do."""
-    axes = {o.rsplit("_", 1)[-1] for o in outputs}
-    axis = axes.pop() if len(axes) == 1 else ""
-    along = "about" if "ang" in kind else "along"
-    text = QUANTITY.get(kind, kind)
-    return f"{text} {along} {axis}" if axis in ("x", "y", "z") else text
-
-
-def first_largest(items: Sequence[T], values: Sequence[float]) -> T:
-    """The first of the items whose value is largest; symmetric models tie up to rounding, which must not choose."""
-    return items[next(i for i, v in enumerate(values) if v >= max(values) * (1 - 1e-9))]
-
-
-def ratio_text(ratio: float) -> str:
-    """A ratio with three digits, and with more where three would hide on which side of 1 it lies."""
-    if ratio == 0.0:
-        return "0"
-    if ratio >= 1e3:
-        return f"{ratio:.0f}" if ratio < 1e6 else power_text(ratio, 3)
-    for digits in (3, 5, 8, 12):
-        text = f"{ratio:#.{digits}g}".removesuffix(".")
-        if float(text) != 1.0 or ratio == 1.0:
-            return text
-    return f"{ratio!r}"
-
-
-def number_text(value: float) -> str:
-    """About three digits, for a narrow cell."""
-    size = abs(value)
-    digits = 0 if size >= 100 else 1 if size >= 10 else 2 if size >= 1 else 3
-    text = f"{value:.{digits}f}"
-    return "0" if float(text) == 0.0 else text.replace("-", "−")
-
-
-def capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def shortened(text: str, most: int) -> str:
-    """A text of at most `most` characters, with an ellipsis in the middle of what is longer: ends tell names apart."""
-    if len(text) <= most:
-        return text
-    head = (most - 1) // 2
-    return f"{text[:head].rstrip()}…{text[len(text) - (most - 1 - head) :].lstrip()}"
-
-
-def power_text(value: float, digits: int = 2) -> str:
-    """A positive number as 2.4 × 10⁻¹³, plain where it is of everyday size."""
-    if 0.01 <= value < 1e4:
-        return f"{value:.{digits}g}" if value < 10**digits else f"{value:.0f}"
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa} × 10{str(int(exponent)).translate(SUPERSCRIPT)}"
-
-
-def mhz_text(frequency_hz: float) -> str:
-    return f"{frequency_hz * 1e3:.3g} mHz"
-
-
-def unit_text(unit: str) -> str:
-    """A unit with its powers raised: `1/(m s^2)` to 1/(m s²)."""
-    return re.sub(r"\^(-?\d+)", lambda m: m[1].translate(SUPERSCRIPT), unit)
+def spectra_of(estimate: Estimate, confidence: float) -> list[Spectrum]:
+    """Amplitude spectral densities of all series of an estimate, with intervals."""
+    low, high = estimate.interval(confidence)
+    return [Spectrum(estimate.frequency_hz, np.sqrt(p), np.sqrt(p * low), np.sqrt(p * high)) for p in estimate.psd]

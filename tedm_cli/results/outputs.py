@@ -16,9 +16,9 @@ from tedm_cli.files.build_folder import DISTORTION, require_same_input
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.outputs import Outputs
-from tedm_cli.optics.layout import N_MOTIONS
-from tedm_cli.optics.shares import motion_terms
-from tedm_cli.results.areas import read_area_table
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.optics import read_read_outs
+from tedm_cli.results.self_gravity import read_self_gravity
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 
@@ -34,26 +34,23 @@ def read_outputs(sensitivity: Path, optics: Path) -> ModelOutputs:
     """Gather the rows of both families; refuse files that stem from different distortion matrices."""
     with open_checked(sensitivity, SENSITIVITY_KIND) as s, open_checked(optics, OPTICS_KIND) as o:
         require_same_input(DISTORTION, s, o)
-        areas = read_area_table(s)
+        areas = read_areas(s)
         if o.strings("/area/name") != s.strings("/area/name"):
             raise InputError("hold different thermal areas", where=f"{sensitivity} and {optics}")
-        labels = s.strings("/row/label")
-        rows = [_finite(s.array("/S"), labels, sensitivity, "/S")]
-        kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in s.strings("/row/unit")]
-        read_out, units = o.strings("/label/read_out"), o.strings("/label/read_out_unit")
+        gravity, read_outs = read_self_gravity(s), read_read_outs(o)
+        labels = list(gravity.label)
+        rows = [_finite(gravity.S, labels, sensitivity, "/S")]
+        kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in gravity.unit]
         parts_of_read_outs: dict[str, ReadOutParts] = {}
-        elements = [label.rpartition("_")[0] for label in o.strings("/label/element_dof")[::N_MOTIONS]]
-        motion, rigid = o.array("/motion"), o.array("/rigid_motion")
-        for name in o.strings("/set/name"):
-            rows.append(_finite(o.array(f"/N/{name}"), read_out, optics, f"/N/{name}"))
-            labels += [f"{name}_{label}" for label in read_out]
-            kinds += [_READ_OUT_KIND[u] for u in units]
-            gain = o.array(f"/gain/{name}")
-            by_motion = motion_terms(gain, motion)
-            by_element = by_motion.reshape(len(by_motion), len(elements), N_MOTIONS, -1).sum(axis=2)
-            distortion = gain @ (motion - rigid)
-            for i, label in enumerate(read_out):
-                parts_of_read_outs[f"{name}_{label}"] = ReadOutParts(tuple(elements), by_element[i], distortion[i])
+        distorting = read_outs.motion - read_outs.rigid_motion
+        for name in read_outs.sets:
+            rows.append(_finite(read_outs.N[name], read_outs.label, optics, f"/N/{name}"))
+            kinds += [_READ_OUT_KIND[u] for u in read_outs.unit]
+            by_element, distortion = read_outs.by_element(name), read_outs.gain[name] @ distorting
+            for i, label in enumerate(read_outs.label):
+                parts = ReadOutParts(tuple(read_outs.element), by_element[i], distortion[i])
+                parts_of_read_outs[f"{name}_{label}"] = parts
+        labels += read_outs.names
         return ModelOutputs(
             areas, np.concatenate(rows), tuple(labels), tuple(kinds), parts_of_read_outs, area_id=s.array("/area/id")
         )

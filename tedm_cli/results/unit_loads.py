@@ -23,8 +23,13 @@ def _concentrated(unit: Reader) -> PointMasses:
 
 def lever_nodes_of(unit: Reader) -> IntArray:
     """Rows of the grids in unit_loads.h5 from which something with mass is offset, ascending."""
-    mass, offset, index, lever = (unit.array(f"/element/{c}") for c in ("mass", "node_offset", "node_index", "lever"))
-    return lever_nodes(mass, offset, index, lever, _concentrated(unit))
+    return lever_nodes(
+        unit.array("/element/mass"),
+        unit.array("/element/node_offset"),
+        unit.array("/element/node_index"),
+        unit.array("/element/lever"),
+        _concentrated(unit),
+    )
 
 
 def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:

@@ -43,9 +43,10 @@ def check_test_masses(test_masses: Sequence[TestMass], position: FloatArray, *, 
 
 
 def copy_areas(source: Reader, target: Writer) -> None:
+    """The areas of one file as those of another."""
     target.write("/area/id", source.array("/area/id"))
-    for column in ("name", "group", "shield", "side"):
-        target.write(f"/area/{column}", source.strings(f"/area/{column}"))
+    for path in ("/area/name", "/area/group", "/area/shield", "/area/side"):
+        target.write(path, source.strings(path))
 
 
 def out_path(project: Project, name: str, output: Path | None) -> Path:

@@ -51,6 +51,35 @@ DECKS = {
     "CONM2 nowhere": ("ENDDATA", "CONM2,77,333,,1.\nENDDATA", ["333", "CONM2 eid=77"]),
     "CMASS2 of one direction": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS 77", "3, 0, 0"]),
     "superelement": ("ENDDATA", "SESET,1,1,2\nENDDATA", ["SESET"]),
+    **{
+        f"{word} of a subcase": ("  LABEL = RIGHT\n", f"  LABEL = RIGHT\n  {word} = 7\n", ["unit_loads.bdf:10", word])
+        for word in ("BCONTACT", "INITS", "BOLTLD", "STEP", "NLPARM", "NLSTEP", "LOADSET", "STATSUB", "MFLUID", "LAOD")
+    },
+    "NLPARM above": ("SPC = 1", "SPC = 1\nNLPARM = 7", ["unit_loads.bdf:4: subcase 1: NLPARM = 7 makes it no linear"]),
+    "two supports of matrices": (
+        "  LABEL = RIGHT\n",
+        "  LABEL = RIGHT\n  K2GG = K\n",
+        ["different K2GG", "K in subcase 2"],
+    ),
+    "modes": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  ANALYSIS = MODES\n", ["subcase 2: ANALYSIS = MODES"]),
+    "SPC without equals": ("SPC = 1", "SPC 1", ["unit_loads.bdf:3: SPC 1: has no equals sign"]),
+    "another solution": ("SOL 101", "SOL 106", ["SOL 106 is not linear statics"]),
+    "INREL in case control": (
+        "SPC = 1",
+        "SPC = 1\nPARAM,INREL,-2",
+        ["unit_loads.bdf:4", "PARAM,INREL,-2: inertia relief"],
+    ),
+    "INREL in bulk data": ("ENDDATA", "PARAM,INREL,-1\nENDDATA", ["bdf:52: PARAM,INREL,-1: inertia relief"]),
+    "INREL misspelt": ("ENDDATA", "PARAM,INERL,-1\nENDDATA", ["bdf:52: PARAM,INERL is not known"]),
+    "WTMASS misspelt": ("ENDDATA", "PARAM,WTMASR,.1\nENDDATA", ["bdf:52: PARAM,WTMASR is not known"]),
+    "CONM2 misspelt": ("ENDDATA", "RONM2,77,3,,.1\nENDDATA", ["unit_loads.bdf:52: RONM2 card"]),
+    "RBE2 misspelt": ("ENDDATA", "SBE2,77,3,123,4\nENDDATA", ["unit_loads.bdf:52: SBE2 card"]),
+    "no end": ("ENDDATA", "", ["has no ENDDATA"]),
+    "uniform load on one area": (
+        "TEMP           3      10      1.      11      1.      12      1.\n",
+        "",
+        ["subcase 3 (uniform load 'UNIFORM')", "does not warm 3 of 4 grids of area 'RIGHT': 10, 11, 12"],
+    ),
     "unknown element": ("ENDDATA", "CNOVEL,5,1,2,3\nENDDATA", ["CNOVEL"]),
     "force": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  LOAD = 7\n", ["subcase 2", "LOAD = 7"]),
     "two supports": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  SPC = 7\n", ["different SPC", "7 in subcase 2"]),

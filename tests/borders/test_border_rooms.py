@@ -35,6 +35,10 @@ def rooms(path: Path) -> set[str]:
     return {name.split(".")[1] for name in imports(path) if name.startswith("tedm_cli.")}
 
 
+def users_of(room: str) -> set[str]:
+    return {p.relative_to(PACKAGE).parts[0] for p in MODULES if room in rooms(p)}
+
+
 def test_there_are_pure_rooms() -> None:
     assert {p.relative_to(PACKAGE).parts[0] for p in PURE} == {"gravity", "optics", "noise", "fem", "distortion.py"}
 
@@ -61,8 +65,14 @@ def test_one_door_for_each_library(library: str, door: str) -> None:
 
 
 def test_only_the_command_line_imports_the_stages() -> None:
-    users = {p.relative_to(PACKAGE).parts[0] for p in MODULES if "stages" in rooms(p) or "cli" in rooms(p)}
-    assert users <= {"cli", "stages"}
+    assert users_of("stages") <= {"cli", "stages"}
+    assert users_of("cli") <= {"cli"}
+
+
+def test_the_report_is_made_of_results_not_of_figures() -> None:
+    """Figures come to it drawn; types and words that both need are in `results`."""
+    assert "report" not in users_of("figures")
+    assert users_of("results") <= {"cli", "results", "figures", "report", "exports", "stages"}
 
 
 ROOMS_WITH_TEXT = [p for p in MODULES if p.name == "__init__.py"]

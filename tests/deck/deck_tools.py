@@ -139,7 +139,7 @@ def disguised(cards: Sequence[Card], folder: Path, seed: int) -> None:
     put("bulk.inc", [text(card) for card in cards], 0)
     bulk = (folder / "bulk.inc").read_bytes().decode("latin-1")
     begin = choose.choice(["BEGIN BULK", "begin bulk  $ here", "BEGIN"])
-    tail = choose.choice(["", "ENDDATA", "enddata" + end + "left over"])
+    tail = choose.choice(["ENDDATA", "enddata" + end + "left over"])
     control = choose.choice(["SPC = 1", "spc=1 $ held", " SPC 1"])
     head = end.join(["$ main", choose.choice(["SOL 101", "sol sestatic"]), " CEND", control, begin, ""])
     (folder / "model.bdf").write_bytes((head + bulk + tail).encode("latin-1"))

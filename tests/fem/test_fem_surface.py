@@ -132,5 +132,4 @@ def test_lines_and_elements_without_a_shape() -> None:
     elements = [("CBAR", (0, 1)), ("CBUSH", (1, 2)), ("CELAS2", (3,)), ("CNOVEL", (0, 1, 2))]
     surface = surface_of(elements)
     assert surface.line.tolist() == [[0, 1], [1, 2]]
-    assert surface.line_element.tolist() == [0, 1]
     assert not len(surface.face)

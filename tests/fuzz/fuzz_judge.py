@@ -24,6 +24,7 @@ import numpy as np
 from fuzz_binary import BINARY
 from fuzz_memory import MemoryFile, in_memory
 from fuzz_model import Case, in_frames
+from fuzz_structure import STRUCTURE
 from fuzz_text import TEXT, Mutation
 
 from tedm_cli.errors import TedmError
@@ -33,7 +34,7 @@ from tedm_cli.nastran.structure.deck import read_solver_deck
 SECONDS = 10.0  # of the processor, which others may share; one run takes 0.05 s
 ROOM = 1 << 30  # bytes of address space beyond what is taken at the start
 FAILURES = ("CRASH", "HANG", "MEMORY", "LITTER", "UNCLEAR", "SILENT")
-KINDS: dict[str, dict[str, Mutation]] = {"bdf": TEXT, "op2": BINARY, "solver": TEXT}
+KINDS: dict[str, dict[str, Mutation]] = {"bdf": TEXT, "op2": BINARY, "solver": TEXT, "structure": STRUCTURE}
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class Judge:
     def __init__(self, case: Case) -> None:
         self.case = case
         twin = case.folder.parent / "twin" / "unit_loads.bdf"  # without frames, which the embedded solver refuses
-        self.files = {"bdf": case.deck, "op2": case.op2, "solver": twin}
+        self.files = {"bdf": case.deck, "op2": case.op2, "solver": twin, "structure": case.deck}
         self.sound = {kind: file.read_bytes() for kind, file in self.files.items()}
         (twin.parent / "loop.inc").write_text("INCLUDE 'loop.inc'\n")
         (case.folder / "loop.inc").write_text("INCLUDE 'loop.inc'\n")
@@ -111,7 +112,7 @@ class Judge:
         with in_memory() as made:
             case.run()
             self.expected = made["distortion.h5"].data
-            self.total = made["unit_loads.h5"]
+            self.total = made["unit_loads.h5"].data
         with open_op2(case.op2) as (tables, read):
             self.motions = {t.label: read(t) for t in tables}
 
@@ -149,7 +150,15 @@ class Judge:
                 return "MEMORY", traceback.format_exc()[-1500:]
             except Exception:
                 return "CRASH", traceback.format_exc()[-1500:]
+            if kind == "structure":
+                return self.unchanged(made)
             return self.compare(made["distortion.h5"], kind)
+
+    def unchanged(self, made: dict[str, MemoryFile]) -> tuple[str, str]:
+        """Whether all of the model and of D is what it was; damage to the structure of a deck makes no other model."""
+        sound = {"unit_loads.h5": self.total, "distortion.h5": self.expected}
+        differ = [k for name, data in sound.items() for k in data if not _equal(data[k], made[name].data.get(k))]
+        return ("SILENT", f"changed: {', '.join(differ)}") if differ else ("same", "")
 
     def compare(self, made: MemoryFile, kind: str) -> tuple[str, str]:
         names = [str(n) for n in made.data["/area/name"]]
@@ -215,6 +224,10 @@ class Judge:
         steps = steps or {model.tempds[sid].temperature - tref}
         (only,) = steps
         return float(only)
+
+
+def _equal(old: Any, new: Any) -> bool:
+    return new is not None and np.array_equal(old, new, equal_nan=np.asarray(old).dtype.kind == "f")
 
 
 ALLOWED = 20.0  # roundings (2^-24) of the local sum of all loads plus a quarter of the largest: what the stage allows

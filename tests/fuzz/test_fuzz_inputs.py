@@ -12,13 +12,16 @@ import pytest
 from fuzz_binary import BINARY
 from fuzz_judge import Judge, mutant
 from fuzz_model import Case
+from fuzz_structure import STRUCTURE
 from fuzz_text import TEXT
 
 from tedm_cli.cli import main
 
 BATCH = 60
 BATCHES = [
-    (kind, BATCH * i) for kind, count in (("op2", 960), ("bdf", 900), ("solver", 180)) for i in range(count // BATCH)
+    (kind, BATCH * i)
+    for kind, count in (("op2", 960), ("bdf", 900), ("structure", 240), ("solver", 180))
+    for i in range(count // BATCH)
 ]
 
 
@@ -32,7 +35,7 @@ def test_a_mutated_input_is_read_right_or_refused(judge: Judge, kind: str, first
 
 
 def test_every_mutation_changes_the_file(judge: Judge) -> None:
-    for kind, table in (("bdf", TEXT), ("op2", BINARY)):
+    for kind, table in (("bdf", TEXT), ("op2", BINARY), ("structure", STRUCTURE)):
         unchanged = Counter[str]()
         for number in range(20 * len(table)):
             name, data = mutant(kind, number, judge.sound[kind])

@@ -42,10 +42,11 @@ def geometry(tmp_path: Path) -> ModelGeometry:
 
 def rigid_matrix(p: MassProperties, about: np.ndarray) -> np.ndarray:
     """6 x 6 mass matrix of rigid motions about a place."""
-    arm = np.cross(np.eye(3), p.centre_m - about).T
+    away = p.centre_m - about
+    arm = np.cross(np.eye(3), away).T
     out = np.zeros((6, 6))
     out[:3, :3], out[:3, 3:], out[3:, :3] = p.mass_kg * np.eye(3), p.mass_kg * arm, p.mass_kg * arm.T
-    out[3:, 3:] = p.inertia_about(about)
+    out[3:, 3:] = p.inertia_kg_m2 + p.mass_kg * (away @ away * np.eye(3) - np.outer(away, away))  # Huygens, Steiner
     return out
 
 

@@ -12,9 +12,12 @@ from report_project import make_project
 
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import silent
-from tedm_cli.results.build_folder import Results, open_results, read_areas, read_case
-from tedm_cli.results.noise import Areas, CaseNoise
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.build_folder import Results, open_results
+from tedm_cli.results.case_file import read_case
+from tedm_cli.results.noise import CaseNoise
 from tedm_cli.stages.reporting.plot import figure_specs, plot
 
 
@@ -46,7 +49,7 @@ def cases(finished: Project) -> list[CaseNoise]:
 
 
 @pytest.fixture(scope="module")
-def areas(finished: Project) -> Areas:
+def areas(finished: Project) -> AreaTable:
     with open_results(finished) as results:
         return read_areas(results.sensitivity)
 

@@ -19,11 +19,12 @@ from tedm_cli.files.provenance import Provenance, input_files
 from tedm_cli.files.store import create
 from tedm_cli.gravity.requirements import AT_REST_UNITS, dc_quantities, judge_at_rest
 from tedm_cli.optics.chain import optics_chain
-from tedm_cli.optics.labels import read_out_labels
+from tedm_cli.optics.labels import input_labels, read_out_labels
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.progress import silent
-from tedm_cli.results.build_folder import open_results, read_case
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.case_file import read_case
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 
@@ -143,6 +144,7 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
         "/O_ideal": chain.O_ideal,
         "/D": chain.D,
         **{f"/N/{read.name}": read.N for read in chain.sets},
+        "/label/element_dof": list(input_labels(layout).names),
         "/label/read_out": list(labels.names),
         "/label/read_out_unit": list(labels.units),
         "/set/name": [read.name for read in chain.sets],

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon
-from report_project import AREAS, LAYOUT
+from report_project import LAYOUT
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.optics import load_layout
@@ -31,10 +31,12 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.optics.trace import nominal_poses
 from tedm_cli.progress import silent
+from tedm_cli.results.areas import by_group, read_areas
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.noise import Areas, number_text
+from tedm_cli.results.optics import read_out_maps
+from tedm_cli.results.wording import number_text
 from tedm_cli.stages.reporting.plot import plot
-from tedm_cli.stages.reporting.plot_optics import read_out_maps, worst_area
+from tedm_cli.stages.reporting.plot_optics import worst_area
 
 
 @pytest.fixture(scope="module")
@@ -270,12 +272,12 @@ def test_map_of_s_bw_holds_the_matrix(layout: OpticalLayout) -> None:
 def test_map_of_n_holds_all_sets_with_their_signs(finished: Project) -> None:
     with open_results(finished) as results:
         maps = read_out_maps(results.optics)
+        areas = read_areas(results.optics)
         noise = {name: results.optics.array(f"/N/{name}") for name in ("A", "B")}
-    areas = Areas([str(n) for n in AREAS["/area/name"]], [str(g) for g in AREAS["/area/group"]], ["inside"] * 5)
     figure = drawn(noise_map(maps, areas, "N"))
     assert [m.unit for m in maps] == ["pm/K", "nrad/K"]
     panels = [a for a in figure.axes if a.images]
-    order = areas.by_group()
+    order = by_group(areas)
     columns = [t.get_text() for a in panels for t in a.get_xticklabels()]
     shown = np.concatenate([np.asarray(a.images[0].get_array()) for a in panels], axis=1)
     read_outs = [f"{tm}_{c}" for tm in ("TM1", "TM2") for c in ("x", "eta", "phi")]

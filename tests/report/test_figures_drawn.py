@@ -18,12 +18,16 @@ from matplotlib.figure import Figure
 from tedm_cli.config.project import Project
 from tedm_cli.figures.areas import map_figure
 from tedm_cli.figures.contributors import contributors_figure
-from tedm_cli.figures.inline import figure_sources
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import style, svg
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.flight_results import flight_results
+from tedm_cli.report.inline import figure_sources
+from tedm_cli.results.areas import AreaMap
 from tedm_cli.results.deciding import worth_showing
-from tedm_cli.results.noise import AreaMap, Areas, CaseNoise, first_largest, kinds_of, ratio_text, unit_text
+from tedm_cli.results.noise import CaseNoise, kinds_of
+from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.wording import ratio_text, unit_text
 
 OPTICS = {"bench.svg", "s_bw.svg", "read_out_by_area.svg", "shares_displacement.svg", "shares_angle.svg"}
 
@@ -50,7 +54,7 @@ def test_all_figures_of_the_results(figures: dict[str, Figure]) -> None:
         "all_acceleration.svg",
         "all_displacement.svg",
         *(f"{figure}_{kind}.svg" for figure in ("cases", "certainty") for kind in QUANTITIES),
-        *(f"{figure}_{kind}_case01.svg" for figure in ("contributors", "mending") for kind in QUANTITIES),
+        *(f"{figure}_{kind}_case01.svg" for figure in ("contributors", "improvement") for kind in QUANTITIES),
         "field_at_rest.svg",
         "temperature.svg",
         "self_gravity_by_area.svg",
@@ -95,9 +99,9 @@ def test_nothing_is_cut_off(figures: dict[str, Figure]) -> None:
         assert box.y1 <= height, name
 
 
-def test_long_names_are_not_cut_off(cases: list[CaseNoise], areas: Areas) -> None:
+def test_long_names_are_not_cut_off(cases: list[CaseNoise], areas: AreaTable) -> None:
     long = dataclasses.replace(cases[1], title="A title that goes on and on " * 9)
-    named = Areas([n + "_AND_A_LONG_NAME_TOO" for n in areas.name], areas.group, areas.shield)
+    named = dataclasses.replace(areas, name=np.array([f"{n}_AND_A_LONG_NAME_TOO" for n in areas.name]))
     maps = [AreaMap("|N|", "m/K", ["ONE_LONG_OUTPUT_x", "u"], np.ones((2, 5)))]
     for figure in (
         case_figure(long),
@@ -179,16 +183,16 @@ def test_overlay_names_every_case_in_the_order_of_the_curves(cases: list[CaseNoi
     assert sorted(heights, key=heights.__getitem__) == sorted(ends, key=ends.__getitem__)
 
 
-def test_map_shows_each_area_in_the_row_of_its_name(areas: Areas) -> None:
+def test_map_shows_each_area_in_the_row_of_its_name(areas: AreaTable) -> None:
     value = np.array([[1e-3, 2e-3, 3e-3, 4e-3, 5e-3], [-6e-3, 7e-3, -8e-3, 9e-3, 1e-2]])
     figure = map_figure([AreaMap("|N|", "m/K", ["u", "v"], value)], areas, "map")
     axes = figure.axes[0]
     mesh = np.asarray(axes.collections[0].get_array()).reshape(5, 2)
     for row, label in enumerate(t.get_text() for t in axes.get_yticklabels()):
-        np.testing.assert_array_equal(mesh[row], np.abs(value[:, areas.name.index(label)]))
+        np.testing.assert_array_equal(mesh[row], np.abs(value[:, areas.name.tolist().index(label)]))
 
 
-def test_map_of_an_output_without_sensitivity(areas: Areas) -> None:
+def test_map_of_an_output_without_sensitivity(areas: AreaTable) -> None:
     figure = map_figure([AreaMap("|N|", "m/K", ["u"], np.zeros((1, 5)))], areas, "nothing")
     assert svg(figure, "nothing", []).startswith(b"<?xml")
 

@@ -18,22 +18,24 @@ from tedm_cli.contracts import CASE, SENSITIVITY
 from tedm_cli.figures.at_rest import at_rest_figure
 from tedm_cli.figures.certainty import certainty_figure
 from tedm_cli.figures.contributors import contributors_figure
-from tedm_cli.figures.mending import apart, mending_figure
+from tedm_cli.figures.improvement import apart, improvement_figure
 from tedm_cli.figures.small_multiples import cases_figure
 from tedm_cli.figures.spectra import case_figure, overlay_figure
 from tedm_cli.figures.style import pdf, style
 from tedm_cli.files.store import open_checked
+from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.deciding import worth_showing
-from tedm_cli.results.noise import Areas, CaseNoise, JudgedOutput, RestVerdict
-from tedm_cli.stages.reporting.plot import rest_verdicts
+from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.noise import CaseNoise, JudgedOutput
 
 KINDS = ("acceleration", "displacement")
 
 
 @pytest.fixture(scope="module")
-def at_rest(finished: Project) -> list[RestVerdict]:
+def at_rest(finished: Project) -> list[DcVerdict]:
     with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
-        return rest_verdicts(file)
+        return dc_verdicts(file)
 
 
 def texts(figure: Figure) -> list[tuple[str, Bbox]]:
@@ -72,12 +74,12 @@ def long_names(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
     """The cases with titles, outputs, requirements and groups three times as long."""
 
     def longer(j: JudgedOutput) -> JudgedOutput:
-        m = j.mending
+        m = j.improvement
         factor, level = ({3 * f"{g}_": v for g, v in d.items()} for d in (m.group_factor, m.group_level))
         path = None if j.path is None else {3 * f"{n}_": v for n, v in j.path.items()}
         return dataclasses.replace(
             j, output=3 * j.output, requirement=3 * j.requirement, path=path, path_band=path,
-            mending=dataclasses.replace(m, group_factor=factor, group_level=level),
+            improvement=dataclasses.replace(m, group_factor=factor, group_level=level),
         )  # fmt: skip
 
     return [
@@ -91,13 +93,13 @@ def long_names(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
     ]
 
 
-def figures_of(cases: Sequence[CaseNoise], areas: Areas, kind: str) -> dict[str, Figure]:
+def figures_of(cases: Sequence[CaseNoise], areas: AreaTable, kind: str) -> dict[str, Figure]:
     case, j = worth_showing(cases, kind)[0]
     return {
         "cases": cases_figure(cases, kind),
         "certainty": certainty_figure(cases, kind),
         "contributors": contributors_figure(case, j, areas),
-        "mending": mending_figure(case, j, areas),
+        "improvement": improvement_figure(case, j),
         "all": overlay_figure(cases, kind),
         "case": case_figure(case),
     }
@@ -113,7 +115,7 @@ def figures_of(cases: Sequence[CaseNoise], areas: Areas, kind: str) -> dict[str,
     ],
 )
 def test_texts_are_whole_and_clear_of_each_other(
-    cases: list[CaseNoise], areas: Areas, at_rest: list[RestVerdict], kind: str, setting: str
+    cases: list[CaseNoise], areas: AreaTable, at_rest: list[DcVerdict], kind: str, setting: str
 ) -> None:
     if setting == "one case":
         cases = cases[:1]
@@ -121,7 +123,8 @@ def test_texts_are_whole_and_clear_of_each_other(
         cases = [dataclasses.replace(c, id=f"{i}{c.id}") for i in range(5) for c in cases]
     if setting == "long names":
         cases = long_names(cases)
-        areas = Areas([3 * f"{n}_" for n in areas.name], [3 * f"{g}_" for g in areas.group], areas.shield)
+        longer = {c: np.array([3 * f"{v}_" for v in getattr(areas, c)]) for c in ("name", "group")}
+        areas = dataclasses.replace(areas, **longer)
         at_rest = [dataclasses.replace(v, test_mass=9 * v.test_mass) for v in at_rest]
     for name, figure in {**figures_of(cases, areas, kind), "at rest": at_rest_figure(at_rest)}.items():
         assert overlaps(figure) == [], name
@@ -194,7 +197,7 @@ def test_ranges_are_the_bounds_of_the_files(finished: Project, cases: list[CaseN
         assert j.ratio <= spans[8.0][1] * (1 + 1e-9)
 
 
-def test_shares_of_every_panel_sum_to_the_whole(cases: list[CaseNoise], areas: Areas) -> None:
+def test_shares_of_every_panel_sum_to_the_whole(cases: list[CaseNoise], areas: AreaTable) -> None:
     for kind, panels in zip(KINDS, (2, 3), strict=True):
         case, j = worth_showing(cases, kind)[0]
         figure = contributors_figure(case, j, areas)
@@ -209,19 +212,19 @@ def test_shares_of_every_panel_sum_to_the_whole(cases: list[CaseNoise], areas: A
             assert sum(band) == pytest.approx(100.0 * in_band)
         names = [t.get_text() for t in figure.axes[1].get_yticklabels()]
         for name, bar in zip(names, figure.axes[1].patches, strict=True):
-            assert bar.get_width() == pytest.approx(100 * j.share[areas.name.index(name)])
+            assert bar.get_width() == pytest.approx(100 * j.share[areas.name.tolist().index(name)])
             assert bool(bar.get_hatch()) == (bar.get_width() < 0.0)
 
 
-def test_mending_shows_the_ratios_and_factors(cases: list[CaseNoise], areas: Areas) -> None:
+def test_improvement_shows_the_ratios_and_factors(cases: list[CaseNoise]) -> None:
     case, j = worth_showing(cases, "displacement")[0]
-    groups = dict(zip(j.mending.group_factor, (np.nan, np.inf, 0.25), strict=True))
-    matched = {**j.mending.ratio, "matched": 0.5 * j.mending.ratio["silenced"]}
-    mending = dataclasses.replace(j.mending, group_factor=groups, ratio=matched, all_factor=0.5)
-    upper, lower = mending_figure(case, dataclasses.replace(j, mending=mending), areas).axes
+    groups = dict(zip(j.improvement.group_factor, (np.nan, np.inf, 0.25), strict=True))
+    matched = {**j.improvement.ratio, "matched": 0.5 * j.improvement.ratio["silenced"]}
+    improvement = dataclasses.replace(j.improvement, group_factor=groups, ratio=matched, all_factor=0.5)
+    upper, lower = improvement_figure(case, dataclasses.replace(j, improvement=improvement)).axes
     for name, ratio in matched.items():
         x, y = curve(upper, name)
-        np.testing.assert_array_equal(x, mending.count[: len(x)])
+        np.testing.assert_array_equal(x, improvement.count[: len(x)])
         np.testing.assert_allclose(y, np.maximum(ratio[: len(y)], 1e-4 * j.ratio))
         assert y[0] == pytest.approx(j.ratio * (0.5 if name == "matched" else 1.0))
     words = [t.get_text() for t in lower.texts]
@@ -233,17 +236,17 @@ def test_mending_shows_the_ratios_and_factors(cases: list[CaseNoise], areas: Are
 
 
 def test_level_times_factor_is_the_temperature_noise_of_the_group(
-    finished: Project, cases: list[CaseNoise], areas: Areas
+    finished: Project, cases: list[CaseNoise], areas: AreaTable
 ) -> None:
     with open_checked(finished.build_dir / "case02.h5", CASE) as file:
         at = int(np.abs(file.array("/frequency") - cases[1].worst("displacement").binding_hz).argmin())
         asd = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
-    for group, level in cases[1].worst("displacement").mending.group_level.items():
-        found = set(asd[np.array(areas.group) == group])
+    for group, level in cases[1].worst("displacement").improvement.group_level.items():
+        found = set(asd[areas.group == group])
         assert found == {level}
 
 
-def test_marks_at_rest_are_values_over_limits(finished: Project, at_rest: list[RestVerdict]) -> None:
+def test_marks_at_rest_are_values_over_limits(finished: Project, at_rest: list[DcVerdict]) -> None:
     with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
         value, lower, upper = (file.array(f"/dc_verdict/{c}") for c in ("value", "lower", "upper"))
         masses = np.array(file.strings("/dc_verdict/test_mass"))

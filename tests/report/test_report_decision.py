@@ -1,4 +1,4 @@
-"""What the report decides: roles of cases, what turns a verdict, and what is said to limit and to mend it."""
+"""What the report decides: roles of cases, what turns a verdict, and what is said to limit it and to bring it down."""
 
 from __future__ import annotations
 
@@ -7,24 +7,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.decision import decision_section, limited_by, summary
 from tedm_cli.report.document import Table, VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs
-from tedm_cli.report.field import DcVerdict
 from tedm_cli.results.deciding import deciding, without_repeats
-from tedm_cli.results.noise import WAYS, Areas, CaseNoise, JudgedOutput, Limit, Mending
+from tedm_cli.results.noise import WAYS, CaseNoise, JudgedOutput, Limit, NamedImprovement
 
-AREAS = Areas(["S1", "S2", "B1"], ["struts", "struts", "bench"], ["outside", "outside", "inside"])
+AREAS = AreaTable(
+    name=np.array(["S1", "S2", "B1"]),
+    group=np.array(["struts", "struts", "bench"]),
+    shield=np.array(["outside", "outside", "inside"]),
+    side=np.array(["mid", "mid", "mid"]),
+)
 FREQUENCY = np.array([1e-3, 1e-2])
 LIMIT = Limit("lpf_readout_item", "a thesis", "m", (1e-3, 1e-2), np.ones(2))
-PASSED_DC = DcVerdict("TM1", "a_x", "IS+LTP", "m/s²", 1e-10, -1e-9, 1e-9, 0.1, True)
-FIGURES = {"verdict": [], "mending": []}
+PASSED_DC = DcVerdict("TM1", "a_x", "IS+LTP", 1e-10, -1e-9, 1e-9)
+FIGURES = {"verdict": [], "improvement": []}
 BOUNDS = ("minimum", "known_blocks_minimum", "known_blocks", "maximum_non_negative", "maximum")
 
 
 def judged(ratio: float, output: str = "A_TM1_x", **more: object) -> JudgedOutput:
     """An output whose noise is `ratio` times the limit."""
-    mending = Mending(
+    improvement = NamedImprovement(
         np.array([0, 1, 2]),
         {way: ratio * np.array([1.0, 0.6, 0.3]) for way in WAYS},
         {way: ["S1", "S2"] for way in WAYS},
@@ -40,7 +46,7 @@ def judged(ratio: float, output: str = "A_TM1_x", **more: object) -> JudgedOutpu
         "filter_ratio": np.array([[0.5 * ratio, 2.0 * ratio]]), "contribution_hz": 3e-3, "band_hz": (1e-3, 1e-2),
         "contribution": np.array([1.0, -0.5, 0.1]), "share": np.array([0.9, 0.02, 0.08]),
         "band_share": np.array([0.9, 0.02, 0.08]), "path": {"M1": 1.2, "BS1": -0.2},
-        "path_band": {"M1": 1.0, "BS1": 0.0}, "mending": mending, "realised": None,
+        "path_band": {"M1": 1.0, "BS1": 0.0}, "improvement": improvement, "realised": None,
     } | more  # fmt: skip
     return JudgedOutput(**values)  # type: ignore[arg-type]
 
@@ -78,7 +84,7 @@ def test_roles_of_cases_decide(ratios: dict[str, float], state: str, word: str, 
 
 def test_the_worst_card_comes_first_and_the_summary_names_all() -> None:
     cases = [case("1", "likely", judged(2.0))]
-    failed_dc = replace(PASSED_DC, ratio=3.0, passed=False)
+    failed_dc = replace(PASSED_DC, value=3e-9)
     for dc, names in ((PASSED_DC, [LIMIT.name, "field at rest"]), (failed_dc, [LIMIT.name, "field at rest"])):
         section = decision_section(cases, AREAS, [dc], FIGURES)  # type: ignore[arg-type]
         cards = [b for b in section.blocks if isinstance(b, VerdictCard)]

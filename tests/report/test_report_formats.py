@@ -13,6 +13,7 @@ from pypdf import PdfReader
 
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
+from tedm_cli.figures.fonts import font_folder
 from tedm_cli.report.document import (
     Cell,
     Columns,
@@ -100,13 +101,13 @@ def test_pdf_has_bookmarks_pages_and_fonts_of_its_own(finished: Project, tmp_pat
 
 
 def test_same_document_same_bytes() -> None:
-    assert to_pdf(DOCUMENT) == to_pdf(DOCUMENT)
+    assert to_pdf(DOCUMENT, font_folder()) == to_pdf(DOCUMENT, font_folder())
     assert to_html(DOCUMENT) == to_html(DOCUMENT)
     assert to_markdown(DOCUMENT, "f") == to_markdown(DOCUMENT, "f")
 
 
 def test_signs_of_the_formats_come_out_as_text() -> None:
-    printed = text_of(to_pdf(DOCUMENT)).replace("\u200b", "")
+    printed = text_of(to_pdf(DOCUMENT, font_folder())).replace("\u200b", "")
     assert re.sub(r"\s+", "", printed).count(re.sub(r"\s+", "", NASTY)) >= 6
     page = to_html(DOCUMENT)
     assert page.count("a &lt;b&gt;&amp;amp; | `x`") == 10

@@ -16,7 +16,7 @@ from tedm_cli.contracts import CASE, SENSITIVITY
 from tedm_cli.files.provenance import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.results.noise import ratio_text
+from tedm_cli.results.wording import ratio_text
 from tedm_cli.stages.reporting.plot import plot
 from tedm_cli.stages.reporting.report import report
 

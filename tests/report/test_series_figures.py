@@ -13,15 +13,17 @@ from tedm_cli.contracts import CASE, SERIES
 from tedm_cli.errors import InputError
 from tedm_cli.figures.series import series_figure
 from tedm_cli.figures.spectra import case_figure
-from tedm_cli.figures.thinning import MOST, piece_starts, thinned
 from tedm_cli.files.provenance import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.results.build_folder import open_results, read_case
-from tedm_cli.results.noise import Spectrum, ratio_text
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.case_file import read_case
+from tedm_cli.results.noise import Spectrum
+from tedm_cli.results.series import MOST_PIECES, piece_starts, read_series, thinned
+from tedm_cli.results.wording import ratio_text
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.noise.series import run_series
-from tedm_cli.stages.reporting.plot_series import read_series, series_specs
+from tedm_cli.stages.reporting.plot_series import series_specs
 from tedm_cli.stages.reporting.report import report
 
 EXTRA = """
@@ -62,11 +64,11 @@ def test_thinned_spectra_keep_every_extreme(values: list[float], logarithmic: bo
     n = len(asd)
     f = np.geomspace(1e-4, 1.0, n) if logarithmic else 1e-4 * np.arange(1, n + 1)
     thin = thinned(Spectrum(f, asd, 0.5 * asd, 2.0 * asd))
-    assert len(thin.frequency_hz) <= MOST
+    assert len(thin.frequency_hz) <= MOST_PIECES
     assert np.all(np.diff(thin.frequency_hz) > 0)
     assert (thin.least.min(), thin.most.max()) == (asd.min(), asd.max())
     assert (thin.low.min(), thin.high.max()) == (0.5 * asd.min(), 2.0 * asd.max())
-    if n <= MOST:
+    if n <= MOST_PIECES:
         np.testing.assert_array_equal(thin.least, asd)
         np.testing.assert_array_equal(thin.most, asd)
 

@@ -34,7 +34,7 @@ def area_lines(done: AreaSummary) -> list[str]:
         *table(head, [*rows, total], right=(1, 2, 3, 4, 5)),
         f"centroid: mean of the grids; mass: shared among grids, {elsewhere:.6g} of"
         f" {done.total_kg:.6g} kg on grids of no area",
-        *(f"note: {line}" for line in done.found.lines()),
+        *(f"note: {line}" for line in [*done.found.lines(), *done.notes]),
         f"{done.structural - left:,} of {done.structural:,} structural grids are in exactly one area"
         + ("" if done.is_partition else f", {left:,} in none"),
     ]

@@ -66,4 +66,4 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
         )
     if s.unattached_grids:
         lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")
-    return lines
+    return lines + [f"note: {note}" for note in done.notes]

@@ -14,6 +14,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.plausible import is_mass_tensor
 from tedm_cli.nastran.positions import Frames, basis_at
 
 _ALIKE = 1e-6  # of the mass: cards have seven digits
@@ -63,7 +64,8 @@ def concentrated_masses(
 
     Raises
     ------
-    InputError : a mass that differs by direction, couples two grids, or is of a kind that is not read.
+    InputError : a mass that differs by direction, couples two grids, has the inertia of no body, or is of a kind that
+        is not read.
     """
     found: list[_Mass] = []
     scalar: dict[int, list[tuple[int, int, float]]] = {}
@@ -76,9 +78,18 @@ def concentrated_masses(
         elif mass.type in ("CMASS1", "CMASS2"):
             for grid, component, kg in _on_grid(mass, model, where):
                 scalar.setdefault(grid, []).append((int(eid), component, kg))
-        elif mass.type not in ("CMASS3", "CMASS4"):  # on scalar points, which are nowhere
+        elif mass.type in ("CMASS3", "CMASS4"):  # on scalar points, which are nowhere
+            _check_scalar(mass, model, where)
+        else:
             raise InputError(f"{mass.type} {eid}: masses of this kind are not read", where=where)
     found += [_three(grid, parts, where) for grid, parts in scalar.items() if any(c <= 3 for _, c, _ in parts)]
+    for m in found:
+        if m.kg >= 0.0 and not is_mass_tensor(m.inertia, m.kg * float(m.lever @ m.lever)):
+            raise InputError(
+                f"{m.card} {m.id}: its inertia about its centre of gravity is that of no body",
+                where=where,
+                hint="the matrix of I11, I21, I22, I31, I32 and I33 has to be positive definite, or zero",
+            )
     found.sort(key=lambda m: m.id)
     return Concentrated(
         card=[m.card for m in found],
@@ -149,6 +160,16 @@ def _on_grid(mass: Any, model: Any, where: str) -> list[tuple[int, int, float]]:
             hint="use CONM2 on one of them",
         )
     return [(g, c, float(mass.Mass())) for g, c in ends]
+
+
+def _check_scalar(mass: Any, model: Any, where: str) -> None:
+    on_grid = [int(n) for n in mass.node_ids if n and n in model.nodes]
+    if on_grid:
+        raise InputError(
+            f"{mass.type} {mass.eid}: is on grid {on_grid[0]}, and this card is for scalar points",
+            where=where,
+            hint="use CMASS1 or CMASS2 with a component, or CONM2",
+        )
 
 
 def _three(grid: int, parts: list[tuple[int, int, float]], where: str) -> _Mass:

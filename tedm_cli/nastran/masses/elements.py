@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.errors import InputError
+from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.fem.measure import contents
 from tedm_cli.fem.shapes import CARDS, Shape, corner_count, shape_of
 from tedm_cli.nastran.masses.lines import line_spread
+from tedm_cli.nastran.masses.midside import check_midside, check_partial
 from tedm_cli.nastran.masses.nonstructural import Measured, nonstructural
 from tedm_cli.nastran.masses.plates import plate_spread
 from tedm_cli.nastran.masses.solids import solid_spread
@@ -106,11 +107,13 @@ def model_elements(
 
     Raises
     ------
-    InputError : an element, a property or an offset of a kind that is not read.
+    InputError : an element, a property or an offset of a kind that is not read; a midside node far from its edge.
+    PhysicsError : a solid that is tangled.
     """
     if getattr(model, "pval", None):
         raise InputError("p-elements (PVAL) are not read", where=where)
     cards = _cards(model, rows, where)
+    check_partial([model.elements[i] for i in cards.partial], position, rows, where)
     return _integrated(model, cards, _groups(cards, position, to_basic), factor)
 
 
@@ -145,6 +148,8 @@ def _groups(cards: _Cards, position: FloatArray, to_basic: ToBasic) -> list[_Gro
         shape = shape_of(card, int(count))
         if shape is None and card == "CPYRAM":
             at, shape = at[:, _PYRAMID_AS_BRICK], CARDS["CHEXA"][0]
+        if shape is not None:
+            check_midside(members, shape, position[at], where)
         spread: Spread | None
         if shape is None:
             if card not in _MASSLESS and card != "CBUSH":
@@ -171,9 +176,16 @@ def _integrated(model: Any, cards: _Cards, groups: list[_Group], factor: float) 
     for group in groups:
         if group.spread is not None and group.shape is not None:
             s = group.spread
-            measure[group.place], mass[group.place] = contents(
+            measure[group.place], mass[group.place], tangled = contents(
                 group.shape, group.position + s.axis, s.structural + s.nonstructural
             )
+            bad = group.place[tangled & (mass[group.place] != 0.0)]
+            if bad.size:
+                raise PhysicsError(
+                    f"{bad.size} {group.card} with a Jacobian that changes its sign: {cards.id[bad[0]]}",
+                    where=cards.where,
+                    hint="are the grids of the card, and its lines, in order?",
+                )
     pids = [int(e.pid) if getattr(e, "pid", None) is not None else 0 for e in cards.element]
     property_id = np.array(pids, dtype=np.int64)
     property_type = [_property_type(e) for e in cards.element]

@@ -73,6 +73,8 @@ def line_spread(elements: Sequence[Any], position: FloatArray, to_basic: ToBasic
 
 def _conrod(element: Any, where: str) -> _Line:
     density = density_of(element.mid_ref, f"CONROD {element.eid}", where)
+    if float(element.A) < 0.0:
+        raise InputError(f"CONROD {element.eid}: a section of {float(element.A):.4g} is negative", where=where)
     return _even(density, float(element.A), float(element.nsm or 0.0))
 
 

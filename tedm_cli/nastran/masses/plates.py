@@ -55,6 +55,9 @@ def plate_spread(elements: Sequence[Any], shape: Shape, position: FloatArray, wh
             if any(t is not None for t in corners):
                 thickness[i] = _at_nodes(element, corners, plate.thickness, shape)
                 structural[i] = plate.density * thickness[i]
+                if thickness[i].min() < 0.0:
+                    fact = f"a thickness of {thickness[i].min():.4g} is negative"
+                    raise InputError(f"{element.type} {element.eid}: {fact}", where=where)
             if plate.density and not thickness[i].all():
                 raise InputError(f"{element.type} {element.eid}: has no thickness in places", where=where)
     lever = np.zeros((len(elements), shape.nodes, 3))

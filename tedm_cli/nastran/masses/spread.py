@@ -37,4 +37,6 @@ def density_of(material: Any, what: str, where: str) -> float:
         return 0.0
     if material.type == "MAT10":
         raise InputError(f"{what}: fluids (MAT10) are not read", where=where, hint="leave the fluid out of the deck")
+    if material.type in ("MAT4", "MAT5"):
+        raise InputError(f"{what}: {material.type} {material.mid} is a material of heat transfer alone", where=where)
     return float(getattr(material, "rho", 0.0) or 0.0)

@@ -11,9 +11,12 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import LoadCase
+from tedm_cli.nastran.control_words import LOADS, NOT_LINEAR, read_statements, refuse_missing_equals
+from tedm_cli.nastran.deck_lines import read_head
+from tedm_cli.nastran.unit_load_control import check_parameters
 
 # Case control that selects a load, a constraint or a matrix that is not modelled.
-_REFUSED = ("LOAD", "CLOAD", "DEFORM", "SUPORT1", "K2GG", "P2G", "NLPARM", "NONLINEAR")
+_REFUSED = (*LOADS, *NOT_LINEAR, "SUPORT1", "SUPORT", "K2GG", "BGSET")
 _REFUSED_SUBCASES = ("SUBCOM", "SUBSEQ", "SYM", "SYMCOM", "REPCASE")
 
 
@@ -41,6 +44,9 @@ def selected_sets(model: Any, path: Path) -> SelectedSets:
         subcases, and subcases whose constraints or initial temperatures differ.
     """
     where = str(path)
+    statements = read_statements(read_head(path).control)
+    refuse_missing_equals(statements)
+    check_parameters(model, statements, where)
     if model.sol != 101:
         raise InputError(f"SOL {model.sol} is not the linear static solution SOL 101", where=where)
     for line in model.case_control_deck.lines:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.card_names import WITHOUT_INFLUENCE
 from tedm_cli.nastran.structure.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
 from tedm_cli.nastran.structure.solids import count_refused_solids
 
@@ -31,9 +32,13 @@ _MODELLED = {
     "TEMP",
     "TEMPD",
 }
-# Cards without influence on static thermal displacements: masses, plotting, sets, and loads that no subcase selects (a
-# selection is refused).
+# Cards without influence on static thermal displacements: masses, plotting, sets, other solutions, and loads that no
+# subcase selects (a selection is refused).
 _WITHOUT_INFLUENCE = {
+    *WITHOUT_INFLUENCE,
+    *("FREQ", "FREQ1", "FREQ2", "FREQ3", "FREQ4", "FREQ5", "TABDMP1", "TSTEP", "EIGB", "EIGC", "DTI", "MONPNT1"),
+    *("DLOAD", "RLOAD1", "RLOAD2", "TLOAD1", "TLOAD2", "DAREA", "DELAY", "DPHASE", "TABLED1", "TABLED2", "TABLED3"),
+    *("TABLED4", "TABRND1", "RANDPS", "RANDT1", "DESVAR", "DRESP1", "DRESP2", "DCONSTR", "DOPTPRM"),
     *("ENDDATA", "PARAM", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
     *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "PMASS", "NSM", "NSM1", "NSML", "NSML1", "NSMADD"),
     *("LOAD", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4"),

@@ -12,6 +12,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.fem.elasticity import isotropic_stiffness, orthotropic_stiffness, rotated
 from tedm_cli.fem.shapes import corner_count
 from tedm_cli.fem.structure import SolidBlock, SolidMaterials
+from tedm_cli.nastran.plausible import anisotropic_stiffness
 from tedm_cli.nastran.structure.references import CardReferences
 
 SOLID_CARDS = ("CHEXA", "CPENTA", "CTETRA")
@@ -126,11 +127,7 @@ def _material(model: Any, references: CardReferences, pid: int) -> tuple[FloatAr
 def _anisotropic(card: Any, references: CardReferences) -> tuple[FloatArray, FloatArray]:
     """Stiffness [6, 6] and expansion [6] of a MAT9 or MAT11 in its own axes."""
     if card.type == "MAT9":
-        upper = np.zeros((6, 6))
-        for i in range(6):
-            for j in range(i, 6):
-                upper[i, j] = getattr(card, f"G{i + 1}{j + 1}")
-        return upper + np.triu(upper, 1).T, np.array(card.A, dtype=np.float64)
+        return anisotropic_stiffness(card), np.array(card.A, dtype=np.float64)
     young, shear = np.array([card.e1, card.e2, card.e3]), np.array([card.g12, card.g13, card.g23])
     if not (young.min() > 0.0 and shear.min() > 0.0):
         raise InputError(f"MAT11 {card.mid}: E1, E2, E3, G12, G13 and G23 must be positive", where=references.where)

@@ -17,6 +17,7 @@ from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
 from tedm_cli.noise.differences import no_output
+from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
 
 CASES = "cases.toml"
 
@@ -76,7 +77,8 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
 def _describe(file: Reader, case_id: str, o: int, label: str, bound: str, folder: Path) -> Extremal:
     frequency = float(file.array("/contribution/frequency")[o])
     f = int(np.abs(file.array("/frequency") - frequency).argmin())
-    amplitude, of_case = (float(np.sqrt(file.array(name)[f])) for name in (f"/bounds/{bound}/{label}", f"/psd/{label}"))
+    psds = read_bound(file, bound, [label])[0], read_psd(file, [label])[0]
+    amplitude, of_case = (float(np.sqrt(psd[f])) for psd in psds)
     unit = file.strings("/output/unit")[o]
     name = f"{label}_{bound}"
     return Extremal(folder / f"{name}.csv", f"{case_id}_{name}", label, bound, frequency, amplitude, of_case, unit)
@@ -87,11 +89,9 @@ def _matrix(file: Reader, o: int, bound: str, frequency_hz: float) -> FloatArray
     vectors = file.array(f"/extremal/{bound}")[o]
     if not bound.startswith("known_blocks"):
         return extremal_matrix(vectors)
-    matrix = file.array("/correlation/real").astype(np.complex128)
-    if file.has("/correlation/imaginary"):
-        matrix += 1j * file.array("/correlation/imaginary")
-    inside = matrix_at(matrix, file.array("/correlation/delay"), frequency_hz)
-    return extremal_matrix(vectors, file.array("/case/block"), inside)
+    found = read_correlation(file)
+    inside = matrix_at(found.matrix.astype(np.complex128), found.delay_s, frequency_hz)
+    return extremal_matrix(vectors, found.block, inside)
 
 
 def _case_text(e: Extremal, case_id: str) -> str:

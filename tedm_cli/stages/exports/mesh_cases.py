@@ -14,6 +14,8 @@ from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.contributions import share_weights
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.case_file import read_case, read_correlation
 from tedm_cli.stages.common import known_name
 
 
@@ -32,12 +34,11 @@ def worst_of_cases(paths: Sequence[Path]) -> Worst | None:
     found: list[Worst] = []
     for path in paths:
         with open_checked(path, CASE) as file:
-            ratio = file.array("/verdict/ratio")
-            if len(ratio):
-                output = file.strings("/verdict/output")[int(ratio.argmax())]
-                share = file.array("/contribution/share")[file.strings("/output/label").index(output)]
-                area = file.strings("/area/name")[int(np.abs(share).argmax())]
-                found.append(Worst(file.string("/case/id"), output, area, float(ratio.max())))
+            case, areas = read_case(file), read_areas(file)
+            if case.judged:
+                worst = max(case.judged, key=lambda j: j.ratio)
+                area = str(areas.name[np.abs(worst.share).argmax()])
+                found.append(Worst(case.id, worst.output, area, worst.ratio))
     return max(found, key=lambda w: w.ratio, default=None)
 
 
@@ -73,8 +74,5 @@ def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, f
     frequency = file.array("/frequency")
     at = int(np.abs(np.log(frequency / file.array("/contribution/frequency")[o])).argmin())
     amplitude = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
-    R = file.array("/correlation/real")
-    if file.has("/correlation/imaginary"):
-        R = R + 1j * file.array("/correlation/imaginary")
-    hz = float(frequency[at])
-    return share_weights(g, amplitude, R, file.array("/correlation/delay"), hz), hz
+    hz, found = float(frequency[at]), read_correlation(file)
+    return share_weights(g, amplitude, found.matrix, found.delay_s, hz), hz

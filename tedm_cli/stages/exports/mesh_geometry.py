@@ -44,9 +44,9 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
     type_names = sorted(set(types), key=lambda name: (name == OPTICAL, name))
     number = {name: i for i, name in enumerate(type_names)}
 
-    def column(name: str, concentrated: AnyArray | float, other: AnyArray | float) -> AnyArray:
+    def column(path: str, concentrated: AnyArray | float, other: AnyArray | float) -> AnyArray:
         parts = [np.broadcast_to(concentrated, len(heavy)), np.broadcast_to(other, len(grid))]
-        return np.concatenate([unit.array(f"/element/{name}")[row], *parts])
+        return np.concatenate([unit.array(path)[row], *parts])
 
     ids = unit.array("/grid/id")
     label, (groups, group_of) = _area_of_grids(unit), _groups(unit)
@@ -55,20 +55,29 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
     on_cells = [
         MeshArray(
             "element_id",
-            column("id", unit.array("/mass/concentrated_id"), ids[grid]),
+            column("/element/id", unit.array("/mass/concentrated_id"), ids[grid]),
             "1",
             "Nastran element id; of optical elements the id of their grid",
         ),
         MeshArray("element_type", np.array([number[t] for t in types]), "1", "Nastran card"),
-        MeshArray("property_id", column("property_id", 0, 0), "1", "Nastran property id; 0: none"),
+        MeshArray("property_id", column("/element/property_id", 0, 0), "1", "Nastran property id; 0: none"),
         MeshArray("element_area", area, "1", "thermal area of most of the element's grids; -1: none"),
         MeshArray("element_group", group_of[area], "1", "group of that thermal area; -1: none"),
-        MeshArray("element_mass", column("mass", unit.array("/mass/concentrated"), 0.0), "kg", "mass", total=True),
         MeshArray(
-            "density", column("density", np.nan, np.nan), "kg/m^3", "density of the material; nan: no single one"
+            "element_mass", column("/element/mass", unit.array("/mass/concentrated"), 0.0), "kg", "mass", total=True
         ),
-        MeshArray("expansion", column("expansion", np.nan, np.nan), "1/K", "thermal expansion of the material"),
-        MeshArray("section", column("section", 0.0, 0.0), "m or m^2", "thickness of plates, cross-section of lines"),
+        MeshArray(
+            "density",
+            column("/element/density", np.nan, np.nan),
+            "kg/m^3",
+            "density of the material; nan: no single one",
+        ),
+        MeshArray(
+            "expansion", column("/element/expansion", np.nan, np.nan), "1/K", "thermal expansion of the material"
+        ),
+        MeshArray(
+            "section", column("/element/section", 0.0, 0.0), "m or m^2", "thickness of plates, cross-section of lines"
+        ),
         MeshArray("optical_element", which, "1", "optical element; -1: none"),
     ]
     on_points = [

@@ -15,8 +15,8 @@ from tedm_cli.files.build_folder import OPTICS, SENSITIVITY, require_input
 from tedm_cli.files.provenance import InputFile
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.differences import terms
-from tedm_cli.optics.layout import N_MOTIONS
-from tedm_cli.optics.shares import motion_terms
+from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_read_outs
+from tedm_cli.results.self_gravity import read_self_gravity
 from tedm_cli.stages.common import known_name
 
 _SUM = 1e-9  # of the sum of the terms' sizes: sums of float64 agree far better, other files do not
@@ -75,10 +75,10 @@ def output_labels(build_dir: Path) -> list[str]:
     found: list[str] = []
     if (build_dir / SENSITIVITY).exists():
         with open_checked(build_dir / SENSITIVITY, SENSITIVITY_KIND) as file:
-            found += file.strings("/row/label")
+            found += read_self_gravity(file).label
     if (build_dir / OPTICS).exists():
         with open_checked(build_dir / OPTICS, OPTICS_KIND) as file:
-            found += [f"{s}_{label}" for s in file.strings("/set/name") for label in file.strings("/label/read_out")]
+            found += read_read_outs(file).names
     return found
 
 
@@ -109,30 +109,21 @@ def _single(build_dir: Path, label: str, distortion: Reader, distortion_file: In
     path = build_dir / SENSITIVITY
     if path.exists():
         with open_checked(path, SENSITIVITY_KIND) as file:
-            labels = file.strings("/row/label")
-            if label in labels:
+            gravity = read_self_gravity(file)
+            if label in gravity.label:
                 require_input(file, distortion_file)
-                row = labels.index(label)
-                return Output(
-                    label, file.strings("/row/unit")[row].removesuffix("/K"), file.array("/S")[row], ((1.0, row),)
-                )
+                row = gravity.label.index(label)
+                return Output(label, gravity.unit[row].removesuffix("/K"), gravity.S[row], ((1.0, row),))
     with open_checked(build_dir / OPTICS, OPTICS_KIND) as file:
         require_input(file, distortion_file)
-        names, reads = file.strings("/set/name"), file.strings("/label/read_out")
-        chosen, row = next((s, i) for s in names for i, read in enumerate(reads) if f"{s}_{read}" == label)
-        return _read_out(file, label, chosen, row, distortion.strings("/optical/name"))
+        return _read_out(read_read_outs(file), label, read_bench_motion(distortion).element)
 
 
-def _read_out(file: Reader, label: str, chosen: str, row: int, optical: list[str]) -> Output:
-    by_motion = motion_terms(file.array(f"/gain/{chosen}")[[row]], file.array("/motion"))[0]
-    by_element = by_motion.reshape(-1, N_MOTIONS, by_motion.shape[1]).sum(axis=1)
-    place = {name: i for i, name in enumerate(file.strings("/element/name"))}
-    on_grid = [place[name] for name in optical]
+def _read_out(r: ReadOuts, label: str, optical: list[str]) -> Output:
+    """The read-out called `label`; `optical` names the elements that ride on grids."""
+    number, row = divmod(r.names.index(label), len(r.label))
+    chosen = r.sets[number]
+    by_element = r.by_element(chosen)[row]
+    on_grid = [r.element.index(name) for name in optical]
     others = np.delete(by_element, on_grid, axis=0)
-    return Output(
-        label,
-        file.strings("/label/read_out_unit")[row],
-        file.array(f"/N/{chosen}")[row],
-        elements=by_element[on_grid],
-        elsewhere=others.sum(axis=0),
-    )
+    return Output(label, r.unit[row], r.N[chosen][row], elements=by_element[on_grid], elsewhere=others.sum(axis=0))

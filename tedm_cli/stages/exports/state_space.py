@@ -25,6 +25,7 @@ from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.build_folder import require_current
+from tedm_cli.results.case_file import read_psd
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.stages.exports.case import destination
 
@@ -154,7 +155,7 @@ def _stored(inputs: _Inputs, case_id: str, path: Path) -> FloatArray:
     with open_checked(path, CASE) as stored:
         sources = [inputs.project.build_dir / name for name in (SENSITIVITY, OPTICS)]
         require_current(stored, case_id, input_files(sources), inputs.file)
-        return np.array([stored.array(f"/psd/{label}") for label in inputs.outputs.labels])
+        return read_psd(stored, inputs.outputs.labels)
 
 
 def _deviation(psd: FloatArray, wanted: FloatArray) -> float:

@@ -112,7 +112,7 @@ def _plane(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     return grid_x, grid_y
 
 
-def _quadrature(project: Project, config: ModelConfig, number: str) -> Study:
+def _quadrature(config: ModelConfig, number: str) -> Study:
     from tedm_cli.figures.accuracy import Isolines
 
     tm = config.test_masses()[0]
@@ -149,7 +149,7 @@ def _quadrature(project: Project, config: ModelConfig, number: str) -> Study:
     )
 
 
-def _collapse(project: Project, config: ModelConfig, number: str) -> Study:
+def _collapse(config: ModelConfig, number: str) -> Study:
     from tedm_cli.figures.accuracy import Isolines
 
     tm = config.test_masses()[0]
@@ -188,7 +188,7 @@ def _collapse(project: Project, config: ModelConfig, number: str) -> Study:
     )
 
 
-def _linearisation(project: Project, config: ModelConfig, number: str) -> Study:
+def _linearisation(config: ModelConfig, number: str) -> Study:
     from tedm_cli.figures.accuracy import Isolines
 
     tm = config.test_masses()[0]
@@ -271,9 +271,9 @@ def _compensation_mesh(project: Project, config: ModelConfig, number: str) -> St
 
 STUDIES: dict[str, Callable[[Project, ModelConfig], Study]] = {
     "6.4": lambda project, config: _compensation_mesh(project, config, "6.4"),
-    "7.2": lambda project, config: _quadrature(project, config, "7.2"),
-    "7.3": lambda project, config: _collapse(project, config, "7.3"),
-    "7.8": lambda project, config: _quadrature(project, config, "7.8"),
-    "7.9": lambda project, config: _collapse(project, config, "7.9"),
-    "8.1": lambda project, config: _linearisation(project, config, "8.1"),
+    "7.2": lambda _project, config: _quadrature(config, "7.2"),
+    "7.3": lambda _project, config: _collapse(config, "7.3"),
+    "7.8": lambda _project, config: _quadrature(config, "7.8"),
+    "7.9": lambda _project, config: _collapse(config, "7.9"),
+    "8.1": lambda _project, config: _linearisation(config, "8.1"),
 }

@@ -24,7 +24,7 @@ from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import SelfGravity, self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units
-from tedm_cli.gravity.requirements import AT_REST_UNITS, DcVerdict, dc_quantities, judge_at_rest
+from tedm_cli.gravity.requirements import DcVerdict, dc_quantities, judge_at_rest
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
@@ -35,7 +35,6 @@ from tedm_cli.threads import side_by_side
 
 STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
 BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")
-STIFFNESS = ("gamma_lin", "omega_lin", "gamma_ang", "omega_ang")
 
 
 @dataclass(frozen=True)
@@ -121,14 +120,17 @@ def _build(
     writer.write("/source/quadrature_error", np.array(sources.error).T)
     writer.write("/source/points", np.array(sources.points).T)
     writer.write("/source/mass_model", model)
-    for name in ("acceleration", "angular_acceleration"):
-        writer.write(f"/dc/{name}", sources.stack(name))
-    for name in STIFFNESS:
-        writer.write(f"/stiffness/{name}", sources.stack(name))
+    writer.write("/dc/acceleration", sources.stack("acceleration"))
+    writer.write("/dc/angular_acceleration", sources.stack("angular_acceleration"))
+    writer.write("/stiffness/gamma_lin", sources.stack("gamma_lin"))
+    writer.write("/stiffness/omega_lin", sources.stack("omega_lin"))
+    writer.write("/stiffness/gamma_ang", sources.stack("gamma_ang"))
+    writer.write("/stiffness/omega_ang", sources.stack("omega_ang"))
     _write_motion(writer, test_masses, sources, mutual)
     by_area = _by_area(unit, found)
-    for name, value in by_area.items():
-        writer.write(f"/area_contribution/{name}", value)
+    writer.write("/area_contribution/acceleration", by_area["acceleration"])
+    writer.write("/area_contribution/angular_acceleration", by_area["angular_acceleration"])
+    writer.write("/area_contribution/gamma_lin", by_area["gamma_lin"])
     verdicts = _verdicts(test_masses, sources, by_area, distortion.strings("/area/group"), config)
     _write_verdicts(writer, verdicts)
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
@@ -249,10 +251,12 @@ def _verdicts(
 
 
 def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
-    for name in ("test_mass", "quantity", "subsystem"):
-        writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts])
-    writer.write("/dc_verdict/unit", [AT_REST_UNITS[v.quantity] for v in verdicts])
-    for name in ("value", "lower", "upper"):
-        writer.write(f"/dc_verdict/{name}", [getattr(v, name) for v in verdicts], units="see /dc_verdict/unit")
+    writer.write("/dc_verdict/test_mass", [v.test_mass for v in verdicts])
+    writer.write("/dc_verdict/quantity", [v.quantity for v in verdicts])
+    writer.write("/dc_verdict/subsystem", [v.subsystem for v in verdicts])
+    writer.write("/dc_verdict/unit", [v.unit for v in verdicts])
+    writer.write("/dc_verdict/value", [v.value for v in verdicts], units="see /dc_verdict/unit")
+    writer.write("/dc_verdict/lower", [v.lower for v in verdicts], units="see /dc_verdict/unit")
+    writer.write("/dc_verdict/upper", [v.upper for v in verdicts], units="see /dc_verdict/unit")
     writer.write("/dc_verdict/ratio", [v.ratio for v in verdicts])
     writer.write("/dc_verdict/passed", [int(v.passed) for v in verdicts])

@@ -20,7 +20,7 @@ from tedm_cli.errors import UsageError
 from tedm_cli.files.provenance import sha256_of
 from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
-from tedm_cli.nastran.reading import deck_files, read_deck
+from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.nastran.unit_loads import deck_unit_loads
 from tedm_cli.noise.areas import AreaTable
 
@@ -31,7 +31,8 @@ FORMATS = (".svg", ".png")
 class AreaSummary:
     """The areas of a deck.
 
-    source : the deck; origin : what says the areas. grids, mass_kg [k]; centroid_m [k,3], mean of the grids.
+    source : the deck; origin : what says the areas; notes : what of the deck was not read.
+    grids, mass_kg [k]; centroid_m [k,3], mean of the grids.
     """
 
     source: Path
@@ -43,6 +44,7 @@ class AreaSummary:
     centroid_m: FloatArray
     structural: int
     total_kg: float
+    notes: list[str]
 
     @property
     def is_partition(self) -> bool:
@@ -77,7 +79,7 @@ class AreaSummary:
             "shared_grids": [
                 {"area": o.area, "stay_with": o.earlier, "grids": o.grids.tolist()} for o in self.found.overlaps
             ],
-            "notes": self.found.notes,
+            "notes": [*self.found.notes, *self.notes],
         }
 
 
@@ -92,7 +94,7 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
     defined = defines_areas(config)
     bdf = config.model.bdf if defined else None
     source = project.resolve(bdf if bdf is not None else config.model.deck)
-    model = read_deck(source)
+    model = read_deck(source, allow_missing_enddata=config.model.allow_missing_enddata)
     geometry = model_geometry(model, deck_files(model, source))
     if defined:
         found = configured_areas(project, config, model, geometry)
@@ -106,7 +108,7 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
         loads = deck_unit_loads(model, geometry, config.model.uniform_label).areas
         found = AreaGrids({a.label: geometry.grid_id[a.rows] for a in loads}, [], np.zeros(0, dtype=np.int64), [], [])
         origin = "its TEMP cards"
-    done = _summary(project, config, source, origin, found, geometry)
+    done = _summary(project, config, source, origin, found, geometry, passed_over(model))
     if figure is not None:
         _draw(figure, project, config, done, geometry)
     if output is not None and done.is_partition:
@@ -116,7 +118,13 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
 
 
 def _summary(
-    project: Project, config: ModelConfig, source: Path, origin: str, found: AreaGrids, geometry: ModelGeometry
+    project: Project,
+    config: ModelConfig,
+    source: Path,
+    origin: str,
+    found: AreaGrids,
+    geometry: ModelGeometry,
+    notes: list[str],
 ) -> AreaSummary:
     rows = [np.searchsorted(geometry.grid_id, ids) for ids in found.areas.values()]
     centroid = np.array([geometry.position_m[r].mean(axis=0) for r in rows])
@@ -130,6 +138,7 @@ def _summary(
         centroid_m=centroid,
         structural=int(geometry.structural.sum()),
         total_kg=geometry.total_kg,
+        notes=notes,
     )
 
 

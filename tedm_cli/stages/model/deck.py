@@ -38,7 +38,13 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
     if not bdf.is_file():
         raise InputError("no such model", where=str(bdf), hint="correct model.bdf")
     with replacing(out) as temporary:
-        source = read_source(bdf, temporary, table.constraints_of_subcase, cross_reference=config.areas.has_boxes())
+        source = read_source(
+            bdf,
+            temporary,
+            table.constraints_of_subcase,
+            cross_reference=config.areas.has_boxes(),
+            allow_missing_enddata=table.allow_missing_enddata,
+        )
         if out.resolve() in [f.resolve() for f in source.sections.files]:
             raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
         areas = configured_areas(project, config, source.model, source.grids)

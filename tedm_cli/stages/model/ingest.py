@@ -16,7 +16,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS as KIND
-from tedm_cli.errors import ConfigError
+from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.blocks import PrecisionLossError
 from tedm_cli.files.build_folder import UNIT_LOADS, provenance
 from tedm_cli.files.store import Writer, create
@@ -25,7 +25,8 @@ from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
 from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.fortran_records import require_records
-from tedm_cli.nastran.reading import deck_files, read_deck
+from tedm_cli.nastran.plausible import is_mass_tensor
+from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.progress import Step
@@ -42,6 +43,7 @@ class IngestSummary:
     masses: MassSummary
     has_uniform: bool
     partial: list[int]
+    notes: list[str]
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     results = [project.resolve(p) for p in config.model.op2]
     for path in results:
         require_records(path)
-    model = read_deck(deck)
+    model = read_deck(deck, allow_missing_enddata=config.model.allow_missing_enddata)
     files = deck_files(model, deck)
     listed = area_csv(project, config)
     trace = provenance([config_file], [*files, *([listed] if listed else []), *results])
@@ -93,8 +95,10 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
             _write_areas(writer, geometry, areas, centroids)
-            for column in ("name", "group", "shield", "side"):
-                writer.write(f"/area/{column}", [str(v) for v in getattr(table, column)])
+            writer.write("/area/name", table.name)
+            writer.write("/area/group", table.group)
+            writer.write("/area/shield", table.shield)
+            writer.write("/area/side", table.side)
             write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
 
     try:
@@ -109,6 +113,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         masses,
         loads.uniform is not None,
         geometry.elements.partial,
+        passed_over(model),
     )
 
 
@@ -145,9 +150,17 @@ def _masses(
     wtmass = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
     tables = check_weight_tables(results, whole, wtmass)
     geometry, removed = without_test_masses(whole, config, where)
+    properties = properties_of(geometry)
+    if not is_mass_tensor(properties.inertia_kg_m2):
+        values = ", ".join(f"{v:.4g}" for v in np.linalg.eigvalsh(properties.inertia_kg_m2))
+        raise PhysicsError(
+            f"its inertia is that of no body: {values} kg m2 about the principal axes",
+            where=str(files[0]),
+            hint="are concentrated or non-structural masses negative?",
+        )
     names = [t.name for t in config.test_mass]
     parts = {name: kg for name, kg in zip(names, removed.tolist(), strict=True) if kg}
-    return geometry, MassSummary(properties_of(geometry), sample, [t.file for t in tables], parts)
+    return geometry, MassSummary(properties, sample, [t.file for t in tables], parts)
 
 
 def _check_subcase_table(table: Mapping[str, int], labels: Sequence[str], *, where: str) -> None:

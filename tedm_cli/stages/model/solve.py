@@ -8,14 +8,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model import ModelTable, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import SolidBlock
 from tedm_cli.nastran.op2.writer import write_op2
+from tedm_cli.nastran.reading import passed_over, read_deck
 from tedm_cli.nastran.run import run_nastran
-from tedm_cli.nastran.structure.deck import read_solver_deck
+from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.progress import Step
 
 
@@ -32,6 +33,7 @@ class SolveReport:
         None where they all have them.
     linear_tetrahedra : number of tetrahedra of four grids.
     peak_bytes : largest memory that the process has held.
+    notes : what of the deck was not read.
     """
 
     n_grids: int
@@ -42,9 +44,12 @@ class SolveReport:
     linear_tetrahedra: int
     peak_bytes: int
     static: StaticReport
+    notes: list[str]
 
 
-def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveReport:
+def solve_deck(
+    deck: Path, op2: Path, progress: Step | None = None, *, allow_missing_enddata: bool = False
+) -> SolveReport:
     """Read `deck`, solve its subcases and write `op2`.
 
     Parameters
@@ -60,7 +65,8 @@ def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveRepo
     PhysicsError
         If the structure is not held or the solution is not accurate.
     """
-    structure, cases = read_solver_deck(deck)
+    model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata)
+    structure, cases = solver_structure(model, deck)
     labels = {case.id: case.label for case in cases}
     solution = StaticSolution(structure, progress=progress)
     motions = solution.solve(cases)
@@ -84,6 +90,7 @@ def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveRepo
         linear_tetrahedra=solids.get("CTETRA4", 0),
         peak_bytes=_peak_bytes(),
         static=solution.report,
+        notes=passed_over(model),
     )
 
 
@@ -105,8 +112,8 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
     ConfigError
         If the configuration names several result files: a run makes one.
     """
-    deck, out = _deck_and_op2(project, output)
-    return out, solve_deck(deck, out, step)
+    deck, out, table = _deck_and_op2(project, output)
+    return out, solve_deck(deck, out, step, allow_missing_enddata=table.allow_missing_enddata)
 
 
 def solve_elsewhere(
@@ -118,13 +125,13 @@ def solve_elsewhere(
     -------
     The OP2 and the number of its subcases. Raises what `solve` and `run_nastran` do.
     """
-    deck, out = _deck_and_op2(project, output)
-    return out, run_nastran(command, deck, out, say)
+    deck, out, table = _deck_and_op2(project, output)
+    return out, run_nastran(command, deck, out, say, allow_missing_enddata=table.allow_missing_enddata)
 
 
-def _deck_and_op2(project: Project, output: Path | None) -> tuple[Path, Path]:
+def _deck_and_op2(project: Project, output: Path | None) -> tuple[Path, Path, ModelTable]:
     file, config = load_model(project.model)
     if output is None and len(config.model.op2) != 1:
         raise ConfigError([("model.op2", "names several files, a run makes one")], where=str(file.path))
     out = output if output is not None else project.resolve(config.model.op2[0])
-    return project.resolve(config.model.deck), out
+    return project.resolve(config.model.deck), out, config.model

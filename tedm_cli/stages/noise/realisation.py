@@ -115,7 +115,9 @@ def read_realisation(path: Path) -> Realised | None:
         if not file.has("/realisation/psd"):
             return None
         estimate = Estimate(
-            *(file.array(f"/realisation/{name}") for name in ("frequency", "psd", "degrees_of_freedom"))
+            file.array("/realisation/frequency"),
+            file.array("/realisation/psd"),
+            file.array("/realisation/degrees_of_freedom"),
         )
         return Realised(
             estimate,

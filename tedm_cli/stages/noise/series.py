@@ -33,6 +33,7 @@ from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
+from tedm_cli.results.areas import write_areas
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.stages.noise.log_spectrum import log_estimate, require_speckit
 from tedm_cli.tables.wide_table import WideTable, open_wide
@@ -305,9 +306,7 @@ def _treatment(table: SeriesTable) -> str:
 
 
 def _write(writer: Writer, r: SeriesResult, outputs: ModelOutputs, column: list[str]) -> None:
-    writer.write("/area/id", outputs.area_id)
-    for name in ("name", "group", "shield", "side"):
-        writer.write(f"/area/{name}", [str(v) for v in getattr(outputs.areas, name)])
+    write_areas(writer, outputs.areas, outputs.area_id)
     writer.write("/temperature/column", column)
     writer.write("/temperature/source", f"{r.name}: {r.source.name}")
     writer.write("/temperature/treatment", r.treatment)

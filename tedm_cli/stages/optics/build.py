@@ -20,6 +20,7 @@ from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, re
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.optics.matrix_checks import BlockDifference, Judged
 from tedm_cli.optics.sensitivity import reference_offsets
+from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.stages.common import copy_areas, out_path
 from tedm_cli.stages.optics.layout import refuse_failures
 from tedm_cli.stages.optics.matrices import optical_matrices
@@ -51,18 +52,18 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         create(out, KIND, provenance([config.file], [source, *config.matrices])) as writer,
     ):
         names = [e.name for e in layout.bench]
-        if distortion.strings("/optical/name") != names:
+        bench = read_bench_motion(distortion)
+        if bench.element != names:
             raise InputError(
                 "holds other optical elements than the layout",
                 where=str(source),
                 hint="rebuild it with `tedm build-distortion`",
             )
-        position = distortion.array("/optical/position")
-        motion = np.concatenate([distortion.array("/D_opt/translation"), distortion.array("/D_opt/rotation")], axis=2)
+        position = bench.position_m
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged
         face = face_motion(layout, distortion.strings("/area/name"))
-        chain = optics_chain(layout, matrix, motion, position, face, matrices.P)
+        chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
         inputs, outputs, laser, read_out = (
@@ -79,9 +80,11 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write("/rigid_motion", chain.rigid.motion, units="m/K or rad/K, see /label/element_dof")
         writer.write("/common_mode/motion", chain.rigid.amplitude, units="m/K (three), rad/K (three)")
         writer.write("/common_mode/about", chain.rigid.about)
+        per_kelvin = "m/K or rad/K, see /label/read_out_unit"
         for read in chain.sets:
-            for part, per_kelvin in (("N", read.N), ("N_rigid", read.N_rigid), ("N_distortion", read.N_distortion)):
-                writer.write(f"/{part}/{read.name}", per_kelvin, units="m/K or rad/K, see /label/read_out_unit")
+            writer.write(f"/N/{read.name}", read.N, units=per_kelvin)
+            writer.write(f"/N_rigid/{read.name}", read.N_rigid, units=per_kelvin)
+            writer.write(f"/N_distortion/{read.name}", read.N_distortion, units=per_kelvin)
             writer.write(f"/inverse/{read.name}", read.inverse, units="m or rad per m or rad, see /label")
             writer.write(f"/gain/{read.name}", read.gain, units="m or rad per m or rad, see /label")
         writer.write("/label/ray_output", outputs.names)

@@ -13,9 +13,10 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS as KIND
 from tedm_cli.errors import UsageError
 from tedm_cli.files.build_folder import OPTICS
-from tedm_cli.files.store import Reader, open_checked
-from tedm_cli.optics.layout import N_OUTPUTS
+from tedm_cli.files.store import open_checked
 from tedm_cli.optics.shares import SetComparison, beam_terms, compare_sets, motion_terms, shares
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.optics import Beams, ReadOuts, read_beams, read_quality, read_read_outs
 from tedm_cli.stages.common import known_name
 
 UNIFORM = "uniform"
@@ -87,10 +88,11 @@ def explain(
     """
     path = project.build_dir / OPTICS
     with open_checked(path, KIND) as file:
-        sets, names = file.strings("/set/name"), file.strings("/label/read_out")
+        r, condition = read_read_outs(file), read_quality(file).condition
+        sets, names = r.sets, r.label
         chosen = known_name("set", set_name, sets) if set_name is not None else sets[0]
         wanted = [known_name("read-out", read_out, names)] if read_out is not None else names
-        areas = file.strings("/area/name")
+        areas = read_areas(file).name.tolist()
         if uniform and area is not None:
             raise UsageError("--area and --uniform ask for different loads", hint="give one of them")
         load = UNIFORM if uniform else "" if area is None else known_name("area", area, areas)
@@ -98,59 +100,61 @@ def explain(
             columns = np.ones((len(areas), 1))
         else:
             columns = np.eye(len(areas)) if area is None else np.eye(len(areas))[:, [areas.index(load)]]
-        read_outs = _explained(file, chosen, wanted, columns, [load] if load else areas, distortion_only)
-        N = {name: file.array(f"/N/{name}") for name in sets}
+        read_outs = _explained(
+            r, read_beams(file, chosen), chosen, wanted, columns, [load] if load else areas, distortion_only
+        )
         pairs = [(a, b) for i, a in enumerate(sets) for b in sets[i + 1 :]]
         return Explanation(
             path,
             chosen,
-            float(file.array("/set/condition")[sets.index(chosen)]),
+            condition[chosen],
             tuple(areas),
             load,
             distortion_only,
             tuple(read_outs),
             tuple(names),
-            tuple(file.strings("/label/read_out_unit")),
-            tuple(compare_sets(a, N[a], b, N[b]) for a, b in pairs),
+            tuple(r.unit),
+            tuple(compare_sets(a, r.N[a], b, r.N[b]) for a, b in pairs),
         )
 
 
 def _explained(
-    file: Reader, set_name: str, wanted: Sequence[str], columns: FloatArray, loads: Sequence[str], distortion_only: bool
+    r: ReadOuts,
+    beams: Beams,
+    set_name: str,
+    wanted: Sequence[str],
+    columns: FloatArray,
+    loads: Sequence[str],
+    distortion_only: bool,
 ) -> list[ReadOutExplained]:
     """Of every wanted read-out; `columns` [k, n] turns areas into the loads asked for."""
-    names, units = file.strings("/label/read_out"), file.strings("/label/read_out_unit")
-    motion, rigid = file.array("/motion") @ columns, file.array("/rigid_motion") @ columns
-    gain, inverse = file.array(f"/gain/{set_name}"), file.array(f"/inverse/{set_name}")
+    motion, rigid = r.motion @ columns, r.rigid_motion @ columns
+    gain = r.gain[set_name]
     if distortion_only:
         motion, rigid = motion - rigid, np.zeros_like(rigid)
     N, N_rigid = gain @ motion, gain @ rigid
-    labels = file.strings("/label/element_dof")
-    elements = [label.rpartition("_")[0] for label in labels]
-    order = list(dict.fromkeys(elements))
-    belongs = np.array([[e == name for e in elements] for name in order], dtype=np.float64)
-    beams = [" ".join(label.rsplit("_", 2)[:2]) for label in file.strings("/label/ray_output")[::N_OUTPUTS]]
     by_motion = motion_terms(gain, motion)
-    by_beam = beam_terms(inverse, file.array("/P"), file.array("/S_BW"), motion)
+    by_element = r.by_motion(set_name, motion).sum(axis=2)
+    by_beam = beam_terms(beams.inverse, beams.P, beams.S_BW, motion)
     out = []
     for label in wanted:
-        r = names.index(label)
-        total = N[r]
+        row = r.label.index(label)
+        total = N[row]
         power = float(total @ total)
         out.append(
             ReadOutExplained(
                 label=label,
-                unit=f"{units[r]}/K",
+                unit=f"{r.unit[row]}/K",
                 size=float(np.sqrt(power)),
                 total=float(total.sum()),
-                rigid_share=float(shares(N_rigid[[r]], total)[0]),
-                rigid_size=float(np.linalg.norm(N_rigid[r])),
-                distortion_size=float(np.linalg.norm(total - N_rigid[r])),
+                rigid_share=float(shares(N_rigid[[row]], total)[0]),
+                rigid_size=float(np.linalg.norm(N_rigid[row])),
+                distortion_size=float(np.linalg.norm(total - N_rigid[row])),
                 value=total,
                 areas=Shares(tuple(loads), total**2 / power if power > 0 else np.zeros(len(total)), np.abs(total)),
-                motions=_shares(labels, by_motion[r], total),
-                elements=_shares(order, belongs @ by_motion[r], total),
-                beams=_shares(beams, by_beam[r], total),
+                motions=_shares(beams.motion, by_motion[row], total),
+                elements=_shares(r.element, by_element[row], total),
+                beams=_shares(beams.label, by_beam[row], total),
             )
         )
     return out

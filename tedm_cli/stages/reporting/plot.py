@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from tedm_cli.config.project import Project
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name
-from tedm_cli.files.store import Reader, replacing
-from tedm_cli.gravity.requirements import MODELLED
+from tedm_cli.files.store import replacing
 from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.progress import Step
-from tedm_cli.results.build_folder import Results, open_results, read_areas, read_case, read_temperature
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.build_folder import Results, open_results
+from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
-from tedm_cli.results.noise import REALISATION_CONFIDENCE, AreaMap, CaseNoise, RestVerdict, kinds_of, quantity
+from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, kinds_of
+from tedm_cli.results.wording import quantity
+from tedm_cli.stages.reporting import draw
 from tedm_cli.stages.reporting.plot_optics import area_specs, optics_specs
 from tedm_cli.stages.reporting.plot_series import series_specs
+
+if TYPE_CHECKING:
+    from tedm_cli.figures.spec import Figure
 
 FIGURES = "figures"
 
@@ -58,8 +64,8 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     all_cases = tuple(f"{i.path.name} {i.sha256}" for i in results.case_files)
     specs: list[FigureSpec] = []
 
-    def add(name: str, section: str, caption: str, sources: tuple[str, ...], draw: Callable[[], Any]) -> None:
-        specs.append(FigureSpec(name, section, caption, sources, draw))
+    def add(name: str, section: str, caption: str, sources: tuple[str, ...], drawn: Callable[[], Figure]) -> None:
+        specs.append(FigureSpec(name, section, caption, sources, drawn))
 
     kinds, ids = kinds_of(cases), [c.id for c in cases]
     if kinds:
@@ -69,7 +75,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             "Ratio of noise to requirement in every case, the safety factor included; grey bars: range of that ratio"
             " over the orders and corners of the temperature filter that were tried.",
             all_cases,
-            lambda: _room("areas").ratios_figure(cases, kinds),
+            partial(draw.ratios, cases, kinds),
         )
     for kind in kinds:
         title = quantity(kind, sorted({j.output for c in cases for j in c.of_kind(kind)}))
@@ -79,7 +85,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             f"All cases: {title}, amplitude spectral density with the safety factor applied."
             f"{_flight_words(cases[0], kind)}",
             all_cases,
-            lambda kind=kind: _room("spectra").overlay_figure(cases, kind),  # type: ignore[misc]
+            partial(draw.overlay, cases, kind),
         )
     for kind in kinds:
         title = quantity(kind, sorted({j.output for c in cases for j in c.of_kind(kind)}))
@@ -90,7 +96,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             " with the largest ratio. Hatched: where the requirement is violated; the light area holds every"
             " correlation of the areas that are active in the case.",
             all_cases,
-            lambda kind=kind: _room("small_multiples").cases_figure(cases, kind),  # type: ignore[misc]
+            partial(draw.each_case, cases, kind),
         )
         add(
             f"certainty_{kind}.svg",
@@ -98,7 +104,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             f"How sure the verdicts on the {title} are: ratio to the requirement of each case, and what it would"
             " be with any correlation between its blocks, any correlation of its areas, and other temperature filters.",
             all_cases,
-            lambda kind=kind: _room("certainty").certainty_figure(cases, kind),  # type: ignore[misc]
+            partial(draw.certainty, cases, kind),
         )
         for case, judged in worth_showing(cases, kind):
             only, which = all_cases[ids.index(case.id)], f"{kind}_{Path(case_file_name(case.id)).stem}"
@@ -107,31 +113,31 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
                 "contributors",
                 f"What the noise of {judged.output} is made of in case {case.id}.",
                 (only,),
-                lambda c=case, j=judged: _room("contributors").contributors_figure(c, j, areas),  # type: ignore[misc]
+                partial(draw.contributors, case, judged, areas),
             )
             add(
-                f"mending_{which}.svg",
-                "mending",
+                f"improvement_{which}.svg",
+                "improvement",
                 f"What would lower the ratio of {judged.output} in case {case.id}. Above: the worst areas improved,"
                 " each the one that helps most after those before it, or the best ones matched. Below: the factor"
                 " on the temperature amplitude of one group, the others unchanged, that just meets the requirement;"
                 " right: the amplitude spectral density assumed at the frequency that binds, times that factor.",
                 (only,),
-                lambda c=case, j=judged: _room("mending").mending_figure(c, j, areas),  # type: ignore[misc]
+                partial(draw.improvement, case, judged),
             )
     add(
         "temperature.svg",
         "all cases",
         f"Temperature noise: {cases[0].temperature}.",
         all_cases[:1],
-        lambda: _room("spectra").temperature_figure(read_temperature(results.cases[0])),
+        partial(draw.temperature, results.cases[0]),
     )
     add(
         "self_gravity_by_area.svg",
         "sensitivity",
         "Self-gravity sensitivity |S_SG| to each thermal area, test mass frames.",
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
-        lambda: _room("areas").map_figure(gravity_maps(results.sensitivity), areas, "Self-gravity sensitivity by area"),
+        partial(draw.self_gravity_by_area, results.sensitivity, areas),
     )
     add(
         "field_at_rest.svg",
@@ -139,7 +145,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         "Field at rest over the limit of its allocation, for the inertial sensor of each test mass (IS), the rest of"
         " the LTP, and both together; theta, eta and phi turn about x, y and z.",
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
-        lambda: _room("at_rest").at_rest_figure(rest_verdicts(results.sensitivity)),
+        partial(draw.field_at_rest, results.sensitivity),
     )
     specs += optics_specs(results)
     specs += series_specs(results)
@@ -154,7 +160,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             + realised
             * any(j.realised is not None for j in case.judged),
             (source,),
-            lambda case=case: _room("spectra").case_figure(case),  # type: ignore[misc]
+            partial(draw.case, case),
         )
     return specs
 
@@ -166,29 +172,3 @@ def _flight_words(case: CaseNoise, kind: str) -> str:
         return ""
     said = [f"{r.mission}, {r.meaning} ({r.source})" for r, _ in shown]
     return f" For orientation, not a limit: {'; '.join(said)}."
-
-
-def _room(name: str) -> Any:
-    """A module of figures, loaded only where something is drawn: the report reads figures that are there already."""
-    return importlib.import_module(f"tedm_cli.figures.{name}")
-
-
-def rest_verdicts(file: Reader) -> list[RestVerdict]:
-    """Verdicts on the field at rest, with symbols and words in place of names."""
-    names = {"IS": "IS: inertial sensor", "LTP": "LTP: the rest of it", MODELLED: f"{MODELLED}: both together"}
-    columns = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem")]
-    ratios, passed = file.array("/dc_verdict/ratio"), file.array("/dc_verdict/passed")
-    return [
-        RestVerdict(mass, q.replace("gamma", "Γ").replace("omegadot", "ω̇"), names.get(s, s), float(r), bool(p))
-        for mass, q, s, r, p in zip(*columns, ratios, passed, strict=True)
-    ]
-
-
-def gravity_maps(file: Reader) -> list[AreaMap]:
-    """S_SG as one panel for each unit."""
-    value, labels, units = file.array("/S"), file.strings("/row/label"), file.strings("/row/unit")
-    maps = []
-    for unit in dict.fromkeys(units):
-        rows = [i for i, u in enumerate(units) if u == unit]
-        maps.append(AreaMap("|S_SG|", unit, [labels[i] for i in rows], value[rows]))
-    return maps

@@ -5,21 +5,26 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import UsageError
 from tedm_cli.figures.spec import FigureSpec
-from tedm_cli.files.store import Reader
-from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements, traced_bench
-from tedm_cli.optics.layout import N_MOTIONS
-from tedm_cli.optics.shares import motion_terms
-from tedm_cli.results.build_folder import Results, read_areas
-from tedm_cli.results.noise import AreaMap, Areas, first_largest, number_text
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.build_folder import Results
+from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_read_outs
+from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.wording import READ_OUT_UNIT, number_text
+from tedm_cli.stages.reporting import draw
 
-_SHOWN = {"m": ("pm", 1e12), "rad": ("nrad", 1e9)}  # units of read-outs in figures
+if TYPE_CHECKING:
+    from tedm_cli.figures.spec import Figure
+
 _QUANTITY = {"m": "displacement", "rad": "angle"}
 
 
@@ -29,10 +34,11 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     areas = read_areas(file)
     source = (f"{results.optics_file.path.name} {results.optics_file.sha256}",)
     first = next(iter(layout.sets))
+    read_outs = read_read_outs(file)
     specs: list[FigureSpec] = []
 
-    def add(name: str, section: str, caption: str, draw: Callable[[], Any]) -> None:
-        specs.append(FigureSpec(name, section, caption, source, draw))
+    def add(name: str, section: str, caption: str, drawn: Callable[[], Figure]) -> None:
+        specs.append(FigureSpec(name, section, caption, source, drawn))
 
     if layout.has_geometry:  # else S_BW was made elsewhere, and where the beams run is not known
         add(
@@ -41,7 +47,7 @@ def optics_specs(results: Results) -> list[FigureSpec]:
             "The optical bench to scale, layout frame. Where both beams of a photodiode coincide, the reference beam is"
             " the light dashed line below the other; plates are drawn with their thickness, mirrors as far as their"
             " aperture.",
-            lambda: _room().bench_figure(layout, traced_bench(layout)),
+            partial(draw.bench, layout),
         )
     add(
         "s_bw.svg",
@@ -49,17 +55,17 @@ def optics_specs(results: Results) -> list[FigureSpec]:
         "Optical sensitivity matrix S_BW: five outputs of every beam by six motions of every element, about its"
         " finite-element grid. Lengths count in units of the bench size, so that entries in m/m, m/rad and rad/rad"
         " compare; white is zero.",
-        lambda: _maps_room().sensitivity_map(layout, file.array("/S_BW")),
+        partial(draw.optical_sensitivity, layout, file),
     )
     add(
         "read_out_by_area.svg",
         "read-out",
         f"Read-out N of photodiode set{'s' if len(layout.sets) > 1 else ''} {' and '.join(layout.sets)} per kelvin of"
         " each thermal area, with its sign; the colours are logarithmic.",
-        lambda: _maps_room().noise_map(read_out_maps(file), areas, "Read-out by area"),
+        partial(draw.read_out_by_area, file, areas),
     )
-    for unit, (shown, _) in _SHOWN.items():
-        if unit in file.strings("/label/read_out_unit"):
+    for unit, (shown, _) in READ_OUT_UNIT.items():
+        if unit in read_outs.unit:
             add(
                 f"shares_{_QUANTITY[unit]}.svg",
                 "read-out",
@@ -67,15 +73,15 @@ def optics_specs(results: Results) -> list[FigureSpec]:
                 " makes the read-out under the first of these areas: the bench moving as one against the test masses,"
                 " and the distortion of each element by its motions. Contributions have signs; they sum to the"
                 " read-out.",
-                lambda unit=unit: _shares_figure(results, areas, unit),  # type: ignore[misc]
+                partial(_shares_figure, read_outs, first, areas, unit),
             )
     if not layout.has_geometry:
         return specs
     worst: dict[int, list[str]] = {}
-    for name, row in zip(file.strings("/label/read_out"), file.array(f"/N/{first}"), strict=True):
+    for name, row in zip(read_outs.label, read_outs.N[first], strict=True):
         worst.setdefault(worst_area(row), []).append(name)
-    for area, read_outs in worst.items():
-        specs.append(_area_spec(results, areas, area, f" It is the worst area for {', '.join(read_outs)}."))
+    for area, felt_by in worst.items():
+        specs.append(_area_spec(results, areas, area, f" It is the worst area for {', '.join(felt_by)}."))
     return specs
 
 
@@ -89,15 +95,16 @@ def area_specs(results: Results, names: Sequence[str]) -> list[FigureSpec]:
     if names and not results.layout.has_geometry:
         raise UsageError("the layout says not where its beams run, so no bench can be drawn", where="--area")
     areas = read_areas(results.optics)
-    unknown = [name for name in names if name not in areas.name]
+    known = areas.name.tolist()
+    unknown = [name for name in names if name not in known]
     if unknown:
-        near = difflib.get_close_matches(unknown[0], areas.name, n=1)
+        near = difflib.get_close_matches(unknown[0], known, n=1)
         raise UsageError(
             f"no thermal area is called {', '.join(unknown)}",
             where=str(results.optics_file.path),
-            hint=f"did you mean {near[0]}?" if near else f"there are {', '.join(areas.name)}",
+            hint=f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}",
         )
-    return [_area_spec(results, areas, areas.name.index(name), "") for name in dict.fromkeys(names)]
+    return [_area_spec(results, areas, known.index(name), "") for name in dict.fromkeys(names)]
 
 
 def worst_area(read_out: FloatArray) -> int:
@@ -105,50 +112,28 @@ def worst_area(read_out: FloatArray) -> int:
     return first_largest(range(len(read_out)), [float(v) for v in np.abs(read_out)])
 
 
-def read_out_maps(file: Reader) -> list[AreaMap]:
-    """N of all photodiode sets, a panel for each unit, read-outs of the sets beside each other."""
-    sets, labels = file.strings("/set/name"), file.strings("/label/read_out")
-    units = file.strings("/label/read_out_unit")
-    noise = {name: file.array(f"/N/{name}") for name in sets}
-    maps = []
-    for unit in dict.fromkeys(units):
-        shown, factor = _SHOWN[unit]
-        chosen = [(i, name) for i, u in enumerate(units) if u == unit for name in sets]
-        value = factor * np.array([noise[name][i] for i, name in chosen])
-        names = [f"{name}_{labels[i]}" for i, name in chosen]
-        maps.append(AreaMap("N", f"{shown}/K", names, value))
-    return maps
-
-
-def _shares_figure(results: Results, areas: Areas, unit: str) -> Any:
+def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, unit: str) -> Figure:
+    """What makes the read-outs in `unit` of one set, each under the area with the largest."""
     from tedm_cli.figures.shares import ReadOutShares, shares_figure
 
-    file, layout = results.optics, results.layout
-    name = next(iter(layout.sets))
-    noise, labels, units = (
-        file.array(f"/N/{name}"),
-        file.strings("/label/read_out"),
-        file.strings("/label/read_out_unit"),
-    )
+    noise = r.N[name]
     worst = [worst_area(row) for row in noise]
-    gain, motion, rigid = file.array(f"/gain/{name}"), file.array("/motion"), file.array("/rigid_motion")
-    shape = (len(labels), len(layout.elements), N_MOTIONS, len(areas.name))
-    distortion = motion_terms(gain, motion - rigid).reshape(shape)
-    as_one = motion_terms(gain, rigid).reshape(shape).sum(axis=1, keepdims=True)
+    distortion = r.by_motion(name, r.motion - r.rigid_motion)
+    as_one = r.by_motion(name, r.rigid_motion).sum(axis=1, keepdims=True)
     share = np.concatenate([as_one, distortion], axis=1)  # the sum of the rigid part alone is of use: its terms cancel
-    shown, factor = _SHOWN[unit]
+    shown, factor = READ_OUT_UNIT[unit]
     chosen = [
-        ReadOutShares(labels[i], shown, factor * noise[i], worst[i], factor * share[i, :, :, worst[i]])
-        for i, u in enumerate(units)
+        ReadOutShares(r.label[i], shown, factor * noise[i], worst[i], factor * share[i, :, :, worst[i]])
+        for i, u in enumerate(r.unit)
         if u == unit
     ]
     title = f"What makes the read-out {_QUANTITY[unit]}s, set {name}"
-    return shares_figure(chosen, areas.name, ["bench as one", *(e.name for e in layout.elements)], title)
+    return shares_figure(chosen, areas.name.tolist(), ["bench as one", *r.element], title)
 
 
-def _area_spec(results: Results, areas: Areas, area: int, remark: str) -> FigureSpec:
+def _area_spec(results: Results, areas: AreaTable, area: int, remark: str) -> FigureSpec:
     file = results.optics
-    number, name = int(file.array("/area/id")[area]), areas.name[area]
+    number, name = int(file.array("/area/id")[area]), str(areas.name[area])
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", name)  # names come from the user's files
     return FigureSpec(
         f"bench_area{number:02d}_{safe}.svg",
@@ -156,45 +141,24 @@ def _area_spec(results: Results, areas: Areas, area: int, remark: str) -> Figure
         f"The bench under 1 K of {name}, before (grey) and after, motions exaggerated.{remark} Beams are traced through"
         " the exaggerated poses, surfaces extended where a beam misses them; test masses stay where they are.",
         (f"{results.optics_file.path.name} {results.optics_file.sha256}",),
-        lambda: _load_figure(results, area, name),
+        partial(_load_figure, results, area, name),
     )
 
 
-def _load_figure(results: Results, area: int, name: str) -> Any:
-    layout, file = results.layout, results.optics
-    motion = motion_of_elements(layout, _motion(results)[area], results.distortion.array("/optical/position"))
+def _load_figure(results: Results, area: int, name: str) -> Figure:
+    from tedm_cli.figures.bench import exaggerated_figure
+
+    layout, r, bench = results.layout, read_read_outs(results.optics), read_bench_motion(results.distortion)
+    motion = motion_of_elements(layout, bench.motion[area], bench.position_m)
     by_text: dict[str, list[str]] = {}
-    units = file.strings("/label/read_out_unit")
     for read_out_set in layout.sets:
-        values = file.array(f"/N/{read_out_set}")[:, area]
-        parts = [
-            f"{label} {number_text(factor * value)} {shown}"
-            for label, value, (shown, factor) in zip(
-                file.strings("/label/read_out"), values, (_SHOWN[u] for u in units), strict=True
-            )
-        ]
+        parts = []
+        for label, unit, value in zip(r.label, r.unit, r.N[read_out_set][:, area], strict=True):
+            shown, factor = READ_OUT_UNIT[unit]
+            parts.append(f"{label} {number_text(factor * value)} {shown}")
         by_text.setdefault(", ".join(parts), []).append(read_out_set)
     lines = [
         f"{'sets' if len(sets) > 1 else 'set'} {' and '.join(sets)} read{'' if len(sets) > 1 else 's'} {text}"
         for text, sets in by_text.items()
     ]
-    return _room().exaggerated_figure(layout, exaggerated_bench(layout, motion), f"1 K on {name}", lines)
-
-
-def _motion(results: Results) -> FloatArray:
-    """Motion of the grids of the bench elements per kelvin of every area, [k, n_bench, 6], basic frame."""
-    file = results.distortion
-    return np.concatenate([file.array("/D_opt/translation"), file.array("/D_opt/rotation")], axis=2)
-
-
-def _room() -> Any:
-    """Loaded only where something is drawn: the report reads figures that are there already."""
-    from tedm_cli.figures import bench
-
-    return bench
-
-
-def _maps_room() -> Any:
-    from tedm_cli.figures import heat_maps
-
-    return heat_maps
+    return exaggerated_figure(layout, exaggerated_bench(layout, motion), f"1 K on {name}", lines)

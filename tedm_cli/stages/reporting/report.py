@@ -10,7 +10,6 @@ from typing import Literal
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.errors import UsageError
-from tedm_cli.figures.inline import read_figure
 from tedm_cli.files.build_folder import UNIT_LOADS as UNIT_LOADS_FILE
 from tedm_cli.files.build_folder import require_input
 from tedm_cli.files.provenance import input_files
@@ -18,9 +17,16 @@ from tedm_cli.files.store import open_checked, replacing
 from tedm_cli.report.contents import ReportFigure, ReportInputs, document_of
 from tedm_cli.report.document import Document
 from tedm_cli.report.html import to_html
+from tedm_cli.report.inline import read_figure
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.provenance import ReportFile
-from tedm_cli.results.build_folder import open_results, read_case
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.case_file import read_case
+from tedm_cli.results.field import read_field
+from tedm_cli.results.model import read_distortion_size, read_model_size
+from tedm_cli.results.optics import read_quality, read_read_outs
+from tedm_cli.results.series import read_series_summary
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 
@@ -67,9 +73,10 @@ def _rendered(document: Document, fmt: Format, path: Path, figures: Path) -> byt
         return to_html(document).encode()
     if fmt == "md":
         return to_markdown(document, Path(relpath(figures, path.parent)).as_posix()).encode()
+    from tedm_cli.figures.fonts import font_folder
     from tedm_cli.report.pdf import to_pdf
 
-    return to_pdf(document)
+    return to_pdf(document, font_folder())
 
 
 def _document(project: Project) -> Document:
@@ -95,12 +102,14 @@ def _document(project: Project) -> Document:
         return document_of(
             ReportInputs(
                 title=project.title,
-                unit_loads=unit_loads,
-                distortion=results.distortion,
-                sensitivity=results.sensitivity,
-                optics=results.optics,
+                model=read_model_size(unit_loads),
+                distortion=read_distortion_size(results.distortion),
+                field=read_field(results.sensitivity),
+                optics=read_quality(results.optics),
+                read_outs=read_read_outs(results.optics),
+                areas=read_areas(results.sensitivity),
                 cases=cases,
-                series=results.series,
+                series={name: read_series_summary(file) for name, file in results.series.items()},
                 files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
                 figures=figures,
             )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tedm_cli.cli.printing.table import table
 from tedm_cli.files.store import Reader, kind_of, open_checked
 
 
@@ -27,24 +26,6 @@ def show_dict(path: Path) -> dict[str, Any]:
             ],
             "main": _main_numbers(file),
         }
-
-
-def show_lines(path: Path) -> list[str]:
-    """The same for a person."""
-    d = show_dict(path)
-    versions = ", ".join(
-        f"{k.removesuffix('_version')} {v}" for k, v in d["attributes"].items() if k.endswith("_version")
-    )
-    lines = [f"{path}: {d['kind']} (made by `{d['made_by']}`)", f"command: {d['attributes']['command_line']}", versions]
-    lines += [f"from {i['path']} sha256 {i['sha256'][:16]}..." for i in (*d["configurations"], *d["inputs"])]
-    lines += ["", *table(("dataset", "shape", "unit", "meaning"), [_row(s) for s in d["datasets"]])]
-    if d["main"]:
-        lines += ["", *(f"{k}: {v}" for k, v in d["main"].items())]
-    return lines
-
-
-def _row(s: dict[str, Any]) -> tuple[str, str, str, str]:
-    return s["path"], " x ".join(str(n) for n in s["shape"]) or "scalar", s["units"], s["long_name"]
 
 
 def _main_numbers(file: Reader) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What would mend a verdict: quieter areas, and the temperature stability that each group would need."""
+"""What would bring a verdict down: areas improved, and the factor on its temperatures that each group may have."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from tedm_cli.figures.fit import fitted, text_width, wrapped
 from tedm_cli.figures.style import BLUE, COLOURS, DASHES, VERMILION, WIDTH, grid, heading, ratio_axis, style
-from tedm_cli.results.noise import SILENCED, Areas, CaseNoise, JudgedOutput, mhz_text, power_text, ratio_text
+from tedm_cli.results.noise import SILENCED, CaseNoise, JudgedOutput
+from tedm_cli.results.wording import mhz_text, power_text, ratio_text
 
 _TOP, _CURVES, _BETWEEN, _ROW, _FOOT = 0.6, 2.0, 1.05, 0.25, 0.5  # inches
 _SMALL = 8.0  # points
@@ -24,10 +25,10 @@ _LEAST = 1e-4  # of the first ratio: what lies below is as good as nothing
 _FACTORS = (1e-4, 1e4)  # widest axis of factors
 
 
-def mending_figure(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Figure:
+def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
     """Above, the ratio with more and more areas improved; below, the factor that each group's temperatures may have."""
     with style():
-        m = j.mending
+        m = j.improvement
         names = "Worst first: " + (", ".join(m.chosen[SILENCED]) or "no area brings relief")
         lines = wrapped(names, WIDTH - 0.3, _SMALL, 3)
         between = _BETWEEN + 0.135 * lines.count("\n")
@@ -59,7 +60,7 @@ def mending_figure(case: CaseNoise, j: JudgedOutput, areas: Areas) -> Figure:
 
 
 def _curves(axes: Axes, j: JudgedOutput) -> None:
-    m = j.mending
+    m = j.improvement
     least = _LEAST * max(j.ratio, 1e-300)
     ends = {}
     shown = m.count <= max(max(map(len, m.chosen.values())), 1)  # no further area brings relief

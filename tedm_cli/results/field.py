@@ -1,0 +1,119 @@
+"""The field at rest as sensitivity.h5 tells it: its verdicts with their symbols and words, by source, and stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.files.store import Reader
+from tedm_cli.gravity.requirements import MODELLED, DcVerdict
+from tedm_cli.results.ranking import first_largest
+
+#: What a subsystem is, in words.
+SUBSYSTEM = {"IS": "IS: inertial sensor", "LTP": "LTP: the rest of it", MODELLED: f"{MODELLED}: both together"}
+
+
+def dc_verdicts(file: Reader) -> list[DcVerdict]:
+    """Verdicts on the field at rest in sensitivity.h5, in the order in which they were made."""
+    names = [file.strings(p) for p in ("/dc_verdict/test_mass", "/dc_verdict/quantity", "/dc_verdict/subsystem")]
+    numbers = [file.array(p).tolist() for p in ("/dc_verdict/value", "/dc_verdict/lower", "/dc_verdict/upper")]
+    return [DcVerdict(*row) for row in zip(*names, *numbers, strict=True)]
+
+
+def worst_at_rest(verdicts: Sequence[DcVerdict]) -> DcVerdict:
+    """The verdict with the largest ratio."""
+    return first_largest(verdicts, [v.ratio for v in verdicts])
+
+
+def symbol(quantity: str) -> str:
+    """A judged quantity as it is printed: `gamma_xx` as Γ_xx, `omegadot_eta` as ω̇_eta."""
+    return quantity.replace("gamma", "Γ").replace("omegadot", "ω̇")
+
+
+@dataclass(frozen=True, eq=False)
+class Stiffness:
+    """A stiffness of every test mass by every source, [t, s, 3, 3], with its unit and what it is."""
+
+    value: FloatArray
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The equations of motion of all test masses [n, n]: rows are accelerations, columns small motions."""
+
+    value: FloatArray
+    output: list[str]
+    output_unit: list[str]
+    motion: list[str]
+    motion_unit: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class FieldAtRest:
+    """What pulls at each of t test masses at rest, by s sources, in the nominal frame of the test mass.
+
+    Parameters
+    ----------
+    test_mass, position_m, mass_kg : names, centres [t, 3] in the basic frame, masses [t].
+    source, mass_model : names of the sources, and how the mass of the structure is represented.
+    acceleration, angular_acceleration : [t, s, 3], m/s² and rad/s².
+    points, quadrature_error : [t, s], points that a source is made of, and its relative error; NaN: no estimate.
+    stiffness : by symbol (Γ_lin, Ω_lin, Γ_ang, Ω_ang).
+    """
+
+    test_mass: list[str]
+    position_m: FloatArray
+    mass_kg: FloatArray
+    source: list[str]
+    mass_model: str
+    acceleration: FloatArray
+    angular_acceleration: FloatArray
+    points: IntArray
+    quadrature_error: FloatArray
+    stiffness: dict[str, Stiffness]
+    linearised: Linearised
+    verdicts: list[DcVerdict]
+
+
+_STIFFNESS = {
+    "Γ_lin": "/stiffness/gamma_lin",
+    "Ω_lin": "/stiffness/omega_lin",
+    "Γ_ang": "/stiffness/gamma_ang",
+    "Ω_ang": "/stiffness/omega_ang",
+}
+
+
+def read_linearised(file: Reader) -> Linearised:
+    """The equations of motion in sensitivity.h5."""
+    return Linearised(
+        value=file.array("/stiffness/linearised"),
+        output=file.strings("/label/tm_output"),
+        output_unit=file.strings("/label/tm_output_unit"),
+        motion=file.strings("/label/tm_motion"),
+        motion_unit=file.strings("/label/tm_motion_unit"),
+    )
+
+
+def read_field(file: Reader) -> FieldAtRest:
+    """What sensitivity.h5 says apart from [S_SG]."""
+
+    def stiffness(path: str) -> Stiffness:
+        return Stiffness(file.array(path), file.units(path), file.kind.datasets[path].long_name)
+
+    return FieldAtRest(
+        test_mass=file.strings("/test_mass/name"),
+        position_m=file.array("/test_mass/position"),
+        mass_kg=file.array("/test_mass/mass"),
+        source=file.strings("/source/name"),
+        mass_model=file.string("/source/mass_model"),
+        acceleration=file.array("/dc/acceleration"),
+        angular_acceleration=file.array("/dc/angular_acceleration"),
+        points=file.array("/source/points"),
+        quadrature_error=file.array("/source/quadrature_error"),
+        stiffness={letter: stiffness(path) for letter, path in _STIFFNESS.items()},
+        linearised=read_linearised(file),
+        verdicts=dc_verdicts(file),
+    )

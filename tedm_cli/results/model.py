@@ -1,0 +1,76 @@
+"""The model and its distortion in few numbers, as unit_loads.h5 and distortion.h5 tell them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.files.store import Reader
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.results.areas import read_areas
+
+
+@dataclass(frozen=True, eq=False)
+class ModelSize:
+    """Size and mass (kg) of a finite-element model.
+
+    centre_of_gravity_m : [3], basic frame. areas, area_mass_kg : the k thermal areas and the lumped mass [k] of each.
+    card, element_mass_kg : of every element. concentrated_kg : of every concentrated mass.
+    """
+
+    grids: int
+    mass_kg: float
+    centre_of_gravity_m: FloatArray
+    areas: AreaTable
+    area_mass_kg: FloatArray
+    card: list[str]
+    element_mass_kg: FloatArray
+    concentrated_kg: FloatArray
+
+
+def read_model_size(unit_loads: Reader) -> ModelSize:
+    """Counts and masses in unit_loads.h5."""
+    return ModelSize(
+        grids=unit_loads.dataset("/grid/id").shape[0],
+        mass_kg=unit_loads.number("/mass/total"),
+        centre_of_gravity_m=unit_loads.array("/mass/centre_of_gravity"),
+        areas=read_areas(unit_loads),
+        area_mass_kg=unit_loads.array("/area/mass"),
+        card=unit_loads.strings("/element/type"),
+        element_mass_kg=unit_loads.array("/element/mass"),
+        concentrated_kg=unit_loads.array("/mass/concentrated"),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class DistortionSize:
+    """How a model deforms.
+
+    area : names of the k areas. largest, rigid : [k], per kelvin of each the largest translation of any grid, and that
+    of the best-fit rigid motion at the centre of gravity, m/K. superposition_translation, superposition_optics :
+    residuals of the sum over the areas against the uniform load, of translations and of the optical elements'
+    rotations, relative; None where there is no uniform load.
+    """
+
+    area: list[str]
+    largest: FloatArray
+    rigid: FloatArray
+    superposition_translation: float | None
+    superposition_optics: float | None
+
+
+def read_distortion_size(distortion: Reader) -> DistortionSize:
+    """The checks in distortion.h5."""
+
+    def known(path: str) -> float | None:
+        return distortion.number(path) if distortion.has(path) else None
+
+    return DistortionSize(
+        area=distortion.strings("/area/name"),
+        largest=distortion.array("/check/max_translation"),
+        rigid=np.linalg.norm(distortion.array("/check/rigid_translation"), axis=1),
+        superposition_translation=known("/check/superposition_translation"),
+        superposition_optics=known("/check/superposition_optics"),
+    )

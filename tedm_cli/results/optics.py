@@ -1,0 +1,154 @@
+"""The read-outs as optics.h5 tells them, and the motion of the bench that they come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.files.store import Reader
+from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS
+from tedm_cli.optics.shares import motion_terms
+from tedm_cli.results.areas import AreaMap
+from tedm_cli.results.wording import READ_OUT_UNIT
+
+
+@dataclass(frozen=True, eq=False)
+class ReadOuts:
+    """The r read-outs of every set of photodiodes, m and rad per kelvin of each of the k areas.
+
+    Parameters
+    ----------
+    label, unit : of the read-outs, the same of every set.
+    element : the E optical elements and test masses, in the order of the motions.
+    N, gain : by set, [r, k] and [r, 6 E] (by m and rad): N = gain motion.
+    motion, rigid_motion : [6 E, k], motion of the elements at their grids, and the part of it in which the bench moves
+        as one; layout frame.
+    """
+
+    label: list[str]
+    unit: list[str]
+    element: list[str]
+    N: dict[str, FloatArray]
+    gain: dict[str, FloatArray]
+    motion: FloatArray
+    rigid_motion: FloatArray
+
+    @property
+    def sets(self) -> list[str]:
+        """Names of the sets, the first one first."""
+        return list(self.N)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all read-outs as outputs, set by set: `A_TM1_x`."""
+        return [f"{name}_{label}" for name in self.sets for label in self.label]
+
+    def by_element(self, name: str) -> FloatArray:
+        """Terms [r, E, k] of the read-outs of a set by the element that moves; they sum to N."""
+        return np.asarray(self.by_motion(name, self.motion).sum(axis=2))
+
+    def by_motion(self, name: str, motion: FloatArray) -> FloatArray:
+        """Terms [r, E, 6, k] of the read-outs of a set by each motion of each element, for motions [6 E, k]."""
+        terms = motion_terms(self.gain[name], motion)
+        return np.asarray(terms.reshape(len(self.label), len(self.element), N_MOTIONS, -1))
+
+
+def read_read_outs(file: Reader) -> ReadOuts:
+    """All that optics.h5 says of the read-outs."""
+    sets = file.strings("/set/name")
+    return ReadOuts(
+        label=file.strings("/label/read_out"),
+        unit=file.strings("/label/read_out_unit"),
+        element=[label.rpartition("_")[0] for label in file.strings("/label/element_dof")[::N_MOTIONS]],
+        N={name: file.array(f"/N/{name}") for name in sets},
+        gain={name: file.array(f"/gain/{name}") for name in sets},
+        motion=file.array("/motion"),
+        rigid_motion=file.array("/rigid_motion"),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """What carries the motion of the elements to the read-outs of one set: gain = inverse P S_BW.
+
+    label : of the beams on photodiodes, five rows of S_BW each. motion : of the columns of S_BW. Units and frames as in
+    optics.h5.
+    """
+
+    label: list[str]
+    motion: list[str]
+    inverse: FloatArray
+    P: FloatArray
+    S_BW: FloatArray
+
+
+def read_beams(file: Reader, set_name: str) -> Beams:
+    """The matrices of one set."""
+    return Beams(
+        label=[" ".join(label.rsplit("_", 2)[:2]) for label in file.strings("/label/ray_output")[::N_OUTPUTS]],
+        motion=file.strings("/label/element_dof"),
+        inverse=file.array(f"/inverse/{set_name}"),
+        P=file.array("/P"),
+        S_BW=file.array("/S_BW"),
+    )
+
+
+def read_out_maps(file: Reader) -> list[AreaMap]:
+    """N of all photodiode sets, a panel for each unit, read-outs of the sets beside each other."""
+    r = read_read_outs(file)
+    maps = []
+    for unit in dict.fromkeys(r.unit):
+        shown, factor = READ_OUT_UNIT[unit]
+        chosen = [(i, name) for i, u in enumerate(r.unit) if u == unit for name in r.sets]
+        value = factor * np.array([r.N[name][i] for i, name in chosen])
+        maps.append(AreaMap("N", f"{shown}/K", [f"{name}_{r.label[i]}" for i, name in chosen], value))
+    return maps
+
+
+@dataclass(frozen=True, eq=False)
+class OpticsQuality:
+    """How good the optical matrices are.
+
+    shape : rows and columns of S_BW. rank, singular_value : of O_ideal (m, rad). condition : by set, of O (m, rad).
+    reference_offset_m : [n, 3], layout reference points minus grids. residual : by invariance, dimensionless.
+    """
+
+    shape: tuple[int, int]
+    rank: int
+    singular_value: FloatArray
+    condition: dict[str, float]
+    reference_offset_m: FloatArray
+    residual: dict[str, float]
+
+
+def read_quality(file: Reader) -> OpticsQuality:
+    """Rank, conditions and residuals in optics.h5."""
+    rows, columns = file.dataset("/S_BW").shape
+    return OpticsQuality(
+        shape=(rows, columns),
+        rank=int(file.number("/rank")),
+        singular_value=file.array("/singular_values"),
+        condition=dict(zip(file.strings("/set/name"), file.array("/set/condition").tolist(), strict=True)),
+        reference_offset_m=file.array("/reference_point_offset"),
+        residual=dict(zip(file.strings("/residual/name"), file.array("/residual/value").tolist(), strict=True)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class BenchMotion:
+    """The n optical elements as distortion.h5 tells them: names, positions [n, 3] m of their grids, and motion
+    [k, n, 6] (m/K, rad/K) of these per kelvin of every area; basic frame."""
+
+    element: list[str]
+    position_m: FloatArray
+    motion: FloatArray
+
+
+def read_bench_motion(distortion: Reader) -> BenchMotion:
+    """Motion of the grids that carry the optical elements."""
+    parts = [distortion.array("/D_opt/translation"), distortion.array("/D_opt/rotation")]
+    return BenchMotion(
+        distortion.strings("/optical/name"), distortion.array("/optical/position"), np.concatenate(parts, axis=2)
+    )

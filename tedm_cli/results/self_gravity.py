@@ -1,0 +1,33 @@
+"""The self-gravity sensitivities as sensitivity.h5 tells them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.files.store import Reader
+from tedm_cli.results.areas import AreaMap
+
+
+@dataclass(frozen=True, eq=False)
+class GravitySensitivity:
+    """[S_SG]: S [n, k] of n outputs per kelvin of k areas, frames of the test masses; `unit` with "/K"."""
+
+    label: list[str]
+    unit: list[str]
+    S: FloatArray
+
+
+def read_self_gravity(file: Reader) -> GravitySensitivity:
+    """[S_SG] with its labels."""
+    return GravitySensitivity(file.strings("/row/label"), file.strings("/row/unit"), file.array("/S"))
+
+
+def gravity_maps(file: Reader) -> list[AreaMap]:
+    """S_SG as one panel for each unit."""
+    gravity = read_self_gravity(file)
+    maps = []
+    for unit in dict.fromkeys(gravity.unit):
+        rows = [i for i, u in enumerate(gravity.unit) if u == unit]
+        maps.append(AreaMap("|S_SG|", unit, [gravity.label[i] for i in rows], gravity.S[rows]))
+    return maps

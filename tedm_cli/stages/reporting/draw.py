@@ -1,0 +1,105 @@
+"""What draws each figure. Matplotlib is loaded where one is drawn: the report reads figures that are there already."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from tedm_cli.files.store import Reader
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.requirements import AppliedRequirement
+from tedm_cli.optics.exaggerated import traced_bench
+from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.results.case_file import read_temperature
+from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.optics import read_out_maps
+from tedm_cli.results.self_gravity import gravity_maps
+from tedm_cli.results.series import read_series
+
+if TYPE_CHECKING:
+    from tedm_cli.figures.spec import Figure
+
+
+def ratios(cases: Sequence[CaseNoise], kinds: Sequence[str]) -> Figure:
+    from tedm_cli.figures.areas import ratios_figure
+
+    return ratios_figure(cases, kinds)
+
+
+def overlay(cases: Sequence[CaseNoise], kind: str) -> Figure:
+    from tedm_cli.figures.spectra import overlay_figure
+
+    return overlay_figure(cases, kind)
+
+
+def each_case(cases: Sequence[CaseNoise], kind: str) -> Figure:
+    from tedm_cli.figures.small_multiples import cases_figure
+
+    return cases_figure(cases, kind)
+
+
+def certainty(cases: Sequence[CaseNoise], kind: str) -> Figure:
+    from tedm_cli.figures.certainty import certainty_figure
+
+    return certainty_figure(cases, kind)
+
+
+def contributors(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> Figure:
+    from tedm_cli.figures.contributors import contributors_figure
+
+    return contributors_figure(case, j, areas)
+
+
+def improvement(case: CaseNoise, j: JudgedOutput) -> Figure:
+    from tedm_cli.figures.improvement import improvement_figure
+
+    return improvement_figure(case, j)
+
+
+def temperature(case: Reader) -> Figure:
+    from tedm_cli.figures.spectra import temperature_figure
+
+    return temperature_figure(read_temperature(case))
+
+
+def self_gravity_by_area(sensitivity: Reader, areas: AreaTable) -> Figure:
+    from tedm_cli.figures.areas import map_figure
+
+    return map_figure(gravity_maps(sensitivity), areas, "Self-gravity sensitivity by area")
+
+
+def field_at_rest(sensitivity: Reader) -> Figure:
+    from tedm_cli.figures.at_rest import at_rest_figure
+
+    return at_rest_figure(dc_verdicts(sensitivity))
+
+
+def case(noise: CaseNoise) -> Figure:
+    from tedm_cli.figures.spectra import case_figure
+
+    return case_figure(noise)
+
+
+def series(file: Reader, requirements: Sequence[AppliedRequirement], confidence: float) -> Figure:
+    from tedm_cli.figures.series import series_figure
+
+    return series_figure(read_series(file, requirements, confidence))
+
+
+def bench(layout: OpticalLayout) -> Figure:
+    from tedm_cli.figures.bench import bench_figure
+
+    return bench_figure(layout, traced_bench(layout))
+
+
+def optical_sensitivity(layout: OpticalLayout, optics: Reader) -> Figure:
+    from tedm_cli.figures.heat_maps import sensitivity_map
+
+    return sensitivity_map(layout, optics.array("/S_BW"))
+
+
+def read_out_by_area(optics: Reader, areas: AreaTable) -> Figure:
+    from tedm_cli.figures.heat_maps import noise_map
+
+    return noise_map(read_out_maps(optics), areas, "Read-out by area")
