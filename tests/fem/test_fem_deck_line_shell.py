@@ -159,7 +159,10 @@ def test_fem_results_are_written_in_the_displacement_frames(tmp_path):
 
 
 def test_fem_mini_ltp_agrees_with_mystran():
-    """Solids, shells, pinned bars and rigid elements: every grid, area and component, to the precision of the OP2."""
+    """Solids, shells, pinned bars and rigid elements: every grid, area and component, to the precision of the OP2.
+
+    The deck gives no K6ROT: both solvers take Nastran's default of 100.
+    """
     folder = shared_data("mini_ltp")
     model, cases = read_solver_deck(folder / "mini_ltp.bdf")
     tables = read_op2(str(folder / "mini_ltp.op2"), include_results="displacements", debug=None).displacements
@@ -170,4 +173,4 @@ def test_fem_mini_ltp_agrees_with_mystran():
         # MYSTRAN leaves the rotation about a plate's normal at zero, here it follows the plate.
         wanted[plate, 5] = motion[plate, 5]
         for part in (slice(0, 3), slice(3, 6)):
-            assert np.abs(motion - wanted)[:, part].max() < 1e-6 * np.abs(wanted[:, part]).max()
+            assert np.abs(motion - wanted)[:, part].max() < 1e-7 * np.abs(wanted[:, part]).max()

@@ -16,6 +16,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import CARDS, corner_count
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
+from tedm_cli.nastran.parameters import number_parameter
 
 _SAMPLE = 50  # elements of each card and property
 # pyNastran takes warped plates as flat, and sides as straight where there are midside nodes. What differs by more than
@@ -50,7 +51,7 @@ def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
     InputError : the masses of a sample differ by more than shape can explain.
     """
     e = geometry.elements
-    factor = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    factor = number_parameter(model, "WTMASS", 1.0, str(geometry.files[0]))
     _, kind = np.unique([f"{c}:{p}" for c, p in zip(e.type, e.property_id, strict=True)], return_inverse=True)
     order = np.argsort(kind, kind="stable")
     compared, largest, worst = 0, 0.0, ""

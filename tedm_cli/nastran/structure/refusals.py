@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.parameters import parameter
 from tedm_cli.nastran.structure.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
 from tedm_cli.nastran.structure.solids import count_refused_solids
 
@@ -56,8 +57,7 @@ def refuse_unsupported(model: Any, path: Path) -> None:
     for constraints in model.spcs.values():
         for one in constraints:
             found["SPC with a displacement other than zero"] += one.type == "SPC" and any(one.enforced)
-    inertia_relief = model.params.get("INREL")
-    found["PARAM INREL"] += inertia_relief is not None and inertia_relief.values[0] != 0
+    found["PARAM INREL"] += parameter(model, "INREL", str(path)) not in (None, "0")
     refused = [f"{name} ({count})" for name, count in sorted(found.items()) if count]
     if refused:
         raise InputError(f"not modelled by the embedded solver: {', '.join(refused)}", where=str(path), hint=_HINT)

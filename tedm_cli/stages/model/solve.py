@@ -11,6 +11,7 @@ from pathlib import Path
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
+from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import SolidBlock
 from tedm_cli.nastran.op2.writer import write_op2
@@ -30,6 +31,7 @@ class SolveReport:
     others : number of bars, rods, CQUAD4 and CTRIA3.
     bending_change : relative change of the displacements if all linear hexahedra and pentahedra had bubble functions;
         None where they all have them.
+    drilling_change : how far a larger K6ROT would move the grids; None without shells, or with K6ROT of zero.
     linear_tetrahedra : number of tetrahedra of four grids.
     peak_bytes : largest memory that the process has held.
     """
@@ -39,6 +41,7 @@ class SolveReport:
     others: dict[str, int]
     n_cases: int
     bending_change: float | None
+    drilling_change: DrillingChange | None
     linear_tetrahedra: int
     peak_bytes: int
     static: StaticReport
@@ -81,6 +84,7 @@ def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveRepo
         },
         n_cases=len(cases),
         bending_change=solution.bending_change(),
+        drilling_change=solution.drilling_change(),
         linear_tetrahedra=solids.get("CTETRA4", 0),
         peak_bytes=_peak_bytes(),
         static=solution.report,
