@@ -48,6 +48,22 @@ DECKS = {
     "NSML1 on solids": ("ENDDATA", "NSML1,2,PSOLID,1.,1\nENDDATA", ["PSOLID"]),
     "no such NSM set": ("SPC = 1", "SPC = 1\nNSM = 3", ["NSM = 3"]),
     "CONM1 of one direction": ("ENDDATA", "CONM1,77,3,0,1.\nENDDATA", ["CONM1 77", "differs by direction"]),
+    "mass by M2GG": (
+        "SPC = 1",
+        "SPC = 1\nM2GG = MEX",
+        ["unit_loads.bdf: M2GG = 1.0*MEX: mass of a matrix (DMIG) is not weighed"],
+    ),
+    "mass by M2PP": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  M2PP = MEX\n", ["subcase 2: M2PP = (1.0,1.0)*MEX"]),
+    "stiffness of one subcase": (
+        "  LABEL = RIGHT\n",
+        "  LABEL = RIGHT\n  K2GG = KEX\n",
+        ["different K2GG: none in subcase 1, K2GG = 1.0*KEX in subcase 2"],
+    ),
+    "load by P2G": (
+        "  LABEL = RIGHT\n",
+        "  LABEL = RIGHT\n  P2G = PEX\n",
+        ["subcase 2: P2G = 1.0*PEX loads the structure besides its temperature"],
+    ),
     "CONM2 nowhere": ("ENDDATA", "CONM2,77,333,,1.\nENDDATA", ["333", "CONM2 eid=77"]),
     "CMASS2 of one direction": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS 77", "3, 0, 0"]),
     "superelement": ("ENDDATA", "SESET,1,1,2\nENDDATA", ["SESET"]),

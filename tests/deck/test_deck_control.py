@@ -115,6 +115,8 @@ def test_a_subcase_without_constraints_differs_from_one_with(tmp_path: Path) -> 
         ("SYM 9", "SYM: "),
         ("REPCASE 9", "REPCASE: "),
         ("SUPER = ALL", "SUPER: superelements"),
+        ("M2GG = MEX", "M2GG: mass of a matrix"),
+        ("M2PP = MEX", "M2PP: mass of a matrix"),
         ("BCONTACT = ALLBODY", "BCONTACT: contact"),
         ("ANALYSIS = HEAT", "ANALYSIS = HEAT"),
         ("NOVELTY = 3", "NOVELTY is not known"),
