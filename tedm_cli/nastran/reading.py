@@ -44,9 +44,7 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
         try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
             if cross_reference:
-                model.cross_reference(
-                    xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
-                )
+                _cross_reference(model)
         except InputError:
             raise
         except Exception as exc:  # malformed decks make pyNastran raise almost anything, and classes of its own
@@ -56,6 +54,22 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
     if lost:
         raise InputError(f"elements that pyNastran does not know: {', '.join(lost)}", where=str(path))
     return model
+
+
+def cross_reference(model: Any, path: Path) -> None:
+    """Cross-reference the elements of a model that was read without; raises as `read_deck` does."""
+    with captured_output() as chatter:
+        try:
+            _cross_reference(model)
+        except Exception as exc:
+            fact = fact_of(exc, chatter.getvalue())
+            raise InputError(f"pyNastran cannot read the deck: {fact}", where=str(path)) from exc
+
+
+def _cross_reference(model: Any) -> None:
+    model.cross_reference(
+        xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
+    )
 
 
 def any_encoding(model: Any) -> str:

@@ -46,9 +46,7 @@ class UnitDeck:
     notes: tuple[str, ...]
 
 
-def read_source(
-    path: Path, scratch: Path, constraints_of_subcase: int | None = None, *, cross_reference: bool = False
-) -> SourceModel:
+def read_source(path: Path, scratch: Path, constraints_of_subcase: int | None = None) -> SourceModel:
     """Read a model of any solution, with its INCLUDEs, as the base of unit loads.
 
     Its bulk data are written to the file `scratch` for pyNastran, which cannot follow every INCLUDE.
@@ -63,13 +61,13 @@ def read_source(
     bulk, notes = kept_bulk(sections.bulk)
     if sections.ignored:
         notes.append(f"{sections.ignored} lines after ENDDATA are no part of the model")
-    model = _read_model(control, sections.bulk, path, scratch, cross_reference)
+    model = _read_model(control, sections.bulk, path, scratch)
     _check_model(model, control, str(path))
     found = grids(model, list(sections.files))
     return SourceModel(sections, control, tuple(bulk), model, found, (*control.notes, *notes))
 
 
-def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: Path, cross_reference: bool) -> Any:
+def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: Path) -> Any:
     """The case control that stays (its SETs may define areas) and the bulk data through `read_deck`.
 
     Places in messages become those of the user's files.
@@ -77,7 +75,7 @@ def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: 
     head = "\n".join(["SOL 101", "CEND", *control.lines, "BEGIN BULK", ""])
     scratch.write_bytes((head + "".join(line.text for line in lines)).encode("latin-1"))
     try:
-        return read_deck(scratch, cross_reference=cross_reference)
+        return read_deck(scratch)
     except InputError as exc:
         where = exc.where.replace(str(scratch), str(path))
         number = exc.where.removeprefix(f"{scratch}:")

@@ -157,6 +157,26 @@ def test_units_other_than_si(tiny: Project, factor: float, density: str, concent
     replace(tiny.deck, "2700.", density)
     replace(tiny.deck, "ENDDATA", concentrated + "ENDDATA")
     refuse(tiny, 4, "unit_loads.bdf", piece, hint="metres")
+    for solver in ([], ["--run", "no-such-nastran {deck}"]):  # said before anything is solved
+        with untouched(tiny.folder):
+            tiny.run("solve", *solver).refused(4, "unit_loads.bdf", piece, hint="metres")
+
+
+def test_units_other_than_si_are_said_before_a_deck_is_written(tiny: Project) -> None:
+    scale_lengths(tiny.folder / "model.bdf", 1e3)
+    with untouched(tiny.folder):
+        tiny.run("write-deck").refused(4, "model.bdf: the model is 200 m long", hint="metres")
+
+
+def test_a_scalar_point_with_nothing_on_it_is_no_hindrance(tiny: Project) -> None:
+    for file in (tiny.folder / "model.bdf", tiny.deck):
+        replace(file, "ENDDATA", "SPOINT,77,78\nSPC1,1,0,77\nENDDATA")
+    for stage in ("write-deck", "solve", "ingest"):
+        tiny.run(stage).ok()
+    replace(tiny.deck, "ENDDATA", "MPC,9,77,,1.,1,1,-1.\nENDDATA")
+    replace(tiny.deck, "SPC = 1", "SPC = 1\nMPC = 9")
+    with untouched(tiny.folder):
+        tiny.run("solve").refused(4, "not modelled by the embedded solver: MPC with a scalar point (1)")
 
 
 @pytest.mark.parametrize(

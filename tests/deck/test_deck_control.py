@@ -247,7 +247,7 @@ class _Sets:
 
 
 def test_scalar_points_and_default_grids_are_no_hindrance(tmp_path: Path) -> None:
-    extra = [("SPOINT", "77"), ("GRDSET", "", "", "", "", "", "456")]
+    extra = [("SPOINT", "77"), ("GRDSET", "", "", "", "", "", "", "456")]
     _, done = written(tmp_path, plain([*bricks(), *extra]))
     assert done.grids == 12
 

@@ -7,6 +7,7 @@ and is not modelled is collected first and refused in one message.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,11 +27,22 @@ from tedm_cli.nastran.structure.solids import read_solids
 
 
 def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
-    """Read a unit-load deck for the embedded solver.
+    """Read a unit-load deck for the embedded solver; returns and raises as `solver_structure` and `read_deck` do.
 
     Parameters
     ----------
     path : the main file of the deck, with case control; includes are followed.
+    """
+    return solver_structure(read_deck(path, cross_reference=False), path)
+
+
+def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]:
+    """The structure and the loads of a deck for the embedded solver.
+
+    Parameters
+    ----------
+    model : pyNastran model that is not cross-referenced.
+    path : its main file, for messages.
 
     Returns
     -------
@@ -39,10 +51,9 @@ def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
     Raises
     ------
     InputError
-        If the file cannot be read; if it holds cards or features that are not modelled (all are named, with counts);
+        If it holds cards or features that are not modelled (all are named, with counts);
         if cards refer to what does not exist; or if subcases are not thermal or differ in their constraints.
     """
-    model = read_deck(path, cross_reference=False)
     refuse_unsupported(model, path)
     grid_id, position, frame = read_grids(model, path)
     if not model.elements:

@@ -32,10 +32,10 @@ _MODELLED = {
     "TEMP",
     "TEMPD",
 }
-# Cards without influence on static thermal displacements: masses, plotting, sets, and loads that no subcase selects (a
-# selection is refused).
+# Cards without influence on static thermal displacements: masses, plotting, sets, scalar points (what could be on them
+# is refused), and loads that no subcase selects (a selection is refused).
 _WITHOUT_INFLUENCE = {
-    *("ENDDATA", "PARAM", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
+    *("ENDDATA", "PARAM", "SPOINT", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
     *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "PMASS", "NSM", "NSM1", "NSML", "NSML1", "NSMADD"),
     *("LOAD", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4"),
     *("GRAV", "ACCEL", "ACCEL1", "RFORCE"),
@@ -57,6 +57,9 @@ def refuse_unsupported(model: Any, path: Path) -> None:
     for constraints in model.spcs.values():
         for one in constraints:
             found["SPC with a displacement other than zero"] += one.type == "SPC" and any(one.enforced)
+    for equations in model.mpcs.values():
+        for one in equations:
+            found["MPC with a scalar point"] += not model.spoints.keys().isdisjoint(one.nodes)
     found["PARAM INREL"] += parameter(model, "INREL", str(path)) not in (None, "0")
     refused = [f"{name} ({count})" for name, count in sorted(found.items()) if count]
     if refused:

@@ -11,6 +11,7 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.store import replacing
+from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.unit_deck import read_source, unit_deck
 from tedm_cli.nastran.unit_deck_check import verify_unit_deck
 
@@ -38,9 +39,10 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
     if not bdf.is_file():
         raise InputError("no such model", where=str(bdf), hint="correct model.bdf")
     with replacing(out) as temporary:
-        source = read_source(bdf, temporary, table.constraints_of_subcase, cross_reference=config.areas.has_boxes())
+        source = read_source(bdf, temporary, table.constraints_of_subcase)
         if out.resolve() in [f.resolve() for f in source.sections.files]:
             raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
+        model_geometry(source.model, list(source.sections.files))  # a wrong unit is said before anything is solved
         areas = configured_areas(project, config, source.model, source.grids)
         require_partition(areas, where=str(bdf))
         deck = unit_deck(source, areas.areas, table.uniform_label, table.reference_temperature_K)

@@ -14,9 +14,11 @@ from tedm_cli.errors import ConfigError
 from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import SolidBlock
+from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.op2.writer import write_op2
+from tedm_cli.nastran.reading import cross_reference, read_deck
 from tedm_cli.nastran.run import run_nastran
-from tedm_cli.nastran.structure.deck import read_solver_deck
+from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.progress import Step
 
 
@@ -59,11 +61,16 @@ def solve_deck(deck: Path, op2: Path, progress: Step | None = None) -> SolveRepo
     Raises
     ------
     InputError
-        If the deck cannot be read or holds what the solver does not model.
+        If the deck cannot be read, holds what the solver does not model, or is one whose results `ingest` would refuse
+        for its units or masses.
     PhysicsError
         If the structure is not held or the solution is not accurate.
     """
-    structure, cases = read_solver_deck(deck)
+    model = read_deck(deck, cross_reference=False)
+    structure, cases = solver_structure(model, deck)
+    cross_reference(model, deck)
+    model_geometry(model, [deck])  # a wrong unit is said before anything is solved
+    del model
     labels = {case.id: case.label for case in cases}
     solution = StaticSolution(structure, progress=progress)
     motions = solution.solve(cases)
@@ -123,6 +130,7 @@ def solve_elsewhere(
     The OP2 and the number of its subcases. Raises what `solve` and `run_nastran` do.
     """
     deck, out = _deck_and_op2(project, output)
+    model_geometry(read_deck(deck), [deck])  # a wrong unit is said before anything is solved
     return out, run_nastran(command, deck, out, say)
 
 
