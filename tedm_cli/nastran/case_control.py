@@ -11,13 +11,13 @@ from tedm_cli.nastran.bulk_lines import check_parameter
 from tedm_cli.nastran.deck_lines import Line, Sections
 
 # Makes up the structure or holds it; has to be the same for all unit loads.
-_HELD = ("SPC", "MPC", "SUPORT1", "SUPORT", "K2GG", "A2GG", "NSM", "BGSET", "RIGID", "AUTOSPC")
+_HELD = ("SPC", "MPC", "SUPORT1", "SUPORT", "K2GG", "M2GG", "NSM", "BGSET", "RIGID", "AUTOSPC")
 _KEPT = ("TITLE", "ECHO", "SET", "MAXLINES", "LINE")
 # Loads, and what belongs to other solutions than linear statics.
 _LOADS = (
     *("LOAD", "CLOAD", "DLOAD", "LOADSET", "DEFORM", "P2G", "STATSUB", "TSTRU", "HDOT", "IC", "GUST", "TRIM", "BC"),
     *("METHOD", "CMETHOD", "FMETHOD", "RMETHOD", "SMETHOD", "ANALYSIS", "MODES", "RESVEC", "FREQUENCY", "SDAMPING"),
-    *("TSTEP", "TSTEPNL", "NLPARM", "NONLINEAR", "NLLOAD", "RANDOM", "TFL", "B2GG", "B2PP", "K2PP"),
+    *("TSTEP", "TSTEPNL", "NLPARM", "NONLINEAR", "NLLOAD", "RANDOM", "TFL", "B2GG", "B2PP", "K2PP", "M2PP", "A2GG"),
     *("AESYMXY", "AESYMXZ", "AECONFIG", "CSSCHD", "DIVERG", "MFLUID", "ADAPT", "DATAREC", "OUTRCV", "MODTRAK"),
     *("DESOBJ", "DESGLB", "DESSUB", "DESVAR", "DRSPAN", "DSAPRT", "LABEL", "SUBTITLE", "SEALL", "SEFINAL"),
 )
@@ -42,10 +42,7 @@ _OUTPUT = (
         "MCFRACTION",
     ),
 )
-_MATRIX_MASS = "mass of a matrix (DMIG) is not weighed; write it as CONM2 at its grids"
 _REFUSED = {
-    "M2GG": _MATRIX_MASS,
-    "M2PP": _MATRIX_MASS,
     "SUBCOM": "a unit load must not combine subcases",
     "SUBSEQ": "a unit load must not combine subcases",
     "SYM": "a unit load must not combine subcases",

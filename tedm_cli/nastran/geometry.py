@@ -13,7 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
 from tedm_cli.nastran.masses.matrices import refuse_matrices
-from tedm_cli.nastran.parameters import number_parameter
+from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.positions import Frames, basis_at, frames_of, grid_positions
 from tedm_cli.nastran.rigid_grids import grids_of_rigid_elements
 

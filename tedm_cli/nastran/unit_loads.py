@@ -111,10 +111,8 @@ def _check_control(subcases: Mapping[int, Any], where: str) -> None:
     for number, subcase in subcases.items():
         for key in _OTHER_LOADS:
             if key in subcase.params:
-                chosen = subcase.params[key]
-                shown = f"{key} = {chosen[0]}" if isinstance(chosen, list) else str(chosen)
                 raise InputError(
-                    f"{shown} loads the structure besides its temperature",
+                    f"{key} = {subcase.get_parameter(key)[0]} loads the structure besides its temperature",
                     where=f"{where}: subcase {number}",
                     hint="remove it: a unit load is a temperature step and nothing else",
                 )

@@ -115,8 +115,6 @@ def test_a_subcase_without_constraints_differs_from_one_with(tmp_path: Path) -> 
         ("SYM 9", "SYM: "),
         ("REPCASE 9", "REPCASE: "),
         ("SUPER = ALL", "SUPER: superelements"),
-        ("M2GG = MEX", "M2GG: mass of a matrix"),
-        ("M2PP = MEX", "M2PP: mass of a matrix"),
         ("BCONTACT = ALLBODY", "BCONTACT: contact"),
         ("ANALYSIS = HEAT", "ANALYSIS = HEAT"),
         ("NOVELTY = 3", "NOVELTY is not known"),
@@ -244,6 +242,11 @@ class _Sets:
 
     def __init__(self, loads: list[int]) -> None:
         self.loads = loads
+
+
+def test_mass_by_a_matrix_is_refused_before_a_deck_is_written(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="M2GG"):
+        written(tmp_path, plain(bricks(), control("M2GG = MEX\n", above="SPC = 1\n")))
 
 
 def test_scalar_points_and_default_grids_are_no_hindrance(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import CARDS, corner_count
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
-from tedm_cli.nastran.parameters import number_parameter
+from tedm_cli.nastran.parameter_values import number_parameter
 
 _SAMPLE = 50  # elements of each card and property
 # pyNastran takes warped plates as flat, and sides as straight where there are midside nodes. What differs by more than

@@ -1,7 +1,7 @@
-"""Matrices that case control adds to those of the elements (DMIG): what they weigh, and whether all subcases have them.
+"""Mass that case control adds by matrices (DMIG): nothing here weighs it, so it is refused.
 
-A mass matrix has no place: between grids it moves mass from one to the other as the structure bends, and what it
-weighs follows from no rigid motion alone. It is refused, not weighed.
+A mass matrix has no place: between grids it moves mass from one to the other as the structure bends, and from where
+gravity pulls on it follows from no rigid motion alone.
 """
 
 from __future__ import annotations
@@ -11,29 +11,21 @@ from typing import Any
 from tedm_cli.errors import InputError
 
 _MASSES = ("M2GG", "M2PP")
-_STIFFNESSES = ("K2GG", "A2GG")
 
 
 def refuse_matrices(model: Any, where: str) -> None:
-    """Refuse matrices by which a model weighs more, or its subcases are of different structures.
+    """Refuse matrices by which a model weighs more than its elements.
 
     Raises
     ------
-    InputError : M2GG or M2PP; K2GG or A2GG that is not the same in all subcases.
+    InputError : M2GG or M2PP, with its subcase.
     """
     control = model.case_control_deck
-    subcases = {} if control is None else control.subcases
-    for number, subcase in sorted(subcases.items()):
-        place = f"{where}: subcase {number}" if number else where
+    for number, subcase in [] if control is None else sorted(control.subcases.items()):
         for name in _MASSES:
             if name in subcase.params:
                 raise InputError(
                     f"{subcase.params[name]}: mass of a matrix (DMIG) is not weighed, so it would be missing",
-                    where=place,
+                    where=f"{where}: subcase {number}" if number else where,
                     hint=f"write the mass as CONM2 at its grids, and remove {name}",
                 )
-    for name in _STIFFNESSES:
-        chosen = {n: str(s.params[name]) if name in s.params else "none" for n, s in subcases.items() if n}
-        if len(set(chosen.values())) > 1:
-            listed = ", ".join(f"{v} in subcase {n}" for n, v in sorted(chosen.items())[:8])
-            raise InputError(f"the subcases have different {name}: {listed}", where=where)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.parameters import parameter
+from tedm_cli.nastran.parameter_values import parameter
 from tedm_cli.nastran.structure.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
 from tedm_cli.nastran.structure.solids import count_refused_solids
 

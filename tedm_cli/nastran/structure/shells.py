@@ -9,7 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import ShellBlock
-from tedm_cli.nastran.parameters import number_parameter
+from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.structure.references import CardReferences
 
 # Weight of the tie of rotations about the normal: PARAM K6ROT, by default 100, times 1e-6 of the membrane's shear

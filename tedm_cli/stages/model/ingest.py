@@ -25,7 +25,7 @@ from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
 from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.fortran_records import require_records
-from tedm_cli.nastran.parameters import number_parameter
+from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.reading import deck_files, read_deck
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
