@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from tedm_cli.errors import InputError
+from tedm_cli.regular_file import require_regular_file
 
 _BOM = "\u00ef\u00bb\u00bf"  # of UTF-8, as Latin-1 reads it
+_MOST_NAME_LINES = 20  # of one quoted name
 _INCLUDE = re.compile(r"\s*INCLUDE(?=[\s'\"=])\s*=?\s*", re.I)
 
 
@@ -56,7 +59,7 @@ def read_sections(path: Path) -> Sections:
         BEGIN BULK; a second BEGIN (superelements, modules, auxiliary models).
     """
     files: list[Path] = []
-    lines = _expand(path, path, (), files)
+    lines = _expand(path, files)
     words = [line.code.strip().upper() for line in lines]
     cend = next((i for i, word in enumerate(words) if re.fullmatch(r"CEND\b.*", word)), None)
     begin = next((i for i, word in enumerate(words) if re.match(r"BEGIN\b", word)), None)
@@ -86,51 +89,71 @@ def read_sections(path: Path) -> Sections:
     )
 
 
-def _expand(file: Path, main: Path, above: tuple[Path, ...], files: list[Path]) -> list[Line]:
-    if file.resolve() in above:
-        raise InputError("includes itself", where=str(file))
+def _expand(main: Path, files: list[Path]) -> list[Line]:
+    """The lines of a deck with its INCLUDEs in place, nested to any depth; `files` takes the files as they are read."""
+    out: list[Line] = []
+    opened: dict[Path, Iterator[Line]] = {}  # from the main file down to the one that is being read
+    file: Path | None = main
+    while opened or file is not None:
+        if file is not None:
+            if file.resolve() in opened:
+                raise InputError("includes itself", where=str(file))
+            files.append(file)
+            opened[file.resolve()], file = _lines(file), None
+        reading = opened[next(reversed(opened))]
+        for line in reading:
+            statement = _INCLUDE.match(line.text)
+            if statement is not None:
+                name = _include_name(line.text[statement.end() :], islice(reading, _MOST_NAME_LINES), line.place)
+                file = _resolve(name, main, line.file, line.place)
+                break
+            out.append(line)
+        else:
+            opened.popitem()
+            if opened and out and not out[-1].text.endswith(("\n", "\r")):
+                out[-1] = out[-1]._replace(text=out[-1].text + "\n")
+    return out
+
+
+def _lines(file: Path) -> Iterator[Line]:
+    require_regular_file(file)
     try:
         raw = file.read_bytes()
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(file)) from exc
-    files.append(file)
     texts = [text.decode("latin-1") for text in raw.splitlines(keepends=True)]  # str.splitlines breaks at more
     if texts:
         texts[0] = texts[0].removeprefix(_BOM)
-    out: list[Line] = []
-    number = 0
-    while number < len(texts):
-        line = Line(texts[number], file, number + 1)
-        number += 1
-        statement = _INCLUDE.match(line.text)
-        if statement is None:
-            out.append(line)
-            continue
-        name, used = _include_name([line.text[statement.end() :], *texts[number : number + 20]], line.place)
-        number += used - 1
-        included = _resolve(name, main, file, line.place)
-        out += _expand(included, main, (*above, file.resolve()), files)
-        if out and not out[-1].text.endswith(("\n", "\r")):
-            out[-1] = out[-1]._replace(text=out[-1].text + "\n")
-    return out
+    return (Line(text, file, number) for number, text in enumerate(texts, start=1))
 
 
-def _include_name(texts: Sequence[str], place: str) -> tuple[str, int]:
-    """The name an INCLUDE gives, and the number of lines it takes; a quoted name goes on until its closing quote."""
-    first = texts[0].strip()
-    quote = first[:1]
+def _include_name(text: str, following: Iterator[Line], place: str) -> str:
+    """The name an INCLUDE gives; a quoted name goes on in the lines that follow, until its closing quote."""
+    name = text.strip()
+    quote = name[:1]
     if quote not in ("'", '"'):
-        name, used = first.split("$")[0].strip(), 1
+        name = name.split("$")[0]
     else:
-        name, used = first[1:], 1
+        name = name[1:]
         while quote not in name:
-            if used == len(texts):
+            more = next(following, None)
+            if more is None:
                 raise InputError("INCLUDE lacks its closing quote", where=place)
-            name, used = name + texts[used].strip(), used + 1
+            name += more.text.strip()
         name = name[: name.index(quote)]
     if not name.strip():
         raise InputError("INCLUDE names no file", where=place)
-    return name.strip(), used
+    return name.strip()
+
+
+def system_name(name: str) -> str:
+    """A file name of a deck, which is read as Latin-1, as the system writes it (UTF-8); `deck_text` is the inverse."""
+    return os.fsdecode(name.encode("latin-1"))
+
+
+def deck_text(name: str) -> str:
+    """A file name as it stands in a deck that is read and written as Latin-1."""
+    return os.fsencode(name).decode("latin-1")
 
 
 def _resolve(name: str, main: Path, parent: Path, place: str) -> Path:
@@ -150,12 +173,13 @@ def _resolve(name: str, main: Path, parent: Path, place: str) -> Path:
         name = f"{os.environ[variable]}/{rest}"
     found: dict[Path, Path] = {}
     for folder in (main.parent, parent.parent):
-        for spelled in (name, name.replace("\\", "/")):
+        for spelled in (s for given in (system_name(name), name) for s in (given, given.replace("\\", "/"))):
             if (folder / spelled).is_file():
                 found.setdefault((folder / spelled).resolve(), folder / spelled)
                 break
     if not found:
-        raise InputError(f"INCLUDE of a file that does not exist: {main.parent / name}", where=place)
+        require_regular_file(main.parent / system_name(name))
+        raise InputError(f"INCLUDE of a file that does not exist: {main.parent / system_name(name)}", where=place)
     if len(found) > 1:
         raise InputError(
             f"INCLUDE '{name}' can be {' or '.join(str(f) for f in found.values())}",

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.captured_output import captured_output, fact_of
 from tedm_cli.nastran.cards import refuse_lost_fields
+from tedm_cli.nastran.deck_lines import system_name
+from tedm_cli.regular_file import require_regular_file
 
 _ON_GRIDS = "temperatures other than of grids are not read: load the grids with TEMP and TEMPD"
 # Cards that pyNastran does not read (or that nothing here reads), so that what they say would be passed over.
@@ -35,12 +40,13 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
     """
     from pyNastran.bdf.bdf import BDF
 
+    require_regular_file(path)
     if not path.is_file():
         raise InputError("no such deck", where=str(path), hint="make one with `tedm write-deck`, or name your own")
     _scan(path)
     model = BDF(debug=None)
     refuse_lost_fields(model, path)
-    with captured_output() as chatter:
+    with captured_output() as chatter, _include_names():
         try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
             if cross_reference:
@@ -84,12 +90,11 @@ def any_encoding(model: Any) -> str:
 
 def deck_files(model: Any, path: Path) -> list[Path]:
     """The deck and every file it includes, in the order read."""
-    files: list[Path] = []
+    files: dict[Path, Path] = {}
     for name in [path, *(Path(str(f)) for f in model.active_filenames)]:
-        resolved = name if name.exists() else path.parent / name
-        if resolved.resolve() not in [f.resolve() for f in files]:
-            files.append(resolved)
-    return files
+        found = name if name.exists() else path.parent / name
+        files.setdefault(found.resolve(), found)
+    return list(files.values())
 
 
 def _scan(path: Path) -> None:
@@ -122,8 +127,6 @@ def _scan(path: Path) -> None:
 
 def _included(lines: list[str], folder: Path, place: str) -> Path:
     """The file an INCLUDE names, from the line it begins in; like pyNastran, relative to the main file's folder."""
-    from pyNastran.bdf.bdf_interface.include_file import get_include_filename
-
     card = [lines[0].split("$")[0].strip()]
     if card[0].count("'") == 1:  # a long name goes on until its closing quote
         last = next((i for i, line in enumerate(lines[1:], start=1) if "'" in line), None)
@@ -131,7 +134,7 @@ def _included(lines: list[str], folder: Path, place: str) -> Path:
             raise InputError("INCLUDE lacks its closing quote", where=place)
         card += [line.split("$")[0].strip() for line in lines[1 : last + 1]]
     try:
-        name = str(get_include_filename(card, include_dir=str(folder.absolute())))
+        name = _include_file(card, str(folder.absolute()))
     except (SyntaxError, IndexError) as exc:
         raise InputError("INCLUDE names no file", where=place) from exc
     included = folder.absolute() / name
@@ -140,5 +143,28 @@ def _included(lines: list[str], folder: Path, place: str) -> Path:
     except (OSError, ValueError) as exc:  # a name that no file can have
         raise InputError(f"INCLUDE names no file: {name[:80]}", where=place) from exc
     if not there:
+        require_regular_file(included)
         raise InputError(f"INCLUDE of a file that does not exist: {included}", where=place)
     return included
+
+
+def _include_file(card: Sequence[str], include_dir: str = "", is_windows: bool | None = None) -> str:
+    """The file that the lines of an INCLUDE name, in whichever of the forms of the name there is one."""
+    from pyNastran.bdf.bdf_interface.include_file import get_include_filename
+
+    forms = ([system_name(line) for line in card], list(card))
+    names = [str(get_include_filename(lines, include_dir=include_dir, is_windows=is_windows)) for lines in forms]
+    return next((name for name in names if os.path.isfile(name)), names[0])
+
+
+@contextmanager
+def _include_names() -> Iterator[None]:
+    """Let pyNastran find the files of INCLUDEs by the names that `_scan` has found."""
+    from pyNastran.bdf.bdf_interface import pybdf
+
+    theirs = pybdf.get_include_filename
+    pybdf.get_include_filename = _include_file
+    try:
+        yield
+    finally:
+        pybdf.get_include_filename = theirs

@@ -14,7 +14,7 @@ from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.bulk_lines import kept_bulk
 from tedm_cli.nastran.case_control import Control, unit_control
-from tedm_cli.nastran.deck_lines import Line, Sections, read_sections
+from tedm_cli.nastran.deck_lines import Line, Sections, deck_text, read_sections
 from tedm_cli.nastran.geometry import Grids, grids, id_list, rows_of
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
@@ -139,7 +139,7 @@ def unit_deck(
     control.append("BEGIN BULK")
     added = ["$ Unit loads added by tedm to the bulk data of"]
     for file in sections.files:
-        added += [f"$   {file.name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
+        added += [f"$   {deck_text(file.name)}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
     for sid, ids in zip(sids, warmed, strict=False):
         added += temperature_cards(sid, reference.value, ids)
     if reference.is_initial:

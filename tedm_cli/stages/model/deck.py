@@ -14,6 +14,7 @@ from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.unit_deck import read_source, unit_deck
 from tedm_cli.nastran.unit_deck_check import verify_unit_deck
+from tedm_cli.regular_file import require_regular_file
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         raise ConfigError(missing, where=str(file.path))
     out = output if output is not None else project.resolve(table.deck)
     bdf = project.resolve(str(table.bdf))
+    require_regular_file(bdf)
     if not bdf.is_file():
         raise InputError("no such model", where=str(bdf), hint="correct model.bdf")
     with replacing(out) as temporary:
