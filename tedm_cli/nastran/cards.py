@@ -11,6 +11,8 @@ from tedm_cli.errors import InputError
 
 _MOST_IDS = 10_000_000  # a range is written out as it is read
 _LARGEST_EXPONENT = 300
+LARGEST_INTEGER = 2**31 - 1  # Nastran's integers have 32 bits, and so have ids in results
+_LONG = re.compile(r"\d{10}")
 _SUSPECT = re.compile(r"nan|inf|[+-]\d{3}|thru", re.I)
 _NO_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)", re.I)
 _EXPONENT = re.compile(r"[+-]?[\d.]+[eEdD]?([+-]?\d+)")
@@ -21,7 +23,8 @@ def refuse_lost_fields(model: Any, path: Path) -> None:
     """Have a pyNastran model, before it reads a deck, refuse what it would pass over.
 
     These are fields behind the tenth of a line in free form; a CORD2R, CORD2C or CORD2S without its continuation, whose
-    third point would be the origin, or with another's; NaN, infinity and what overflows; ranges (THRU) of more ids than
+    third point would be the origin, or with another's; NaN, infinity, what overflows and integers of more than
+    32 bits; ranges (THRU) of more ids than
     there can be. The model then raises `InputError`.
     """
     create = model.create_card_object
@@ -31,6 +34,8 @@ def refuse_lost_fields(model: Any, path: Path) -> None:
         problem = "" if is_list else _line_problem(card_lines)
         if made is not card_lines:
             problem = problem or _frame_problem(fields)
+            if _LONG.search(" ".join(str(line) for line in card_lines)):
+                problem = problem or _integer_problem(fields)
             if _SUSPECT.search(" ".join(str(line) for line in card_lines)):
                 problem = problem or _number_problem(fields)
         if problem:
@@ -60,13 +65,26 @@ def _frame_problem(fields: Sequence[str | None]) -> str:
 
 
 def _number_problem(fields: Sequence[str | None]) -> str:
-    for i, field in enumerate(fields):
+    for field in fields:
         text = (field or "").strip()
         exponent = _EXPONENT.fullmatch(text)
         if _NO_NUMBER.fullmatch(text) or (exponent and "." in text and int(exponent[1]) > _LARGEST_EXPONENT):
             return f"{text} is no number"
-        if text.upper() == "THRU" and 1 < i < len(fields) - 1:
-            first, last = str(fields[i - 1]).strip(), str(fields[i + 1]).strip()
-            if first.isdigit() and last.isdigit() and int(last) - int(first) > _MOST_IDS:
-                return f"{first} THRU {last} names more ids than can be read"
+    return range_problem([(field or "").strip().upper() for field in fields])
+
+
+def _integer_problem(fields: Sequence[str | None]) -> str:
+    for field in fields:
+        text = (field or "").strip()
+        if text.lstrip("+-").isdecimal() and abs(int(text)) > LARGEST_INTEGER:
+            return f"{text} is larger than any id"
+    return ""
+
+
+def range_problem(words: Sequence[str]) -> str:
+    """What is wrong with the ranges (THRU) among the words of a list of ids."""
+    for i in range(1, len(words) - 1):
+        first, last = words[i - 1], words[i + 1]
+        if words[i] == "THRU" and first.isdecimal() and last.isdecimal() and int(last) - int(first) > _MOST_IDS:
+            return f"{first} THRU {last} names more ids than can be read"
     return ""

@@ -11,7 +11,7 @@ from typing import Any
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.captured_output import captured_output, fact_of
-from tedm_cli.nastran.cards import refuse_lost_fields
+from tedm_cli.nastran.cards import LARGEST_INTEGER, range_problem, refuse_lost_fields
 from tedm_cli.nastran.deck_lines import system_name
 from tedm_cli.regular_file import require_regular_file
 
@@ -46,7 +46,7 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
     _scan(path)
     model = BDF(debug=None)
     refuse_lost_fields(model, path)
-    with captured_output() as chatter, _include_names():
+    with captured_output() as chatter, _guided(path):
         try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
             if cross_reference:
@@ -56,6 +56,9 @@ def read_deck(path: Path, *, cross_reference: bool = True) -> Any:
         except Exception as exc:  # malformed decks make pyNastran raise almost anything, and classes of its own
             fact = fact_of(exc, chatter.getvalue())
             raise InputError(f"pyNastran cannot read the deck: {fact}", where=str(path)) from exc
+    large = [int(n) for n in model.subcases if int(n) > LARGEST_INTEGER]
+    if large:
+        raise InputError(f"SUBCASE {large[0]}: is larger than any id", where=str(path))
     lost = sorted(name for name in model.reject_count if name.startswith("C"))
     if lost:
         raise InputError(f"elements that pyNastran does not know: {', '.join(lost)}", where=str(path))
@@ -158,13 +161,21 @@ def _include_file(card: Sequence[str], include_dir: str = "", is_windows: bool |
 
 
 @contextmanager
-def _include_names() -> Iterator[None]:
-    """Let pyNastran find the files of INCLUDEs by the names that `_scan` has found."""
+def _guided(path: Path) -> Iterator[None]:
+    """Let pyNastran find the files of INCLUDEs by the names that `_scan` has found, and write out no endless SET."""
+    from pyNastran.bdf import subcase
     from pyNastran.bdf.bdf_interface import pybdf
 
-    theirs = pybdf.get_include_filename
-    pybdf.get_include_filename = _include_file
+    include_file, expanded = pybdf.get_include_filename, subcase.expand_thru_case_control
+
+    def bounded(values: Sequence[Any]) -> Any:
+        problem = range_problem(" ".join(str(value) for value in values).upper().replace(",", " ").split())
+        if problem:
+            raise InputError(f"SET of the case control: {problem}", where=str(path), hint="write SET n = ALL")
+        return expanded(values)
+
+    pybdf.get_include_filename, subcase.expand_thru_case_control = _include_file, bounded
     try:
         yield
     finally:
-        pybdf.get_include_filename = theirs
+        pybdf.get_include_filename, subcase.expand_thru_case_control = include_file, expanded

@@ -41,7 +41,7 @@ def read_shells(model: Any, references: CardReferences, card: str) -> ShellBlock
     weight = _K6ROT_UNIT * number_parameter(model, "K6ROT", _K6ROT, references.where)
     return ShellBlock(
         element_id=np.array([shell.eid for shell in shells], dtype=np.int64),
-        connectivity=references.rows([shell.nodes for shell in shells], card).reshape(-1, n),
+        connectivity=references.rows([s.nodes for s in shells], card, [s.eid for s in shells]).reshape(-1, n),
         membrane_stiffness=membrane,
         bending_stiffness=bending,
         shear_stiffness=shear,
