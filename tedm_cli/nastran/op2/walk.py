@@ -132,9 +132,10 @@ class Walk(dict[bytes, Any]):
                 raise
             except Exception as exc:  # damaged files make pyNastran raise almost anything
                 fact = fact_of(exc, chatter.getvalue())
-                if "unknown version" in fact or isinstance(exc, NotImplementedError):
+                version = re.search(r"unknown version.{,140}", str(exc))
+                if version or isinstance(exc, NotImplementedError):
                     raise InputError(
-                        f"an OP2 of a Nastran that pyNastran does not recognise: {fact}",
+                        f"an OP2 of a Nastran that pyNastran does not recognise: {version[0] if version else fact}",
                         where=str(self.path),
                         hint="files of MSC, NX (Simcenter), OptiStruct and MYSTRAN are read (PARAM,POST,-1)",
                     ) from exc
