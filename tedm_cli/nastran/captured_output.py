@@ -35,6 +35,8 @@ _PLAIN = tuple(
         (r"(pid=\S+) not found, .*required by (\w+ \w+=[^\s.]+).*", r"\2 names \1, which is no property"),
         (r"(cid=\S+) not found, .*required by (\w+ \w+=[^\s.]+).*", r"\2 names \1, which is no coordinate system"),
         (r"len\((?:\w+ )?card\) ?= ?(\d+).*", r"has \1 fields, which the card does not have"),
+        (r"maximum recursion depth exceeded.*", "its coordinate systems refer to each other in a loop"),
+        (r"v=\[.*\] norm\(v\)=0\.0.*", "its three points lie on a line"),
         (r"node_ids = \[(.*)\]", r"its grids are \1, and some of these are none"),
         (r"self\.(\w+) IDs are not unique=\[(.*)\]", r"\1 \2 occurs twice"),
         (r"\w+\.sid=(\d+) old=.*", r"set \1 is there twice"),

@@ -64,6 +64,16 @@ DECKS = {
         "GRID,2,,0,",
         ["GRID 2: field 3 (x1) is '0', and must be a float"],
     ),
+    "frames in a loop": (
+        "ENDDATA",
+        "CORD2R,5,6,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nCORD2R,6,5,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nENDDATA",
+        ["its coordinate systems refer to each other in a loop"],
+    ),
+    "frame on a line": (
+        "ENDDATA",
+        "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,0.,2.\nENDDATA",
+        ["CORD2R 5: its three points lie on a line"],
+    ),
     "CONM2 nowhere": ("ENDDATA", "CONM2,77,333,,1.\nENDDATA", ["333", "CONM2 eid=77"]),
     "CMASS2 of one direction": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS 77", "3, 0, 0"]),
     "superelement": ("ENDDATA", "SESET,1,1,2\nENDDATA", ["SESET"]),
