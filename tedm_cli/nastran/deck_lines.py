@@ -59,7 +59,7 @@ def read_sections(path: Path) -> Sections:
         BEGIN BULK; a second BEGIN (superelements, modules, auxiliary models).
     """
     files: list[Path] = []
-    lines = _expand(path, files)
+    lines = list(_expand(path, files))
     words = [line.code.strip().upper() for line in lines]
     cend = next((i for i, word in enumerate(words) if re.fullmatch(r"CEND\b.*", word)), None)
     begin = next((i for i, word in enumerate(words) if re.match(r"BEGIN\b", word)), None)
@@ -89,9 +89,8 @@ def read_sections(path: Path) -> Sections:
     )
 
 
-def _expand(main: Path, files: list[Path]) -> list[Line]:
+def _expand(main: Path, files: list[Path]) -> Iterator[Line]:
     """The lines of a deck with its INCLUDEs in place, nested to any depth; `files` takes the files as they are read."""
-    out: list[Line] = []
     opened: dict[Path, Iterator[Line]] = {}  # from the main file down to the one that is being read
     file: Path | None = main
     while opened or file is not None:
@@ -107,12 +106,10 @@ def _expand(main: Path, files: list[Path]) -> list[Line]:
                 name = _include_name(line.text[statement.end() :], islice(reading, _MOST_NAME_LINES), line.place)
                 file = _resolve(name, main, line.file, line.place)
                 break
-            out.append(line)
+            whole = len(opened) == 1 or line.text.endswith(("\n", "\r"))
+            yield line if whole else line._replace(text=line.text + "\n")
         else:
             opened.popitem()
-            if opened and out and not out[-1].text.endswith(("\n", "\r")):
-                out[-1] = out[-1]._replace(text=out[-1].text + "\n")
-    return out
 
 
 def _lines(file: Path) -> Iterator[Line]:
