@@ -12,6 +12,7 @@ import numpy as np
 from tedm_cli.arrays import IntArray
 from tedm_cli.config.areas import AREA_NAME
 from tedm_cli.errors import InputError
+from tedm_cli.regular_file import require_regular_file
 
 _GRID_ID = re.compile(r"[1-9][0-9]{0,8}")  # Nastran's ids have at most nine digits
 _AREA_NAME = re.compile(AREA_NAME)
@@ -24,6 +25,7 @@ def read_area_csv(path: Path) -> dict[str, IntArray]:
     ------
     InputError : no such file, another header, a line that is not an id and a name, a grid named twice.
     """
+    require_regular_file(path)
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             rows = list(csv.reader(stream))

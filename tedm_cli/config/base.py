@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.provenance import ConfigFile
+from tedm_cli.regular_file import require_regular_file
 
 IDENTIFIER = r"^[A-Za-z0-9_-]+$"  # what may be part of a file's name anywhere
 
@@ -28,6 +29,7 @@ T = TypeVar("T", bound=Strict)
 
 def read_toml(path: Path) -> tuple[ConfigFile, dict[str, Any]]:
     """Read a TOML file; raise `InputError` when it is not there and `ConfigError` when it is not TOML."""
+    require_regular_file(path)
     try:
         raw = path.read_bytes()
     except OSError as exc:

@@ -13,6 +13,7 @@ import numpy as np
 from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.correlation import LabelledMatrix
+from tedm_cli.regular_file import require_regular_file
 
 
 def read_matrix(path: Path) -> LabelledMatrix:
@@ -27,6 +28,7 @@ def read_matrix(path: Path) -> LabelledMatrix:
     InputError : no such file, another form, an entry that is no finite number (with its line), rows that are not the
         columns.
     """
+    require_regular_file(path)
     try:
         names, value = _read_npz(path) if path.suffix.lower() == ".npz" else _read_csv(path)
     except OSError as exc:

@@ -110,9 +110,9 @@ def _key_problems(at: str, e: ElementTable, grids: Mapping[str, Any], imported: 
         needed, allowed = needed & {"grid"}, needed | allowed
     given = {key for key in OPTIONAL_KEYS if getattr(e, key) is not None}
     absent = needed - given - ({"grid"} if e.name in grids else set())
-    out = [(f"{at}.{key}", f"missing; a {e.kind} ({e.name}) needs it") for key in OPTIONAL_KEYS if key in absent]
+    out = [(f"{at}.{key}", f"missing; {_one(e.kind)} ({e.name}) needs it") for key in OPTIONAL_KEYS if key in absent]
     out += [
-        (f"{at}.{key}", f"a {e.kind} ({e.name}) has no such key")
+        (f"{at}.{key}", f"{_one(e.kind)} ({e.name}) has no such key")
         for key in OPTIONAL_KEYS
         if key in given - needed - allowed
     ]
@@ -203,7 +203,7 @@ def _set_problems(at: str, photodiodes: list[str], known: dict[str, ElementTable
         if name not in known:
             out.append((f"{at}[{i}]", f"unknown element {name!r}{_near(name, known)}"))
         elif element is not None and element.kind != "photodiode":
-            out.append((f"{at}[{i}]", f"{name} is a {element.kind}, not a photodiode"))
+            out.append((f"{at}[{i}]", f"{name} is {_one(element.kind)}, not a photodiode"))
     return out
 
 
@@ -217,6 +217,11 @@ def _duplicates(at: str, key: str, values: Sequence[Any]) -> Problems:
             out.append((f"{at}[{i}]{'.' if key else ''}{key}", f"{value!r} is already {at}[{places[value]}]"))
         places.setdefault(value, i)
     return out
+
+
+def _one(kind: str) -> str:
+    """The kind with its article."""
+    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
 
 
 def _near(name: str, known: Iterable[str]) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tedm_cli.errors import InputError
+from tedm_cli.regular_file import require_regular_file
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,8 @@ class Provenance:
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a file, read in blocks; `InputError` when it cannot be read."""
+    """SHA-256 of a regular file, read in blocks; `InputError` when it cannot be read."""
+    require_regular_file(path)
     digest = hashlib.sha256()
     try:
         with open(path, "rb") as stream:
@@ -58,8 +60,17 @@ def sha256_of(path: Path) -> str:
 
 
 def input_files(paths: Iterable[Path]) -> tuple[InputFile, ...]:
-    """Sum the files in their order beside what the stage does next: it takes about as long as reading them."""
+    """Sum the files in their order beside what the stage does next: it takes about as long as reading them.
+
+    Raises
+    ------
+    InputError : a path to what is no regular file, or whose name is not UTF-8 and cannot be recorded.
+    """
     sums: list[tuple[Path, Future[str]]] = [(path, Future()) for path in paths]
+    for path, _ in sums:
+        require_regular_file(path)
+        if not os.fsencode(path).isascii() and str(path) != os.fsencode(path).decode("utf-8", "replace"):
+            raise InputError("has a name that is not UTF-8", where=str(path), hint="rename the file, or its folder")
 
     def run() -> None:
         for path, digest in sums:

@@ -35,6 +35,7 @@ from tedm_cli.files.contract_check import (
 )
 from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
+from tedm_cli.regular_file import require_regular_file
 
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
 HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
@@ -266,6 +267,7 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
     InputError : missing, not HDF5, of another kind or version, or with datasets that do not fit the contract.
     """
     rebuild = f"make it with `{kind.made_by}`"
+    require_regular_file(path)
     try:
         file = h5py.File(path, "r", rdcc_nbytes=_NO_CACHE)
     except FileNotFoundError as exc:
@@ -293,6 +295,7 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
 
 def kind_of(path: Path) -> FileKind:
     """The kind of a file, from its schema attribute."""
+    require_regular_file(path)
     try:
         with h5py.File(path, "r") as file:
             schema = str(file.attrs.get("schema", ""))
@@ -341,6 +344,7 @@ def open_columns(path: Path, key: str) -> Iterator[Columns]:
     ------
     InputError : missing, not HDF5, or with columns of different lengths.
     """
+    require_regular_file(path)
     try:
         file = h5py.File(path, "r")
     except FileNotFoundError as exc:

@@ -24,6 +24,7 @@ from tedm_cli.matrix_files.named import (
     parsed_declaration,
     text_list,
 )
+from tedm_cli.regular_file import require_regular_file
 
 #: MATLAB 5 to 7 hold no larger variable.
 LARGEST_BYTES = 2**31
@@ -37,6 +38,7 @@ def read_mat(path: Path, name: str) -> RawMatrix:
     ------
     InputError : not a MAT file of MATLAB 4 to 7, or without such a matrix.
     """
+    require_regular_file(path)
     try:
         with open(path, "rb") as stream:
             begin = stream.read(512)

@@ -19,6 +19,7 @@ from tedm_cli.matrix_files.named import (
     parsed_declaration,
     text_list,
 )
+from tedm_cli.regular_file import require_regular_file
 
 
 def read_npz(path: Path, name: str) -> RawMatrix:
@@ -28,6 +29,7 @@ def read_npz(path: Path, name: str) -> RawMatrix:
     ------
     InputError : not an NPZ file, or without such a matrix.
     """
+    require_regular_file(path)
     try:
         with np.load(path, allow_pickle=False) as file:
             held = {key: file[key] for key in file.files if key == name or key.startswith(f"{name}.")}

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tedm_cli.errors import InputError
+from tedm_cli.regular_file import require_regular_file
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
     ------
     InputError : no such file, or not a CSV in UTF-8.
     """
+    require_regular_file(path)
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream, strict=True)

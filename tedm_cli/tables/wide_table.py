@@ -19,6 +19,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import HDF5_SUFFIXES, Columns, open_columns
+from tedm_cli.regular_file import require_regular_file
 
 BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB
 
@@ -65,6 +66,7 @@ def open_wide(path: Path, key: str) -> Iterator[WideTable]:
             _require(source.columns, key, str(path), source.ignored)
             yield _Hdf5Table(path, key, source)
         return
+    require_regular_file(path)
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             yield _CsvTable(path, key, stream)

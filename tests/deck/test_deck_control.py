@@ -244,8 +244,13 @@ class _Sets:
         self.loads = loads
 
 
+def test_mass_by_a_matrix_is_refused_before_a_deck_is_written(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="M2GG"):
+        written(tmp_path, plain(bricks(), control("M2GG = MEX\n", above="SPC = 1\n")))
+
+
 def test_scalar_points_and_default_grids_are_no_hindrance(tmp_path: Path) -> None:
-    extra = [("SPOINT", "77"), ("GRDSET", "", "", "", "", "", "456")]
+    extra = [("SPOINT", "77"), ("GRDSET", "", "", "", "", "", "", "456")]
     _, done = written(tmp_path, plain([*bricks(), *extra]))
     assert done.grids == 12
 

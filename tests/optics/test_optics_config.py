@@ -113,6 +113,8 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
         ("axes = [[1.0, 0.0, 0.0]", "axes = [[-1.0, 0.0, 0.0]", "frame.axes", "right-handed"),
         ("axes = [[1.0, 0.0, 0.0]", "axes = [[1.0, 0.1, 0.0]", "frame.axes", "right-handed"),
         ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "M1"]', "sets.A[1]", "M1 is a mirror, not a photodiode"),
+        ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "FIM"]', "sets.A[1]", "FIM is an injector, not a photodiode"),
+        ("aperture_m = 0.004", "index = 1.5", "element[2].index", "an injector (FIM) has no such key"),
         ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "PD12C"]', "sets.A[1]", "unknown element 'PD12C'; did you mean PD12"),
         ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "PD1A"]', "sets.A[1]", "'PD1A' is already sets.A[0]"),
         ('A = ["PD1A", "PD12A"]', 'A = ["PD1A"]', "sets.A", "3 laser outputs cannot give 6 read-outs"),

@@ -25,6 +25,7 @@ from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
 from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.fortran_records import require_records
+from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.plausible import is_mass_tensor
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
@@ -147,7 +148,7 @@ def _masses(
     """Geometry and masses, checked against pyNastran and the solver, and then without the test masses' own parts."""
     whole = model_geometry(model, files)
     sample = check_sample(model, whole)
-    wtmass = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    wtmass = number_parameter(model, "WTMASS", 1.0, str(files[0]))
     tables = check_weight_tables(results, whole, wtmass)
     geometry, removed = without_test_masses(whole, config, where)
     properties = properties_of(geometry)
