@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import sys
 import threading
@@ -11,7 +10,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.errors import InputError
+from tedm_cli.files.seal import sha256_of
 
 
 @dataclass(frozen=True)
@@ -43,18 +42,6 @@ class Provenance:
     configs: tuple[ConfigFile, ...]
     inputs: tuple[InputFile, ...]
     command: str
-
-
-def sha256_of(path: Path) -> str:
-    """SHA-256 of a file, read in blocks; `InputError` when it cannot be read."""
-    digest = hashlib.sha256()
-    try:
-        with open(path, "rb") as stream:
-            while block := stream.read(1 << 20):
-                digest.update(block)
-    except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
-    return digest.hexdigest()
 
 
 def input_files(paths: Iterable[Path]) -> tuple[InputFile, ...]:
