@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, FLAG, NAMES, QUANTITIES, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import AREAS, COUNT, FLAG, NAMES, QUANTITIES, Dataset, FileKind, Values
 
 CASE = FileKind(
     "case",
@@ -95,7 +95,9 @@ CASE = FileKind(
         ),
         "/bound_ratio/bound": Dataset(("bound",), "str", "1", "bounds, as under /bounds", values=NAMES),
         "/bound_ratio/ratio": Dataset(("verdict", "bound"), "float", "1", "ratio of each verdict at the bound"),
-        "/improvement/count": Dataset(("count",), "int", "1", "number of areas improved, the worst first"),
+        "/improvement/count": Dataset(
+            ("count",), "int", "1", "number of areas improved, the worst first", values=Values(least=0, ascending=True)
+        ),
         "/improvement/area": Dataset(
             ("verdict", "rank"),
             "int",
@@ -174,8 +176,8 @@ CASE = FileKind(
             optional=True,
         ),
         "/realisation/rate": Dataset((), "float", "Hz", "samples per second of the realisation", optional=True),
-        "/realisation/samples": Dataset((), "int", "1", "samples of the realisation", optional=True),
-        "/realisation/seed": Dataset((), "int", "1", "seed of the random numbers", optional=True),
+        "/realisation/samples": Dataset((), "int", "1", "samples of the realisation", optional=True, values=COUNT),
+        "/realisation/seed": Dataset((), "int", "1", "seed of the random numbers", optional=True, values=COUNT),
     },
     fixed_dims={"band_edge": 2, "plane": 2},
     derived_dims={"area_column": ("area", 1, 0)},

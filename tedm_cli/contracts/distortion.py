@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, GRID, NAMES, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import AREAS, BASIC, GRID, ID, NAMES, Dataset, FileKind, Values
 
 DISTORTION = FileKind(
     "distortion",
@@ -25,7 +25,7 @@ DISTORTION = FileKind(
             ("area", "offset_node", "xyz"), "float", "rad/K", "rotation of these grids per kelvin of an area", BASIC
         ),
         "/optical/name": Dataset(("optical",), "str", "1", "optical element", values=NAMES),
-        "/optical/grid": Dataset(("optical",), "int", "1", "Nastran grid that carries the element's motion"),
+        "/optical/grid": Dataset(("optical",), "int", "1", "Nastran grid that carries the element's motion", values=ID),
         "/optical/position": Dataset(("optical", "xyz"), "float", "m", "position of that grid", BASIC),
         "/D_opt/translation": Dataset(
             ("area", "optical", "xyz"), "float", "m/K", "translation of the optical elements per kelvin", BASIC

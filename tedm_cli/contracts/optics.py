@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, LAYOUT, NAMES, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import AREAS, COUNT, LAYOUT, NAMES, Dataset, FileKind, Values
 
 _UNITS = Values(words=("m", "rad"))
 
@@ -57,7 +57,7 @@ OPTICS = FileKind(
         "/label/read_out_unit": Dataset(("read_out",), "str", "1", "unit of the read-out", values=_UNITS),
         "/set/name": Dataset(("set",), "str", "1", "redundant sets of photodiodes", values=NAMES),
         "/set/condition": Dataset(("set",), "float", "1", "condition number of O of the set (m, rad)"),
-        "/rank": Dataset((), "int", "1", "rank of O_ideal"),
+        "/rank": Dataset((), "int", "1", "rank of O_ideal", values=COUNT),
         "/singular_values": Dataset(("test_mass_dof_singular",), "float", "1", "singular values of O_ideal"),
         "/residual/name": Dataset(("residual",), "str", "1", "invariance that the matrices must keep", values=NAMES),
         "/residual/value": Dataset(("residual",), "float", "1", "dimensionless residual of the invariance"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, FLAG, GRID, NAMES, TM_FRAME, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import AREAS, BASIC, COUNT, FLAG, GRID, NAMES, TM_FRAME, Dataset, FileKind, Values
 
 SENSITIVITY = FileKind(
     "sensitivity",
@@ -37,7 +37,7 @@ SENSITIVITY = FileKind(
             "1",
             "quadrature error: tolerance per element for the structure (nan: lumped), estimate for the others",
         ),
-        "/source/points": Dataset(("test_mass", "source"), "int", "1", "points the source is made of"),
+        "/source/points": Dataset(("test_mass", "source"), "int", "1", "points the source is made of", values=COUNT),
         "/source/mass_model": Dataset(
             (), "str", "1", "how the structure's mass is represented", values=Values(words=("quadrature", "lumped"))
         ),

@@ -23,6 +23,7 @@ class Values:
     starts_in : the integers are where each part begins along this dimension, and the end of the last.
     ascending : each integer is larger than the one before.
     flag : the integers are 0 or 1.
+    least : the least integer there may be.
     """
 
     words: tuple[str, ...] = ()
@@ -33,6 +34,7 @@ class Values:
     starts_in: str = ""
     ascending: bool = False
     flag: bool = False
+    least: int | None = None
 
     def rules(self) -> list[str]:
         """The same in words."""
@@ -44,11 +46,14 @@ class Values:
             *([f"from 0 to the length of {self.starts_in}, never falling"] if self.starts_in else []),
             *(["ascending"] if self.ascending else []),
             *(["0 or 1"] if self.flag else []),
+            *([f"at least {self.least}"] if self.least is not None else []),
         ]
 
 
 NAMES = Values(unique=True)
 FLAG = Values(flag=True)
+ID = Values(least=1)
+COUNT = Values(least=0)
 QUANTITIES = Values(words=("acceleration", "angular_acceleration", "displacement", "angle"))
 
 
@@ -73,7 +78,8 @@ class FileKind:
     """One kind of file between stages, and the subcommand that makes it.
 
     `fixed_dims` are lengths that are always the same. `derived_dims` gives others as (dimension, factor, addend).
-    `families` names the dataset with the names that stand for the braces in the paths of others.
+    `families` names the dataset with the names that stand for the braces in the paths of others: a family has one
+    dataset for each, or, where it is optional, for some. The optional datasets of a group come together.
     """
 
     name: str
@@ -92,7 +98,11 @@ class FileKind:
 
 AREAS = {
     "/area/id": Dataset(
-        ("area",), "int", "1", "number of the thermal area (subcase id of its unit load)", values=NAMES
+        ("area",),
+        "int",
+        "1",
+        "number of the thermal area (subcase id of its unit load)",
+        values=Values(unique=True, least=1),
     ),
     "/area/name": Dataset(("area",), "str", "1", "name of the thermal area", values=NAMES),
     "/area/group": Dataset(("area",), "str", "1", "group the thermal area belongs to"),
@@ -102,6 +112,6 @@ AREAS = {
     "/area/side": Dataset(("area",), "str", "1", "side of the plane y = 0", values=Values(words=("+y", "-y", "mid"))),
 }
 GRID = {
-    "/grid/id": Dataset(("node",), "int", "1", "Nastran grid id", values=Values(ascending=True)),
+    "/grid/id": Dataset(("node",), "int", "1", "Nastran grid id", values=Values(ascending=True, least=1)),
     "/grid/position": Dataset(("node", "xyz"), "float", "m", "grid position", BASIC),
 }

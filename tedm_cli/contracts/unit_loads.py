@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, GRID, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import AREAS, BASIC, COUNT, GRID, ID, Dataset, FileKind, Values
 
 ELEMENTS = (
     *("CTETRA", "CPYRAM", "CPENTA", "CHEXA"),
@@ -42,9 +42,9 @@ UNIT_LOADS = FileKind(
             ("node", "xyz"), "real", "rad", "rotation when all areas are loaded together", BASIC, True
         ),
         "/uniform/load_K": Dataset((), "float", "K", "temperature step of the uniform load", optional=True),
-        "/element/id": Dataset(("element",), "int", "1", "Nastran element id"),
+        "/element/id": Dataset(("element",), "int", "1", "Nastran element id", values=ID),
         "/element/type": Dataset(("element",), "str", "1", "Nastran card name", values=Values(words=ELEMENTS)),
-        "/element/property_id": Dataset(("element",), "int", "1", "Nastran property id"),
+        "/element/property_id": Dataset(("element",), "int", "1", "Nastran property id, 0 for none", values=COUNT),
         "/element/node_offset": Dataset(
             ("element_edge",),
             "int",
@@ -82,7 +82,9 @@ UNIT_LOADS = FileKind(
             "Nastran card; CMASS for three equal scalar masses",
             values=Values(words=("CONM1", "CONM2", "CMASS")),
         ),
-        "/mass/concentrated_id": Dataset(("concentrated",), "int", "1", "Nastran id of each concentrated mass"),
+        "/mass/concentrated_id": Dataset(
+            ("concentrated",), "int", "1", "Nastran id of each concentrated mass", values=ID
+        ),
         "/mass/concentrated_node": Dataset(
             ("concentrated",), "int", "1", "row of /grid of each concentrated mass", values=Values(rows_of="node")
         ),

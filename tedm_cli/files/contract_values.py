@@ -25,21 +25,47 @@ def value_problems(file: Any, kind: FileKind, held: dict[str, Dataset], dims: di
             with reading(where, path):
                 problem = _problem(file, path, spec, dims)
             problems += [f"{path} {problem}"] * bool(problem)
-    for pattern in kind.datasets:
-        names = kind.families.get(pattern.rpartition("/{")[2].rstrip("}"), "") if "{" in pattern else ""
-        if names in held:
-            group = pattern.rsplit("/", 1)[0]
-            known = set(_texts(file[names][()]))
-            stray = [path for path in held if path.rsplit("/", 1)[0] == group and path.rsplit("/", 1)[1] not in known]
-            problems += [f"{path} has no name in {names}" for path in stray]
+    return problems + _family_problems(file, kind, held) + _lonely(kind, held)
+
+
+def _family_problems(file: Any, kind: FileKind, held: dict[str, Dataset]) -> list[str]:
+    """Members of families that no name belongs to, and members that families lack."""
+    problems = []
+    members: dict[tuple[str, str], dict[str, set[str]]] = {}  # of the optional families of one group
+    for pattern, spec in kind.datasets.items():
+        group, _, brace = pattern.rpartition("/")
+        names = kind.families.get(brace.strip("{}"), "") if "{" in brace else ""
+        if names not in held:
+            continue
+        known = _texts(file[names][()])
+        found = {path.rpartition("/")[2] for path in held if path.rpartition("/")[0] == group}
+        problems += [f"{group}/{name} has no name in {names}" for name in sorted(found - set(known))]
+        if spec.optional:
+            members.setdefault((group.rpartition("/")[0], names), {})[group] = found
+        else:
+            problems += [f"has no {group}/{name}" for name in known if name not in found]
+    for families in members.values():
+        every = set().union(*families.values())
+        problems += [f"has no {group}/{name}" for group, found in families.items() for name in sorted(every - found)]
     return problems
+
+
+def _lonely(kind: FileKind, held: dict[str, Dataset]) -> list[str]:
+    """Optional datasets that a file lacks though it has others of their group."""
+    present = {id(spec) for spec in held.values()}
+    optional = {path: spec for path, spec in kind.datasets.items() if spec.optional}
+    groups = {path.split("/")[1] for path, spec in optional.items() if id(spec) in present}
+    missing = [path for path, spec in optional.items() if id(spec) not in present]
+    return [f"has no {path}, but others of its group" for path in missing if path.split("/")[1] in groups]
 
 
 def _problem(file: Any, path: str, spec: Dataset, dims: dict[str, int]) -> str:
     rule, data = spec.values, file[path]
     if rule.unique and (problem := _twice(np.atleast_1d(data[()]))):
         return problem
-    if rule.words or rule.of in file:
+    if spec.dtype == "str":
+        if not rule.words and rule.of not in file:
+            return ""
         return _unknown(data, rule.words or tuple(_texts(file[rule.of][()])))
     if rule.starts_in in dims:
         return _edges(data, dims[rule.starts_in], rule.starts_in)
@@ -78,15 +104,19 @@ def _edges(data: Any, length: int, dim: str) -> str:
 
 
 def _integers(data: Any, rule: Values, dims: dict[str, int]) -> str:
-    if not (rule.flag or rule.rows_of or rule.ascending):
-        return ""
-    low, high = (0, 1) if rule.flag else (-1 if rule.none else 0, dims.get(rule.rows_of, 0) - 1)
+    low, high = -(2**63), 2**63 - 1
+    if rule.flag:
+        low, high = 0, 1
+    elif rule.rows_of:
+        low, high = -1 if rule.none else 0, dims.get(rule.rows_of, 0) - 1
+    elif rule.least is not None:
+        low = rule.least
     before: IntArray = np.zeros(0, dtype=np.int64)
     for start, block in _blocks(data):
-        if rule.flag or rule.rows_of:
-            wrong = np.flatnonzero((block < low) | (block > high))
-            if wrong.size:
-                return f"is {block[wrong[0]]} at {start + wrong[0]}, wanted {low} to {high}"
+        wrong = np.flatnonzero((block < low) | (block > high))
+        if wrong.size:
+            wanted = f"{low} to {high}" if high < 2**63 - 1 else f"at least {low}"
+            return f"is {block[wrong[0]]} at {start + wrong[0]}, wanted {wanted}"
         if rule.ascending:
             falls = np.flatnonzero(np.diff(np.concatenate([before, block])) <= 0)
             if falls.size:
