@@ -152,7 +152,7 @@ def letter_of_a_string(random: Random, file: h5py.File) -> None:
     text = bytearray(values.flat[row]) or bytearray(b"x")
     text[random.randrange(len(text))] ^= 1 << random.randrange(7)
     values.flat[row] = bytes(text)
-    file[path][...] = values.reshape(file[path].shape)
+    file[path][...] = np.array(values.tolist(), dtype=file[path].dtype).reshape(file[path].shape)
 
 
 @edit
