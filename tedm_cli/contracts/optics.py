@@ -47,7 +47,13 @@ OPTICS = FileKind(
         "/common_mode/about": Dataset(("xyz",), "float", "m", "point whose translation that is", LAYOUT),
         "/label/ray_output": Dataset(("ray_output",), "str", "1", "rows of S_BW", values=NAMES),
         "/label/ray_output_unit": Dataset(("ray_output",), "str", "1", "unit of the rows of S_BW", values=_UNITS),
-        "/label/element_dof": Dataset(("element_dof",), "str", "1", "columns of S_BW (m, rad)", values=NAMES),
+        "/label/element_dof": Dataset(
+            ("element_dof",),
+            "str",
+            "1",
+            "columns of S_BW (m, rad)",
+            values=Values(unique=True, parts_of="/element/name"),
+        ),
         "/label/laser_output": Dataset(("laser_output",), "str", "1", "rows of P, O_ideal and D", values=NAMES),
         "/label/laser_output_unit": Dataset(
             ("laser_output",), "str", "1", "unit of the rows of P, O_ideal and D", values=_UNITS

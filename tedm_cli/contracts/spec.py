@@ -18,6 +18,7 @@ class Values:
     words : the strings there may be.
     of : the strings are among those of this dataset, if the file has it.
     unique : names: none is empty and none is there twice.
+    parts_of : the strings are names of this dataset in their order, as many of each, each with `_` and more behind it.
     rows_of : the integers are rows along this dimension.
     none : -1 may stand for no row.
     starts_in : the integers are where each part begins along this dimension, and the end of the last.
@@ -29,6 +30,7 @@ class Values:
     words: tuple[str, ...] = ()
     of: str = ""
     unique: bool = False
+    parts_of: str = ""
     rows_of: str = ""
     none: bool = False
     starts_in: str = ""
@@ -42,6 +44,7 @@ class Values:
             *([f"one of {', '.join(w or 'nothing' for w in self.words)}"] if self.words else []),
             *([f"among `{self.of}`"] if self.of else []),
             *(["no two the same"] if self.unique else []),
+            *([f"by `{self.parts_of}`: name, _, rest"] if self.parts_of else []),
             *([f"rows along {self.rows_of}" + (" or -1" if self.none else "")] if self.rows_of else []),
             *([f"from 0 to the length of {self.starts_in}, never falling"] if self.starts_in else []),
             *(["ascending"] if self.ascending else []),

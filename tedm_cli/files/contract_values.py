@@ -63,8 +63,10 @@ def _problem(file: Any, path: str, spec: Dataset, dims: dict[str, int]) -> str:
     rule, data = spec.values, file[path]
     if rule.unique and (problem := _twice(np.atleast_1d(data[()]))):
         return problem
+    if rule.parts_of and rule.parts_of in file:
+        return _foreign_part(_texts(data[()]), _texts(file[rule.parts_of][()]))
     if spec.dtype == "str":
-        if not rule.words and rule.of not in file:
+        if not (rule.words or (rule.of and rule.of in file)):
             return ""
         return _unknown(data, rule.words or tuple(_texts(file[rule.of][()])))
     if rule.starts_in in dims:
@@ -81,6 +83,15 @@ def _unknown(data: Any, known: tuple[str, ...]) -> str:
         if left.size:
             wanted = f"one of {', '.join(known)}" if len(known) <= _SHOWN else f"one of the {len(known)} known"
             return f"is {_texts(block[left[:1]])[0]!r} at {start + int(left[0])}, wanted {wanted}"
+    return ""
+
+
+def _foreign_part(labels: list[str], names: list[str]) -> str:
+    each = len(labels) // len(names) if names else 0
+    for place, label in enumerate(labels):
+        name = names[place // each] if each and place // each < len(names) else ""
+        if label.rpartition("_")[0] != name:
+            return f"is {label!r} at {place}, wanted {name}_ and more"
     return ""
 
 

@@ -195,7 +195,19 @@ WRONG = {
     "row twice": ("sensitivity.h5", set_text("/row/label", 1, "TM1_a_x"), "/row/label has 'TM1_a_x' twice"),
     "unit of a row": ("sensitivity.h5", set_text("/row/unit", 0, "rod/s^2/K"), "/row/unit is 'rod/s^2/K' at 0"),
     "unit of a read-out": ("optics.h5", set_text("/label/read_out_unit", 0, "n"), "is 'n' at 0, wanted one of m, rad"),
+    "column of another element": (
+        "optics.h5",
+        set_text("/label/element_dof", 6, "M9_ux"),
+        "/label/element_dof is 'M9_ux' at 6, wanted ",
+    ),
     "set without matrices": ("optics.h5", rename("/N/A", "/N/C"), "/N/C has no name in /set/name"),
+    "set without a matrix": ("optics.h5", lambda file: file.pop("/gain/B"), "has no /gain/B"),
+    "half a uniform load": (
+        "unit_loads.h5",
+        lambda file: file.pop("/uniform/rotation"),
+        "has no /uniform/rotation, but others of its group",
+    ),
+    "area without number": ("sensitivity.h5", set_number("/area/id", 2, 0), "/area/id is 0 at 2, wanted at least 1"),
     "node beyond the last": (
         "unit_loads.h5",
         set_number("/element/node_index", 7, 570),
