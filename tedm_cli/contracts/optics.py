@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, COUNT, LAYOUT, NAMES, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import AREAS, COUNT, DOFS, LAYOUT, MOTIONS, NAMES, Dataset, FileKind, Values
 
 _UNITS = Values(words=("m", "rad"))
 
@@ -45,21 +45,37 @@ OPTICS = FileKind(
             LAYOUT,
         ),
         "/common_mode/about": Dataset(("xyz",), "float", "m", "point whose translation that is", LAYOUT),
-        "/label/ray_output": Dataset(("ray_output",), "str", "1", "rows of S_BW", values=NAMES),
+        "/label/ray_output": Dataset(
+            ("ray_output",), "str", "1", "rows of S_BW", values=Values(ends=("x", "y", "opl", "z1", "z2"), unique=True)
+        ),
         "/label/ray_output_unit": Dataset(("ray_output",), "str", "1", "unit of the rows of S_BW", values=_UNITS),
         "/label/element_dof": Dataset(
             ("element_dof",),
             "str",
             "1",
             "columns of S_BW (m, rad)",
-            values=Values(unique=True, parts_of="/element/name"),
+            values=Values(parts_of="/element/name", ends=MOTIONS, unique=True),
         ),
-        "/label/laser_output": Dataset(("laser_output",), "str", "1", "rows of P, O_ideal and D", values=NAMES),
+        "/label/laser_output": Dataset(
+            ("laser_output",),
+            "str",
+            "1",
+            "rows of P, O_ideal and D",
+            values=Values(ends=("OPD", "WFT1", "WFT2"), unique=True),
+        ),
         "/label/laser_output_unit": Dataset(
             ("laser_output",), "str", "1", "unit of the rows of P, O_ideal and D", values=_UNITS
         ),
-        "/label/test_mass_dof": Dataset(("test_mass_dof",), "str", "1", "columns of O_ideal (m, rad)", values=NAMES),
-        "/label/read_out": Dataset(("read_out",), "str", "1", "rows of N", values=NAMES),
+        "/label/test_mass_dof": Dataset(
+            ("test_mass_dof",),
+            "str",
+            "1",
+            "columns of O_ideal (m, rad)",
+            values=Values(of="/element/name", ends=MOTIONS, unique=True),
+        ),
+        "/label/read_out": Dataset(
+            ("read_out",), "str", "1", "rows of N", values=Values(of="/element/name", ends=DOFS, unique=True)
+        ),
         "/label/read_out_unit": Dataset(("read_out",), "str", "1", "unit of the read-out", values=_UNITS),
         "/set/name": Dataset(("set",), "str", "1", "redundant sets of photodiodes", values=NAMES),
         "/set/condition": Dataset(("set",), "float", "1", "condition number of O of the set (m, rad)"),

@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, COUNT, FLAG, GRID, NAMES, TM_FRAME, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import (
+    ACCELERATIONS,
+    AREAS,
+    BASIC,
+    COUNT,
+    DOFS,
+    FLAG,
+    GRID,
+    NAMES,
+    TM_FRAME,
+    Dataset,
+    FileKind,
+    Values,
+)
 
 SENSITIVITY = FileKind(
     "sensitivity",
@@ -13,7 +26,13 @@ SENSITIVITY = FileKind(
         **AREAS,
         "/area/centroid": Dataset(("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC, True),
         "/S": Dataset(("row", "area"), "float", None, "self-gravity sensitivity matrix [S_SG]", TM_FRAME),
-        "/row/label": Dataset(("row",), "str", "1", "output of each row of S and of the operator", values=NAMES),
+        "/row/label": Dataset(
+            ("row",),
+            "str",
+            "1",
+            "output of each row of S and of the operator",
+            values=Values(of="/test_mass/name", ends=ACCELERATIONS, unique=True),
+        ),
         "/row/unit": Dataset(
             ("row",), "str", "1", "unit of each row of S", values=Values(words=("m/s^2/K", "rad/s^2/K"))
         ),
@@ -82,11 +101,23 @@ SENSITIVITY = FileKind(
             "linearised equations of motion of all test masses: (F/M, T/I) by small translations and rotations",
             TM_FRAME,
         ),
-        "/label/tm_output": Dataset(("tm_output",), "str", "1", "rows of /stiffness/linearised", values=NAMES),
+        "/label/tm_output": Dataset(
+            ("tm_output",),
+            "str",
+            "1",
+            "rows of /stiffness/linearised",
+            values=Values(of="/test_mass/name", ends=ACCELERATIONS, unique=True),
+        ),
         "/label/tm_output_unit": Dataset(
             ("tm_output",), "str", "1", "unit of the rows", values=Values(words=("m/s^2", "rad/s^2"))
         ),
-        "/label/tm_motion": Dataset(("tm_motion",), "str", "1", "columns of /stiffness/linearised", values=NAMES),
+        "/label/tm_motion": Dataset(
+            ("tm_motion",),
+            "str",
+            "1",
+            "columns of /stiffness/linearised",
+            values=Values(of="/test_mass/name", ends=DOFS, unique=True),
+        ),
         "/label/tm_motion_unit": Dataset(
             ("tm_motion",), "str", "1", "unit of the columns", values=Values(words=("m", "rad"))
         ),

@@ -16,9 +16,10 @@ class Values:
     Parameters
     ----------
     words : the strings there may be.
-    of : the strings are among those of this dataset, if the file has it.
+    of : the strings are among those of this dataset, if the file has it; with `ends`, they begin with one of them.
+    ends : the strings end with `_` and one of these.
     unique : names: none is empty and none is there twice.
-    parts_of : the strings are names of this dataset in their order, as many of each, each with `_` and more behind it.
+    parts_of : the strings begin with the names of this dataset in their order, as many with each, and go on with `_`.
     rows_of : the integers are rows along this dimension.
     none : -1 may stand for no row.
     starts_in : the integers are where each part begins along this dimension, and the end of the last.
@@ -29,6 +30,7 @@ class Values:
 
     words: tuple[str, ...] = ()
     of: str = ""
+    ends: tuple[str, ...] = ()
     unique: bool = False
     parts_of: str = ""
     rows_of: str = ""
@@ -42,9 +44,10 @@ class Values:
         """The same in words."""
         return [
             *([f"one of {', '.join(w or 'nothing' for w in self.words)}"] if self.words else []),
-            *([f"among `{self.of}`"] if self.of else []),
+            *([f"{'begins with one of' if self.ends else 'among'} `{self.of}`"] if self.of else []),
+            *([f"ends with {', '.join(self.ends)}"] if self.ends else []),
             *(["no two the same"] if self.unique else []),
-            *([f"by `{self.parts_of}`: name, _, rest"] if self.parts_of else []),
+            *([f"as many for each of `{self.parts_of}`, in their order"] if self.parts_of else []),
             *([f"rows along {self.rows_of}" + (" or -1" if self.none else "")] if self.rows_of else []),
             *([f"from 0 to the length of {self.starts_in}, never falling"] if self.starts_in else []),
             *(["ascending"] if self.ascending else []),
@@ -57,6 +60,9 @@ NAMES = Values(unique=True)
 FLAG = Values(flag=True)
 ID = Values(least=1)
 COUNT = Values(least=0)
+MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
+DOFS = ("x", "y", "z", "theta", "eta", "phi")
+ACCELERATIONS = ("a_x", "a_y", "a_z", "omegadot_x", "omegadot_y", "omegadot_z")
 QUANTITIES = Values(words=("acceleration", "angular_acceleration", "displacement", "angle"))
 
 

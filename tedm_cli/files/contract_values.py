@@ -63,12 +63,11 @@ def _problem(file: Any, path: str, spec: Dataset, dims: dict[str, int]) -> str:
     rule, data = spec.values, file[path]
     if rule.unique and (problem := _twice(np.atleast_1d(data[()]))):
         return problem
-    if rule.parts_of and rule.parts_of in file:
-        return _foreign_part(_texts(data[()]), _texts(file[rule.parts_of][()]))
     if spec.dtype == "str":
-        if not (rule.words or (rule.of and rule.of in file)):
-            return ""
-        return _unknown(data, rule.words or tuple(_texts(file[rule.of][()])))
+        names = _texts(file[rule.of][()]) if rule.of and rule.of in file else []
+        if rule.ends:
+            return _no_label(_texts(data[()]), names, rule, file)
+        return _unknown(data, rule.words or tuple(names)) if rule.words or names else ""
     if rule.starts_in in dims:
         return _edges(data, dims[rule.starts_in], rule.starts_in)
     return _integers(data, rule, dims)
@@ -86,12 +85,18 @@ def _unknown(data: Any, known: tuple[str, ...]) -> str:
     return ""
 
 
-def _foreign_part(labels: list[str], names: list[str]) -> str:
-    each = len(labels) // len(names) if names else 0
+def _no_label(labels: list[str], names: list[str], rule: Values, file: Any) -> str:
+    """The first label that is not a name and a quantity: any of `names`, or those of `rule.parts_of` in turn."""
+    turns = _texts(file[rule.parts_of][()]) if rule.parts_of else []
     for place, label in enumerate(labels):
-        name = names[place // each] if each and place // each < len(names) else ""
-        if label.rpartition("_")[0] != name:
-            return f"is {label!r} at {place}, wanted {name}_ and more"
+        end = next((end for end in rule.ends if label.endswith(f"_{end}")), "")
+        name = label.removesuffix(f"_{end}")
+        if not end:
+            return f"is {label!r} at {place}, wanted an end of {', '.join(rule.ends)}"
+        if names and name not in names:
+            return f"is {label!r} at {place}, wanted a beginning of {rule.of}"
+        if turns and name != turns[min(place * len(turns) // len(labels), len(turns) - 1)]:
+            return f"is {label!r} at {place}, wanted {turns[place * len(turns) // len(labels)]}_{end}"
     return ""
 
 

@@ -200,6 +200,12 @@ WRONG = {
         set_text("/label/element_dof", 6, "M9_ux"),
         "/label/element_dof is 'M9_ux' at 6, wanted ",
     ),
+    "unknown quantity": ("optics.h5", set_text("/label/read_out", 5, "TM2_mta"), "is 'TM2_mta' at 5, wanted an end of"),
+    "unknown test mass": (
+        "sensitivity.h5",
+        set_text("/row/label", 5, "TN2_a_z"),
+        "/row/label is 'TN2_a_z' at 5, wanted a beginning of /test_mass/name",
+    ),
     "set without matrices": ("optics.h5", rename("/N/A", "/N/C"), "/N/C has no name in /set/name"),
     "set without a matrix": ("optics.h5", lambda file: file.pop("/gain/B"), "has no /gain/B"),
     "half a uniform load": (

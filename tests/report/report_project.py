@@ -94,12 +94,17 @@ def write_random(
                 if spec.dtype == "str" and not shape:
                     value = spec.long_name
                 elif spec.dtype == "str":
-                    words = spec.values.words
-                    numbered = [f"{name.rsplit('/', 1)[-1]}_{i}" for i in range(shape[0])]
-                    value = [words[i % len(words)] for i in range(shape[0])] if words else numbered
+                    value = [made_up_word(spec.values, f"{name.rsplit('/', 1)[-1]}_{i}", i) for i in range(shape[0])]
                 elif spec.dtype == "int":
                     value = whole_numbers(spec.values, shape, sizes)
                 writer.write(name, given.get(name, value), units=units.get(name, "1"))
+
+
+def made_up_word(rule: Values, name: str, i: int) -> str:
+    """A word that a contract knows, or a name and, where the contract wants one, its end."""
+    if rule.words:
+        return rule.words[i % len(rule.words)]
+    return f"{name}_{rule.ends[i % len(rule.ends)]}" if rule.ends else name
 
 
 def whole_numbers(rule: Values, shape: tuple[int, ...], sizes: Mapping[str, int]) -> np.ndarray:
@@ -156,6 +161,7 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
         **{f"/N/{read.name}": read.N for read in chain.sets},
         "/element/name": [e.name for e in layout.elements],
         "/label/element_dof": input_labels(layout).names,
+        "/label/test_mass_dof": input_labels(layout, layout.test_masses).names,
         "/label/read_out": list(labels.names),
         "/label/read_out_unit": list(labels.units),
         "/set/name": [read.name for read in chain.sets],
