@@ -38,6 +38,7 @@ from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
 from tedm_cli.files.seal import digests, identity_of, seal
 
+_HEADER = 1 << 15  # bytes of a scalar that are kept in its header, which ends at 64 KB
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
 _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
 
@@ -140,7 +141,8 @@ def _create(file: Any, path: str, shape: tuple[int, ...], dtype: Any, chunks: tu
         options = {} if 0 in shape else {"chunks": chunks, "fletcher32": True}
         return file.create_dataset(path, shape=shape, dtype=dtype, track_times=False, **options)
     how, link = h5py.h5p.create(h5py.h5p.DATASET_CREATE), h5py.h5p.create(h5py.h5p.LINK_CREATE)
-    how.set_layout(h5py.h5d.COMPACT)  # what `create_dataset` has no word for
+    if np.dtype(dtype).itemsize <= _HEADER:
+        how.set_layout(h5py.h5d.COMPACT)  # what `create_dataset` has no word for
     how.set_obj_track_times(False)
     link.set_create_intermediate_group(True)
     kind, space = h5py.h5t.py_create(np.dtype(dtype), logical=True), h5py.h5s.create(h5py.h5s.SCALAR)

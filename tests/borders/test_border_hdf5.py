@@ -150,6 +150,14 @@ def test_strings_of_any_alphabet(small: Project) -> None:
         assert opened["group"].values.tolist() == file["/area/group"].asstr()[()].tolist()
 
 
+def test_a_string_longer_than_a_header(small: Project) -> None:
+    reason = "because " * 10_000
+    replace(small.folder / "cases.toml", 'reason = "The shield separates', f'reason = "{reason}The shield separates')
+    small.stage("run-case").ok()
+    with h5py.File(small.build / "case03.h5") as file:
+        assert file["/case/reason"].asstr()[()] == f"{reason}The shield separates two isothermal worlds."
+
+
 # --- values ----------------------------------------------------------------------------------------------------------
 
 
