@@ -95,8 +95,8 @@ def _no_label(labels: list[str], names: list[str], rule: Values, file: Any) -> s
             return f"is {label!r} at {place}, wanted an end of {', '.join(rule.ends)}"
         if names and name not in names:
             return f"is {label!r} at {place}, wanted a beginning of {rule.of}"
-        if turns and name != turns[min(place * len(turns) // len(labels), len(turns) - 1)]:
-            return f"is {label!r} at {place}, wanted {turns[place * len(turns) // len(labels)]}_{end}"
+        if turns and name != (turn := turns[place * len(turns) // len(labels)]):
+            return f"is {label!r} at {place}, wanted {turn}_{end}"
     return ""
 
 

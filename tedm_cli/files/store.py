@@ -40,6 +40,7 @@ from tedm_cli.files.seal import digests, identity_of, seal
 
 _HEADER = 1 << 15  # bytes of a scalar that are kept in its header, which ends at 64 KB
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
+_SHOWN = 5  # problems of one file that a message lists
 _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
 
 
@@ -312,7 +313,8 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
         with reading(path):
             problems = contract_problems(file, kind, path) + provenance_problems(file)
         if problems:
-            raise InputError("; ".join(problems), where=str(path), hint=f"re{rebuild}")
+            more = f"; and {len(problems) - _SHOWN} more" if len(problems) > _SHOWN else ""
+            raise InputError("; ".join(problems[:_SHOWN]) + more, where=str(path), hint=f"re{rebuild}")
         yield Reader(file, kind, path)
 
 

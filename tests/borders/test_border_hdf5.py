@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -249,6 +250,15 @@ def test_values_that_cannot_be(small: Project, name: str) -> None:
         change(opened)
     with untouched(small.folder):
         small.stage(READER[file]).refused(4, file, piece, hint="make it with `tedm ")
+
+
+def test_many_problems_are_counted(small: Project) -> None:
+    with edited(small.build / "distortion.h5") as file:
+        shorten("/area/id", 27)(file)
+    outcome = small.stage("build-optics")
+    outcome.refused(4, "distortion.h5: /area/name 28 along area, where other datasets have 27")
+    assert outcome.err.count(" along area") == 5
+    assert re.search(r"; and \d more\n", outcome.err)
 
 
 @pytest.mark.parametrize(
