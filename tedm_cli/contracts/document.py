@@ -27,6 +27,9 @@ fixed length, filled up with zeros, and so covered by both (`asstr()` in h5py). 
 seal alone. The values MUST be as the tables say. All parts MUST be in the file itself: soft and external links, virtual
 datasets and external storage are refused, and so are arrays that were not written to their end.
 
+Where a path ends with a name in braces, there is one dataset for each name, or, where they are optional, for some. The
+optional datasets of a group come together.
+
 Users' own HDF5 files have no seal. They are first read in a process of its own within a minute and 0.1 s per MB, so
 that one that makes the HDF5 library hang or fail is an error; external links, virtual datasets and external storage are
 refused in them as well.

@@ -9,7 +9,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from fuzz_hdf5 import MUTATIONS, Hdf5Judge
+from fuzz_hdf5 import MUTATIONS
+from fuzz_hdf5_judge import Hdf5Judge
 from fuzz_judge import KINDS, Judge
 from fuzz_model import fuzz_case
 

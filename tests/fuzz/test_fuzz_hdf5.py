@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
-from fuzz_hdf5 import DAMAGE, EDITS, MUTATIONS, NEXT, Hdf5Judge, Verdict
+from fuzz_hdf5 import DAMAGE, EDITS, MUTATIONS
+from fuzz_hdf5_judge import NEXT, Hdf5Judge, Verdict
 
 FIRST, COUNT = 0, 3 * len(MUTATIONS)
 
