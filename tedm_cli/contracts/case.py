@@ -2,36 +2,48 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, Dataset, FileKind
+from tedm_cli.contracts.spec import AREAS, COUNT, FLAG, NAMES, QUANTITIES, Dataset, FileKind, Values
 
 CASE = FileKind(
     "case",
-    3,
+    4,
     "tedm run-case",
     {
         **AREAS,
         "/case/id": Dataset((), "str", "1", "case number"),
         "/case/title": Dataset((), "str", "1", "which temperatures move together"),
         "/case/role": Dataset(
-            (), "str", "1", "likely in flight, possible, or diagnostic (not physical, it isolates a part)"
+            (),
+            "str",
+            "1",
+            "likely in flight, possible, or diagnostic (not physical, it isolates a part)",
+            values=Values(words=("likely", "possible", "diagnostic")),
         ),
         "/case/reason": Dataset((), "str", "1", "why the case is there, empty where the configuration does not say"),
         "/case/safety_factor": Dataset((), "float", "1", "factor on amplitudes when judged (not applied to /psd)"),
-        "/case/block": Dataset(("area",), "int", "1", "block of each area, uncorrelated to other blocks; -1: silent"),
+        "/case/block": Dataset(
+            ("area",),
+            "int",
+            "1",
+            "block of each area, uncorrelated to other blocks; -1: silent",
+            values=Values(rows_of="area", none=True),
+        ),
         "/correlation/real": Dataset(("area", "area_column"), "float", "1", "correlation before delays, real part"),
         "/correlation/imaginary": Dataset(
             ("area", "area_column"), "float", "1", "imaginary part, where there is one", optional=True
         ),
         "/correlation/delay": Dataset(("area",), "float", "s", "R_ij is turned by exp(-2 pi i f (delay_i - delay_j))"),
         "/frequency": Dataset(("frequency",), "float", "Hz", "frequency"),
-        "/temperature/spectrum": Dataset(("area",), "int", "1", "row of /temperature/asd that each area has"),
+        "/temperature/spectrum": Dataset(
+            ("area",), "int", "1", "row of /temperature/asd that each area has", values=Values(rows_of="spectrum")
+        ),
         "/temperature/asd": Dataset(
             ("spectrum", "frequency"), "float", "K/sqrt(Hz)", "one-sided amplitude spectral densities of the areas"
         ),
         "/temperature/model": Dataset((), "str", "1", "temperature model and its parameters"),
-        "/output/label": Dataset(("output",), "str", "1", "outputs"),
+        "/output/label": Dataset(("output",), "str", "1", "outputs", values=NAMES),
         "/output/unit": Dataset(("output",), "str", "1", "unit of the output"),
-        "/output/kind": Dataset(("output",), "str", "1", "quantity of the output"),
+        "/output/kind": Dataset(("output",), "str", "1", "quantity of the output", values=QUANTITIES),
         "/psd/{output}": Dataset(("frequency",), "float", None, "one-sided power spectral density of the output"),
         "/bounds/maximum/{output}": Dataset(
             ("frequency",), "float", None, "largest PSD over all correlations of the active areas"
@@ -62,28 +74,36 @@ CASE = FileKind(
         "/contribution/band": Dataset(("output", "band_edge"), "float", "Hz", "band of band_share"),
         "/contribution/band_share": Dataset(("output", "area"), "float", "1", "share of the power in the band"),
         "/path/name": Dataset(
-            ("path",), "str", "1", "optical elements whose motion makes the read-out noise", "", True
+            ("path",), "str", "1", "optical elements whose motion makes the read-out noise", "", True, NAMES
         ),
         "/path/share/{output}": Dataset(
             ("path",), "float", "1", "share of the PSD at /contribution/frequency", "", True
         ),
         "/path/band_share/{output}": Dataset(("path",), "float", "1", "share of the power in the band", "", True),
-        "/verdict/requirement": Dataset(("verdict",), "str", "1", "requirement"),
-        "/verdict/output": Dataset(("verdict",), "str", "1", "output that is judged"),
+        "/verdict/requirement": Dataset(("verdict",), "str", "1", "requirement", values=Values(of="/requirement/name")),
+        "/verdict/output": Dataset(
+            ("verdict",), "str", "1", "output that is judged", values=Values(of="/output/label")
+        ),
         "/verdict/ratio": Dataset(
             ("verdict",), "float", "1", "largest ratio of safety factor x ASD to the requirement"
         ),
         "/verdict/binding_frequency": Dataset(("verdict",), "float", "Hz", "frequency of the largest ratio"),
-        "/verdict/passed": Dataset(("verdict",), "int", "1", "1 where the ratio is at most 1"),
+        "/verdict/passed": Dataset(("verdict",), "int", "1", "1 where the ratio is at most 1", values=FLAG),
         "/verdict/allowed_safety_factor": Dataset(("verdict",), "float", "1", "safety factor at which the ratio is 1"),
         "/verdict/distortion_ratio": Dataset(
             ("verdict",), "float", "1", "ratio if the bench did not move as one; NaN for what is no read-out"
         ),
-        "/bound_ratio/bound": Dataset(("bound",), "str", "1", "bounds, as under /bounds"),
+        "/bound_ratio/bound": Dataset(("bound",), "str", "1", "bounds, as under /bounds", values=NAMES),
         "/bound_ratio/ratio": Dataset(("verdict", "bound"), "float", "1", "ratio of each verdict at the bound"),
-        "/improvement/count": Dataset(("count",), "int", "1", "number of areas improved, the worst first"),
+        "/improvement/count": Dataset(
+            ("count",), "int", "1", "number of areas improved, the worst first", values=Values(least=0, ascending=True)
+        ),
         "/improvement/area": Dataset(
-            ("verdict", "rank"), "int", "1", "worst areas, each after those before it were silenced; -1: no relief left"
+            ("verdict", "rank"),
+            "int",
+            "1",
+            "worst areas, each after those before it were silenced; -1: no relief left",
+            values=Values(rows_of="area", none=True),
         ),
         "/improvement/silenced": Dataset(("verdict", "count"), "float", "1", "ratio with these areas silent"),
         "/improvement/quieter": Dataset(("verdict", "count"), "float", "1", "ratio with a tenth of their noise"),
@@ -92,6 +112,7 @@ CASE = FileKind(
             "int",
             "1",
             "blocks to share one temperature fluctuation: the best pair, then one after the other; -1: no relief left",
+            values=Values(rows_of="area", none=True),
         ),
         "/improvement/matched": Dataset(
             ("verdict", "count"),
@@ -99,7 +120,9 @@ CASE = FileKind(
             "1",
             "ratio with all areas of the first of these blocks fully correlated, the other blocks as they are",
         ),
-        "/stability/group": Dataset(("group",), "str", "1", "groups with noise"),
+        "/stability/group": Dataset(
+            ("group",), "str", "1", "groups with noise", values=Values(unique=True, of="/area/group")
+        ),
         "/stability/factor": Dataset(
             ("verdict", "group"),
             "float",
@@ -117,7 +140,13 @@ CASE = FileKind(
         "/requirement/name": Dataset(("requirement",), "str", "1", "requirement"),
         "/requirement/source": Dataset(("requirement",), "str", "1", "where the requirement comes from"),
         "/requirement/unit": Dataset(("requirement",), "str", "1", "unit of the amplitude"),
-        "/requirement/applies_to": Dataset(("requirement",), "str", "1", "single test mass or differential"),
+        "/requirement/applies_to": Dataset(
+            ("requirement",),
+            "str",
+            "1",
+            "outputs of a test mass, or their differences",
+            values=Values(words=("single", "differential")),
+        ),
         "/requirement/band": Dataset(("requirement", "band_edge"), "float", "Hz", "band of the requirement"),
         "/requirement/amplitude": Dataset(
             ("requirement", "frequency"), "float", None, "amplitude spectral density; NaN outside the band"
@@ -143,11 +172,14 @@ CASE = FileKind(
             "str",
             "1",
             "estimate: welch (Kaiser's window, beta = 22), or log (log-spaced by speckit, beta = 25.4)",
+            values=Values(words=("welch", "log")),
             optional=True,
         ),
         "/realisation/rate": Dataset((), "float", "Hz", "samples per second of the realisation", optional=True),
-        "/realisation/samples": Dataset((), "int", "1", "samples of the realisation", optional=True),
-        "/realisation/seed": Dataset((), "int", "1", "seed of the random numbers", optional=True),
+        "/realisation/samples": Dataset((), "int", "1", "samples of the realisation", optional=True, values=COUNT),
+        "/realisation/seed": Dataset((), "int", "1", "seed of the random numbers", optional=True, values=COUNT),
     },
     fixed_dims={"band_edge": 2, "plane": 2},
+    derived_dims={"area_column": ("area", 1, 0)},
+    families={"output": "/output/label", "bound": "/bound_ratio/bound"},
 )

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, GRID, Dataset, FileKind
+from tedm_cli.contracts.spec import AREAS, BASIC, GRID, ID, NAMES, Dataset, FileKind, Values
 
 DISTORTION = FileKind(
     "distortion",
-    2,
+    3,
     "tedm build-distortion",
     {
         "/grid/id": GRID["/grid/id"],
@@ -15,13 +15,17 @@ DISTORTION = FileKind(
             ("area", "node", "xyz"), "real", "m/K", "distortion matrix [D]: translation per kelvin of an area", BASIC
         ),
         "/D/offset_node": Dataset(
-            ("offset_node",), "int", "1", "rows of /grid from which something with mass is offset, ascending"
+            ("offset_node",),
+            "int",
+            "1",
+            "rows of /grid from which something with mass is offset",
+            values=Values(rows_of="node", ascending=True),
         ),
         "/D/rotation": Dataset(
             ("area", "offset_node", "xyz"), "float", "rad/K", "rotation of these grids per kelvin of an area", BASIC
         ),
-        "/optical/name": Dataset(("optical",), "str", "1", "optical element"),
-        "/optical/grid": Dataset(("optical",), "int", "1", "Nastran grid that carries the element's motion"),
+        "/optical/name": Dataset(("optical",), "str", "1", "optical element", values=NAMES),
+        "/optical/grid": Dataset(("optical",), "int", "1", "Nastran grid that carries the element's motion", values=ID),
         "/optical/position": Dataset(("optical", "xyz"), "float", "m", "position of that grid", BASIC),
         "/D_opt/translation": Dataset(
             ("area", "optical", "xyz"), "float", "m/K", "translation of the optical elements per kelvin", BASIC

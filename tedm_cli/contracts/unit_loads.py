@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, GRID, Dataset, FileKind
+from tedm_cli.contracts.spec import AREAS, BASIC, COUNT, GRID, ID, Dataset, FileKind, Values
+
+ELEMENTS = (
+    *("CTETRA", "CPYRAM", "CPENTA", "CHEXA"),
+    *("CTRIA3", "CTRIA6", "CTRIAR", "CQUAD4", "CQUAD8", "CQUADR", "CSHEAR"),
+    *("CBAR", "CBEAM", "CROD", "CONROD", "CTUBE", "CBUSH"),
+    *("CELAS1", "CELAS2", "CELAS3", "CELAS4", "CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4", "CDAMP5", "CVISC", "CGAP"),
+    *("CBUSH1D", "CBUSH2D", "CFAST", "CWELD", "CSEAM", "GENEL", "PLOTEL", "CHBDYG", "CHBDYE", "CHBDYP"),
+)
+"""Cards of elements that a file may hold: those with mass, and those that have none."""
 
 UNIT_LOADS = FileKind(
     "unit_loads",
-    3,
+    4,
     "tedm ingest",
     {
         **GRID,
@@ -14,8 +23,16 @@ UNIT_LOADS = FileKind(
         "/area/load_K": Dataset(("area",), "float", "K", "temperature step applied to the area in its unit load"),
         "/area/mass": Dataset(("area",), "float", "kg", "lumped mass of the area's grids"),
         "/area/centroid": Dataset(("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC),
-        "/area/node_offset": Dataset(("area_edge",), "int", "1", "start of each area in node_index, and its end"),
-        "/area/node_index": Dataset(("area_member",), "int", "1", "rows of /grid that belong to each area"),
+        "/area/node_offset": Dataset(
+            ("area_edge",),
+            "int",
+            "1",
+            "start of each area in node_index, and its end",
+            values=Values(starts_in="area_member"),
+        ),
+        "/area/node_index": Dataset(
+            ("area_member",), "int", "1", "rows of /grid that belong to each area", values=Values(rows_of="node")
+        ),
         "/translation": Dataset(("area", "node", "xyz"), "real", "m", "translation under each unit load", BASIC),
         "/rotation": Dataset(("area", "node", "xyz"), "real", "rad", "rotation under each unit load", BASIC),
         "/uniform/translation": Dataset(
@@ -25,15 +42,22 @@ UNIT_LOADS = FileKind(
             ("node", "xyz"), "real", "rad", "rotation when all areas are loaded together", BASIC, True
         ),
         "/uniform/load_K": Dataset((), "float", "K", "temperature step of the uniform load", optional=True),
-        "/element/id": Dataset(("element",), "int", "1", "Nastran element id"),
-        "/element/type": Dataset(("element",), "str", "1", "Nastran card name"),
-        "/element/property_id": Dataset(("element",), "int", "1", "Nastran property id"),
-        "/element/node_offset": Dataset(("element_edge",), "int", "1", "start of each element in node_index"),
+        "/element/id": Dataset(("element",), "int", "1", "Nastran element id", values=ID),
+        "/element/type": Dataset(("element",), "str", "1", "Nastran card name", values=Values(words=ELEMENTS)),
+        "/element/property_id": Dataset(("element",), "int", "1", "Nastran property id, 0 for none", values=COUNT),
+        "/element/node_offset": Dataset(
+            ("element_edge",),
+            "int",
+            "1",
+            "start of each element in node_index, and its end",
+            values=Values(starts_in="element_member"),
+        ),
         "/element/node_index": Dataset(
             ("element_member",),
             "int",
             "1",
             "rows of /grid, in Nastran's order; corners alone where a midside node lacks",
+            values=Values(rows_of="node"),
         ),
         "/element/lever": Dataset(
             ("element_member", "xyz"), "float", "m", "offset of the element's mass from each of its nodes", BASIC
@@ -52,10 +76,18 @@ UNIT_LOADS = FileKind(
         ),
         "/mass/concentrated": Dataset(("concentrated",), "float", "kg", "concentrated masses"),
         "/mass/concentrated_card": Dataset(
-            ("concentrated",), "str", "1", "CONM1, CONM2, or CMASS for three equal scalar masses"
+            ("concentrated",),
+            "str",
+            "1",
+            "Nastran card; CMASS for three equal scalar masses",
+            values=Values(words=("CONM1", "CONM2", "CMASS")),
         ),
-        "/mass/concentrated_id": Dataset(("concentrated",), "int", "1", "Nastran id of each concentrated mass"),
-        "/mass/concentrated_node": Dataset(("concentrated",), "int", "1", "row of /grid of each concentrated mass"),
+        "/mass/concentrated_id": Dataset(
+            ("concentrated",), "int", "1", "Nastran id of each concentrated mass", values=ID
+        ),
+        "/mass/concentrated_node": Dataset(
+            ("concentrated",), "int", "1", "row of /grid of each concentrated mass", values=Values(rows_of="node")
+        ),
         "/mass/concentrated_lever": Dataset(
             ("concentrated", "xyz"), "float", "m", "offset of each concentrated mass from its grid", BASIC
         ),
@@ -67,4 +99,5 @@ UNIT_LOADS = FileKind(
             ("xyz", "xyz_column"), "float", "kg m^2", "inertia about the centre of gravity (plates as surfaces)", BASIC
         ),
     },
+    derived_dims={"area_edge": ("area", 1, 1), "element_edge": ("element", 1, 1)},
 )

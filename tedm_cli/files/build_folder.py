@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from tedm_cli.contracts import KINDS
+from tedm_cli.contracts.spec import AREAS
 from tedm_cli.errors import InputError
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
 from tedm_cli.files.store import Reader
@@ -49,6 +50,21 @@ def require_same_input(name: str, *files: Reader) -> None:
         raise InputError(
             f"were made from different versions of {name}", where=paths, hint="rebuild them; see tedm check"
         )
+
+
+def require_same_areas(first: Reader, *others: Reader) -> None:
+    """Refuse files that do not say the same of the thermal areas, column by column."""
+    for other in others:
+        for path in AREAS:
+            one, two = (
+                f.array(path).tolist() if AREAS[path].dtype == "int" else f.strings(path) for f in (first, other)
+            )
+            if one != two:
+                raise InputError(
+                    f"hold different thermal areas ({path})",
+                    where=f"{first.path} and {other.path}",
+                    hint="rebuild them; see tedm check",
+                )
 
 
 def require_input(file: Reader, used: InputFile) -> None:

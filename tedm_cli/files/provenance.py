@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import sys
 import threading
@@ -12,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tedm_cli.errors import InputError
+from tedm_cli.files.seal import sha256_of
 from tedm_cli.regular_file import require_regular_file
 
 
@@ -44,19 +44,6 @@ class Provenance:
     configs: tuple[ConfigFile, ...]
     inputs: tuple[InputFile, ...]
     command: str
-
-
-def sha256_of(path: Path) -> str:
-    """SHA-256 of a regular file, read in blocks; `InputError` when it cannot be read."""
-    require_regular_file(path)
-    digest = hashlib.sha256()
-    try:
-        with open(path, "rb") as stream:
-            while block := stream.read(1 << 20):
-                digest.update(block)
-    except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
-    return digest.hexdigest()
 
 
 def input_files(paths: Iterable[Path]) -> tuple[InputFile, ...]:

@@ -14,7 +14,13 @@ from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import DISTORTION as DISTORTION_FILE
 from tedm_cli.files.build_folder import OPTICS as OPTICS_FILE
 from tedm_cli.files.build_folder import SENSITIVITY as SENSITIVITY_FILE
-from tedm_cli.files.build_folder import case_file_name, require_input, require_same_input, series_file_name
+from tedm_cli.files.build_folder import (
+    case_file_name,
+    require_input,
+    require_same_areas,
+    require_same_input,
+    series_file_name,
+)
 from tedm_cli.files.provenance import ConfigFile, InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.optics.layout import OpticalLayout
@@ -76,6 +82,7 @@ def open_results(project: Project) -> Iterator[Results]:
             series[name] = stack.enter_context(open_checked(build / series_file_name(name), SERIES))
             hint = f"rebuild it with `tedm run-series {name}`, or delete it"
             _require_made_from(series[name], used, file, hint)
+        require_same_areas(sensitivity, optics, distortion, *cases, *series.values())
         yield Results(
             distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},

@@ -12,7 +12,7 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.contracts import OPTICS as OPTICS_KIND
 from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
 from tedm_cli.errors import InputError
-from tedm_cli.files.build_folder import DISTORTION, require_same_input
+from tedm_cli.files.build_folder import DISTORTION, require_same_areas, require_same_input
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.outputs import Outputs
@@ -34,9 +34,8 @@ def read_outputs(sensitivity: Path, optics: Path) -> ModelOutputs:
     """Gather the rows of both families; refuse files that stem from different distortion matrices."""
     with open_checked(sensitivity, SENSITIVITY_KIND) as s, open_checked(optics, OPTICS_KIND) as o:
         require_same_input(DISTORTION, s, o)
+        require_same_areas(s, o)
         areas = read_areas(s)
-        if o.strings("/area/name") != s.strings("/area/name"):
-            raise InputError("hold different thermal areas", where=f"{sensitivity} and {optics}")
         gravity, read_outs = read_self_gravity(s), read_read_outs(o)
         labels = list(gravity.label)
         rows = [_finite(gravity.S, labels, sensitivity, "/S")]

@@ -18,7 +18,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.files.store import HDF5_SUFFIXES, Columns, open_columns
+from tedm_cli.files.columns import HDF5_SUFFIXES, Columns, open_columns
 from tedm_cli.regular_file import require_regular_file
 
 BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB

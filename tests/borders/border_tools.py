@@ -14,9 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
+import h5py
 import numpy as np
 
 from tedm_cli.cli import main
+from tedm_cli.files.seal import seal
 from tedm_cli.nastran.op2.writer import write_op2
 
 ROOT = Path(__file__).parents[2]
@@ -113,6 +115,14 @@ def replace(path: Path, old: str, new: str, count: int = 1) -> None:
     text = path.read_text()
     assert old in text, f"{old!r} is not in {path}"
     path.write_text(text.replace(old, new, count))
+
+
+@contextlib.contextmanager
+def edited(path: Path) -> Iterator[h5py.File]:
+    """A file between the stages, to be changed as another program may that knows how to seal it."""
+    with h5py.File(path, "r+") as file:
+        yield file
+    seal(path)
 
 
 @contextlib.contextmanager

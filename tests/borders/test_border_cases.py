@@ -7,7 +7,7 @@ import json
 import h5py
 import numpy as np
 import pytest
-from border_tools import Project, replace, tedm, untouched
+from border_tools import Project, edited, replace, tedm, untouched
 
 from tedm_cli.results.outputs import read_outputs
 
@@ -173,7 +173,7 @@ def test_a_case_of_groups_that_are_not_there(small: Project) -> None:
 )
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_rows_that_are_not_finite(small: Project, name: str, dataset: str, labels: str, value: float) -> None:
-    with h5py.File(small.build / name, "r+") as file:
+    with edited(small.build / name) as file:
         file[dataset][1, 3] = value
         label = file[labels].asstr()[1]
     small.run("run-case", "3").refused(4, name, f"{dataset} is {value:g} in row {label}", hint="build the file again")

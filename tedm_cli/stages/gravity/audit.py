@@ -16,7 +16,8 @@ from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
 from tedm_cli.files.blocks import Blocks, SomeNodes
 from tedm_cli.files.build_folder import DISTORTION, UNIT_LOADS, require_input
-from tedm_cli.files.provenance import input_files, sha256_of
+from tedm_cli.files.provenance import input_files
+from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.gravity.audit import MODELS, MeshAudit, Motion, audit_mesh
 from tedm_cli.gravity.masses import MassDistribution

@@ -17,7 +17,14 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
-from tedm_cli.files.build_folder import DISTORTION, SENSITIVITY, UNIT_LOADS, provenance, require_input
+from tedm_cli.files.build_folder import (
+    DISTORTION,
+    SENSITIVITY,
+    UNIT_LOADS,
+    provenance,
+    require_input,
+    require_same_areas,
+)
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
@@ -83,6 +90,7 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
         create(out, KIND, trace) as writer,
     ):
         require_input(distortion, trace.inputs[0])
+        require_same_areas(unit, distortion)
         return _build(config, blocks, unit, distortion, writer, out, project.model, step)
 
 

@@ -17,7 +17,7 @@ def show_dict(path: Path) -> dict[str, Any]:
             "file": str(path),
             "kind": kind.name,
             "made_by": kind.made_by,
-            "attributes": {k: v if isinstance(v, str) else int(v) for k, v in file.attributes.items()},
+            "attributes": file.attributes,
             "configurations": [{"path": str(c.path), "sha256": c.sha256} for c in provenance.configs],
             "inputs": [{"path": str(i.path), "sha256": i.sha256} for i in provenance.inputs],
             "datasets": [
