@@ -5,11 +5,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Strict, load
+from tedm_cli.config.base import Bounded, Frequency, Strict, load
 from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.config.series import RealisationTable, SeriesTable
@@ -20,6 +21,7 @@ from tedm_cli.noise.correlation import CorrelationCase
 from tedm_cli.noise.realisation import Plan
 from tedm_cli.noise.requirements import AppliedRequirement, frequency_grid
 from tedm_cli.noise.spectral_estimate import samples_wanted, segment_length
+from tedm_cli.quantities import GRID_POINTS, SAFETY_FACTOR
 
 _RATE = 2.5  # samples per period of the highest frequency, where the rate is not given
 
@@ -27,9 +29,9 @@ _RATE = 2.5  # samples per period of the highest frequency, where the rate is no
 class FrequencyTable(Strict):
     """Logarithmic frequency grid; band edges of the requirements and 1 mHz are added to it."""
 
-    min_hz: float = Field(default=1e-4, gt=0.0)
-    max_hz: float = Field(default=0.1, gt=0.0)
-    points: int = Field(default=301, ge=2, le=100_000)
+    min_hz: Frequency = 1e-4
+    max_hz: Frequency = 0.1
+    points: Annotated[int, Bounded(GRID_POINTS)] = 301
 
     @model_validator(mode="after")
     def _increasing(self) -> FrequencyTable:
@@ -41,7 +43,7 @@ class FrequencyTable(Strict):
 class CasesConfig(Strict):
     """A whole cases file. `safety_factor` multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5)."""
 
-    safety_factor: float = Field(default=2.0, gt=0.0)
+    safety_factor: Annotated[float, Bounded(SAFETY_FACTOR)] = 2.0
     temperature: TemperatureTable = TemperatureTable()
     frequency: FrequencyTable = FrequencyTable()
     cases: list[CaseTable] = Field(alias="case", min_length=1)
@@ -134,6 +136,7 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
             before = seen.setdefault((table.name, output), path_here)
             if before != path_here:
                 problems.append((path_here, f"{table.name} judges {output} already in {before}"))
+    problems += config.temperature.filter_problems(low, high)
     problems += _realisation_problems(config)
     names_of_series = [table.name for table in config.series]
     for number, name in enumerate(names_of_series):

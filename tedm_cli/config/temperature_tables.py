@@ -12,6 +12,7 @@ from tedm_cli.config.temperature import SpectrumColumns
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.quantities import FREQUENCY, TEMPERATURE_ASD
 from tedm_cli.tables.wide_table import open_wide
 
 
@@ -28,7 +29,7 @@ def temperature_model(project: Project, config: CasesConfig, areas: AreaTable) -
 
 
 def _read(path: Path) -> SpectrumColumns:
-    with open_wide(path, "frequency_hz") as table:
+    with open_wide(path, "frequency_hz", FREQUENCY, TEMPERATURE_ASD) as table:
         blocks = list(table.blocks())
         if not blocks:
             raise InputError("holds the names of its columns and no row", where=str(path))

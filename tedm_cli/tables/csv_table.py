@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from tedm_cli.errors import InputError
+from tedm_cli.quantities import Quantity
 
 
 @dataclass(frozen=True)
@@ -20,19 +21,20 @@ class Row:
     number: dict[str, float]
 
 
-def read_table(path: Path, header: Sequence[str], *, text: Sequence[str] = ()) -> list[Row]:
-    """Rows of a CSV file whose first line is `header`; the columns in `text` are words, all others finite numbers.
+def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
+    """Rows of a CSV file whose first line names these columns, in their order.
 
-    Blank lines are skipped.
+    A column holds numbers of its quantity, or words where it has none. Blank lines are skipped.
 
     Raises
     ------
     InputError : no such file, not a CSV in UTF-8, another header, a line with another number of fields, an empty word,
-        a field that is no finite number; names the line and the column.
+        a field that is no number within the bounds of its quantity; names the line and the column.
     """
+    header = list(columns)
     lines = csv_lines(path)
     wanted = ",".join(header)
-    if not lines or lines[0][1] != list(header):
+    if not lines or lines[0][1] != header:
         found = ",".join(lines[0][1]) if lines else ""
         missing = [c for c in header if not lines or c not in lines[0][1]]
         what = f"misses {', '.join(missing)}" if missing else f"found {found[:80]!r}"
@@ -44,13 +46,13 @@ def read_table(path: Path, header: Sequence[str], *, text: Sequence[str] = ()) -
         if len(fields) != len(header):
             raise InputError(f"{len(fields)} fields, wanted {len(header)} ({wanted})", where=f"{path}:{number}")
         words, numbers = {}, {}
-        for column, field in zip(header, fields, strict=True):
-            if column in text:
+        for (column, quantity), field in zip(columns.items(), fields, strict=True):
+            if quantity is None:
                 words[column] = field
                 if not field:
                     raise InputError(f"{column} is empty", where=f"{path}:{number}")
             else:
-                numbers[column] = finite_number(column, field, f"{path}:{number}")
+                numbers[column] = number_of(quantity, column, field, f"{path}:{number}")
         rows.append(Row(number, words, numbers))
     if not rows:
         raise InputError("holds a header and nothing else", where=str(path))
@@ -74,8 +76,8 @@ def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
         raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
 
 
-def finite_number(column: str, field: str, where: str) -> float:
-    """The number in a field of the column, or an `InputError` that names both."""
+def number_of(quantity: Quantity, column: str, field: str, where: str) -> float:
+    """The number in a field of the column, or an `InputError` that names both, and the bounds it breaks."""
     try:
         # Python reads 1_000 as a number; nobody means it in a table.
         value = math.nan if "_" in field else float(field)
@@ -83,4 +85,6 @@ def finite_number(column: str, field: str, where: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise InputError(f"{column} must be a finite number, found {field[:40]!r}", where=where)
+    if fact := quantity.fact(value):
+        raise InputError(f"{column}: {fact}", where=where)
     return value

@@ -249,7 +249,7 @@ REFUSED: list[tuple[list[dict[str, Any]], str, str]] = [
     ([{}], "areas.define[0]", "selects nothing: give set, property, material, element, box or remainder"),
     ([{"property": 1, "also": [{}]}], "areas.define[0].also[0]", "selects nothing"),
     ([{"property": "9:4"}], "areas.define[0].property", "'9:4' must be 'low:high'"),
-    ([{"property": 0}], "areas.define[0].property", "must be greater than 0"),
+    ([{"property": 0}], "areas.define[0].property", "Nastran id 0 is outside 1 to 999,999,999"),
     ([{"box": {}}], "areas.define[0].box", "bounds nothing"),
     ([{"box": {"x_m": [1, 0]}}], "areas.define[0].box.x_m", "must be [low, high]"),
     ([{"box": {"x_m": [0.0, float("nan")]}}], "areas.define[0].box.x_m", "must be [low, high]"),

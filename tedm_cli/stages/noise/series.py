@@ -34,6 +34,7 @@ from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
+from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
 from tedm_cli.results.outputs import Outputs, read_outputs
 from tedm_cli.stages.noise.log_spectrum import log_estimate, require_speckit
 from tedm_cli.tables.wide_table import WideTable, open_wide
@@ -157,7 +158,7 @@ def run_series(
 def _sample(source: Path, table: SeriesTable, outputs: Outputs, where: str, scratch: IO[bytes]) -> _Sampled:
     """Read, check, propagate and resample the series of a table."""
     moving = ~_constant(table, outputs.areas, where)
-    with open_wide(source, "time_s") as wide:
+    with open_wide(source, "time_s", TIME_STAMP, TEMPERATURE) as wide:
         index = columns_of_areas(wide.columns, outputs.areas, moving, where=str(source))
         rows = rows_by_column(outputs.rows, index, wide.columns)
         stamps = Stamps(wide.place, regular=table.method != "linear", max_gap_s=table.max_gap_s)

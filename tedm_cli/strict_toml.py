@@ -1,0 +1,55 @@
+"""TOML as text to tables, for whoever reads it: configuration files, and what files of matrices declare."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from typing import Any
+
+from tedm_cli.errors import ConfigError
+
+_LAYOUT = "\t\n"  # of the control characters these alone may stand in a text of several lines
+
+
+def parsed_toml(text: str, *, where: str, at: str = "") -> dict[str, Any]:
+    """The tables of a TOML text; `at` is the dotted path of the text itself, where it stands inside something.
+
+    Raises
+    ------
+    ConfigError : not TOML, or with control characters in a key or a string, which no title, label or path has: files,
+        pages and terminals would break on them; all of these at once.
+    """
+    try:
+        data = tomllib.loads(text)
+    except RecursionError as exc:
+        raise ConfigError([(at, "not valid TOML: nested too deeply")], where=where) from exc
+    except ValueError as exc:  # TOMLDecodeError, and integers of thousands of digits
+        raise ConfigError([(at, f"not valid TOML: {exc}")], where=where) from exc
+    problems = list(_control_characters(data, at))
+    if problems:
+        raise ConfigError(problems, where=where)
+    return data
+
+
+def _control_characters(value: Any, at: str) -> Iterator[tuple[str, str]]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            place = f"{at}.{key}" if at else key
+            if found := [c for c in key if _is_control(c)]:
+                yield place, f"the key holds the control character {_code(found[0])}"
+            yield from _control_characters(inner, place)
+    elif isinstance(value, list):
+        for number, inner in enumerate(value):
+            yield from _control_characters(inner, f"{at}[{number}]")
+    elif isinstance(value, str) and (found := [c for c in value if _is_control(c) and c not in _LAYOUT]):
+        yield at, f"holds the control character {_code(found[0])}"
+
+
+def _is_control(c: str) -> bool:
+    """Control characters, and what Unicode keeps free of characters; neither may stand in XML."""
+    code = ord(c)
+    return code < 0x20 or 0x7F <= code < 0xA0 or code & 0xFFFE == 0xFFFE or 0xFDD0 <= code <= 0xFDEF
+
+
+def _code(c: str) -> str:
+    return f"U+{ord(c):04X}"
