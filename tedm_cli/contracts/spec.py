@@ -14,6 +14,7 @@ class Dataset:
     """What one dataset must be: symbolic dimensions, type, unit, meaning, frame.
 
     Types are `float` (64 bit), `real` (64 bit, or 32 where that changes no number), `int` (64 bit), `str`.
+    `open_ended`: NaN and infinity have the meaning that `long_name` gives them; elsewhere they are never written.
     """
 
     dims: tuple[str, ...]
@@ -22,6 +23,7 @@ class Dataset:
     long_name: str
     frame: str = ""
     optional: bool = False
+    open_ended: bool = False
 
 
 @dataclass(frozen=True)

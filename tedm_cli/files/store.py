@@ -13,6 +13,7 @@ import os
 import platform
 import re
 from collections.abc import Iterator
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -23,13 +24,14 @@ import numpy as np
 from tedm_cli import __version__
 from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.contracts import KINDS, Dataset, FileKind
-from tedm_cli.errors import InputError, TedmError
+from tedm_cli.errors import InputError, PhysicsError, TedmError
 from tedm_cli.files.blocks import BLOCK_NODES, Allocated, Blocks, narrowed, reading
 from tedm_cli.files.contract_check import (
     DTYPES,
     PROVENANCE,
     contract_problems,
     find_spec,
+    finite_problem,
     provenance_problems,
     shape_problem,
 )
@@ -55,6 +57,7 @@ class Writer:
         """Write a whole dataset. `units` is required where the contract leaves it open; `single` as for `allocate`."""
         spec = self._spec(path)
         data = np.asarray(value, dtype=object) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
+        self._require_finite(path, spec, data)
         data = narrowed(data) if single else data
         dataset = self._make(path, spec, data.shape, units, single)
         if data.shape == ():
@@ -71,7 +74,19 @@ class Writer:
         With `single` (for the contract's `real` alone) it takes half the room and `PrecisionLossError` says where that
         would change a number.
         """
-        return Allocated(self._make(path, self._spec(path), shape, units, single), self._sink)
+        spec = self._spec(path)
+        check = partial(self._require_finite, path, spec)
+        return Allocated(self._make(path, spec, shape, units, single), self._sink, check)
+
+    def _require_finite(self, path: str, spec: Dataset, value: AnyArray) -> None:
+        """The last line of defence: a result that is not finite is none."""
+        if problem := finite_problem(spec, value):
+            raise PhysicsError(
+                f"nothing is written: of {path} {problem}",
+                where=str(self._target),
+                hint="a number of the configuration or of an input is far from what it stands for; look for the largest"
+                " and the smallest",
+            )
 
     def _spec(self, path: str) -> Dataset:
         return find_spec(self._kind, path)

@@ -7,6 +7,7 @@ import math
 import tomllib
 import types
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin
 
 import numpy as np
@@ -24,7 +25,10 @@ from tedm_cli.config.imported import LawTable, SensitivityTable
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
-from tedm_cli.errors import ConfigError
+from tedm_cli.contracts import KINDS, Dataset, FileKind
+from tedm_cli.errors import ConfigError, PhysicsError
+from tedm_cli.files.provenance import Provenance
+from tedm_cli.files.store import create
 from tedm_cli.quantities import Quantity
 
 EXTREME = (1e308, -1e308, 1e-300, 5e-324, math.inf, -math.inf, math.nan, 10**30, -(10**30), 10**400, 2**63)
@@ -303,3 +307,38 @@ def test_noise_of_implausible_numbers_is_refused(small: Project, file: str, old:
         replace(small.folder / file, "max_hz = 0.1", "max_hz = 1e5")
     replace(small.folder / file, old, new)
     small.run("run-case", "3").refused(3, fact)
+
+
+# --- the last line of defence ----------------------------------------------------------------------------------------
+
+
+def _write(path: Path, kind: FileKind, numbers: np.ndarray, in_blocks: bool = False) -> None:
+    with create(path, kind, Provenance((), (), "test")) as writer:
+        if in_blocks:
+            writer.allocate("/a", (3,))[:] = numbers
+        else:
+            writer.write("/a", numbers)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_no_file_is_written_with_numbers_that_are_not_finite(tmp_path: Path, value: float) -> None:
+    """Whole datasets and those filled in blocks; the file that was there stays as it was."""
+    kind = FileKind("test", 1, "test", {"/a": Dataset(("n",), "float", "m", "lengths")})
+    open_kind = FileKind("test", 1, "test", {"/a": Dataset(("n",), "float", "m", "NaN: none", open_ended=True)})
+    path, numbers = tmp_path / "test.h5", np.array([1.0, 2.0, 3.0])
+    _write(path, kind, numbers)
+    before, numbers[1] = path.read_bytes(), value
+    for in_blocks in (False, True):
+        with pytest.raises(PhysicsError, match="1 of 3 numbers are not finite") as caught:
+            _write(path, kind, numbers, in_blocks)
+        assert caught.value.where == str(path)
+        assert path.read_bytes() == before
+        assert list(tmp_path.iterdir()) == [path]
+    _write(path, open_kind, numbers)
+    assert path.read_bytes() != before
+
+
+def test_the_meaning_of_what_may_be_no_number_is_said() -> None:
+    named = {path: d.long_name for kind in KINDS.values() for path, d in kind.datasets.items() if d.open_ended}
+    assert named
+    assert all("nan" in text.lower() or "infinite" in text for text in named.values()), named
