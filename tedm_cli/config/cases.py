@@ -21,8 +21,9 @@ from tedm_cli.noise.correlation import CorrelationCase
 from tedm_cli.noise.realisation import Plan
 from tedm_cli.noise.requirements import AppliedRequirement, frequency_grid
 from tedm_cli.noise.spectral_estimate import samples_wanted, segment_length
-from tedm_cli.quantities import GRID_POINTS, SAFETY_FACTOR
+from tedm_cli.quantities import GRID_POINTS, SAFETY_FACTOR, SAMPLES
 
+MOST_RATE = 65_536  # samples in a period of the lowest frequency: 8 million in a filter
 _RATE = 2.5  # samples per period of the highest frequency, where the rate is not given
 
 
@@ -91,13 +92,17 @@ class CasesConfig(Strict):
         edges = [table.requirement().band_hz[0] for table in self.requirements]
         return min(edges, default=self.frequency.min_hz)
 
+    def realised_frequencies(self, table: RealisationTable) -> tuple[float, float]:
+        """Rate of the samples, and lowest frequency of the estimate, in Hz."""
+        rate = table.rate_hz if table.rate_hz is not None else _RATE * self.frequency.max_hz
+        return rate, table.lowest_hz if table.lowest_hz is not None else self.lowest_band_hz()
+
     def realisation_plan(self) -> Plan | None:
         """What to realise of each case, where that is configured."""
         table = self.realisation
         if table is None:
             return None
-        rate = table.rate_hz if table.rate_hz is not None else _RATE * self.frequency.max_hz
-        lowest = table.lowest_hz if table.lowest_hz is not None else self.lowest_band_hz()
+        rate, lowest = self.realised_frequencies(table)
         samples = table.samples or samples_wanted(rate, lowest, table.tolerance, table.confidence)
         return Plan(rate, samples, table.seed, self.frequency.min_hz, self.frequency.max_hz, lowest)
 
@@ -165,10 +170,19 @@ def _beside(folder: Path, config: CasesConfig) -> CasesConfig:
 
 
 def _realisation_problems(config: CasesConfig) -> list[tuple[str, str]]:
-    plan, f = config.realisation_plan(), config.frequency
-    if plan is None:
+    table, f = config.realisation, config.frequency
+    if table is None:
         return []
+    rate, lowest = config.realised_frequencies(table)
+    if rate > MOST_RATE * lowest:
+        fact = f"{rate:g} Hz are {rate / lowest:,.0f} samples in a period of lowest_hz {lowest:g} Hz"
+        return [("realisation.rate_hz", f"{fact}; at most {MOST_RATE:,}, as filters of 128 periods are held")]
+    plan = config.realisation_plan()
+    assert plan is not None
     problems = []
+    if fact := SAMPLES.fact(plan.samples):
+        fact = f"a PSD within {table.tolerance:g} with probability {table.confidence:g} takes too many: {fact}"
+        problems.append(("realisation.tolerance", f"{fact}, which take hours for each case"))
     if plan.rate_hz < 2.0 * f.max_hz:
         fact = f"{plan.rate_hz:g} Hz do not reach [frequency] max_hz {f.max_hz:g}; it must be at least {2 * f.max_hz:g}"
         problems.append(("realisation.rate_hz", fact))

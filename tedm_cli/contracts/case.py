@@ -110,7 +110,7 @@ CASE = FileKind(
             ("verdict", "group"),
             "float",
             "1",
-            "factor on the group's temperature amplitude that just meets the requirement; NaN: it alone cannot; infinite: it has no part",
+            "factor on the group's temperatures that just meets the requirement; NaN: it cannot; infinite: no part",
             open_ended=True,
         ),
         "/stability/all": Dataset(
