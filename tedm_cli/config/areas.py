@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
+from tedm_cli.area_names import area_name_fact
 from tedm_cli.config.base import Bounded, Id, LengthOrZero, Strict
 from tedm_cli.quantities import ANGLE_DEG, COORDINATE, FRAME_ID
 
-AREA_NAME = r"[A-Za-z][A-Za-z0-9_.-]{0,55}"
-
 
 def _area_name(value: str) -> str:
-    if not re.fullmatch(AREA_NAME, value):
-        raise ValueError(f"must begin with a letter and hold letters, digits, _ . - (at most 56), found {value[:60]!r}")
+    if fact := area_name_fact(value):
+        raise ValueError(fact)
     return value
 
 

@@ -71,18 +71,26 @@ T = TypeVar("T", bound=Strict)
 def read_toml(path: Path, *, hint: str = "") -> tuple[ConfigFile, dict[str, Any]]:
     """Read a TOML file; raise `InputError` when it cannot be read and `ConfigError` when it is not TOML.
 
-    `hint`: what to do where the file is not there.
+    `hint`: what to do where there is no such file.
     """
     try:
         raw = path.read_bytes()
     except (OSError, ValueError) as exc:  # ValueError: a path with a null character
         fact = getattr(exc, "strerror", None) or str(exc)
-        raise InputError(f"cannot read the configuration ({fact})", where=str(path), hint=hint) from exc
+        is_lost = isinstance(exc, FileNotFoundError | IsADirectoryError | NotADirectoryError | ValueError)
+        raise InputError(
+            f"cannot read the configuration ({fact})", where=str(path), hint=hint if is_lost else ""
+        ) from exc
     try:
         text = raw.decode("utf-8")
     except UnicodeDecodeError as exc:
         raise ConfigError([("", f"not valid TOML: {exc}")], where=str(path)) from exc
     return ConfigFile(path, text, hashlib.sha256(raw).hexdigest()), parsed_toml(text, where=str(path))
+
+
+def named_by_project(key: str) -> str:
+    """The hint for a configuration that is not where the project file says."""
+    return f'the project file names it: {key} = "..."'
 
 
 def load(model: type[T], path: Path, *, hint: str = "") -> tuple[ConfigFile, T]:

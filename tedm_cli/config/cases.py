@@ -10,7 +10,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Bounded, Frequency, Strict, load
+from tedm_cli.config.base import Bounded, Frequency, Strict, load, named_by_project
 from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.config.series import RealisationTable, SeriesTable
@@ -119,7 +119,7 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
     those between tables (an id used twice, an output judged twice by one requirement, a band outside the frequencies).
     Requirements given as tables are read for their bands. Paths of files are made relative to the current folder.
     """
-    file, config = load(CasesConfig, path)
+    file, config = load(CasesConfig, path, hint=named_by_project("cases"))
     config = _beside(path.parent, config)
     problems: list[tuple[str, str]] = []
     # Ids name files: 3 and 03, or 4b and 4B on some file systems, would be one file.

@@ -11,7 +11,19 @@ from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.areas import AreasTable
-from tedm_cli.config.base import Angle, Axes, Bounded, Id, Length, Mass, Place, Strict, Temperature, load
+from tedm_cli.config.base import (
+    Angle,
+    Axes,
+    Bounded,
+    Id,
+    Length,
+    Mass,
+    Place,
+    Strict,
+    Temperature,
+    load,
+    named_by_project,
+)
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
@@ -173,7 +185,7 @@ class ModelConfig(Strict):
 
 def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
     """Read a model configuration; `ConfigError` lists the problems of its tables, then those between tables."""
-    file, config = load(ModelConfig, path)
+    file, config = load(ModelConfig, path, hint=named_by_project("model"))
     problems = _subsystem_problems(config)
     if problems:
         raise ConfigError(problems, where=str(path))

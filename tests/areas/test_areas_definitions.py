@@ -252,7 +252,7 @@ REFUSED: list[tuple[list[dict[str, Any]], str, str]] = [
     ([{"property": 0}], "areas.define[0].property", "Nastran id 0 is outside 1 to 999,999,999"),
     ([{"box": {}}], "areas.define[0].box", "bounds nothing"),
     ([{"box": {"x_m": [1, 0]}}], "areas.define[0].box.x_m", "must be [low, high]"),
-    ([{"box": {"x_m": [0.0, float("nan")]}}], "areas.define[0].box.x_m", "must be [low, high]"),
+    ([{"box": {"x_m": [0.0, float("nan")]}}], "areas.define[0].box.x_m[1]", "coordinate nan is outside"),
     ([{"box": {"theta_deg": [0.0, float("inf")]}}], "areas.define[0].box.theta_deg[1]", "must be a finite number"),
     ([{"property": 1, "porperty": 2}], "areas.define[0].porperty", "did you mean property?"),
     ([{"box": {"x_mm": [0, 1]}}], "areas.define[0].box.x_mm", "did you mean x_m?"),

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from tedm_cli.config.optics import load_layout
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.optics.layout import MassExpansion, OpticalLayout, Recombination
+from tedm_cli.optics.layout_checks import check_layout, failures
 
 ELEMENT = {
     name: i
@@ -274,3 +275,27 @@ def test_expansions_that_are_wrong(text: str, tmp_path: Path, old: str, new: str
 def test_a_test_mass_follows_one_temperature(text: str, tmp_path: Path) -> None:
     found = problems(text + EXPANSION + EXPANSION, tmp_path)
     assert "'TM1' is already" in found["test_mass_expansion[1].test_mass"]
+
+
+def test_a_layout_without_grids_is_judged_but_not_built(text: str, tmp_path: Path) -> None:
+    """The bench is often designed before its finite-element model."""
+    file = tmp_path / "optics.toml"
+    file.write_text("\n".join(line for line in text.splitlines() if not line.startswith("grid = ")))
+    bare = load_layout(file, needs_grids=False)[1]
+    assert all(e.grid is None for e in bare.elements)
+    assert not failures(check_layout(bare))
+    with pytest.raises(ConfigError) as caught:
+        load_layout(file)
+    assert len(caught.value.problems) == len(bare.bench)
+    assert ("element[2].grid", "missing; an injector (FIM) needs it") in caught.value.problems
+
+
+def test_a_plate_may_be_thin_but_not_of_nearly_no_thickness(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "optics.toml"
+    file.write_text(text.replace("thickness_m = 0.005", "thickness_m = 0.0", 1))
+    layout = load_layout(file)[1]
+    (thin,) = [e for e in layout.elements if e.is_plate and e.thickness_m == 0.0]
+    assert thin.kind == "beamsplitter"
+    file.write_text(text.replace("thickness_m = 0.005", "thickness_m = 1e-300", 1))
+    with pytest.raises(ConfigError, match="neither 0 nor at least 1e-12 m"):
+        load_layout(file)
