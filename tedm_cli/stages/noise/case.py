@@ -104,7 +104,7 @@ def _checked(
 
 
 def _together(refused: dict[str, TedmError], where: Path) -> TedmError:
-    """One error for all cases that were refused: all problems of a configuration, else the first error and the others."""
+    """One error for all cases that were refused: all problems of a configuration, or the first error and the rest."""
     first, *others = refused.values()
     if not others:
         return first
