@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import sys
 
-from tedm_cli.errors import TedmError
+from tedm_cli.errors import TedmError, printable
 
 
 def print_refusal(exc: TedmError) -> None:
     """Print `error: where: fact` (a line for each problem of a configuration or layout) and `hint: fix`."""
     for line in str(exc).splitlines():
         prefix = f"{exc.where}: " if exc.where and not line.startswith(exc.where) else ""
-        print(f"error: {prefix}{line}", file=sys.stderr)
+        print(printable(f"error: {prefix}{line}"), file=sys.stderr)
     if exc.hint:
-        print(f"hint: {exc.hint}", file=sys.stderr)
+        print(printable(f"hint: {exc.hint}"), file=sys.stderr)
     sys.stderr.flush()

@@ -11,11 +11,12 @@ from pathlib import Path
 
 from fuzz_judge import KINDS, Judge
 from fuzz_model import fuzz_case
+from fuzz_users import READERS, Users, mutations_of
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="tests/fuzz", description="Judge mutated decks and results.")
-    parser.add_argument("--kind", choices=[*KINDS, "all"], default="all")
+    parser.add_argument("--kind", choices=[*KINDS, "users", *READERS, "all"], default="all")
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--only", help="one mutation by its name")
@@ -23,10 +24,11 @@ def main() -> None:
     options = parser.parse_args()
     failed = 0
     with tempfile.TemporaryDirectory() as folder:
-        judge = Judge(fuzz_case(Path(folder) / "fuzz"))
-        for kind in KINDS if options.kind == "all" else [options.kind]:
+        kinds = {"all": list(KINDS), "users": list(READERS)}.get(options.kind, [options.kind])
+        judge = Users(Path(folder)) if kinds[0] in READERS else Judge(fuzz_case(Path(folder) / "fuzz"))
+        for kind in kinds:
             begin, outcomes = time.monotonic(), Counter[tuple[str, str]]()
-            names = list(KINDS[kind])
+            names = list(mutations_of(kind) if kind in READERS else KINDS[kind])
             for number in range(options.first, options.first + options.count):
                 if options.only and names[number % len(names)] != options.only:
                     continue
