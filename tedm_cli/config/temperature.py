@@ -158,7 +158,9 @@ class TemperatureTable(_SpectrumTable):
 
     def filter_problems(self, low_hz: float, high_hz: float) -> list[tuple[str, str]]:
         """(dotted path, fact) of the low-pass shapes that are implausible between two frequencies."""
-        levels = [("temperature", self, level) for level in (self.outside_K, self.inside_K)]
+        levels: list[tuple[str, _SpectrumTable, float]] = [
+            ("temperature", self, level) for level in (self.outside_K, self.inside_K)
+        ]
         levels += [(f"temperature.override[{i}]", o, o.level_K or 0.0) for i, o in enumerate(self.overrides)]
         facts = {at: fact for at, table, level in levels if (fact := table.filter_fact(level, low_hz, high_hz))}
         return [(f"{at}.order", fact) for at, fact in facts.items()]

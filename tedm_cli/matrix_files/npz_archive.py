@@ -77,12 +77,14 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, path: P
 
 
 def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    version = np.lib.format.read_magic(stream)
-    if version == (1, 0):
-        return np.lib.format.read_array_header_1_0(stream)
-    if version == (2, 0):
-        return np.lib.format.read_array_header_2_0(stream)
-    raise ValueError(f"format {version[0]}.{version[1]} of its arrays is not known")
+    """Shape, whether columns come first, and type of the numbers behind; raises for what is no header of an array."""
+    form: Any = np.lib.format  # NumPy does not say its types
+    version = form.read_magic(stream)
+    readers = {(1, 0): form.read_array_header_1_0, (2, 0): form.read_array_header_2_0}
+    if version not in readers:
+        raise ValueError(f"format {version[0]}.{version[1]} of its arrays is not known")
+    shape, is_fortran, kind = readers[version](stream)
+    return shape, is_fortran, kind
 
 
 def _reason(exc: Exception) -> str:

@@ -143,10 +143,12 @@ class Users:
         for fmt in ("csv", "npz", "mat"):
             self.sound(["export", "--format", fmt, "-o", str(self.folder / "matrices")], config=False)
         self.layout = (self.folder / "optics.toml").read_bytes()
+        self.kept = {p: p.read_bytes() for p in self.build.iterdir()}
         self.results = {}
         for kind, (_, commands) in READERS.items():
             self.use(kind)
             self.results[kind] = [self.sound(args) for args in commands]
+            self.restore()
 
     def sound(self, args: list[str], config: bool = True) -> dict[str, bytes]:
         ran = self.run(args, config)
@@ -171,6 +173,14 @@ class Users:
             text = text.replace(b"[frame]", f'[imported]\nS_BW = "matrices/{source[kind]}"\n\n[frame]'.encode(), 1)
         (self.folder / "optics.toml").write_bytes(text)
 
+    def restore(self) -> None:
+        """Results as they were: what a mutant has made is no input of the next."""
+        for path in set(self.build.iterdir()) - set(self.kept):
+            path.unlink()
+        for path, data in self.kept.items():
+            if path.read_bytes() != data:
+                path.write_bytes(data)
+
     def contents(self) -> dict[str, bytes]:
         """Bytes of the matrices that were read, as results hold them."""
         out = {}
@@ -193,6 +203,7 @@ class Users:
             outcome, detail = self.outcome(kind, commands)
         finally:
             path.write_bytes(sound)
+            self.restore()
         return Verdict(kind, number, name, outcome, detail)
 
     def outcome(self, kind: str, commands: list[list[str]]) -> tuple[str, str]:
