@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from import_tools import ANGLES, Matrix, imported, labelled, nodes_at, with_units
+from import_tools import ANGLES, imported, labelled, nodes_at, with_units
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray as Matrix
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.imported import (
@@ -296,3 +298,14 @@ def test_a_number_that_is_none_is_named(layout: OpticalLayout, S_BW: Matrix, nod
     message = f"row {output_labels(layout).names[7]}, column {input_labels(layout).names[20]} is not a finite number"
     with pytest.raises(InputError, match=re.escape(message)):
         imported(layout, broken, nodes)
+
+
+def test_digits_are_found_beside_numbers_that_are_nearly_nothing() -> None:
+    """What cancels to 1e-300 has no digits, and hides none of the others'."""
+    values = np.array([[1.25, -3.5e-4, 1e-300], [5e-324, 2.75e5, 0.0]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        error, words = printed_accuracy(values)
+    assert words == "3 significant digits"
+    assert error[0, 0] == pytest.approx(0.5e-2)
+    assert np.isfinite(error).all()
