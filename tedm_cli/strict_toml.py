@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any
 
+from tedm_cli.control_characters import control_fact
 from tedm_cli.errors import ConfigError
 
 _LAYOUT = "\t\n"  # of the control characters these alone may stand in a text of several lines
@@ -16,8 +17,8 @@ def parsed_toml(text: str, *, where: str, at: str = "") -> dict[str, Any]:
 
     Raises
     ------
-    ConfigError : not TOML, or with control characters in a key or a string, which no title, label or path has: files,
-        pages and terminals would break on them; all of these at once.
+    ConfigError : not TOML, or with control characters in a key or a string, which no title, label or path has; all of
+        these at once.
     """
     try:
         data = tomllib.loads(text)
@@ -35,21 +36,11 @@ def _control_characters(value: Any, at: str) -> Iterator[tuple[str, str]]:
     if isinstance(value, dict):
         for key, inner in value.items():
             place = f"{at}.{key}" if at else key
-            if found := [c for c in key if _is_control(c)]:
-                yield place, f"the key holds the control character {_code(found[0])}"
+            if fact := control_fact(key):
+                yield place, f"the key {fact}"
             yield from _control_characters(inner, place)
     elif isinstance(value, list):
         for number, inner in enumerate(value):
             yield from _control_characters(inner, f"{at}[{number}]")
-    elif isinstance(value, str) and (found := [c for c in value if _is_control(c) and c not in _LAYOUT]):
-        yield at, f"holds the control character {_code(found[0])}"
-
-
-def _is_control(c: str) -> bool:
-    """Control characters, and what Unicode keeps free of characters; neither may stand in XML."""
-    code = ord(c)
-    return code < 0x20 or 0x7F <= code < 0xA0 or code & 0xFFFE == 0xFFFE or 0xFDD0 <= code <= 0xFDEF
-
-
-def _code(c: str) -> str:
-    return f"U+{ord(c):04X}"
+    elif isinstance(value, str) and (fact := control_fact(value, _LAYOUT)):
+        yield at, fact

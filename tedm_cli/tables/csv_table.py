@@ -8,8 +8,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from tedm_cli.control_characters import control_fact
 from tedm_cli.errors import InputError
 from tedm_cli.quantities import Quantity
+
+_MOST_BYTES = 256_000_000  # of a table that is held as a whole
 
 
 @dataclass(frozen=True)
@@ -64,16 +67,22 @@ def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
 
     Raises
     ------
-    InputError : no such file, or not a CSV in UTF-8.
+    InputError : no such file, not a CSV in UTF-8, larger than 256 MB, or with control characters.
     """
     try:
+        if (size := path.stat().st_size) > _MOST_BYTES:
+            raise InputError(f"has {size:,} bytes; at most {_MOST_BYTES:,} are read", where=str(path))
         with open(path, newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream, strict=True)
-            return [(reader.line_num, [field.strip() for field in fields]) for fields in reader]
+            lines = [(reader.line_num, [field.strip() for field in fields]) for fields in reader]
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
     except (UnicodeDecodeError, csv.Error) as exc:
         raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+    for number, fields in lines:
+        if fact := next((fact for field in fields if (fact := control_fact(field))), ""):
+            raise InputError(fact, where=f"{path}:{number}")
+    return lines
 
 
 def number_of(quantity: Quantity, column: str, field: str, where: str) -> float:

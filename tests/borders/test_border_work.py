@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from border_tools import Project, replace
 
+from tedm_cli.noise.requirements import frequency_grid
+
 SECONDS, BYTES = 20.0, 400e6
 
 
@@ -103,3 +105,29 @@ def test_resampling_in_pieces_is_resampling_at_once(small: Project) -> None:
         stamps, values = file["/time"][()], file["/series/TM1_a_x"][()]
     assert len(stamps) == 2999 * 500 + 1
     np.testing.assert_allclose(np.diff(values), np.diff(values).mean(), rtol=1e-6)
+
+
+def test_a_fine_grid_and_a_long_table_of_limits_are_no_square_of_memory() -> None:
+    """Points beside what the grid must hold are found by neighbours; both have up to 100,000."""
+    held = np.geomspace(1e-3, 3e-2, 60_000)
+    tracemalloc.start()
+    try:
+        grid = frequency_grid(1e-4, 0.1, 60_000, [tuple(held)])
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
+    assert np.all(np.diff(grid) > 0.0)
+    assert np.isin(held, grid).all()
+    assert len(grid) > 100_000
+
+
+def test_a_small_file_of_a_long_table_is_refused(small: Project) -> None:
+    """HDF5 keeps a number that fills a dataset once, whatever its length."""
+    with h5py.File(small.folder / "spectra.h5", "w") as file:
+        for name in ("frequency_hz", "all"):
+            file.create_dataset(name, shape=(10**10,), chunks=(2**20,), dtype="f8", fillvalue=1e-3)
+    assert (small.folder / "spectra.h5").stat().st_size < 10_000
+    replace(small.folder / "cases.toml", 'preset = "thesis"', 'preset = "table"\ntable = "spectra.h5"')
+    for key in ("outside_K", "inside_K", "reference_hz", "order", "corner_hz"):
+        replace(small.folder / "cases.toml", f"\n{key} = ", f"\n# {key} = ")
+    small.run("run-case", "3").refused(4, "spectra.h5: holds more than 100,000 frequencies")

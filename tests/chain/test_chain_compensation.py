@@ -81,6 +81,7 @@ def test_third_source_is_kept_apart(small: Project, tmp_path: Path) -> None:
         (LINE.replace("0.2\n", "-0.2\n"), "mass_kg: mass -0.2 is outside 1e-18 to"),
         (LINE.replace("0.03,", "0,"), "size_z_m: length 0 is outside 1e-09 to 10000 m"),
         (LINE.replace("CM3", ""), "name is empty"),
+        (LINE.replace("CM3", "CM\x003"), "control character U.0000"),
         (LINE.replace("0.1,0,0", "x,0,0"), "rotation_x_rad must be a finite number"),
     ],
 )
