@@ -29,17 +29,16 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import judged_outputs
 from tedm_cli.noise.columns import columns_of_areas
 from tedm_cli.noise.requirements import UNITS
-from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler
+from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler, pieces
 from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_column
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
-from tedm_cli.quantities import SAMPLES, TEMPERATURE, TIME_STAMP
+from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
 from tedm_cli.results.outputs import Outputs, read_outputs
 from tedm_cli.stages.noise.log_spectrum import log_estimate, require_speckit
 from tedm_cli.tables.wide_table import WideTable, open_wide
 
-_MOST_MADE = 1 << 18  # samples of all outputs that resampling makes at once
 _BLOCK_SAMPLES = 1 << 16  # of all outputs when they are read back; a multiple of the chunks of the file
 
 
@@ -168,7 +167,7 @@ def _sample(source: Path, table: SeriesTable, outputs: Outputs, where: str, scra
         for time, values in _propagated(wide, stamps, rows, table.remove):
             if table.resample_s is not None and resampler is None:
                 resampler = _resampler(table, stamps, len(time), str(source))
-            for some, part in [(time, values)] if resampler is None else _pieces(time, values, table, stamps, where):
+            for some, part in pieces(time, values, stamps.first_s, table.resample_s, where):
                 made = part if resampler is None else resampler.push(some, part)
                 trend.add(made)
                 scratch.write(np.ascontiguousarray(made).tobytes())
@@ -196,29 +195,6 @@ def _propagated(
         if start is None:
             start = np.zeros(block.values.shape[1]) if remove == "nothing" else block.values[0]
         yield block.key, (block.values - start) @ rows.T
-
-
-def _pieces(
-    time: FloatArray, values: FloatArray, table: SeriesTable, stamps: Stamps, where: str
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """A block in pieces of which none makes more samples than are held, however fine the step.
-
-    Raises
-    ------
-    ConfigError : the step makes too many samples of the series so far, or of one of its steps.
-    """
-    assert table.resample_s is not None
-    number = np.floor((time - stamps.first_s) / table.resample_s)
-    fact = SAMPLES.fact(int(number[-1]) + 1)
-    gap = float(np.diff(number).max(initial=0.0))
-    if not fact and gap > _MOST_MADE:
-        fact = f"{gap:,.0f} samples between two rows; at most {_MOST_MADE:,}"
-    if fact:
-        raise ConfigError(
-            [("resample_s", f"steps of {table.resample_s:g} s make too many samples: {fact}")], where=where
-        )
-    for rows in np.split(np.arange(len(time)), np.flatnonzero(np.diff(number // _MOST_MADE)) + 1):
-        yield time[rows], values[rows]
 
 
 def _constant(table: SeriesTable, areas: AreaTable, where: str) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
