@@ -309,3 +309,15 @@ def test_digits_are_found_beside_numbers_that_are_nearly_nothing() -> None:
     assert words == "3 significant digits"
     assert error[0, 0] == pytest.approx(0.5e-2)
     assert np.isfinite(error).all()
+
+
+def test_a_photodiode_column_of_nearly_nothing_is_judged_in_silence(layout: OpticalLayout, about_grids: Matrix) -> None:
+    """The slope of z2 by its own turn, against which others are taken."""
+    path = layout.paths[0]
+    S = about_grids.copy()
+    own = S[layout.rows(path), layout.columns(path.photodiode)]
+    at = np.unravel_index(np.argmax(np.abs(own[4:, 3:])), (1, 3))
+    S[layout.rows(path).start + 4, layout.columns(path.photodiode).start + 3 + at[1]] = 5e-324
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not np.allclose(row_factors(layout, S)[0], 1.0)
