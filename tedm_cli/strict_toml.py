@@ -28,7 +28,7 @@ def parsed_toml(text: str, *, where: str, at: str = "") -> dict[str, Any]:
         raise ConfigError([(at, f"not valid TOML: {exc}")], where=where) from exc
     problems = list(_control_characters(data, at))
     if problems:
-        raise ConfigError(problems, where=where)
+        raise ConfigError(problems, where=where, hint="delete the character")
     return data
 
 

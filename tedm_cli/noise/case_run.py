@@ -92,6 +92,7 @@ def run_case(
     requirements: Sequence[AppliedRequirement] = (),
     safety_factor: float = 1.0,
     parts_of_read_outs: Mapping[str, ReadOutParts] | None = None,
+    found: Correlation | None = None,
 ) -> CaseResult:
     """Noise of outputs with sensitivities `rows` [n_out, k], in their unit per kelvin, in one correlation case.
 
@@ -102,6 +103,7 @@ def run_case(
     requirements : which outputs to judge by what.
     safety_factor : multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5, recommends 2).
     parts_of_read_outs : by label, what read-outs are made of.
+    found : the correlation of the case, where it has been found already.
 
     Raises
     ------
@@ -112,7 +114,7 @@ def run_case(
     """
     _check_rows(rows, labels, kinds, areas)
     judged = judged_outputs(requirements, labels, kinds, frequency_hz)
-    found = correlation(case, areas)
+    found = correlation(case, areas) if found is None else found
     psd = output_psd_from_factor(rows, temperature, found.factor, frequency_hz, found.delay_s)
     bounds = correlation_bounds(rows, temperature, found, frequency_hz)
     verdicts = [

@@ -178,6 +178,7 @@ def test_the_hint_is_about_the_file_that_is_not_there(tiny: Project, command: li
     [
         ('title = "a\\u0000b"', "title", "U+0000"),
         ('title = "a\\u001b[2J"', "title", "U+001B"),
+        ('title = "a\\u202eb"', "title", "U+202E"),
         ('title = "a"\nmodel = "m\\uffff.toml"', "model", "U+FFFF"),
         ('title = "a"\n"mo\\u0007del" = "m.toml"', "mo?del", "U+0007"),
         ('title = "a"\ncases = ["a", "b\\u0085"]', "cases[1]", "U+0085"),

@@ -13,8 +13,8 @@ from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.files.build_folder import OPTICS, SENSITIVITY, case_file_name, provenance
 from tedm_cli.files.store import create
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.case_run import CaseResult, run_case
-from tedm_cli.noise.correlation import correlation
+from tedm_cli.noise.case_run import CaseResult, judged_outputs, run_case
+from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import read_outputs
@@ -45,29 +45,30 @@ def run_cases(
     outputs = read_outputs(*sources).with_differences(requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
+    try:  # what is wrong with requirements is wrong in every case
+        judged_outputs(requirements, outputs.labels, outputs.kinds, frequency)
+    except ConfigError as error:
+        raise ConfigError(error.problems, where=str(project.cases)) from error
     fitting, refused = _checked(config, case_ids, outputs.areas, project.cases)
     known = len(refused)
     problem = _together(refused, project.cases) if refused else None
     if problem is not None and fitting:
         tell(problem)
-    for number, case_id in enumerate(fitting):
+    for number, (case, found) in enumerate(fitting):
         step(number, len(fitting), "running cases")
-        case = config.case(case_id, where=str(project.cases))
-        try:
-            result = run_case(
-                case,
-                outputs.areas,
-                temperature,
-                outputs.rows,
-                outputs.labels,
-                outputs.kinds,
-                frequency,
-                requirements,
-                config.safety_factor,
-                outputs.parts_of_read_outs,
-            )
-        except ConfigError as error:  # of the requirements, which are the same for every case
-            raise ConfigError(error.problems, where=str(project.cases)) from error
+        result = run_case(
+            case,
+            outputs.areas,
+            temperature,
+            outputs.rows,
+            outputs.labels,
+            outputs.kinds,
+            frequency,
+            requirements,
+            config.safety_factor,
+            outputs.parts_of_read_outs,
+            found,
+        )
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
             realised = realise_case(outputs.rows, result, config, step, path.parent)
@@ -90,14 +91,14 @@ def run_cases(
 
 def _checked(
     config: CasesConfig, case_ids: Sequence[str], areas: AreaTable, where: Path
-) -> tuple[list[str], dict[str, TedmError]]:
-    """Ids of the cases that fit the model, and what is wrong with each of the others, by id."""
-    fitting: list[str] = []
+) -> tuple[list[tuple[CorrelationCase, Correlation]], dict[str, TedmError]]:
+    """The cases that fit the model with their correlations, and what is wrong with each of the others, by id."""
+    fitting: list[tuple[CorrelationCase, Correlation]] = []
     refused: dict[str, TedmError] = {}
     for case_id in case_ids:
         try:
-            correlation(config.case(case_id, where=str(where)), areas)
-            fitting.append(case_id)
+            case = config.case(case_id, where=str(where))
+            fitting.append((case, correlation(case, areas)))
         except TedmError as error:
             refused[case_id] = error
     return fitting, refused
