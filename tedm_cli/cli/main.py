@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import typer
 
 from tedm_cli.cli.app import app, verbosity
+from tedm_cli.cli.refusal import print_refusal
 from tedm_cli.errors import TedmError, UsageError
 
 _INTERRUPTED = 130
@@ -47,12 +48,8 @@ def main() -> None:
 
 
 def _fail(exc: TedmError) -> NoReturn:
-    """Print `error: where: fact` (a line for each problem of a configuration or layout) and `hint: fix`, and leave."""
+    """Print the refusal, and leave with its exit code."""
     if verbosity() >= 2:
         traceback.print_exc()
-    for line in str(exc).splitlines():
-        prefix = f"{exc.where}: " if exc.where and not line.startswith(exc.where) else ""
-        print(f"error: {prefix}{line}", file=sys.stderr)
-    if exc.hint:
-        print(f"hint: {exc.hint}", file=sys.stderr)
+    print_refusal(exc)
     sys.exit(exc.exit_code)

@@ -44,11 +44,12 @@ def run_case(
 
     Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements. With -v
     also contributors, what would bring each verdict down, and how it hangs on filter, correlation and safety factor.
-    A case that does not fit the model is refused after the others have been run.
+    All cases are held against the model first: what does not fit is told at once, and keeps no other from being run.
     """
     from tedm_cli.cli.printing.case import case_dict, case_lines
     from tedm_cli.cli.printing.contributors import contributor_lines, more_dict, sensitivity_table
     from tedm_cli.cli.printing.series import realisation_line
+    from tedm_cli.cli.refusal import print_refusal
     from tedm_cli.config.cases import select_cases
     from tedm_cli.errors import PhysicsError, TedmError, UsageError
     from tedm_cli.progress import progress
@@ -60,10 +61,16 @@ def run_case(
     if output is not None and len(ids) != 1:
         raise UsageError(f"--output names one file, but {len(ids)} cases are run")
     done: list[tuple[Path, CaseResult]] = []
+    told: list[TedmError] = []
     refused: TedmError | None = None
+
+    def tell(error: TedmError) -> None:
+        print_refusal(error)
+        told.append(error)
+
     try:
         with progress(quiet) as step:
-            run_cases(project, ids, output, step, lambda path, result: done.append((path, result)))
+            run_cases(project, ids, output, step, lambda path, result: done.append((path, result)), tell)
     except TedmError as error:
         if not done:
             raise
@@ -78,6 +85,8 @@ def run_case(
                 say(quiet, *contributor_lines(result))
         if verbose:
             say(quiet, *sensitivity_table([result for _, result in done]))
+    if refused is not None and refused in told:
+        raise typer.Exit(refused.exit_code)
     if refused is not None:
         raise refused
     failed = [r.case.id for _, r in done if not all(v.passed for v in r.verdicts)]

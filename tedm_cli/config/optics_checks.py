@@ -28,7 +28,7 @@ Problems = list[tuple[str, str]]
 T = TypeVar("T", bound=Strict)
 
 
-def cross_checks(data: dict[str, Any]) -> Problems:
+def cross_checks(data: dict[str, Any], needs_grids: bool = True) -> Problems:
     """Problems between keys and between tables, in the parts of `data` that are well formed."""
     imported = isinstance(data.get("imported"), dict) and "S_BW" in data["imported"]
     raw_elements, raw_paths = _entries(data.get("element")), _entries(data.get("path"))
@@ -52,7 +52,7 @@ def cross_checks(data: dict[str, Any]) -> Problems:
     for i, (element, whole) in enumerate(elements):
         if element is not None:
             out += _vector_problems(f"element[{i}]", element)
-            out += _key_problems(f"element[{i}]", element, grids, imported) if whole else []
+            out += _key_problems(f"element[{i}]", element, grids, imported, needs_grids) if whole else []
     out += _grid_problems(grids, known)
     n_tm = sum(raw.get("kind") == "test_mass" for raw in raw_elements)
     if raw_elements and n_tm == 0:
@@ -104,12 +104,12 @@ def imported_problems(tables: OpticsTables) -> Problems:
     return out
 
 
-def _key_problems(at: str, e: ElementTable, grids: Mapping[str, Any], imported: bool) -> Problems:
+def _key_problems(at: str, e: ElementTable, grids: Mapping[str, Any], imported: bool, needs_grids: bool) -> Problems:
     needed, allowed = KEYS[e.kind]
     if imported:  # its surfaces need not be known
         needed, allowed = needed & {"grid"}, needed | allowed
     given = {key for key in OPTIONAL_KEYS if getattr(e, key) is not None}
-    absent = needed - given - ({"grid"} if e.name in grids else set())
+    absent = needed - given - ({"grid"} if e.name in grids or not needs_grids else set())
     out = [(f"{at}.{key}", f"missing; {_one(e.kind)} ({e.name}) needs it") for key in OPTIONAL_KEYS if key in absent]
     out += [
         (f"{at}.{key}", f"{_one(e.kind)} ({e.name}) has no such key")

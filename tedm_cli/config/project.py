@@ -38,6 +38,6 @@ class Project:
 
 def load_project(path: Path, build_dir: Path) -> Project:
     """Read the project file."""
-    file, table = load(ProjectTable, path)
+    file, table = load(ProjectTable, path, hint="give the path of the project file with --config")
     folder = path.parent
     return Project(file, table.title, folder / table.model, folder / table.optics, folder / table.cases, build_dir)

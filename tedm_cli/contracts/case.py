@@ -89,9 +89,15 @@ CASE = FileKind(
         ),
         "/verdict/binding_frequency": Dataset(("verdict",), "float", "Hz", "frequency of the largest ratio"),
         "/verdict/passed": Dataset(("verdict",), "int", "1", "1 where the ratio is at most 1", values=FLAG),
-        "/verdict/allowed_safety_factor": Dataset(("verdict",), "float", "1", "safety factor at which the ratio is 1"),
+        "/verdict/allowed_safety_factor": Dataset(
+            ("verdict",), "float", "1", "safety factor at which the ratio is 1; infinite without noise", open_ended=True
+        ),
         "/verdict/distortion_ratio": Dataset(
-            ("verdict",), "float", "1", "ratio if the bench did not move as one; NaN for what is no read-out"
+            ("verdict",),
+            "float",
+            "1",
+            "ratio if the bench did not move as one; NaN for what is no read-out",
+            open_ended=True,
         ),
         "/bound_ratio/bound": Dataset(("bound",), "str", "1", "bounds, as under /bounds", values=NAMES),
         "/bound_ratio/ratio": Dataset(("verdict", "bound"), "float", "1", "ratio of each verdict at the bound"),
@@ -127,9 +133,12 @@ CASE = FileKind(
             ("verdict", "group"),
             "float",
             "1",
-            "factor on the group's temperature amplitude that just meets the requirement; NaN: it alone cannot",
+            "factor on the group's temperatures that just meets the requirement; NaN: it cannot; infinite: no part",
+            open_ended=True,
         ),
-        "/stability/all": Dataset(("verdict",), "float", "1", "the same for all groups together"),
+        "/stability/all": Dataset(
+            ("verdict",), "float", "1", "the same for all groups together; infinite without noise", open_ended=True
+        ),
         "/filter_sensitivity/order": Dataset(("order",), "float", "1", "order of the low-pass filter", optional=True),
         "/filter_sensitivity/corner": Dataset(
             ("corner",), "float", "Hz", "corner of the low-pass filter", optional=True
@@ -149,7 +158,11 @@ CASE = FileKind(
         ),
         "/requirement/band": Dataset(("requirement", "band_edge"), "float", "Hz", "band of the requirement"),
         "/requirement/amplitude": Dataset(
-            ("requirement", "frequency"), "float", None, "amplitude spectral density; NaN outside the band"
+            ("requirement", "frequency"),
+            "float",
+            None,
+            "amplitude spectral density; NaN outside the band",
+            open_ended=True,
         ),
         "/realisation/frequency": Dataset(
             ("bin",), "float", "Hz", "frequency of the estimate from a realisation", optional=True

@@ -37,6 +37,8 @@ refused in them as well.
 `float` and `int` are of 64 bits. `real` is float32 where every number is exact in it (an OP2 in single precision, grids
 in the basic frame, loads of 1 K) and float64 otherwise: turn it into double precision before you compute with it.
 
+Numbers are finite: a writer MUST refuse NaN and infinity, except in a dataset whose meaning says what they stand for.
+
 Root attributes: `schema` (`tedm.<kind>`), `schema_version`, `tedm_version`, `command_line`, versions of Python and of
 the libraries. `/provenance` holds the configurations verbatim and the SHA-256 of every input; paths are relative to the
 file. There is no time stamp: the same inputs MUST give the same bytes. A reader MUST refuse a file of another kind or

@@ -83,7 +83,9 @@ OPTICS = FileKind(
         "/singular_values": Dataset(("test_mass_dof_singular",), "float", "1", "singular values of O_ideal"),
         "/residual/name": Dataset(("residual",), "str", "1", "invariance that the matrices must keep", values=NAMES),
         "/residual/value": Dataset(("residual",), "float", "1", "dimensionless residual of the invariance"),
-        "/residual/limit": Dataset(("residual",), "float", "1", "largest residual allowed; infinite: not judged"),
+        "/residual/limit": Dataset(
+            ("residual",), "float", "1", "largest residual allowed; infinite: not judged", open_ended=True
+        ),
         "/origin/S_BW": Dataset((), "str", "1", "where S_BW comes from: ray trace, or the name of an imported file"),
         "/origin/P": Dataset((), "str", "1", "where P comes from: layout, or the name of an imported file"),
         "/element/name": Dataset(

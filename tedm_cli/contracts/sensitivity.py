@@ -55,6 +55,7 @@ SENSITIVITY = FileKind(
             "float",
             "1",
             "quadrature error: tolerance per element for the structure (nan: lumped), estimate for the others",
+            open_ended=True,
         ),
         "/source/points": Dataset(("test_mass", "source"), "int", "1", "points the source is made of", values=COUNT),
         "/source/mass_model": Dataset(

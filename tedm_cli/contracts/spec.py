@@ -71,6 +71,7 @@ class Dataset:
     """What one dataset must be: symbolic dimensions, type, unit, meaning, frame, values.
 
     Types are `float` (64 bit), `real` (64 bit, or 32 where that changes no number), `int` (64 bit), `str`.
+    `open_ended`: NaN and infinity have the meaning that `long_name` gives them; elsewhere they are never written.
     """
 
     dims: tuple[str, ...]
@@ -80,6 +81,7 @@ class Dataset:
     frame: str = ""
     optional: bool = False
     values: Values = Values()
+    open_ended: bool = False
 
 
 @dataclass(frozen=True)

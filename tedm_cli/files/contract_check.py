@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import Dataset, FileKind
 from tedm_cli.files.contract_values import value_problems
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
@@ -38,6 +39,15 @@ def shape_problem(spec: Dataset, shape: tuple[int, ...], dims: dict[str, int]) -
         if known != size:
             return f"{size} along {dim}, where other datasets have {known}"
     return ""
+
+
+def finite_problem(spec: Dataset, value: AnyArray) -> str:
+    """What is wrong with numbers that are to be written: any that is not finite, unless the contract allows it."""
+    if spec.open_ended or spec.dtype not in ("float", "real"):
+        return ""
+    finite = np.isfinite(value)
+    bad = finite.size - int(np.count_nonzero(finite))
+    return f"{bad:,} of {finite.size:,} numbers are not finite" if bad else ""
 
 
 def contract_problems(file: Any, kind: FileKind, where: Path) -> list[str]:

@@ -13,6 +13,7 @@ import os
 import platform
 import re
 from collections.abc import Iterator
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ import numpy as np
 from tedm_cli import __version__
 from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import KINDS, Dataset, FileKind
-from tedm_cli.errors import InputError, TedmError
+from tedm_cli.errors import InputError, PhysicsError, TedmError
 from tedm_cli.files.blocks import BLOCK_NODES, Allocated, Blocks, narrowed, reading
 from tedm_cli.files.contract_check import (
     DTYPES,
@@ -31,6 +32,7 @@ from tedm_cli.files.contract_check import (
     attribute_text,
     contract_problems,
     find_spec,
+    finite_problem,
     provenance_problems,
     shape_problem,
 )
@@ -58,6 +60,7 @@ class Writer:
         """Write a whole dataset. `units` is required where the contract leaves it open; `single` as for `allocate`."""
         spec = self._spec(path)
         data = _fixed_length(value) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
+        self._require_finite(path, spec, data)
         data = narrowed(data) if single else data
         dataset = self._make(path, spec, data.shape, data.dtype, units)
         if data.size:
@@ -73,7 +76,19 @@ class Writer:
         would change a number.
         """
         spec = self._spec(path)
-        return Allocated(self._make(path, spec, shape, np.float32 if single else DTYPES[spec.dtype], units), self._sink)
+        check = partial(self._require_finite, path, spec)
+        dtype = np.float32 if single else DTYPES[spec.dtype]
+        return Allocated(self._make(path, spec, shape, dtype, units), self._sink, check)
+
+    def _require_finite(self, path: str, spec: Dataset, value: AnyArray) -> None:
+        """The last line of defence: a result that is not finite is none."""
+        if problem := finite_problem(spec, value):
+            raise PhysicsError(
+                f"nothing is written: of {path} {problem}",
+                where=str(self._target),
+                hint="a number of the configuration or of an input is far from what it stands for; look for the largest"
+                " and the smallest",
+            )
 
     def _spec(self, path: str) -> Dataset:
         return find_spec(self._kind, path)

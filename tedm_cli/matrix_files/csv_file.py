@@ -14,7 +14,8 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.matrix_files.named import NamedMatrix, RawMatrix
-from tedm_cli.tables.csv_table import csv_lines, finite_number
+from tedm_cli.quantities import MATRIX_ENTRY
+from tedm_cli.tables.csv_table import csv_lines, number_of
 
 
 def read_csv(path: Path, name: str) -> RawMatrix:
@@ -72,7 +73,7 @@ def _write_table(writer: Any, table: NamedMatrix) -> None:
 def _numbers(path: Path, lines: list[tuple[int, list[str]]], first: int, names: list[str]) -> FloatArray:
     return np.array(
         [
-            [finite_number(names[k], fields[k], f"{path}:{number}") for k in range(first, len(fields))]
+            [number_of(MATRIX_ENTRY, names[k], fields[k], f"{path}:{number}") for k in range(first, len(fields))]
             for number, fields in lines
         ]
     )

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tedm_cli.errors import InputError
 from tedm_cli.matrix_files.named import (
     DECLARATION,
     LISTS,
     NamedMatrix,
     RawMatrix,
     as_matrix,
+    lacks,
     parsed_declaration,
     text_list,
 )
-from tedm_cli.regular_file import require_regular_file
+from tedm_cli.matrix_files.npz_archive import read_arrays
 
 
 def read_npz(path: Path, name: str) -> RawMatrix:
@@ -27,19 +26,11 @@ def read_npz(path: Path, name: str) -> RawMatrix:
 
     Raises
     ------
-    InputError : not an NPZ file, or without such a matrix.
+    InputError : as `read_arrays` raises it, or an archive without such a matrix.
     """
-    require_regular_file(path)
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            held = {key: file[key] for key in file.files if key == name or key.startswith(f"{name}.")}
-            names = [key for key in file.files if "." not in key]
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError, AttributeError) as exc:
-        raise InputError(f"not a readable NPZ file of plain arrays ({exc})", where=str(path)) from exc
+    held, names = read_arrays(path, lambda key: key == name or key.startswith(f"{name}."))
     if name not in held:
-        raise InputError(
-            f"holds no {name}, but {', '.join(names) or 'nothing'}", where=str(path), hint="name it with variable = ..."
-        )
+        raise lacks(name, [key for key in names if "." not in key], path)
     declared: dict[str, Any] = {}
     if f"{name}.{DECLARATION}" in held:
         declared |= parsed_declaration(str(held[f"{name}.{DECLARATION}"]), name, path)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.area_names import area_name_fact
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
@@ -19,6 +20,8 @@ from tedm_cli.nastran.temperatures import (
     temperature_field,
 )
 from tedm_cli.nastran.unit_load_control import check_unit_load_control
+
+_RENAME = "change the LABEL; the label in the results need not change where model.subcases gives their numbers"
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,8 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
     ------
     InputError : what `check_unit_load_control` refuses; a subcase without label or temperatures, uneven steps, a step
         on the rest of the model, materials with different TREF and no TEMPERATURE(INITIAL), properties that change with
-        temperature, two subcases with one label, grids in two areas or in none, a uniform load that leaves grids out.
+        temperature, two subcases with one label, a label that no area may have, grids in two areas or in none, a
+        uniform load that leaves grids out.
     """
     where = str(geometry.files[0])
     control = model.case_control_deck
@@ -75,6 +79,7 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
         raise InputError(
             "has no subcase that warms a thermal area", where=where, hint="make a unit-load deck with `tedm write-deck`"
         )
+    _check_names(areas, where)
     _check_partition(areas, geometry, where)
     if uniform is not None:
         _check_uniform(uniform, areas, geometry, where)
@@ -82,7 +87,7 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
 
 
 def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, where: str) -> UnitLoad:
-    label = str(subcase.get_parameter("LABEL")[0]).strip() if "LABEL" in subcase.params else ""
+    label = " ".join(str(subcase.get_parameter("LABEL")[0]).split()) if "LABEL" in subcase.params else ""
     if not label:
         raise InputError("has no LABEL, so its thermal area has no name", where=f"{where}: subcase {number}")
     place = f"{where}: subcase {number} (area '{label}')"
@@ -148,6 +153,15 @@ def _check_rest(
             f"rests at {loaded.rest:g} K (TEMPD), but {name} {cold:g} K",
             where=place,
             hint="set TEMPD to the reference temperature, or the rest of the model expands too",
+        )
+
+
+def _check_names(areas: list[UnitLoad], where: str) -> None:
+    facts = [(a.subcase, fact) for a in areas if (fact := area_name_fact(a.label))]
+    if facts:
+        others = f" (and {len(facts) - 1} more subcases)" if len(facts) > 1 else ""
+        raise InputError(
+            f"its LABEL names no area: {facts[0][1]}{others}", where=f"{where}: subcase {facts[0][0]}", hint=_RENAME
         )
 
 

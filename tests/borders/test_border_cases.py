@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 from border_tools import Project, edited, replace, tedm, untouched
 
+from tedm_cli.config.project import load_project
+from tedm_cli.errors import ConfigError
+from tedm_cli.progress import silent
 from tedm_cli.results.outputs import read_outputs
+from tedm_cli.stages.noise.case import run_cases
 
 MATRIX = "area,STRUT_1,STRUT_2,FLANGE_1\nSTRUT_2,{0},1,{0}\nSTRUT_1,1,{0},{0}\nFLANGE_1,{0},{0},1\n"
 TABLE = "frequency_hz,amplitude\n1e-3,1e-14\n3e-2,1e-13\n"
@@ -151,6 +155,30 @@ def test_several_cases_that_do_not_fit_are_refused_together(small: Project) -> N
     small.run("run-case", "4", "10b", "3").refused(3, *facts)
     assert (small.build / "case03.h5").exists()
     small.run("run-case", "own", "4").refused(5, "r.csv", "eigenvalue", hint="refused too: case 4")
+    small.run("run-case", "own", "4").refused(5, "r.csv", hint="no thermal area has 'strut'")
+
+
+def test_all_problems_of_all_cases_are_told_before_the_first_is_run(small: Project) -> None:
+    cases = small.folder / "cases.toml"
+    replace(cases, 'groups = ["struts", "flanges"] }, { groups = ["IS1"]', 'groups = ["strut"] }, { groups = ["IS1"]')
+    replace(cases, 'partition = "mirror"', 'partition = "mirror", mirror_names = ["_A", "_B"]')
+    happened: list[str] = []
+    with pytest.raises(ConfigError) as caught:
+        run_cases(
+            load_project(small.folder / "tedm.toml", small.build),
+            ["3", "4", "1", "10b"],
+            None,
+            silent,
+            lambda path, result: happened.append(path.name),
+            lambda error: happened.append(str(error)),
+        )
+    told, *files = happened
+    assert files == ["case03.h5", "case01.h5"]
+    assert told == str(caught.value)
+    assert "case 4: blocks[0].groups: no thermal area has 'strut'" in told
+    assert "case 10b: blocks[1]: without a mirror image" in told
+    lines = small.run("run-case", "3", "4", "10b").err.splitlines()
+    assert len(lines) == len(set(lines)), "each problem once"
 
 
 def test_files_that_are_not_there(small: Project) -> None:

@@ -14,6 +14,7 @@ from border_tools import Project, replace, snapshot, tedm
 from scipy.integrate import trapezoid
 
 from tedm_cli.noise.spectral_estimate import Estimate
+from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
 from tedm_cli.tables import wide_table
 from tedm_cli.tables.wide_table import open_wide
 
@@ -334,7 +335,7 @@ def test_reading_holds_a_block_and_not_the_table(tmp_path: Path) -> None:
     peak = []
     for rows in (100, 1000):
         tracemalloc.start()
-        with open_wide(tmp_path / "t.csv", "time_s") as wide:
+        with open_wide(tmp_path / "t.csv", "time_s", TIME_STAMP, TEMPERATURE) as wide:
             assert sum(len(b.key) for b in wide.blocks(rows)) == 30_000
         peak.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()

@@ -19,9 +19,10 @@ from tedm_cli.files.store import replacing
 from tedm_cli.gravity.field import SelfGravity, self_gravity, self_gravity_by_source
 from tedm_cli.gravity.kernel import first_inside, inside_fact
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
+from tedm_cli.quantities import FAR_COORDINATE, POINT_MASS
 from tedm_cli.tables.csv_table import Row, read_table
 
-HEADER = ("x_m", "y_m", "z_m", "mass_kg")
+COLUMNS = {**dict.fromkeys(("x_m", "y_m", "z_m"), FAR_COORDINATE), "mass_kg": POINT_MASS}
 #: Unit of every quantity of `SelfGravity`, and the ending that says it in the name of a key or column.
 FIELD_UNITS = {
     "acceleration": ("m/s^2", "m_s2"),
@@ -81,12 +82,9 @@ def point_self_gravity(project: Project, points: Path, *, per_source: bool, outp
 
 
 def read_sources(path: Path, test_masses: list[TestMass]) -> PointSources:
-    """Read `x_m,y_m,z_m,mass_kg` (basic frame), refusing masses that are not positive and sources in a test mass."""
-    rows = read_table(path, HEADER)
-    for row in rows:
-        if row.number["mass_kg"] <= 0.0:
-            raise InputError(f"mass_kg must be positive, found {row.number['mass_kg']:g}", where=f"{path}:{row.line}")
-    position = np.array([[row.number[c] for c in HEADER[:3]] for row in rows])
+    """Read `x_m,y_m,z_m,mass_kg` (basic frame), refusing implausible numbers and sources in a test mass."""
+    rows = read_table(path, COLUMNS)
+    position = np.array([[row.number[c] for c in list(COLUMNS)[:3]] for row in rows])
     for tm in test_masses:
         local = to_test_mass_frame(tm, position)
         inside = first_inside(local, tm.side_m)
@@ -143,7 +141,7 @@ def _csv_text(done: PointField) -> str:
     out = csv.writer(stream, lineterminator="\n")
     if done.by_source is not None:
         columns = [f"{k}_{''.join(i)}_{FIELD_UNITS[k][1]}" for k in FIELD_UNITS for i in _components(k)]
-        out.writerow(["line", *HEADER, "test_mass", *columns])
+        out.writerow(["line", *COLUMNS, "test_mass", *columns])
         for n, line in enumerate(done.sources.line):
             for tm, field in zip(done.test_masses, done.by_source, strict=True):
                 values = np.concatenate([getattr(field, k)[n].ravel() for k in FIELD_UNITS])

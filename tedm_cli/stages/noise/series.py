@@ -28,11 +28,12 @@ from tedm_cli.files.store import Writer, create
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import judged_outputs
 from tedm_cli.noise.columns import columns_of_areas
-from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler
+from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler, pieces
 from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_column
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
+from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
 from tedm_cli.results.areas import write_areas
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.stages.noise.log_spectrum import log_estimate, require_speckit
@@ -157,7 +158,7 @@ def run_series(
 def _sample(source: Path, table: SeriesTable, outputs: ModelOutputs, where: str, scratch: IO[bytes]) -> _Sampled:
     """Read, check, propagate and resample the series of a table."""
     moving = ~_constant(table, outputs.areas, where)
-    with open_wide(source, "time_s") as wide:
+    with open_wide(source, "time_s", TIME_STAMP, TEMPERATURE) as wide:
         index = columns_of_areas(wide.columns, outputs.areas, moving, where=str(source))
         rows = rows_by_column(outputs.rows, index, wide.columns)
         stamps = Stamps(wide.place, regular=table.method != "linear", max_gap_s=table.max_gap_s)
@@ -166,9 +167,10 @@ def _sample(source: Path, table: SeriesTable, outputs: ModelOutputs, where: str,
         for time, values in _propagated(wide, stamps, rows, table.remove):
             if table.resample_s is not None and resampler is None:
                 resampler = _resampler(table, stamps, len(time), str(source))
-            made = values if resampler is None else resampler.push(time, values)
-            trend.add(made)
-            scratch.write(np.ascontiguousarray(made).tobytes())
+            for some, part in pieces(time, values, stamps.first_s, table.resample_s, where):
+                made = part if resampler is None else resampler.push(some, part)
+                trend.add(made)
+                scratch.write(np.ascontiguousarray(made).tobytes())
     if trend.count < 2:
         raise InputError(f"{stamps.count} rows make {trend.count} samples; that is no series", where=str(source))
     step = table.resample_s if table.resample_s is not None else stamps.mean_step_s
@@ -235,14 +237,15 @@ def _finish(
     n, rate = sampled.samples, 1.0 / sampled.step_s
     units = list(outputs.units)
     lowest = table.lowest_hz if table.lowest_hz is not None else config.lowest_band_hz()
-    welch = Welch(sampled.n_out, rate, segment_length(rate, lowest)) if table.spectrum == "welch" else None
-    if welch is not None and n < welch.segment:
+    segment = segment_length(rate, lowest)
+    if table.spectrum == "welch" and n < segment:
         raise InputError(
             f"{n:,} samples of {sampled.step_s:.6g} s ({n / rate:.6g} s) are too few for a spectrum from {lowest:g} Hz,"
-            f" which takes {welch.segment:,}",
+            f" which takes {segment:,}",
             where=str(source),
-            hint=f"take a longer series, or lowest_hz = {lowest * welch.segment / n * 1.01:.2g} or more",
+            hint=f"take a longer series, or lowest_hz = {lowest * segment / n * 1.01:.2g} or more",
         )
+    welch = Welch(sampled.n_out, rate, segment) if table.spectrum == "welch" else None
     time = writer.allocate("/time", (n,))
     series = [
         writer.allocate(f"/series/{label}", (n,), units=unit) for label, unit in zip(outputs.labels, units, strict=True)
