@@ -8,7 +8,7 @@ from scipy.integrate import trapezoid
 from tedm_cli.errors import InputError
 from tedm_cli.noise.correlation import block_factor, blocks, correlation_factor
 from tedm_cli.noise.propagation import output_psd_from_factor
-from tedm_cli.noise.realisation import Plan, expected_psd, in_band, realise, temperature_blocks
+from tedm_cli.noise.realisation import Plan, expected_psd, realise, resolved, temperature_blocks
 from tedm_cli.noise.spectral_estimate import Window, kaiser, segment_length
 from tedm_cli.noise.temperature import FlightSpectrum, ShapedSpectrum, TemperatureModel, WhiteSpectrum
 
@@ -19,7 +19,7 @@ PLAN = Plan(rate_hz=0.1, samples=200_000, seed=5, low_hz=5e-4, high_hz=0.04, low
 def mean_ratio(rows, model, factor, plan):
     """Mean over the band of estimate over exact PSD [n_out], and its relative standard deviation."""
     estimate = realise(rows, model, factor, plan)
-    band = in_band(estimate.frequency_hz, plan)
+    band = resolved(estimate.frequency_hz, plan)
     f = estimate.frequency_hz[band]
     ratio = estimate.psd[:, band] / output_psd_from_factor(rows, model, factor, f)
     window = kaiser(4096)
@@ -160,7 +160,7 @@ def test_areas_that_cancel_and_add_along_the_frequency_do_so_in_the_realisation(
     factor = np.array([[1.0, 0.0], [1.0, 0.0], [0.8, 0.6]])
     rows = np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [1.0, -1.0, 2.0]])
     estimate = realise(rows, model, factor, PLAN, delay_s=np.array(delay_s))
-    band = in_band(estimate.frequency_hz, PLAN)
+    band = resolved(estimate.frequency_hz, PLAN)
     f = estimate.frequency_hz[band]
     expected = expected_psd(rows, model, factor, PLAN, f, np.array(delay_s))
     ratio = estimate.psd[:, band] / expected

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from import_tools import ANGLES, Matrix, imported, labelled, nodes_at
+from import_tools import ANGLES, imported, labelled, nodes_at
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray as Matrix
 from tedm_cli.errors import PhysicsError
 from tedm_cli.optics.common_mode import rigid_motion
 from tedm_cli.optics.diagnosis import explain_defect

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from import_tools import ANGLES, Matrix, imported, labelled, nodes_at, with_units
+from import_tools import ANGLES, imported, labelled, nodes_at, with_units
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.arrays import FloatArray as Matrix
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.imported import (
