@@ -5,7 +5,6 @@ import pytest
 
 from tedm_cli.gravity.requirements import AT_REST_UNITS, SUBSYSTEMS, allocation, dc_quantities, judge_at_rest
 
-
 # Montemurro 2004, tables 4.2 to 4.4 as printed: IS, LTP, S/C and total, in units of the first number.
 PUBLISHED = {
     "gamma_xx": (1e-7, (-1, 2), (-2, 3), (-2, 3), (-5, 8)),

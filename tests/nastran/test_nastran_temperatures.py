@@ -33,6 +33,33 @@ def test_step_above_tref(tmp_path: Path, warm: float, cold: float, step: float) 
     check(loads(tmp_path, LOADS.format(w=warm, c=cold), tref=f"{cold}"), step)
 
 
+@pytest.mark.parametrize(
+    ("warm", "cold", "step"),
+    [
+        ("293.02", "293.", 0.02),
+        ("293.17", "293.15", 0.02),
+        ("1293.153", "1293.152", 0.001),  # what eight columns make of 0.0006 K is what the solver applies
+        ("273.1501", "273.15", 1e-4),
+        ("-.02", "0.", -0.02),
+        ("300.", "299.99999", 1e-5),
+    ],
+)
+def test_the_step_is_that_of_the_decimals_on_the_cards(tmp_path: Path, warm: str, cold: str, step: float) -> None:
+    """To the last digit, where the difference of doubles has lost five of them."""
+    found = loads(tmp_path, LOADS.format(w=warm, c=cold), tref=cold)
+    assert [a.load_K for a in found.areas] == [step, step]
+
+
+def test_a_step_that_single_precision_does_not_hold(tmp_path: Path) -> None:
+    """Four bytes hold all of 293 K, and of 293.02 K 293.019989013671875: the step is 0.055 % too small."""
+    (first, _) = loads(tmp_path, LOADS.format(w="293.02", c="293."), tref="293.").areas
+    assert first.single_error == pytest.approx(1.0 - 0.019989013671875 / 0.02, abs=1e-9)
+    (first, _) = loads(tmp_path, LOADS.format(w="294.15", c="293.15"), tref="293.15").areas
+    assert first.single_error == 0.0  # both are off by the same
+    (first, _) = loads(tmp_path, LOADS.format(w="0.02", c="0."), tref="0.").areas
+    assert first.single_error < 2.0**-24
+
+
 def test_step_above_the_initial_temperature(tmp_path: Path) -> None:
     """TEMPERATURE(INITIAL) goes before TREF, which is 99 K and of no account; TEMP in it goes before TEMPD."""
     cards = LOADS.format(w=22.0, c=20.0) + "\nTEMPD,7,20."

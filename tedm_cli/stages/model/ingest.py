@@ -35,6 +35,8 @@ from tedm_cli.stages.model.masses import check_grids_outside, check_weight_table
 
 @dataclass(frozen=True)
 class IngestSummary:
+    """What was read. `coarsest`: the unit load whose step suffers most where a solver has temperatures of 4 bytes."""
+
     path: Path
     grids: int
     elements: int
@@ -42,6 +44,7 @@ class IngestSummary:
     masses: MassSummary
     has_uniform: bool
     partial: list[int]
+    coarsest: UnitLoad
 
 
 @dataclass(frozen=True)
@@ -109,6 +112,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         masses,
         loads.uniform is not None,
         geometry.elements.partial,
+        max(wanted, key=lambda load: load.single_error),
     )
 
 
