@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 from border_tools import Project, replace, tedm, untouched
 
+from tedm_cli.noise import correlation
 from tedm_cli.results.outputs import read_outputs
 
 MATRIX = "area,STRUT_1,STRUT_2,FLANGE_1\nSTRUT_2,{0},1,{0}\nSTRUT_1,1,{0},{0}\nFLANGE_1,{0},{0},1\n"
@@ -151,6 +153,28 @@ def test_several_cases_that_do_not_fit_are_refused_together(small: Project) -> N
     small.run("run-case", "4", "10b", "3").refused(3, *facts)
     assert (small.build / "case03.h5").exists()
     small.run("run-case", "own", "4").refused(5, "r.csv", "eigenvalue", hint="refused too: case 4")
+
+
+def test_the_correlation_of_a_case_is_found_once(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its matrix may have thousands of areas, and its eigenvalues take the longest."""
+    add_case(small, "0.25")
+    checked, check = [], correlation.check_correlation
+
+    def counted(*args: Any, **more: Any) -> None:
+        checked.append(1)
+        check(*args, **more)
+
+    monkeypatch.setattr(correlation, "check_correlation", counted)
+    small.run("run-case", "own").ok()
+    assert len(checked) == 1
+
+
+def test_requirements_are_refused_before_any_case_is_run(small: Project) -> None:
+    """They are the same for all: also where no case would run."""
+    add_case(small, "-0.6")
+    replace(small.folder / "cases.toml", '"A_TM2_x"', '"A_TM9_x"')
+    with untouched(small.build):
+        small.run("run-case", "own", "3").refused(3, "cases.toml", "requirement[", "there is no output 'A_TM9_x'")
 
 
 def test_files_that_are_not_there(small: Project) -> None:

@@ -12,8 +12,7 @@ from tedm_cli.contracts import CASE as KIND
 from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.files.build_folder import OPTICS, SENSITIVITY, case_file_name, provenance
 from tedm_cli.files.store import create
-from tedm_cli.noise.case_run import CaseResult, run_case
-from tedm_cli.noise.correlation import correlation
+from tedm_cli.noise.case_run import CaseResult, judged_outputs, run_case
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import read_outputs
@@ -40,16 +39,15 @@ def run_cases(
     outputs = read_outputs(*sources).with_differences(requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
+    try:  # what is wrong with requirements is wrong in every case
+        judged_outputs(requirements, outputs.labels, outputs.kinds, frequency)
+    except ConfigError as error:
+        raise ConfigError(error.problems, where=str(project.cases)) from error
     refused: dict[str, TedmError] = {}
     for number, case_id in enumerate(case_ids, start=1):
         step(number - 1, len(case_ids), "running cases")
         try:
             case = config.case(case_id, where=str(project.cases))
-            correlation(case, outputs.areas)
-        except TedmError as error:
-            refused[case_id] = error
-            continue
-        try:
             result = run_case(
                 case,
                 outputs.areas,
@@ -62,8 +60,9 @@ def run_cases(
                 config.safety_factor,
                 outputs.parts_of_read_outs,
             )
-        except ConfigError as error:  # of the requirements, which are the same for every case
-            raise ConfigError(error.problems, where=str(project.cases)) from error
+        except TedmError as error:
+            refused[case_id] = error
+            continue
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
             realised = realise_case(outputs.rows, result, config, step, path.parent)
