@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rod_model import read, write_deck
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.temperatures import Field, step
 from tedm_cli.nastran.unit_loads import UnitLoads, deck_unit_loads
 
 GRIDS = [(i, 0, (0.1 * i, 0.01 * i, 0.0), 0) for i in range(1, 7)]
@@ -48,6 +50,12 @@ def test_the_step_is_that_of_the_decimals_on_the_cards(tmp_path: Path, warm: str
     """To the last digit, where the difference of doubles has lost five of them."""
     found = loads(tmp_path, LOADS.format(w=warm, c=cold), tref=cold)
     assert [a.load_K for a in found.areas] == [step, step]
+
+
+def test_grids_without_temperature_leave_the_others_their_digits() -> None:
+    none = np.zeros(0)
+    load, initial = Field(np.array([1]), np.array([293.02]), np.nan), Field(none.astype(int), none, 293.0)
+    np.testing.assert_array_equal(step(load, initial, np.array([1, 2])), [0.02, np.nan])
 
 
 def test_a_step_that_single_precision_does_not_hold(tmp_path: Path) -> None:
