@@ -31,8 +31,9 @@ def series_specs(results: Results) -> list[FigureSpec]:
             FigureSpec(
                 series_file_name(name).replace(".h5", ".svg"),
                 "series",
-                f"Time series {file.string('/temperature/source')}, {file.string('/temperature/treatment')}: the output"
-                " of each quantity that is worst. Left: smallest and largest values, without the safety factor; right:"
+                f"Time series {file.string('/temperature/source')}, {file.string('/temperature/treatment')}: of each"
+                f" quantity the output {'that is worst' if file.strings('/verdict/output') else 'of the largest rms'}."
+                " Left: smallest and largest values, without the safety factor; right:"
                 f" estimated amplitude spectral density times the safety factor"
                 f" {file.number('/verdict/safety_factor'):g}, with its interval at {100 * confidence[name]:g} %.",
                 (f"{used.path.name} {used.sha256}",),
