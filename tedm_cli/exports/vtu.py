@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import json
 import re
 import zlib
@@ -54,12 +55,17 @@ def array_name(*parts: str) -> str:
 
 
 def distinct(arrays: Sequence[MeshArray]) -> list[MeshArray]:
-    """The same arrays; a name that is there already gets a number."""
-    seen: dict[str, int] = {}
+    """The same arrays; one whose name is there already gets the least number from 2 on that makes it another."""
+    taken = {a.name for a in arrays}
+    seen: set[str] = set()
     out = []
     for a in arrays:
-        seen[a.name] = seen.get(a.name, 0) + 1
-        out.append(a if seen[a.name] == 1 else replace(a, name=f"{a.name}+{seen[a.name]}"))
+        name = a.name
+        if name in seen:
+            name = next(new for n in itertools.count(2) if (new := f"{a.name}+{n}") not in taken)
+            taken.add(name)
+        seen.add(name)
+        out.append(a if name == a.name else replace(a, name=name))
     return out
 
 

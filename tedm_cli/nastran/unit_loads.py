@@ -13,6 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.temperatures import (
     Field,
+    error_in_single_precision,
     reference_temperatures,
     selection,
     step,
@@ -29,6 +30,7 @@ class UnitLoad:
     """One subcase: its label, the rows of the grids it warms, and the temperature step (K).
 
     `output`: what DISPLACEMENT asks for, ALL, NONE or the number of a set; empty where the deck does not say.
+    `single_error`: relative error of the step where a solver holds temperatures in single precision.
     """
 
     subcase: int
@@ -36,6 +38,7 @@ class UnitLoad:
     rows: IntArray
     load_K: float
     output: str = ""
+    single_error: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -114,9 +117,10 @@ def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, w
         raise InputError(f"warms no grid (temperature set {sets.load})", where=place)
     low, high = float(steps[warm].min()), float(steps[warm].max())
     if high - low > 1e-9 * max(abs(low), abs(high)):
-        raise InputError(f"warms its grids by {low:g} to {high:g} K; a unit load has one step", where=place)
+        raise InputError(f"warms its grids by {low:.9g} to {high:.9g} K; a unit load has one step", where=place)
     output = str(subcase.get_parameter("DISPLACEMENT")[0]) if "DISPLACEMENT" in subcase.params else ""
-    return UnitLoad(number, label, warm, float(steps[warm[0]]), output)
+    single_error = error_in_single_precision(loaded, initial, geometry.grid_id, steps)
+    return UnitLoad(number, label, warm, float(steps[warm[0]]), output, single_error)
 
 
 def _tref(model: Any, loaded: Field, place: str) -> Field:
@@ -150,7 +154,7 @@ def _check_rest(
         first = int(np.argmax(moved))
         cold = initial.on(geometry.grid_id)[first]
         raise InputError(
-            f"rests at {loaded.rest:g} K (TEMPD), but {name} {cold:g} K",
+            f"rests at {loaded.rest:.15g} K (TEMPD), but {name} {cold:.15g} K",
             where=place,
             hint="set TEMPD to the reference temperature, or the rest of the model expands too",
         )

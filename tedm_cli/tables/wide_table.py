@@ -62,7 +62,7 @@ def open_wide(path: Path, key: str, of_key: Quantity, of_values: Quantity) -> It
 
     Raises
     ------
-    InputError : it cannot be read, has no column `key`, or no other column.
+    InputError : it cannot be read, has no column `key`, no other column, or a column twice.
     """
     if path.suffix.lower() in HDF5_SUFFIXES:
         with open_columns(path, key) as source:
@@ -104,8 +104,13 @@ class _CsvTable:
         self._head = [name.strip() for name in head]
         _require(self._head, key, f"{path}:1")
         self._at = self._head.index(key)
-        if self._head.count(key) > 1:
-            raise InputError(f"column {key!r} is there twice", where=f"{path}:1", hint="keep one of them")
+        for number, name in enumerate(self._head):
+            if name in self._head[:number]:
+                raise InputError(
+                    f"column {name!r} is there twice (columns {self._head.index(name) + 1} and {number + 1})",
+                    where=f"{path}:1",
+                    hint="keep one of them",
+                )
         self.columns = [name for name in self._head if name != key]
 
     def place(self, number: int) -> str:

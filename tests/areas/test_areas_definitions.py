@@ -121,6 +121,9 @@ def planes(*numbers: int) -> list[int]:
         ({"box": {"frame": 7, "z_m": [0.55, 1.0]}}, planes(6)),  # the cylinder's axis is x
         ({"box": {"frame": 7, "r_m": [0.05, 0.11]}}, [i for i in planes(*range(7)) if i % 4 in (2, 0)]),
         ({"box": {"frame": 7, "theta_deg": [10.0, 80.0]}}, [i for i in planes(*range(7)) if i % 4 == 3]),
+        ({"box": {"frame": 7, "theta_deg": [10.0, 45.0]}}, planes(*range(7))[2::4]),  # both ends belong to a box
+        ({"box": {"frame": 7, "theta_deg": [45.0, 80.0]}}, planes(*range(7))[2::4]),
+        ({"box": {"frame": 7, "theta_deg": [-315.0, -310.0]}}, planes(*range(7))[2::4]),
         ({"box": {"frame": 7, "theta_deg": [350.0, 370.0], "r_m": [0.05, 1.0]}}, planes(*range(7))[1::4]),
         ({"property": 1, "also": [{"element": 6}]}, planes(0, 1, 2, 5, 6)),
         ({"remainder": True}, planes(*range(7))),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import h5py
 import numpy as np
@@ -11,6 +12,7 @@ from border_tools import Project, edited, replace, tedm, untouched
 
 from tedm_cli.config.project import load_project
 from tedm_cli.errors import ConfigError
+from tedm_cli.noise import correlation
 from tedm_cli.progress import silent
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.stages.noise.case import run_cases
@@ -179,6 +181,28 @@ def test_all_problems_of_all_cases_are_told_before_the_first_is_run(small: Proje
     assert "case 10b: blocks[1]: without a mirror image" in told
     lines = small.run("run-case", "3", "4", "10b").err.splitlines()
     assert len(lines) == len(set(lines)), "each problem once"
+
+
+def test_the_correlation_of_a_case_is_found_once(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its matrix may have thousands of areas, and its eigenvalues take the longest."""
+    add_case(small, "0.25")
+    checked, check = [], correlation.check_correlation
+
+    def counted(*args: Any, **more: Any) -> None:
+        checked.append(1)
+        check(*args, **more)
+
+    monkeypatch.setattr(correlation, "check_correlation", counted)
+    small.run("run-case", "own").ok()
+    assert len(checked) == 1
+
+
+def test_requirements_are_refused_before_any_case_is_run(small: Project) -> None:
+    """They are the same for all: also where no case would run."""
+    add_case(small, "-0.6")
+    replace(small.folder / "cases.toml", '"A_TM2_x"', '"A_TM9_x"')
+    with untouched(small.build):
+        small.run("run-case", "own", "3").refused(3, "cases.toml", "requirement[", "there is no output 'A_TM9_x'")
 
 
 def test_files_that_are_not_there(small: Project) -> None:

@@ -174,6 +174,8 @@ GOOD = "time_s,outside,inside\n" + "".join(f"{4 * n},293.{n % 7},293\n" for n in
         ("48,293.5,293\n", "47,293.5,293\n", "t.csv:14", "a step of 3 s among steps of 4 s"),
         ("outside,inside", "outside,insid", "t.csv", "column 'insid' names no thermal area"),
         ("outside,inside", "outside,outside", "t.csv", "column 'outside' is there twice (columns 2 and 3)"),
+        ("time_s,outside,inside", "all,time_s,all", "t.csv:1", "column 'all' is there twice (columns 1 and 3)"),
+        ("time_s,outside,inside", "time_s,time_s,all", "t.csv:1", "column 'time_s' is there twice (columns 1 and 2)"),
         ("outside,inside", "outside,STRUT_1", "t.csv", "thermal areas: "),
         ("time_s", "time", "t.csv:1", "there is no column time_s; there are: time, outside, inside"),
     ],

@@ -107,6 +107,22 @@ def test_fem_line_shell_and_rigid_elements_are_read(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("card", "components"),
+    [
+        ("RBAR,8,1,4,,123456,123", "123"),  # end B leads: the components of A follow
+        ("RBAR,8,4,1,123456,,,123", "123"),  # end A leads: those of B
+        ("RBAR,8,4,1,123456", "123456"),  # all that do not lead, where none are given
+    ],
+)
+def test_fem_a_rigid_bar_is_led_by_either_end(tmp_path, card, components):
+    cards = [card if other.startswith("RBAR") else other for other in CARDS]
+    model, _ = read_solver_deck(write_deck(tmp_path, cards))
+    (arm,) = model.rbe2
+    row = {int(grid): k for k, grid in enumerate(model.grid_id)}
+    assert (arm.independent, list(arm.dependents), arm.components) == (row[4], [row[1]], components)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "fact"),
     [
         ("GRID,3,8,.2,90.,.1,8", "GRID,3,80,.2,90.,.1,8", "GRID 3: frame 80"),

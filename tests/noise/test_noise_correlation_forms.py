@@ -268,7 +268,7 @@ def test_archives_that_are_refused(tmp_path, areas):
     with pytest.raises(InputError, match="is not there"):
         case_of(tmp_path, 'matrix = "r.npz"', areas)
     (tmp_path / "r.npz").write_bytes(b"no archive")
-    with pytest.raises(InputError, match="not an NPZ archive"):
+    with pytest.raises(InputError, match="not a readable NPZ"):
         case_of(tmp_path, 'matrix = "r.npz"', areas)
     np.savez(tmp_path / "r.npz", names=["OB_1"], R=np.eye(1))
     with pytest.raises(InputError, match="holds no array 'area', only names, R"):

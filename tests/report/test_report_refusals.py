@@ -10,6 +10,7 @@ from report_project import write_matrices
 
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
+from tedm_cli.figures.fonts import font_folder
 from tedm_cli.progress import silent
 from tedm_cli.report.document import Document, Figure, Section
 from tedm_cli.report.pdf import to_pdf
@@ -143,4 +144,4 @@ def test_what_the_typesetter_refuses_is_one_error() -> None:
     svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><image href="https://example.org/a.png"/></svg>'
     document = Document("t", "s", "1", (Section("a", "A", "A", (Figure("f1", "caption", svg, "a.svg"),)),))
     with pytest.raises(InputError, match=r"the PDF cannot be set: .*example\.org"):
-        to_pdf(document)
+        to_pdf(document, font_folder())

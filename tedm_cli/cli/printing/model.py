@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from tedm_cli.nastran.unit_loads import UnitLoad
     from tedm_cli.stages.model.ingest import MassSummary
     from tedm_cli.stages.model.solve import SolveReport
 
 _ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
 _TURNED = 1e-3  # relative change of displacements by the drilling stiffness from which on it is spoken of
+_COARSE = 1e-4  # relative error of a temperature step in single precision that is worth a word
 _STIFF = 0.01  # relative change of displacements by bubble functions above which the mesh is called too stiff
 
 
@@ -39,6 +41,17 @@ def partial_lines(elements: list[int]) -> list[str]:
         return []
     shown = ", ".join(map(str, elements[:8])) + (" ..." if len(elements) > 8 else "")
     return [f"note: {len(elements)} elements lack midside nodes; their mass follows their corners alone: {shown}"]
+
+
+def step_lines(load: UnitLoad) -> list[str]:
+    """A note on a step that single precision does not hold."""
+    if load.single_error <= _COARSE:
+        return []
+    return [
+        f"note: a solver that keeps temperatures in single precision applies the step of {load.load_K:g} K of"
+        f" '{load.label}' with an error of {100.0 * load.single_error:.2g} %, and [D] has it too; take a larger step,"
+        " or a reference temperature nearer to 0"
+    ]
 
 
 def solve_lines(path: Path, done: SolveReport) -> list[str]:

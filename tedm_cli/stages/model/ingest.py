@@ -37,6 +37,8 @@ from tedm_cli.stages.model.masses import check_grids_outside, check_weight_table
 
 @dataclass(frozen=True)
 class IngestSummary:
+    """What was read. `coarsest`: the unit load whose step suffers most where a solver has temperatures of 4 bytes."""
+
     path: Path
     grids: int
     elements: int
@@ -45,6 +47,7 @@ class IngestSummary:
     has_uniform: bool
     partial: list[int]
     notes: list[str]
+    coarsest: UnitLoad
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         loads.uniform is not None,
         geometry.elements.partial,
         passed_over(model),
+        max(wanted, key=lambda load: load.single_error),
     )
 
 
