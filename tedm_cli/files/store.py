@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import glob
 import os
 import platform
 import re
@@ -35,8 +36,10 @@ from tedm_cli.files.contract_check import (
 )
 from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
+from tedm_cli.interrupts import unfinished, whole
 
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
+_NAME_BYTES = 200  # of a target's name in that of its temporary, which must not be too long where the target's is not
 HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
 
@@ -214,19 +217,22 @@ def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Write
 
 
 @contextlib.contextmanager
+@whole
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that becomes `path` when the block ends without an exception.
 
     Used for every file a stage makes, HDF5 or not. Temporaries that a killed run of the same target left are removed.
     """
+    name = f".{os.fsdecode(os.fsencode(path.name)[:_NAME_BYTES])}."
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for orphan in path.parent.glob(f".{path.name}.*.tmp"):
+        for orphan in path.parent.glob(f"{glob.escape(name)}*.tmp"):
             if not _alive(orphan):
                 orphan.unlink(missing_ok=True)
     except OSError as exc:
         raise _cannot_write(path, exc) from exc
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f"{name}{os.getpid()}.tmp")
+    unfinished.add(temporary)
     try:
         yield temporary
         with open(temporary, "rb+") as stream:
@@ -235,7 +241,9 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as exc:
         raise _cannot_write(path, exc) from exc
     finally:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # what went wrong with the file is told, not that nothing is there
+            temporary.unlink()
+        unfinished.discard(temporary)
 
 
 def _alive(temporary: Path) -> bool:

@@ -183,7 +183,12 @@ def gone(pid: int) -> bool:
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupt_ends_the_solver_and_what_it_started(folder: Path, number: int, code: int) -> None:
     arguments = ["solve", "-c", str(folder / "tedm.toml"), "--run", solver(folder, "hangs")]
-    ours = subprocess.Popen([sys.executable, "-m", "tedm_cli.cli", *arguments], stderr=subprocess.PIPE, text=True)
+    ours = subprocess.Popen(
+        [sys.executable, "-m", "tedm_cli.cli", *arguments],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # even where the tests' caller ignores it
+    )
     pids = folder / "run" / "pids"
     deadline = time.monotonic() + 60
     while not (pids.exists() and len(pids.read_text().split()) == 2):
