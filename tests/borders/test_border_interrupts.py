@@ -91,7 +91,7 @@ def test_what_must_stay_whole_is_done_before_an_interrupt(tmp_path: Path) -> Non
     assert in_child(act, tmp_path / "log") == 0, (tmp_path / "log").read_text()
 
 
-def test_an_interrupt_that_comes_through_exec() -> None:
+def test_an_interrupt_that_comes_through_exec(tmp_path: Path) -> None:
     """Modules make classes with it. The code is still the command's own."""
     text = """
         import os, sys
@@ -102,8 +102,9 @@ def test_an_interrupt_that_comes_through_exec() -> None:
         interrupts.release()
         sys.exit(128 + interrupts.number)
     """
-    command = [sys.executable, "-c", textwrap.dedent(text)]
-    assert subprocess.run(command, preexec_fn=heed_interrupts, check=False).returncode == 130
+    (tmp_path / "script.py").write_text(textwrap.dedent(text))
+    command = [sys.executable, "-m", "script"]
+    assert subprocess.run(command, cwd=tmp_path, preexec_fn=heed_interrupts, check=False).returncode == 130
 
 
 def test_an_ignored_interrupt_stays_ignored(tmp_path: Path) -> None:
