@@ -248,11 +248,14 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def _alive(temporary: Path) -> bool:
     match = re.search(r"\.(\d+)\.tmp$", temporary.name)
-    if match is None:
-        return True
+    return match is None or is_alive(int(match.group(1)))
+
+
+def is_alive(process: int) -> bool:
+    """Whether there is a process of this number."""
     try:
-        os.kill(int(match.group(1)), 0)
-    except ProcessLookupError:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
         return False
     except PermissionError:
         return True
