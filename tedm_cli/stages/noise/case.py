@@ -18,7 +18,7 @@ from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.stages.noise.log_spectrum import require_speckit
-from tedm_cli.stages.noise.realisation import realise_case, write_realisation
+from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
 
 
 def run_cases(
@@ -26,9 +26,9 @@ def run_cases(
     case_ids: Sequence[str],
     output: Path | None,
     step: Step,
-    done: Callable[[Path, CaseResult], None] = lambda path, result: None,
+    done: Callable[[Path, CaseResult, Realised | None], None] = lambda path, result, realised: None,
 ) -> None:
-    """Run the cases and write one file each; `done` is told of each.
+    """Run the cases and write one file each; `done` is told of each, with its realisation where one is asked for.
 
     A case that does not fit the model does not keep the others from being run: what it raises is raised at the end.
     """
@@ -76,7 +76,7 @@ def run_cases(
             write_case(writer, result, outputs.area_id, [r.requirement for r in requirements])
             if realised is not None:
                 write_realisation(writer, realised)
-        done(path, result)
+        done(path, result, realised)
     step(len(case_ids), len(case_ids), "running cases")
     if refused:
         raise _together(refused, project.cases)
