@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
@@ -14,6 +15,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.provenance import ConfigFile
 
+# Control characters but tab and line feed, and those that turn the direction of what follows.
+_STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 IDENTIFIER = r"^[A-Za-z0-9_-]+$"  # what may be part of a file's name anywhere
 
 
@@ -39,7 +42,26 @@ def read_toml(path: Path) -> tuple[ConfigFile, dict[str, Any]]:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as exc:
         raise ConfigError([("", f"not valid TOML: {exc}")], where=str(path)) from exc
+    problems = list(_steering(data, ""))
+    if problems:
+        raise ConfigError(problems, where=str(path), hint="delete the character")
     return ConfigFile(path, text, hashlib.sha256(raw).hexdigest()), data
+
+
+def _steering(value: Any, path: str) -> Iterator[tuple[str, str]]:
+    """Places of control characters: no text needs them, and files, pages and terminals do not take them as text."""
+    if isinstance(value, str):
+        found = _STEERING.search(value)
+        if found:
+            yield path, f"holds the control character U+{ord(found[0]):04X}"
+    elif isinstance(value, list):
+        for number, item in enumerate(value):
+            yield from _steering(item, f"{path}[{number}]")
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            name = f"{path}.{key}".removeprefix(".")
+            yield from _steering(key, _STEERING.sub("?", name))
+            yield from _steering(item, _STEERING.sub("?", name))
 
 
 def load(model: type[T], path: Path) -> tuple[ConfigFile, T]:

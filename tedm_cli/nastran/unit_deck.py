@@ -141,7 +141,9 @@ def unit_deck(
     control.append("BEGIN BULK")
     added = ["$ Unit loads added by tedm to the bulk data of"]
     for file in sections.files:
-        added += [f"$   {file.name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
+        # One line of ASCII, whatever the name: a line end in it would begin a card.
+        name = file.name.encode("unicode_escape").decode("ascii")
+        added += [f"$   {name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
     for sid, ids in zip(sids, warmed, strict=False):
         added += temperature_cards(sid, reference.value, ids)
     if reference.is_initial:

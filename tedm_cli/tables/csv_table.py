@@ -1,14 +1,21 @@
-"""Strict reading of small CSV tables: an exact header, numbers that are numbers, and the line of what is wrong."""
+"""Strict reading of small CSV tables: an exact header, numbers that are numbers, and the line of what is wrong.
+
+What a spreadsheet would take for a formula (`=cmd`, `+x`, `@sum`) is written behind an apostrophe, and read without.
+"""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from tedm_cli.errors import InputError
+
+_NUMBER = re.compile(r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf|nan)")
+_FORMULA = re.compile("'*[=+\\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
 
 
 @dataclass(frozen=True)
@@ -67,7 +74,7 @@ def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream, strict=True)
-            return [(reader.line_num, [field.strip() for field in fields]) for fields in reader]
+            return [(reader.line_num, [plain_cell(field) for field in fields]) for fields in reader]
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
     except (UnicodeDecodeError, csv.Error) as exc:
@@ -84,3 +91,21 @@ def finite_number(column: str, field: str, where: str) -> float:
     if not math.isfinite(value):
         raise InputError(f"{column} must be a finite number, found {field[:40]!r}", where=where)
     return value
+
+
+def plain_cell(field: str) -> str:
+    """A field without surrounding blanks, and without the apostrophe that `csv_line` puts before a formula."""
+    field = field.strip()
+    return field[1:] if field.startswith("'") and _FORMULA.match(field) else field
+
+
+def csv_line(cells: Iterable[object]) -> str:
+    """A line of a CSV, with its end. Text that is no number is not left to be taken for a formula."""
+    fields = [_cell(str(cell)) for cell in cells]
+    return (",".join(fields) if fields != [""] else '""') + "\n"
+
+
+def _cell(text: str) -> str:
+    if _FORMULA.match(text) and not _NUMBER.fullmatch(text):
+        text = f"'{text}"
+    return '"' + text.replace('"', '""') + '"' if re.search('[",\r\n]', text) else text

@@ -19,6 +19,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import HDF5_SUFFIXES, Columns, open_columns
+from tedm_cli.tables.csv_table import plain_cell
 
 BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB
 
@@ -96,7 +97,7 @@ class _CsvTable:
         self.path = path
         self._stream = stream
         head = next(csv.reader([next(self._stream, "")]), [])
-        self._head = [name.strip() for name in head]
+        self._head = [plain_cell(name) for name in head]
         _require(self._head, key, f"{path}:1")
         self._at = self._head.index(key)
         if self._head.count(key) > 1:
