@@ -55,9 +55,9 @@ def _outcome() -> tuple[int, list[str]]:
             where = "" if exc.filename is None else str(exc.filename)
             return _failed(InputError(exc.strerror or str(exc), where=where, hint="-vv shows where it happened"))
         except Exception as exc:
-            usage = _usage_error(exc)
-            if usage is not None:
-                return _failed(usage)
+            known = _usage_error(exc) or _name_error(exc)
+            if known is not None:
+                return _failed(known)
             told = traceback.format_exc().splitlines() if _verbosity() >= 2 else []
             told.append(f"error: internal fault: {type(exc).__name__}: {exc}")
             return 1, [*told, "hint: this is a defect of tedm; run again with -vv and report the traceback"]
@@ -73,6 +73,13 @@ def _usage_error(exc: Exception) -> UsageError | None:
     context = getattr(exc, "ctx", None)
     path = context.command_path if context is not None else "tedm"
     return UsageError(exc.format_message().rstrip("."), hint=f"see `{path} --help`")
+
+
+def _name_error(exc: Exception) -> InputError | None:
+    """Names whose bytes are no UTF-8, which Python keeps as halves of characters, where they have to be written."""
+    if not isinstance(exc, UnicodeEncodeError) or not any("\udc80" <= c <= "\udcff" for c in exc.object):
+        return None
+    return InputError("a name that is not in UTF-8", where=exc.object, hint="rename the file or its folder")
 
 
 def _failed(exc: TedmError) -> tuple[int, list[str]]:

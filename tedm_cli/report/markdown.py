@@ -106,7 +106,7 @@ def _escape(text: str) -> str:
     """Signs that Markdown or HTML would take for markup; `_` inside of words is none."""
     text = re.sub(r"([\\`*\[\]|<>$~#])", r"\\\1", text)
     text = re.sub(r"&(?=#?\w+;)", r"\\&", text)
-    text = re.sub(r"(?<!\w)_|_(?!\w)", r"\\_", text)
+    text = re.sub(r"(?<![^\W_])_|_(?![^\W_])", r"\\_", text)
     return re.sub(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]+", " ", text)  # a line end would begin another block
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -73,6 +74,17 @@ def test_names_in_messages_do_not_steer_a_terminal(tmp_path: Path) -> None:
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") <= 2
     assert all(line.isprintable() for line in done.stderr.splitlines())
+
+
+def test_a_name_that_is_no_utf8(chain: Project, tmp_path: Path) -> None:
+    """What it names is written, and says so as far as it can be said."""
+    name = os.fsencode(tmp_path) + b"/bad\xff.h5"
+    project = ["-c", chain.folder / "tedm.toml", "-d", chain.build]
+    done = shell('"$@"', "run-case", "3", "-q", *project, "-o", os.fsdecode(name))
+    assert (done.returncode, done.stderr) == (0, "")
+    shown = shell('"$@"', "show", os.fsdecode(name))
+    assert shown.returncode == 0, shown.stderr
+    assert "bad\\udcff.h5" in shown.stdout
 
 
 def test_a_name_that_is_too_long(chain: Project) -> None:
