@@ -157,8 +157,8 @@ def test_a_project_full_of_it(chain: Project, plain: Project, tmp_path: Path, se
             for cell in (cell for row in csv.reader(stream) for cell in row):
                 assert not re.match("[=+@\t\r\n\uff0b\uff0d\uff1d\uff20-]", cell) or np.isreal(float(cell))
     limits = np.load(project.build / "export" / "case03.npz")["requirement_asd.columns"].tolist()
-    again = read_csv(project.build / "export" / "case03" / "requirement_asd.csv", "requirement_asd")
-    assert again.declared["columns"] == [name.strip() for name in limits]
+    head = csv_lines(project.build / "export" / "case03" / "requirement_asd.csv")[0][1]
+    assert head == [name.strip() for name in limits]
 
     shown = [project.run("run-case", "all", "-v"), project.run("explain", "TM1_x"), tedm("check", "-d", project.build)]
     shown += [tedm("show", path) for path in project.build.glob("*.h5")]
