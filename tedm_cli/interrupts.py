@@ -72,13 +72,14 @@ class Interrupts:
         self._done.set()
         if isinstance(exc, KeyboardInterrupt):
             self.number = self.number or signal.SIGINT
-            # Python remembers an interrupt that came through `eval` or `exec`, and would end by the signal and not with
-            # the code it is given. The next `eval` forgets it.
-            eval("0")
         return isinstance(exc, KeyboardInterrupt)
 
     def release(self) -> None:
         """Give the signals back; from then on an interrupt ends the process without a word on its way out."""
+        if self.number is not None:
+            # Python remembers an interrupt that came through `eval` or `exec`, and would end by the signal and not with
+            # the code it is given. The next `eval` forgets it.
+            eval("0")
         if not self._before:
             return
         signal.setitimer(signal.ITIMER_REAL, 0.0)

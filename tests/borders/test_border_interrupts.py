@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from border_tools import Project, heed_interrupts, in_child, snapshot
 
@@ -168,15 +169,19 @@ def test_at_any_moment(small: Project, tmp_path: Path, command: str, number: int
             preexec_fn=heed_interrupts,
         )
 
-    begun = time.monotonic()
-    assert start().wait() == 0
-    length = time.monotonic() - begun
+    length = np.inf  # the machine may do other things at first
+    for _ in range(2):
+        begun = time.monotonic()
+        assert start().wait() == 0
+        length = min(length, time.monotonic() - begun)
     before, good = snapshot(small.folder), snapshot(out)
     ended = 0
-    for _ in range(4):
+    for _ in range(12):
+        if ended == 3:
+            break
         (out / target).unlink(missing_ok=True)
         process = start()
-        moment = moments.uniform(0.15, 1.0) * length  # not before there is a program to be interrupted
+        moment = moments.uniform(0.1, 0.9) * length  # not before there is a program to be interrupted
         time.sleep(moment)
         time.sleep(moment)
         process.send_signal(number)
