@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated
 
 import typer
@@ -19,6 +18,7 @@ from tedm_cli.cli.app import (
     open_project,
     say,
 )
+from tedm_cli.cli.streams import tell
 
 Run = Annotated[
     str | None,
@@ -83,7 +83,7 @@ def solve(
 
 
 def _log(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    tell([line])
 
 
 def _silence(line: str) -> None:

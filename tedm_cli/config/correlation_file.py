@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from tedm_cli.matrix_files.npz_archive import read_arrays
 from tedm_cli.noise.correlation import LabelledMatrix
 from tedm_cli.quantities import MATRIX_ENTRY
 from tedm_cli.regular_file import require_regular_file
+from tedm_cli.tables.csv_table import csv_line, plain_cell
 
 
 def read_matrix(path: Path) -> LabelledMatrix:
@@ -40,11 +40,8 @@ def read_matrix(path: Path) -> LabelledMatrix:
 
 def matrix_csv(names: Sequence[str], value: FloatArray) -> str:
     """A real matrix [n, n] as the CSV that `read_matrix` takes, without loss."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["area", *names])
-    writer.writerows([name, *map(repr, row)] for name, row in zip(names, value.tolist(), strict=True))
-    return text.getvalue()
+    rows = ([name, *map(repr, row)] for name, row in zip(names, value.tolist(), strict=True))
+    return "".join(csv_line(row) for row in (["area", *names], *rows))
 
 
 def _read_npz(path: Path) -> tuple[list[str], AnyArray]:
@@ -68,7 +65,7 @@ def _read_csv(path: Path) -> tuple[list[str], AnyArray]:
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream, strict=True)
-            lines = [(reader.line_num, [f.strip() for f in fields]) for fields in reader]
+            lines = [(reader.line_num, [plain_cell(f) for f in fields]) for fields in reader]
     except (UnicodeDecodeError, csv.Error) as exc:
         raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
     lines = [(number, fields) for number, fields in lines if any(fields)]

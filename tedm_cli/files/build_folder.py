@@ -9,7 +9,8 @@ from tedm_cli.contracts import KINDS
 from tedm_cli.contracts.spec import AREAS
 from tedm_cli.errors import InputError
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
-from tedm_cli.files.store import Reader
+from tedm_cli.files.seal import sha256_of
+from tedm_cli.files.store import Reader, open_checked
 
 UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS = (
     "unit_loads.h5",
@@ -76,3 +77,31 @@ def require_input(file: Reader, used: InputFile) -> None:
                 where=str(file.path),
                 hint=f"rebuild it with `{file.kind.made_by}`",
             )
+
+
+def require_up_to_date(file: Reader) -> None:
+    """Refuse `file` when its configurations or inputs have changed since, or its inputs stem from results that have.
+
+    For commands that know the build folder alone. What is gone cannot be compared. The decks and OP2 files behind
+    `unit_loads.h5`, which are large, and the configurations of other files are left to `tedm check`.
+    """
+    sums: dict[Path, str] = {}
+
+    def require(one: Reader, used: Iterable[ConfigFile | InputFile]) -> None:
+        there = [item for item in used if item.path.is_file()]
+        for path in (item.path for item in there if item.path not in sums):
+            sums[path] = sha256_of(path)
+            if path.suffix == ".h5" and path.stem in KINDS:
+                with open_checked(path, KINDS[path.stem]) as source:
+                    require(source, source.provenance().inputs if source.kind is not KINDS["unit_loads"] else ())
+        for item in there:
+            if sums[item.path] != item.sha256:
+                command = one.kind.made_by + (f" {one.string('/case/id')}" if one.has("/case/id") else "")
+                raise InputError(
+                    f"is stale: not made from {item.path} as it is now",
+                    where=str(one.path),
+                    hint=f"rebuild it with `{command}`; see tedm check",
+                )
+
+    made = file.provenance()
+    require(file, (*made.configs, *made.inputs))

@@ -71,8 +71,8 @@ def input_files(paths: Iterable[Path]) -> tuple[InputFile, ...]:
 
 
 def command_line() -> str:
-    """The command as typed, without the folder the program happens to live in."""
-    return " ".join(["tedm", *sys.argv[1:]])
+    """The command as typed, without the folder the program happens to live in; bytes that are no UTF-8 as escapes."""
+    return os.fsencode(" ".join(["tedm", *sys.argv[1:]])).decode("utf-8", "backslashreplace")
 
 
 def absolute_path(name: str, folder: Path) -> Path:

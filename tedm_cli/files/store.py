@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import glob
 import os
 import platform
 import re
@@ -39,10 +40,12 @@ from tedm_cli.files.contract_check import (
 from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
 from tedm_cli.files.seal import digests, identity_of, seal
+from tedm_cli.interrupts import unfinished, whole
 
 _HEADER = 1 << 15  # bytes of a scalar that are kept in its header, which ends at 64 KB
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
 _SHOWN = 5  # problems of one file that a message lists
+_NAME_BYTES = 200  # of a target's name in that of its temporary, which must not be too long where the target's is not
 _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
 
 
@@ -262,19 +265,22 @@ def _plain(value: Any) -> str | int | float | list[Any]:
 
 
 @contextlib.contextmanager
+@whole
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that becomes `path` when the block ends without an exception.
 
     Used for every file a stage makes, HDF5 or not. Temporaries that a killed run of the same target left are removed.
     """
+    name = f".{os.fsdecode(os.fsencode(path.name)[:_NAME_BYTES])}."
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for orphan in path.parent.glob(f".{path.name}.*.tmp"):
+        for orphan in path.parent.glob(f"{glob.escape(name)}*.tmp"):
             if not _alive(orphan):
                 orphan.unlink(missing_ok=True)
     except OSError as exc:
         raise _cannot_write(path, exc) from exc
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f"{name}{os.getpid()}.tmp")
+    unfinished.add(temporary)
     try:
         yield temporary
         with open(temporary, "rb+") as stream:
@@ -283,16 +289,21 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as exc:
         raise _cannot_write(path, exc) from exc
     finally:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # what went wrong with the file is told, not that nothing is there
+            temporary.unlink()
+        unfinished.discard(temporary)
 
 
 def _alive(temporary: Path) -> bool:
     match = re.search(r"\.(\d+)\.tmp$", temporary.name)
-    if match is None:
-        return True
+    return match is None or is_alive(int(match.group(1)))
+
+
+def is_alive(process: int) -> bool:
+    """Whether there is a process of this number."""
     try:
-        os.kill(int(match.group(1)), 0)
-    except ProcessLookupError:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
         return False
     except PermissionError:
         return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -48,5 +49,8 @@ def write_npz(path: Path, matrices: Sequence[NamedMatrix], notes: Sequence[str] 
         arrays[f"{m.name}.description"] = np.array(m.description)
         if m.declaration:
             arrays[f"{m.name}.{DECLARATION}"] = np.array(m.declaration)
-    with open(path, "wb") as stream:
-        np.savez(stream, **arrays)
+    # NumPy's savez leaves an archive that could not be written open, and it fails once more when it is collected.
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as stream:
+                np.lib.format.write_array(stream, array, allow_pickle=False)  # type: ignore[no-untyped-call]

@@ -15,7 +15,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.bulk_lines import kept_bulk
 from tedm_cli.nastran.cards import no_end, refuse_card_after_end
 from tedm_cli.nastran.case_control import Control, unit_control
-from tedm_cli.nastran.deck_lines import Line, Sections, deck_text, read_sections
+from tedm_cli.nastran.deck_lines import Line, Sections, read_sections
 from tedm_cli.nastran.geometry import Grids, grids, id_list, rows_of
 from tedm_cli.nastran.reading import passed_over, read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
@@ -151,7 +151,9 @@ def unit_deck(
     control.append("BEGIN BULK")
     added = ["$ Unit loads added by tedm to the bulk data of"]
     for file in sections.files:
-        added += [f"$   {deck_text(file.name)}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
+        # One line of ASCII, whatever the name: a line end in it would begin a card.
+        name = file.name.encode("unicode_escape").decode("ascii")
+        added += [f"$   {name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
     for sid, ids in zip(sids, warmed, strict=False):
         added += temperature_cards(sid, reference.value, ids)
     if reference.is_initial:

@@ -10,6 +10,11 @@ from xml.etree import ElementTree
 
 from tedm_cli.errors import InputError
 
+# What draws. Whatever else SVG has runs, links, animates or holds a page.
+_DRAWN = {"svg", "g", "defs", "title", "style", "path", "use", "text", "tspan", "rect", "circle", "ellipse", "line"} | {
+    *("polyline", "polygon", "image", "clipPath", "mask", "pattern", "marker", "symbol", "linearGradient"),
+    *("radialGradient", "stop"),
+}
 _INSIDE = ("#", "data:image/png;base64,")
 _FOREIGN = re.compile(r"url\(\s*[\"']?[^#\"')\s]|@import")
 
@@ -45,8 +50,8 @@ def read_figure(path: Path, sources: Sequence[str]) -> str:
 
 def _unfit(text: str) -> str:
     """Why an SVG cannot be part of a report, in words; empty where it can."""
-    if "<!ENTITY" in text or "<?xml-stylesheet" in text:
-        return "defines entities or names a style sheet, which no drawn figure does"
+    if "<!--" in text or "<!ENTITY" in text or "<![CDATA[" in text or text.count("<?") > 1:
+        return "holds a comment, an entity or an instruction"  # XML and HTML end them at different places
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as exc:
@@ -54,9 +59,11 @@ def _unfit(text: str) -> str:
     box = root.get("viewBox", "").split()
     if _local(root.tag) != "svg" or len(box) != 4 or not all(re.fullmatch(r"-?[0-9.]+", v) for v in box):
         return "is no SVG figure with a viewBox"
+    for data in root.findall("{http://www.w3.org/2000/svg}metadata"):
+        root.remove(data)  # is not part of the page
     for element in root.iter():
-        if _local(element.tag) in ("script", "foreignObject"):
-            return f"holds a {_local(element.tag)}"
+        if element.tag.removeprefix("{http://www.w3.org/2000/svg}") not in _DRAWN:
+            return f"holds a {_local(element.tag)}, which no figure of tedm does"
         for name, value in element.attrib.items():
             if _local(name) == "href" and not value.strip().startswith(_INSIDE):
                 return f"asks for something outside of it: {value[:80]!r}"

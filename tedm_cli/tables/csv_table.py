@@ -1,10 +1,14 @@
-"""Strict reading of small CSV tables: an exact header, numbers that are numbers, and the line of what is wrong."""
+"""Strict reading of small CSV tables: an exact header, numbers that are numbers, and the line of what is wrong.
+
+What a spreadsheet would take for a formula (`=cmd`, `+x`, `@sum`) is written behind an apostrophe, and read without.
+"""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +18,10 @@ from tedm_cli.quantities import Quantity
 from tedm_cli.regular_file import require_regular_file
 
 _MOST_BYTES = 256_000_000  # of a table that is held as a whole
+_LAYOUT = "\t\n"  # of the control characters these alone may stand in a cell, between quotes
+
+_NUMBER = re.compile(r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf|nan)")
+_FORMULA = re.compile("'*[=+\\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
 
 
 @dataclass(frozen=True)
@@ -76,13 +84,13 @@ def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
             raise InputError(f"has {size:,} bytes; at most {_MOST_BYTES:,} are read", where=str(path))
         with open(path, newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream, strict=True)
-            lines = [(reader.line_num, [field.strip() for field in fields]) for fields in reader]
+            lines = [(reader.line_num, [plain_cell(field) for field in fields]) for fields in reader]
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
     except (UnicodeDecodeError, csv.Error) as exc:
         raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
     for number, fields in lines:
-        if fact := next((fact for field in fields if (fact := control_fact(field))), ""):
+        if fact := next((fact for field in fields if (fact := control_fact(field, _LAYOUT))), ""):
             raise InputError(fact, where=f"{path}:{number}")
     return lines
 
@@ -99,3 +107,21 @@ def number_of(quantity: Quantity, column: str, field: str, where: str) -> float:
     if fact := quantity.fact(value):
         raise InputError(f"{column}: {fact}", where=where)
     return value
+
+
+def plain_cell(field: str) -> str:
+    """A field without surrounding blanks, and without the apostrophe that `csv_line` puts before a formula."""
+    field = field.strip()
+    return field[1:] if field.startswith("'") and _FORMULA.match(field) else field
+
+
+def csv_line(cells: Iterable[object]) -> str:
+    """A line of a CSV, with its end. Text that is no number is not left to be taken for a formula."""
+    fields = [_cell(str(cell)) for cell in cells]
+    return (",".join(fields) if fields != [""] else '""') + "\n"
+
+
+def _cell(text: str) -> str:
+    if _FORMULA.match(text) and not _NUMBER.fullmatch(text):
+        text = f"'{text}"
+    return '"' + text.replace('"', '""') + '"' if re.search('[",\r\n]', text) else text

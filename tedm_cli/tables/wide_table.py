@@ -21,6 +21,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.files.columns import HDF5_SUFFIXES, Columns, open_columns
 from tedm_cli.quantities import Quantity
 from tedm_cli.regular_file import require_regular_file
+from tedm_cli.tables.csv_table import plain_cell
 
 BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB
 
@@ -101,7 +102,7 @@ class _CsvTable:
         self.path = path
         self._stream, self._quantities = stream, quantities
         head = next(csv.reader([next(self._stream, "")]), [])
-        self._head = [name.strip() for name in head]
+        self._head = [plain_cell(name) for name in head]
         _require(self._head, key, f"{path}:1")
         self._at = self._head.index(key)
         for number, name in enumerate(self._head):

@@ -7,6 +7,7 @@ import hashlib
 import io
 import os
 import shutil
+import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator
@@ -142,12 +143,18 @@ def snapshot(folder: Path) -> dict[str, str]:
     }
 
 
+def heed_interrupts() -> None:
+    """For a new process: an interrupt counts even where the tests' caller ignores it (`nohup`, background jobs)."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def in_child(action: Callable[[], object], log: Path) -> int:
     """Run `action` in a forked process with its output in `log`; its wait status, as `os.waitpid` gives it."""
     child = os.fork()
     if child == 0:
         code = 99
         try:
+            heed_interrupts()
             handle = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
             os.dup2(handle, 1)
             os.dup2(handle, 2)

@@ -306,8 +306,8 @@ def test_a_series_that_is_refused_keeps_no_other_from_running(small: Project, te
     assert [p.name for p in small.build.glob("series_*")] == ["series_good.h5"]
 
 
-def test_nothing_to_run_is_said(small: Project) -> None:
-    assert "no time series in " in small.run("run-series", "all").ok().out
+def test_nothing_to_run_is_refused(small: Project) -> None:
+    small.run("run-series", "all").refused(2, "cases.toml: describes no time series", hint="[[series]]")
 
 
 def test_log_spectra_need_speckit(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.correlation_file import matrix_csv
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError, UsageError
-from tedm_cli.files.build_folder import case_file_name
+from tedm_cli.files.build_folder import case_file_name, require_up_to_date
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
 from tedm_cli.noise.differences import no_output
@@ -47,7 +47,7 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
     Raises
     ------
     UsageError : no such output.
-    InputError : there is no case file, or it breaks its contract; `output` is a file.
+    InputError : there is no case file, it is stale or breaks its contract; `output` is a file.
     """
     path = build_dir / case_file_name(case_id)
     if not path.exists():
@@ -56,6 +56,7 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
     if folder.is_file():
         raise InputError("is a file; wanted a folder", where=str(folder))
     with open_checked(path, CASE) as file:
+        require_up_to_date(file)
         labels = file.strings("/output/label")
         unknown = [label for label in wanted if label not in labels]
         if unknown:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.stages.common import check_test_masses
+from tedm_cli.tables.csv_table import csv_line
 
 
 @dataclass(frozen=True)
@@ -175,9 +175,8 @@ def _write_csv(done: AuditSummary, path: Path) -> None:
     head += [f"score_{model}" for model in MODELS]
     head += [f"{model}_{label} ({unit})" for model in MODELS for label, unit in zip(a.label, a.unit, strict=True)]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(head)
+        stream.write(csv_line(head))
         for e in done.worst(len(a.element_id)):
             place = [a.element_id[e], a.card[e], done.property_id[e], f"{a.size[e]:.6g}"]
             numbers = [*a.gap[:, e], *a.score[:, e], *a.error[:, :, e].ravel()]
-            writer.writerow([*place, *(f"{v:.6g}" for v in numbers)])
+            stream.write(csv_line([*place, *(f"{v:.6g}" for v in numbers)]))

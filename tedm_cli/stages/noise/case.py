@@ -19,7 +19,7 @@ from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.stages.noise.log_spectrum import require_speckit
-from tedm_cli.stages.noise.realisation import realise_case, write_realisation
+from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
 
 _REFUSED_TOO = "; refused too: "
 
@@ -29,10 +29,10 @@ def run_cases(
     case_ids: Sequence[str],
     output: Path | None,
     step: Step,
-    done: Callable[[Path, CaseResult], None] = lambda path, result: None,
+    done: Callable[[Path, CaseResult, Realised | None], None] = lambda path, result, realised: None,
     tell: Callable[[TedmError], None] = lambda error: None,
 ) -> None:
-    """Run the cases and write one file each; `done` is told of each.
+    """Run the cases and write one file each; `done` is told of each, with its realisation where one is asked for.
 
     All are held against the model before the first is run. Those that do not fit keep no other from being run: `tell`
     is told of all their problems at once, before, and the same is raised at the end.
@@ -69,7 +69,7 @@ def run_cases(
             write_case(writer, result, outputs.area_id, [r.requirement for r in criteria.requirements])
             if realised is not None:
                 write_realisation(writer, realised)
-        done(path, result)
+        done(path, result, realised)
     step(len(fitting), len(fitting), "running cases")
     if len(refused) > known:
         problem = _together(refused, project.cases)

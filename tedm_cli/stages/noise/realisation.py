@@ -11,9 +11,8 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import CasesConfig
-from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
-from tedm_cli.files.store import Writer, open_checked
+from tedm_cli.files.store import Writer
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.realisation import expected_psd, output_blocks, realise, resolved
@@ -107,23 +106,3 @@ def write_realisation(writer: Writer, r: Realised) -> None:
     writer.write("/realisation/rate", r.rate_hz)
     writer.write("/realisation/samples", r.samples)
     writer.write("/realisation/seed", r.seed)
-
-
-def read_realisation(path: Path) -> Realised | None:
-    """The realisation in a case file, None when it has none."""
-    with open_checked(path, CASE) as file:
-        if not file.has("/realisation/psd"):
-            return None
-        estimate = Estimate(
-            file.array("/realisation/frequency"),
-            file.array("/realisation/psd"),
-            file.array("/realisation/degrees_of_freedom"),
-        )
-        return Realised(
-            estimate,
-            file.array("/realisation/exact"),
-            file.number("/realisation/rate"),
-            int(file.number("/realisation/samples")),
-            int(file.number("/realisation/seed")),
-            file.string("/realisation/method") if file.has("/realisation/method") else "welch",
-        )

@@ -100,6 +100,10 @@ def select_series(project: Project, wanted: Sequence[str]) -> list[str]:
     _, config = load_cases(project.cases)
     names = [table.name for table in config.series]
     if list(wanted) == ["all"]:
+        if not names:
+            raise UsageError(
+                "describes no time series", where=str(project.cases), hint="describe them in tables [[series]]"
+            )
         wanted = names
     for name in wanted:
         if name not in names:
