@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from tedm_cli.contracts import KINDS
-from tedm_cli.contracts.spec import AREAS
+from tedm_cli.contracts import CASE, KINDS, Dataset
+from tedm_cli.contracts.spec import AreaDatasets
 from tedm_cli.errors import InputError
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import Reader, open_checked
 
-UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS = (
+UNIT_LOADS_FILE, DISTORTION_FILE, SENSITIVITY_FILE, OPTICS_FILE = (
     "unit_loads.h5",
     "distortion.h5",
     "sensitivity.h5",
     "optics.h5",
 )
+_AREAS = tuple(d for d in vars(AreaDatasets).values() if isinstance(d, Dataset))
 
 
 def case_file_name(case_id: str) -> str:
@@ -56,10 +57,8 @@ def require_same_input(name: str, *files: Reader) -> None:
 def require_same_areas(first: Reader, *others: Reader) -> None:
     """Refuse files that do not say the same of the thermal areas, column by column."""
     for other in others:
-        for path in AREAS:
-            one, two = (
-                f.array(path).tolist() if AREAS[path].dtype == "int" else f.strings(path) for f in (first, other)
-            )
+        for path in _AREAS:
+            one, two = (f.array(path).tolist() if path.dtype == "int" else f.strings(path) for f in (first, other))
             if one != two:
                 raise InputError(
                     f"hold different thermal areas ({path})",
@@ -96,7 +95,7 @@ def require_up_to_date(file: Reader) -> None:
                     require(source, source.provenance().inputs if source.kind is not KINDS["unit_loads"] else ())
         for item in there:
             if sums[item.path] != item.sha256:
-                command = one.kind.made_by + (f" {one.string('/case/id')}" if one.has("/case/id") else "")
+                command = one.kind.made_by + (f" {one.string(CASE.CASE_ID)}" if one.has(CASE.CASE_ID) else "")
                 raise InputError(
                     f"is stale: not made from {item.path} as it is now",
                     where=str(one.path),

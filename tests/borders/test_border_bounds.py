@@ -323,8 +323,8 @@ def _write(path: Path, kind: FileKind, numbers: np.ndarray, in_blocks: bool = Fa
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_no_file_is_written_with_numbers_that_are_not_finite(tmp_path: Path, value: float) -> None:
     """Whole datasets and those filled in blocks; the file that was there stays as it was."""
-    kind = FileKind("test", 1, "test", {"/a": Dataset(("n",), "float", "m", "lengths")})
-    open_kind = FileKind("test", 1, "test", {"/a": Dataset(("n",), "float", "m", "NaN: none", open_ended=True)})
+    kind = FileKind("test", 1, "test", {"/a": Dataset("/a", ("n",), "float", "m", "lengths")})
+    open_kind = FileKind("test", 1, "test", {"/a": Dataset("/a", ("n",), "float", "m", "NaN: none", open_ended=True)})
     path, numbers = tmp_path / "test.h5", np.array([1.0, 2.0, 3.0])
     _write(path, kind, numbers)
     before, numbers[1] = path.read_bytes(), value

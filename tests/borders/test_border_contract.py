@@ -141,7 +141,7 @@ def test_numbers_of_a_case_that_cannot_be(small: Project, path: str, value: int,
 
 
 def test_verdicts_on_what_is_not_there(small: Project) -> None:
-    for path in ("/verdict/output", "/verdict/requirement", "/stability/group"):
+    for path in ("/verdict/output", "/verdict/requirement", "/improvement/group"):
         shutil.copy(small.build / "case03.h5", small.build / "kept")
         with edited(small.build / "case03.h5") as file:
             set_text(path, 1, "nobody")(file)

@@ -32,7 +32,7 @@ KIND = FileKind(
     "probe",
     1,
     "probe",
-    {"/x": Dataset(("area", "node", "xyz"), "real", "m", "x"), "/y": Dataset(("area",), "float", "m", "y")},
+    {"/x": Dataset("/x", ("area", "node", "xyz"), "real", "m", "x"), "/y": Dataset("/y", ("area",), "float", "m", "y")},
 )
 
 
