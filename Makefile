@@ -6,6 +6,8 @@ CONFIGS ?= configs
 BUILD ?= build
 ELEMENT_SIZE_MM ?= 15
 
+$(foreach name,CONFIGS BUILD VENV,$(if $(word 2,$($(name))),$(error $(name) = '$($(name))': Make takes no names with blanks)))
+
 BIN := $(VENV)/bin
 PROJECT := $(CONFIGS)/tedm.toml
 TEDM := $(BIN)/tedm
@@ -74,8 +76,11 @@ ifneq ($(filter all $(BUILD)/%,$(MAKECMDGOALS)),)
 include $(BUILD)/rules.mk
 endif
 
-$(BUILD)/rules.mk: $(PROJECT) $(wildcard $(CONFIGS)/*.toml) | $(RUN_STAMP)
+$(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) | $(RUN_STAMP)
 	$(TEDM) make-rules $(OPTIONS)
+
+# A configuration file that the project no longer names may be gone.
+$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML): ;
 
 all: $(BUILD)/report.html
 	@echo "open $(BUILD)/report.html"
@@ -98,7 +103,7 @@ $(UNIT_DECK): $(MODEL_SOURCES) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
 	$(TEDM) write-deck $(OPTIONS)
 
 $(OP2): $(UNIT_DECK)
-	$(TEDM) solve $(OPTIONS) $(if $(NASTRAN),--run '$(NASTRAN)')
+	$(TEDM) solve $(OPTIONS) $(if $(NASTRAN),--run '$(subst ','\'',$(NASTRAN))')
 endif
 
 $(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)

@@ -16,7 +16,7 @@ class TedmError(Exception):
     exit_code = 1
 
     def __init__(self, fact: str, *, where: str = "", hint: str = "") -> None:
-        fact = _printable(fact)
+        fact = printable(fact)
         super().__init__(f"{where}: {fact}" if where else fact)
         self.fact = fact
         self.where = where
@@ -52,6 +52,6 @@ class PhysicsError(TedmError):
     exit_code = 5
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
     """What a message quotes of a damaged file must not move the cursor or ring the bell."""
     return "".join(c if c.isprintable() or c == "\n" else "?" for c in text)

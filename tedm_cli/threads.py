@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -32,10 +33,13 @@ def side_by_side(
         with one:
             advance(more)
 
-    with ThreadPoolExecutor(max(1, min(len(items), os.cpu_count() or 1))) as pool:
-        try:
-            futures = [pool.submit(work, item, guarded) for item in items]
-            return [future.result() for future in futures]
-        except BaseException:
-            stopped.set()
-            raise
+    pool = ThreadPoolExecutor(max(1, min(len(items), os.cpu_count() or 1)))
+    try:
+        futures = [pool.submit(work, item, guarded) for item in items]
+        return [future.result() for future in futures]
+    except BaseException:
+        stopped.set()
+        raise
+    finally:
+        # Whoever interrupts does not wait for a compiler or a solver in another thread.
+        pool.shutdown(wait=not isinstance(sys.exc_info()[1], KeyboardInterrupt), cancel_futures=True)

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from tedm_cli.area_names import area_name_fact
 from tedm_cli.arrays import IntArray
-from tedm_cli.config.areas import AREA_NAME
 from tedm_cli.errors import InputError
+from tedm_cli.regular_file import require_regular_file
 
 _GRID_ID = re.compile(r"[1-9][0-9]{0,8}")  # Nastran's ids have at most nine digits
-_AREA_NAME = re.compile(AREA_NAME)
 
 
 def read_area_csv(path: Path) -> dict[str, IntArray]:
@@ -24,6 +24,7 @@ def read_area_csv(path: Path) -> dict[str, IntArray]:
     ------
     InputError : no such file, another header, a line that is not an id and a name, a grid named twice.
     """
+    require_regular_file(path)
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             rows = list(csv.reader(stream))
@@ -40,13 +41,11 @@ def read_area_csv(path: Path) -> dict[str, IntArray]:
         if not "".join(row).strip():
             continue
         place = f"{path}:{number}"
-        if len(row) != 2 or not _GRID_ID.fullmatch(row[0].strip()) or not _AREA_NAME.fullmatch(row[1].strip()):
-            raise InputError(
-                "wanted a grid id and an area name of letters, digits, _ . - that begins with a letter,"
-                f" found {','.join(row)[:60]!r}",
-                where=place,
-            )
+        if len(row) != 2 or not _GRID_ID.fullmatch(row[0].strip()):
+            raise InputError(f"wanted a grid id and an area name, found {','.join(row)[:60]!r}", where=place)
         grid, name = int(row[0]), row[1].strip()
+        if fact := area_name_fact(name):
+            raise InputError(fact, where=place)
         if grid in first:
             raise InputError(f"grid {grid} is in line {first[grid]} already", where=place)
         if spelled.setdefault(name.upper(), name) != name:

@@ -1,11 +1,21 @@
-"""The command line: load the configuration, call one stage, say what came out. All physics is in the configuration.
+"""The command line: load the configuration, call one stage, say what came out. All physics is in the configuration."""
 
-Stages are imported inside the commands, so that `tedm --help` does not wait for SciPy, pyNastran or matplotlib.
-"""
+import signal
+import threading
 
-# Importing a module registers its commands, in the order in which `tedm --help` lists them.
-from tedm_cli.cli import areas, model, gravity, optics, noise, dynamics, results, exports  # noqa: F401, I001
-from tedm_cli.cli.app import app
-from tedm_cli.cli.main import main
 
-__all__ = ["app", "main"]
+def main() -> None:
+    """Run the command in `sys.argv`, and leave with its exit code."""
+    handler = signal.getsignal(signal.SIGINT)
+    quiet = handler is signal.default_int_handler and threading.current_thread() is threading.main_thread()
+    if quiet:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing has begun: no traceback of what is being imported
+    try:
+        from tedm_cli.cli.run import run
+    finally:
+        if quiet:
+            signal.signal(signal.SIGINT, handler)
+    run()
+
+
+__all__ = ["main"]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tedm_cli import __version__
+from tedm_cli.cli.streams import tell
 
 if TYPE_CHECKING:
     from tedm_cli.config.project import Project
@@ -52,7 +52,7 @@ def open_project(config: Path, build_dir: Path, verbose: int) -> Project:
     _verbosity = verbose
     project = load_project(config, build_dir)
     if verbose:
-        print(f"{project.title}: {config}, results in {build_dir}", file=sys.stderr)
+        tell([f"{project.title}: {config}, results in {build_dir}"])
     return project
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated
 
 import typer
@@ -19,6 +18,7 @@ from tedm_cli.cli.app import (
     open_project,
     say,
 )
+from tedm_cli.cli.streams import tell
 
 Run = Annotated[
     str | None,
@@ -83,7 +83,7 @@ def solve(
 
 
 def _log(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    tell([line])
 
 
 def _silence(line: str) -> None:
@@ -102,7 +102,7 @@ def ingest(
 
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
-    from tedm_cli.cli.printing.model import mass_lines, partial_lines
+    from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.ingest import ingest as stage
 
@@ -116,6 +116,7 @@ def ingest(
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),
         *partial_lines(done.partial),
         *(f"note: {note}" for note in done.notes),
+        *step_lines(done.coarsest),
     )
 
 

@@ -24,6 +24,7 @@ from tedm_cli.cli.app import (
 
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
+    from tedm_cli.stages.noise.realisation import Realised
     from tedm_cli.stages.noise.series import SeriesResult
 
 
@@ -44,43 +45,51 @@ def run_case(
 
     Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements. With -v
     also contributors, what would bring each verdict down, and how it hangs on filter, correlation and safety factor.
-    A case that does not fit the model is refused after the others have been run.
+    All cases are held against the model first: what does not fit is told at once, and keeps no other from being run.
     """
     from tedm_cli.cli.printing.case import case_dict, case_lines
     from tedm_cli.cli.printing.contributors import contributor_lines, more_dict, sensitivity_table
     from tedm_cli.cli.printing.series import realisation_line
+    from tedm_cli.cli.streams import refusal_lines
+    from tedm_cli.cli.streams import tell as tell_lines
     from tedm_cli.config.cases import select_cases
     from tedm_cli.errors import PhysicsError, TedmError, UsageError
     from tedm_cli.progress import progress
     from tedm_cli.stages.noise.case import run_cases
-    from tedm_cli.stages.noise.realisation import read_realisation
 
     project = open_project(config, build_dir, verbose)
     ids = select_cases(project.cases, case)
     if output is not None and len(ids) != 1:
         raise UsageError(f"--output names one file, but {len(ids)} cases are run")
-    done: list[tuple[Path, CaseResult]] = []
+    done: list[tuple[Path, CaseResult, Realised | None]] = []
+    told: list[TedmError] = []
     refused: TedmError | None = None
+
+    def tell(error: TedmError) -> None:
+        tell_lines(refusal_lines(error))
+        told.append(error)
+
     try:
         with progress(quiet) as step:
-            run_cases(project, ids, output, step, lambda path, result: done.append((path, result)))
+            run_cases(project, ids, output, step, lambda *of_case: done.append(of_case), tell)
     except TedmError as error:
         if not done:
             raise
         refused = error
     if as_json:
-        print(json.dumps([case_dict(path, result) | more_dict(result) for path, result in done], indent=1))
+        print(json.dumps([case_dict(path, result) | more_dict(result) for path, result, _ in done], indent=1))
     else:
-        for path, result in done:
-            realised = read_realisation(path)
+        for path, result, realised in done:
             say(quiet, *case_lines(path, result), *([realisation_line(realised)] if realised is not None else []))
             if verbose:
                 say(quiet, *contributor_lines(result))
         if verbose:
-            say(quiet, *sensitivity_table([result for _, result in done]))
+            say(quiet, *sensitivity_table([result for _, result, _ in done]))
+    if refused is not None and refused in told:
+        raise typer.Exit(refused.exit_code)
     if refused is not None:
         raise refused
-    failed = [r.case.id for _, r in done if not all(v.passed for v in r.verdicts)]
+    failed = [r.case.id for _, r, _ in done if not all(v.passed for v in r.verdicts)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")
 
@@ -121,8 +130,6 @@ def run_series(
         refused = error
     if as_json:
         print(json.dumps([series_dict(r) for r in done], indent=1))
-    elif not names:
-        say(quiet, f"no time series in {project.cases}; describe them in tables [[series]]")
     else:
         for r in done:
             say(quiet, *series_lines(r))

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, PositiveInt, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from tedm_cli.config.base import Strict
-
-AREA_NAME = r"[A-Za-z][A-Za-z0-9_.-]{0,55}"
+from tedm_cli.area_names import area_name_fact
+from tedm_cli.config.base import Bounded, Id, LengthOrZero, Strict
+from tedm_cli.quantities import ANGLE_DEG, COORDINATE, FRAME_ID
 
 
 def _area_name(value: str) -> str:
-    if not re.fullmatch(AREA_NAME, value):
-        raise ValueError(f"must begin with a letter and hold letters, digits, _ . - (at most 56), found {value[:60]!r}")
+    if fact := area_name_fact(value):
+        raise ValueError(fact)
     return value
 
 
@@ -39,11 +38,11 @@ def _ranges_increase(value: Ids | None) -> Ids | None:
     return value
 
 
-Open = Annotated[float, Field(allow_inf_nan=True)]
-Interval = Annotated[list[Open], Field(min_length=2, max_length=2)]
-Angles = Annotated[list[float], Field(min_length=2, max_length=2)]
-Id = PositiveInt | Annotated[str, Field(pattern=r"^[1-9][0-9]{0,8}:[1-9][0-9]{0,8}$")]
-Ids = Id | Annotated[list[Id], Field(min_length=1)]
+End = Annotated[float, Field(allow_inf_nan=True), Bounded(COORDINATE, or_infinite=True)]
+Interval = Annotated[list[End], Field(min_length=2, max_length=2)]
+Angles = Annotated[list[Annotated[float, Bounded(ANGLE_DEG)]], Field(min_length=2, max_length=2)]
+IdOrRange = Id | Annotated[str, Field(pattern=r"^[1-9][0-9]{0,8}:[1-9][0-9]{0,8}$")]
+Ids = IdOrRange | Annotated[list[IdOrRange], Field(min_length=1)]
 
 
 def id_ranges(ids: Ids | None) -> list[tuple[int, int]]:
@@ -60,7 +59,7 @@ class BoxTable(Strict):
     phi_deg in spherical ones. `inf` and `-inf` are open ends of lengths. Angles are in degrees and modulo 360.
     """
 
-    frame: Annotated[int, Field(ge=0)] = 0
+    frame: Annotated[int, Bounded(FRAME_ID)] = 0
     x_m: Interval | None = None
     y_m: Interval | None = None
     z_m: Interval | None = None
@@ -149,7 +148,7 @@ class AreasTable(Strict):
     area whose centroid is closer than this to y = 0 is on neither side.
     """
 
-    mid_half_width_m: Annotated[float, Field(ge=0)] = 1e-3
+    mid_half_width_m: LengthOrZero = 1e-3
     rule: Annotated[list[AreaRule], Field(min_length=1)]
     strict: bool = False
     define: list[DefinitionTable] = Field(default_factory=list)

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import difflib
 import hashlib
-import tomllib
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, core_schema
 
+from tedm_cli import quantities as q
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.provenance import ConfigFile
+from tedm_cli.regular_file import require_regular_file
+from tedm_cli.strict_toml import parsed_toml
 
-IDENTIFIER = r"^[A-Za-z0-9_-]+$"  # what may be part of a file's name anywhere
+IDENTIFIER = r"^[A-Za-z0-9_-]{1,64}$"  # what may be part of a file's name anywhere
 
 
 class Strict(BaseModel):
@@ -23,28 +28,76 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
+@dataclass(frozen=True)
+class Bounded:
+    """Marks a number as one of a quantity, whose bounds it must keep; `or_infinite`: infinity is an open end."""
+
+    quantity: q.Quantity
+    or_infinite: bool = False
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self._checked, handler(source))
+
+    def _checked(self, value: float) -> float:
+        fact = self.quantity.fact(value)
+        if fact and not (self.or_infinite and math.isinf(value)):
+            raise ValueError(fact)
+        return value
+
+
+Length = Annotated[float, Bounded(q.LENGTH)]
+LengthOrZero = Annotated[float, Bounded(q.LENGTH_OR_ZERO)]
+LengthTolerance = Annotated[float, Bounded(q.LENGTH_TOLERANCE)]
+Offset = Annotated[float, Bounded(q.OFFSET)]
+OpticalPath = Annotated[float, Bounded(q.OPTICAL_PATH)]
+Coordinate = Annotated[float, Bounded(q.COORDINATE)]
+Angle = Annotated[float, Bounded(q.ANGLE)]
+AngleTolerance = Annotated[float, Bounded(q.ANGLE_TOLERANCE)]
+Mass = Annotated[float, Bounded(q.MASS)]
+Temperature = Annotated[float, Bounded(q.TEMPERATURE)]
+TemperatureLevel = Annotated[float, Bounded(q.TEMPERATURE_ASD)]
+Frequency = Annotated[float, Bounded(q.FREQUENCY)]
+Duration = Annotated[float, Bounded(q.DURATION)]
+Probability = Annotated[float, Bounded(q.PROBABILITY)]
+Coefficient = Annotated[float, Bounded(q.CORRELATION)]
+Id = Annotated[int, Bounded(q.ID)]
+Place = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Direction = Annotated[list[Annotated[float, Bounded(q.DIRECTION)]], Field(min_length=3, max_length=3)]
+Axes = Annotated[list[Direction], Field(min_length=3, max_length=3)]
+
+
 T = TypeVar("T", bound=Strict)
 
 
-def read_toml(path: Path) -> tuple[ConfigFile, dict[str, Any]]:
-    """Read a TOML file; raise `InputError` when it is not there and `ConfigError` when it is not TOML."""
+def read_toml(path: Path, *, hint: str = "") -> tuple[ConfigFile, dict[str, Any]]:
+    """Read a TOML file; raise `InputError` when it cannot be read and `ConfigError` when it is not TOML.
+
+    `hint`: what to do where there is no such file.
+    """
+    require_regular_file(path)
     try:
         raw = path.read_bytes()
-    except OSError as exc:
+    except (OSError, ValueError) as exc:  # ValueError: a path with a null character
+        fact = getattr(exc, "strerror", None) or str(exc)
+        is_lost = isinstance(exc, FileNotFoundError | IsADirectoryError | NotADirectoryError | ValueError)
         raise InputError(
-            f"cannot read the configuration ({exc.strerror})", where=str(path), hint="give its path with --config"
+            f"cannot read the configuration ({fact})", where=str(path), hint=hint if is_lost else ""
         ) from exc
     try:
         text = raw.decode("utf-8")
-        data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as exc:
+    except UnicodeDecodeError as exc:
         raise ConfigError([("", f"not valid TOML: {exc}")], where=str(path)) from exc
-    return ConfigFile(path, text, hashlib.sha256(raw).hexdigest()), data
+    return ConfigFile(path, text, hashlib.sha256(raw).hexdigest()), parsed_toml(text, where=str(path))
 
 
-def load(model: type[T], path: Path) -> tuple[ConfigFile, T]:
+def named_by_project(key: str) -> str:
+    """The hint for a configuration that is not where the project file says."""
+    return f'the project file names it: {key} = "..."'
+
+
+def load(model: type[T], path: Path, *, hint: str = "") -> tuple[ConfigFile, T]:
     """Read `path` and check it against `model`; raise one `ConfigError` that lists all problems."""
-    file, data = read_toml(path)
+    file, data = read_toml(path, hint=hint)
     return file, validate(model, data, where=str(path))
 
 
@@ -59,12 +112,18 @@ def validate(model: type[T], data: Mapping[str, Any], *, where: str) -> T:
 def _problems(model: type[BaseModel], data: Mapping[str, Any], exc: ValidationError) -> list[tuple[str, str]]:
     """(dotted path, fact) of every problem; a value that fits no form of several is one problem."""
     found: dict[str, list[str]] = {}
-    alternatives = set()
+    alternatives, fitting = set(), set()
     for error in exc.errors():
         path, is_alternative = _dotted(error, data)
-        found.setdefault(path, []).append(_fact(model, error))
         if is_alternative:
             alternatives.add(path)
+            # Where the value has one of the forms and only breaks its bounds, the other forms are beside the point.
+            if path in fitting:
+                continue
+            if error["type"] == "value_error":
+                fitting.add(path)
+                found.pop(path, None)
+        found.setdefault(path, []).append(_fact(model, error))
     # Where one form fits down to some entries, only these are wrong: the value as a whole need not be another form.
     for path in alternatives:
         if any(other != path and other.startswith(path) for other in alternatives):
@@ -96,7 +155,8 @@ def _fact(model: type[BaseModel], error: Any) -> str:
         choices = _choices(model, str(error["loc"][-1]))
         return f"missing; wanted one of {', '.join(map(repr, choices))}" if choices else "missing"
     if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == IDENTIFIER:
-        return f"must be made of letters without accents, digits, _ and - (found {error['input']!r:.60})"
+        found = f"(found {error['input']!r:.60})"
+        return f"must be made of letters without accents, digits, _ and -, at most 64 {found}"
     message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must")
     shown = repr(error["input"])
     return message if kind == "value_error" or len(shown) > 60 else f"{message} (found {shown})"

@@ -5,11 +5,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Strict, load
+from tedm_cli.config.base import Bounded, Frequency, Strict, load, named_by_project
 from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.config.series import RealisationTable, SeriesTable
@@ -20,16 +21,18 @@ from tedm_cli.noise.correlation import CorrelationCase
 from tedm_cli.noise.realisation import Plan
 from tedm_cli.noise.requirements import AppliedRequirement, Criteria, frequency_grid
 from tedm_cli.noise.spectral_estimate import samples_wanted, segment_length
+from tedm_cli.quantities import GRID_POINTS, SAFETY_FACTOR, SAMPLES
 
+MOST_RATE = 65_536  # samples in a period of the lowest frequency: 8 million in a filter
 _RATE = 2.5  # samples per period of the highest frequency, where the rate is not given
 
 
 class FrequencyTable(Strict):
     """Logarithmic frequency grid; band edges of the requirements and 1 mHz are added to it."""
 
-    min_hz: float = Field(default=1e-4, gt=0.0)
-    max_hz: float = Field(default=0.1, gt=0.0)
-    points: int = Field(default=301, ge=2, le=100_000)
+    min_hz: Frequency = 1e-4
+    max_hz: Frequency = 0.1
+    points: Annotated[int, Bounded(GRID_POINTS)] = 301
 
     @model_validator(mode="after")
     def _increasing(self) -> FrequencyTable:
@@ -41,7 +44,7 @@ class FrequencyTable(Strict):
 class CasesConfig(Strict):
     """A whole cases file. `safety_factor` multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5)."""
 
-    safety_factor: float = Field(default=2.0, gt=0.0)
+    safety_factor: Annotated[float, Bounded(SAFETY_FACTOR)] = 2.0
     temperature: TemperatureTable = TemperatureTable()
     frequency: FrequencyTable = FrequencyTable()
     cases: list[CaseTable] = Field(alias="case", min_length=1)
@@ -93,13 +96,17 @@ class CasesConfig(Strict):
         edges = [table.requirement().band_hz[0] for table in self.requirements]
         return min(edges, default=self.frequency.min_hz)
 
+    def realised_frequencies(self, table: RealisationTable) -> tuple[float, float]:
+        """Rate of the samples, and lowest frequency of the estimate, in Hz."""
+        rate = table.rate_hz if table.rate_hz is not None else _RATE * self.frequency.max_hz
+        return rate, table.lowest_hz if table.lowest_hz is not None else self.lowest_band_hz()
+
     def realisation_plan(self) -> Plan | None:
         """What to realise of each case, where that is configured."""
         table = self.realisation
         if table is None:
             return None
-        rate = table.rate_hz if table.rate_hz is not None else _RATE * self.frequency.max_hz
-        lowest = table.lowest_hz if table.lowest_hz is not None else self.lowest_band_hz()
+        rate, lowest = self.realised_frequencies(table)
         samples = table.samples or samples_wanted(rate, lowest, table.tolerance, table.confidence)
         return Plan(rate, samples, table.seed, self.frequency.min_hz, self.frequency.max_hz, lowest)
 
@@ -116,7 +123,7 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
     those between tables (an id used twice, an output judged twice by one requirement, a band outside the frequencies).
     Requirements given as tables are read for their bands. Paths of files are made relative to the current folder.
     """
-    file, config = load(CasesConfig, path)
+    file, config = load(CasesConfig, path, hint=named_by_project("cases"))
     config = _beside(path.parent, config)
     problems: list[tuple[str, str]] = []
     # Ids name files: 3 and 03, or 4b and 4B on some file systems, would be one file.
@@ -138,6 +145,7 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
             before = seen.setdefault((table.name, output), path_here)
             if before != path_here:
                 problems.append((path_here, f"{table.name} judges {output} already in {before}"))
+    problems += config.temperature.filter_problems(low, high)
     problems += _realisation_problems(config)
     names_of_series = [table.name for table in config.series]
     for number, name in enumerate(names_of_series):
@@ -166,10 +174,19 @@ def _beside(folder: Path, config: CasesConfig) -> CasesConfig:
 
 
 def _realisation_problems(config: CasesConfig) -> list[tuple[str, str]]:
-    plan, f = config.realisation_plan(), config.frequency
-    if plan is None:
+    table, f = config.realisation, config.frequency
+    if table is None:
         return []
+    rate, lowest = config.realised_frequencies(table)
+    if rate > MOST_RATE * lowest:
+        fact = f"{rate:g} Hz are {rate / lowest:,.0f} samples in a period of lowest_hz {lowest:g} Hz"
+        return [("realisation.rate_hz", f"{fact}; at most {MOST_RATE:,}, as filters of 128 periods are held")]
+    plan = config.realisation_plan()
+    assert plan is not None
     problems = []
+    if fact := SAMPLES.fact(plan.samples):
+        fact = f"a PSD within {table.tolerance:g} with probability {table.confidence:g} takes too many: {fact}"
+        problems.append(("realisation.tolerance", f"{fact}, which take hours for each case"))
     if plan.rate_hz < 2.0 * f.max_hz:
         fact = f"{plan.rate_hz:g} Hz do not reach [frequency] max_hz {f.max_hz:g}; it must be at least {2 * f.max_hz:g}"
         problems.append(("realisation.rate_hz", fact))

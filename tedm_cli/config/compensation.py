@@ -8,13 +8,20 @@ import numpy as np
 
 from tedm_cli.config.model import ModelConfig, axes_of_rotation
 from tedm_cli.config.project import Project
-from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.errors import ConfigError
 from tedm_cli.gravity.compensation import CompensationMass
+from tedm_cli.quantities import ANGLE, COORDINATE, LENGTH, MASS
 from tedm_cli.tables.csv_table import Row, read_table
 
 CENTRE, SIZE = ("x_m", "y_m", "z_m"), ("size_x_m", "size_y_m", "size_z_m")
 ROTATION = ("rotation_x_rad", "rotation_y_rad", "rotation_z_rad")
-HEADER = ("name", *CENTRE, *SIZE, *ROTATION, "mass_kg")
+COLUMNS = {
+    "name": None,
+    **dict.fromkeys(CENTRE, COORDINATE),
+    **dict.fromkeys(SIZE, LENGTH),
+    **dict.fromkeys(ROTATION, ANGLE),
+    "mass_kg": MASS,
+}
 
 
 def compensation_file(project: Project, config: ModelConfig) -> Path | None:
@@ -32,7 +39,7 @@ def compensation_masses(project: Project, config: ModelConfig) -> list[Compensat
     ConfigError : two blocks have the same name.
     """
     path = compensation_file(project, config)
-    blocks = [] if path is None else [_block(path, row) for row in read_table(path, HEADER, text=("name",))]
+    blocks = [] if path is None else [_block(row) for row in read_table(path, COLUMNS)]
     blocks += [table.block() for table in config.compensation_mass]
     names = [block.name for block in blocks]
     problems = [
@@ -44,10 +51,7 @@ def compensation_masses(project: Project, config: ModelConfig) -> list[Compensat
     return blocks
 
 
-def _block(path: Path, row: Row) -> CompensationMass:
-    for column in (*SIZE, "mass_kg"):
-        if row.number[column] <= 0.0:
-            raise InputError(f"{column} must be positive, found {row.number[column]:g}", where=f"{path}:{row.line}")
+def _block(row: Row) -> CompensationMass:
     return CompensationMass(
         name=row.text["name"],
         centre_m=np.array([row.number[c] for c in CENTRE]),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
+from tedm_cli import quantities as q
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Strict, load
+from tedm_cli.config.base import Bounded, Strict, load
 from tedm_cli.dynamics.loops import StateSpace
 from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.errors import InputError, TedmError
@@ -19,6 +20,7 @@ from tedm_cli.matrix_files.npz_file import npz_variables
 
 _MATRICES = ("A", "B", "C", "D")
 _NUMBERS = ("delay_s", "dt_s")
+Rows = list[list[Annotated[float, Bounded(q.MATRIX_ENTRY)]]]
 
 
 class ControllerFile(Strict):
@@ -26,12 +28,12 @@ class ControllerFile(Strict):
 
     inputs: list[str] = Field(min_length=1)
     outputs: list[str] = Field(min_length=1)
-    A: list[list[float]] = Field(default_factory=list)
-    B: list[list[float]] = Field(default_factory=list)
-    C: list[list[float]] = Field(default_factory=list)
-    D: list[list[float]]
-    delay_s: float = Field(default=0.0, ge=0.0, lt=1e4)
-    dt_s: float | None = Field(default=None, gt=1e-6, lt=1e5)
+    A: Rows = Field(default_factory=list)
+    B: Rows = Field(default_factory=list)
+    C: Rows = Field(default_factory=list)
+    D: Rows
+    delay_s: Annotated[float, Bounded(q.CONTROL_DELAY)] = 0.0
+    dt_s: Annotated[float, Bounded(q.DURATION)] | None = None
 
 
 def read_controller(path: Path) -> StateSpaceController:

@@ -8,14 +8,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from tedm_cli.config.base import IDENTIFIER, Strict
+from tedm_cli.config.base import IDENTIFIER, Bounded, Coefficient, Strict
 from tedm_cli.config.correlation_file import read_matrix
 from tedm_cli.noise.correlation import CorrelationCase, Role
 from tedm_cli.noise.selection import BlockSelector
+from tedm_cli.quantities import DELAY
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
 Partition = Literal["all", "none", "group", "shield", "side", "mirror"]
-Coefficient = Annotated[float, Field(ge=-1.0, le=1.0)]
 
 
 def _identifier(value: Any) -> Any:
@@ -76,7 +76,7 @@ class BlockTable(SelectorTable):
 class DelayTable(SelectorTable):
     """Areas that follow `delay_s` later than those without a delay, as coherent as before."""
 
-    delay_s: float
+    delay_s: Annotated[float, Bounded(DELAY)]
 
 
 class CaseTable(Strict):

@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from tedm_cli import quantities as q
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import IDENTIFIER, Strict, load
+from tedm_cli.config.base import IDENTIFIER, Bounded, Direction, Place, Strict, load, named_by_project
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
 from tedm_cli.dynamics.controller import LOOPS
@@ -29,31 +30,44 @@ from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.tables.csv_table import read_table
 
-Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
-Six = Annotated[list[float], Field(min_length=6, max_length=6)]
-Positive = Annotated[float, Field(gt=0.0)]
-Gains = dict[str, float]
-_SPECTRUM_HEADER = ("frequency_hz", "amplitude")
+Moment = Annotated[float, Bounded(q.INERTIA)]
+Moments = Annotated[list[Moment], Field(min_length=3, max_length=3)]
+Stiffness = Annotated[float, Bounded(q.STIFFNESS)]
+Six = Annotated[list[Stiffness], Field(min_length=6, max_length=6)]
+CornerRatio = Annotated[float, Bounded(q.CORNER_RATIO)]
+Coefficient = Annotated[float, Bounded(q.TRANSFER_COEFFICIENT)]
+_SPECTRUM = {"frequency_hz": q.FREQUENCY, "amplitude": q.NOISE_LEVEL}
 
 
 class SpacecraftTable(Strict):
     """The spacecraft without its test masses; what is left out is LISA Pathfinder's, around the test masses.
 
-    `inertia_kg_m2`: three principal moments along the basic frame, or the matrix [3, 3], about the centre of mass.
-    `centre_of_mass_m`: basic frame.
+    About the centre of mass, basic frame: `inertia_kg_m2`, three moments without products of inertia, or
+    `inertia_matrix_kg_m2` [3, 3]. `centre_of_mass_m`: basic frame.
     """
 
-    mass_kg: Annotated[float, Field(gt=1.0, lt=1e6)] | None = None
-    inertia_kg_m2: Annotated[list[Vector], Field(min_length=3, max_length=3)] | Vector | None = None
-    centre_of_mass_m: Vector | None = None
+    mass_kg: Annotated[float, Bounded(q.SPACECRAFT_MASS)] | None = None
+    inertia_kg_m2: Moments | None = None
+    inertia_matrix_kg_m2: Annotated[list[Moments], Field(min_length=3, max_length=3)] | None = None
+    centre_of_mass_m: Place | None = None
+
+    @model_validator(mode="after")
+    def _one_inertia(self) -> SpacecraftTable:
+        if self.inertia_kg_m2 is not None and self.inertia_matrix_kg_m2 is not None:
+            raise ValueError("has both inertia_kg_m2 and inertia_matrix_kg_m2")
+        return self
 
     def spacecraft(self, test_masses: list[DynamicTestMass]) -> Spacecraft:
         """The body; `PhysicsError` for an inertia that no body has."""
         preset = lpf_spacecraft(test_masses)
-        inertia = preset.inertia_kg_m2 if self.inertia_kg_m2 is None else np.array(self.inertia_kg_m2)
+        inertia = preset.inertia_kg_m2
+        if self.inertia_matrix_kg_m2 is not None:
+            inertia = np.array(self.inertia_matrix_kg_m2)
+        elif self.inertia_kg_m2 is not None:
+            inertia = np.diag(self.inertia_kg_m2)
         return Spacecraft(
             preset.mass_kg if self.mass_kg is None else self.mass_kg,
-            np.diag(inertia) if inertia.ndim == 1 else inertia,
+            inertia,
             preset.centre_of_mass_m if self.centre_of_mass_m is None else np.array(self.centre_of_mass_m),
         )
 
@@ -62,31 +76,36 @@ class StiffnessTable(Strict):
     """Electrostatic stiffness per mass and moment, 1/s² along the diagonal, positive where it destabilises.
 
     `preset = "ltpda"` fills the gravity's up to the totals of LISA Pathfinder (x y z theta eta phi); "none" has none.
-    `electrostatic` gives the six numbers, or a matrix [6, 6], of each test mass by name in place of the preset.
+    `electrostatic` gives the six numbers of each test mass by name in place of the preset, `electrostatic_matrix` all
+    [6, 6] of them.
     """
 
     preset: Literal["ltpda", "none"] = "ltpda"
-    electrostatic: dict[str, Six | Annotated[list[Six], Field(min_length=6, max_length=6)]] = Field(
+    electrostatic: dict[str, Six] = Field(default_factory=dict)
+    electrostatic_matrix: dict[str, Annotated[list[Six], Field(min_length=6, max_length=6)]] = Field(
         default_factory=dict
     )
 
-    @field_validator("electrostatic")
-    @classmethod
-    def _both(cls, value: dict[str, list[float] | list[list[float]]]) -> dict[str, list[float] | list[list[float]]]:
-        if value and sorted(value) != sorted(TEST_MASSES):
-            raise ValueError(f"must have one entry for each of {', '.join(TEST_MASSES)}")
-        return value
+    @model_validator(mode="after")
+    def _both_test_masses(self) -> StiffnessTable:
+        if self.electrostatic and self.electrostatic_matrix:
+            raise ValueError("has both electrostatic and electrostatic_matrix")
+        own = self.electrostatic or self.electrostatic_matrix
+        if own and sorted(own) != sorted(TEST_MASSES):
+            raise ValueError(f"electrostatics must have one entry for each of {', '.join(TEST_MASSES)}")
+        return self
 
     def matrix(self, gravity: FloatArray) -> FloatArray:
         """[2, 6, 6] beside the `gravity` [2, 6, 6] of what moves with the spacecraft."""
         if self.electrostatic:
-            own = [np.array(self.electrostatic[tm]) for tm in TEST_MASSES]
-            return np.stack([np.diag(k) if k.ndim == 1 else k for k in own])
+            return np.stack([np.diag(self.electrostatic[tm]) for tm in TEST_MASSES])
+        if self.electrostatic_matrix:
+            return np.array([self.electrostatic_matrix[tm] for tm in TEST_MASSES])
         return electrostatic_to_total(gravity) if self.preset == "ltpda" else np.zeros((2, 6, 6))
 
     def words(self) -> str:
         """Where the electrostatic stiffness is from."""
-        if self.electrostatic:
+        if self.electrostatic or self.electrostatic_matrix:
             return "configured"
         shown = " ".join(f"{1e6 * k:g}" for k in TOTAL_STIFFNESS_S2)
         return f"up to LISA Pathfinder's totals, {shown} 1e-6/s^2 (LTPDA)" if self.preset == "ltpda" else "none"
@@ -101,9 +120,9 @@ class ReadOutTable(Strict):
 class ShapeTable(Strict):
     """Corner frequencies of the default loops, relative to their crossover."""
 
-    integral: Positive = INTEGRAL
-    lead: Positive = LEAD
-    roll_off: Positive = ROLL_OFF
+    integral: CornerRatio = INTEGRAL
+    lead: CornerRatio = LEAD
+    roll_off: CornerRatio = ROLL_OFF
 
 
 class LoopTable(Strict):
@@ -113,11 +132,11 @@ class LoopTable(Strict):
     """
 
     name: str
-    crossover_hz: Annotated[float, Field(gt=1e-8, lt=1e3)] | None = None
-    delay_s: Annotated[float, Field(ge=0.0, lt=1e4)] | None = None
+    crossover_hz: Annotated[float, Bounded(q.CROSSOVER)] | None = None
+    delay_s: Annotated[float, Bounded(q.CONTROL_DELAY)] | None = None
     shape: ShapeTable | None = None
-    numerator: Annotated[list[float], Field(min_length=1)] | None = None
-    denominator: Annotated[list[float], Field(min_length=1)] | None = None
+    numerator: Annotated[list[Coefficient], Field(min_length=1, max_length=12)] | None = None
+    denominator: Annotated[list[Coefficient], Field(min_length=1, max_length=12)] | None = None
 
     @field_validator("name")
     @classmethod
@@ -166,9 +185,9 @@ class ControllerTable(Strict):
 class SpectrumFields(Strict):
     """PSD level² (1 + (corner/f)^slope), or the amplitudes of a CSV (`frequency_hz,amplitude`)."""
 
-    level: Positive | None = None
-    corner_hz: Annotated[float, Field(ge=0.0)] = 0.0
-    slope: Annotated[float, Field(ge=0.0, le=12.0)] = 0.0
+    level: Annotated[float, Bounded(q.NOISE_LEVEL)] | None = None
+    corner_hz: Annotated[float, Bounded(q.CORNER)] = 0.0
+    slope: Annotated[float, Bounded(q.SPECTRAL_SLOPE)] = 0.0
     table: str | None = None
 
     @model_validator(mode="after")
@@ -183,8 +202,8 @@ class SpectrumFields(Strict):
         """The spectrum; raises `InputError` for its table."""
         if self.table is None:
             return PowerLaw(float(self.level or 0.0), self.corner_hz, self.slope)
-        rows = read_table(folder / self.table, _SPECTRUM_HEADER)
-        frequency, amplitude = (tuple(row.number[c] for row in rows) for c in _SPECTRUM_HEADER)
+        rows = read_table(folder / self.table, _SPECTRUM)
+        frequency, amplitude = (tuple(row.number[c] for row in rows) for c in _SPECTRUM)
         return SpectrumTable(frequency, amplitude, self.table)
 
 
@@ -197,15 +216,15 @@ class SourceTable(SpectrumFields):
 
     name: Annotated[str, Field(pattern=IDENTIFIER)]
     group: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
-    gains: Gains = Field(default_factory=dict)
+    gains: dict[str, Annotated[float, Bounded(q.NOISE_GAIN)]] = Field(default_factory=dict)
     origin: str = "configured"
 
 
 class ThrusterTable(SpectrumFields):
     """A thruster: where it is, along what it pushes the spacecraft (basic frame), and the noise of its force, N/√Hz."""
 
-    position_m: Vector
-    direction: Vector
+    position_m: Place
+    direction: Direction
 
     @field_validator("direction")
     @classmethod
@@ -220,7 +239,7 @@ class NoiseTable(Strict):
 
     preset: Literal["lpf", "none"] = "lpf"
     omit: list[str] = Field(default_factory=list)
-    actuation_stability: Annotated[float, Field(ge=0.0, lt=1.0)] = ACTUATION_STABILITY
+    actuation_stability: Annotated[float, Bounded(q.RELATIVE_NOISE)] = ACTUATION_STABILITY
     source: list[SourceTable] = Field(default_factory=list)
     thruster: list[ThrusterTable] = Field(default_factory=list)
 
@@ -265,9 +284,9 @@ class NoiseTable(Strict):
 class TimeTable(Strict):
     """The realisation in time: samples per second, how many, and the seed of its random numbers."""
 
-    rate_hz: Annotated[float, Field(gt=0.0, le=100.0)] = 0.5
-    samples: Annotated[int, Field(ge=1024, le=10**9)] = 2**17
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    rate_hz: Annotated[float, Bounded(q.CROSSOVER)] = 0.5
+    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = 2**17
+    seed: Annotated[int, Bounded(q.SEED)] = 1
 
 
 def _default_requirements() -> list[RequirementTable]:
@@ -307,7 +326,7 @@ def load_dynamics(path: Path | None) -> tuple[ConfigFile | None, DynamicsConfig]
     """
     if path is None:
         return None, DynamicsConfig()
-    file, config = load(DynamicsConfig, path)
+    file, config = load(DynamicsConfig, path, hint=named_by_project("dynamics"))
     requirements = [
         r.model_copy(update={"table": str(path.parent / r.table)}) if r.table else r for r in config.requirements
     ]

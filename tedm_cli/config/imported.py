@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, PositiveFloat
-
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Strict, validate
-from tedm_cli.config.optics_tables import Vector
+from tedm_cli.config.base import Bounded, Length, Place, Strict, validate
 from tedm_cli.errors import ConfigError
 from tedm_cli.optics.imported import Conventions, Frame, LabelledMatrix, MotionConventions, Slopes
 from tedm_cli.optics.labels import Labels
 from tedm_cli.optics.layout import Vec3
+from tedm_cli.quantities import MATRIX_ACCURACY
 
 Units = list[str] | dict[str, str]
 Point = Literal["layout", "grid"]
@@ -34,16 +32,16 @@ class LawTable(Strict):
     column_units: Units
     beams: BeamsTable
     slopes: Slopes
-    pupil_radius_m: PositiveFloat | None = None
+    pupil_radius_m: Length | None = None
 
 
 class SensitivityTable(LawTable):
     """Of S_BW."""
 
     frame: Frame
-    reference_points: Point | dict[str, Point | Vector]
+    reference_points: Point | dict[str, Point | Place]
     rotations: Literal["small_angle"]
-    accuracy: Annotated[float, Field(gt=0, le=1e-2)] | None = None
+    accuracy: Annotated[float, Bounded(MATRIX_ACCURACY)] | None = None
 
 
 T = TypeVar("T", bound=LawTable)

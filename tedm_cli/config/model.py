@@ -11,15 +11,34 @@ from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.areas import AreasTable
-from tedm_cli.config.base import Strict, load
+from tedm_cli.config.base import (
+    Angle,
+    Axes,
+    Bounded,
+    Id,
+    Length,
+    Mass,
+    Place,
+    Strict,
+    Temperature,
+    load,
+    named_by_project,
+)
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.quantities import (
+    COMPENSATION_TOLERANCE,
+    DENSITY,
+    GAUSS_POINTS,
+    GRAVITATIONAL_CONSTANT,
+    QUADRATURE_TOLERANCE,
+)
 
-Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
-Positive = Annotated[float, Field(gt=0)]
+Edges = Length | Annotated[list[Length], Field(min_length=3, max_length=3)]
+RotationVector = Annotated[list[Angle], Field(min_length=3, max_length=3)]
 
 
 class ModelTable(Strict):
@@ -38,10 +57,10 @@ class ModelTable(Strict):
     deck: str = "{build_dir}/unit_loads.bdf"
     op2: list[str] = Field(min_length=1, default_factory=lambda: ["{build_dir}/unit_loads.op2"])
     uniform_label: str = "UNIFORM"
-    reference_temperature_K: float | None = None
-    constraints_of_subcase: Annotated[int, Field(ge=1)] | None = None
+    reference_temperature_K: Temperature | None = None
+    constraints_of_subcase: Id | None = None
     allow_missing_enddata: bool = False
-    subcases: dict[str, int] = Field(default_factory=dict)
+    subcases: dict[str, Id] = Field(default_factory=dict)
 
 
 def _orthonormal_axes(value: list[list[float]] | None) -> list[list[float]] | None:
@@ -55,9 +74,9 @@ def _orthonormal_axes(value: list[list[float]] | None) -> list[list[float]] | No
 class ModelParts(Strict):
     """Parts of a finite-element model: element ids (concentrated masses among them), property ids, grid ids."""
 
-    elements: list[int] = Field(default_factory=list)
-    properties: list[int] = Field(default_factory=list)
-    grids: list[int] = Field(default_factory=list)
+    elements: list[Id] = Field(default_factory=list)
+    properties: list[Id] = Field(default_factory=list)
+    grids: list[Id] = Field(default_factory=list)
 
 
 class TestMassTable(Strict):
@@ -69,10 +88,10 @@ class TestMassTable(Strict):
     __test__ = False
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]*$")]
-    position_m: Vector
-    side_m: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
-    mass_kg: Positive
-    axes: Annotated[list[Vector], Field(min_length=3, max_length=3)] | None = None
+    position_m: Place
+    side_m: Edges
+    mass_kg: Mass
+    axes: Axes | None = None
     model_parts: ModelParts = ModelParts()
 
     _orthonormal = field_validator("axes")(_orthonormal_axes)
@@ -82,12 +101,12 @@ class CompensationMassTable(Strict):
     """A cuboid block; edges along the basic frame unless turned by a rotation vector or `axes` (rows: its edges)."""
 
     name: Annotated[str, Field(min_length=1)]
-    centre_m: Vector
-    size_m: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)]
-    mass_kg: Positive | None = None
-    density_kg_m3: Positive | None = None
-    rotation_rad: Vector | None = None
-    axes: Annotated[list[Vector], Field(min_length=3, max_length=3)] | None = None
+    centre_m: Place
+    size_m: Edges
+    mass_kg: Mass | None = None
+    density_kg_m3: Annotated[float, Bounded(DENSITY)] | None = None
+    rotation_rad: RotationVector | None = None
+    axes: Axes | None = None
 
     _orthonormal = field_validator("axes")(_orthonormal_axes)
 
@@ -122,12 +141,12 @@ class GravityTable(Strict):
     `subsystems` gives the groups of thermal areas that make the inertial sensor of each test mass.
     """
 
-    gravitational_constant_m3_kg_s2: Positive = G_CODATA_2018
+    gravitational_constant_m3_kg_s2: Annotated[float, Bounded(GRAVITATIONAL_CONSTANT)] = G_CODATA_2018
     mass_model: Literal["quadrature", "lumped"] = "quadrature"
-    quadrature_tolerance: Annotated[float, Field(ge=1e-10, le=0.1)] = 1e-4
-    other_test_mass_points: Annotated[int, Field(ge=3, le=16)] = 8
+    quadrature_tolerance: Annotated[float, Bounded(QUADRATURE_TOLERANCE)] = 1e-4
+    other_test_mass_points: Annotated[int, Bounded(GAUSS_POINTS)] = 8
     compensation_masses: str | None = None
-    compensation_tolerance: Annotated[float, Field(ge=1e-11, le=1e-2)] = DEFAULT_TOLERANCE
+    compensation_tolerance: Annotated[float, Bounded(COMPENSATION_TOLERANCE)] = DEFAULT_TOLERANCE
     subsystems: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
 
@@ -168,7 +187,7 @@ class ModelConfig(Strict):
 
 def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
     """Read a model configuration; `ConfigError` lists the problems of its tables, then those between tables."""
-    file, config = load(ModelConfig, path)
+    file, config = load(ModelConfig, path, hint=named_by_project("model"))
     problems = _subsystem_problems(config)
     if problems:
         raise ConfigError(problems, where=str(path))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.config.base import read_toml, validate
+from tedm_cli.config.base import named_by_project, read_toml, validate
 from tedm_cli.config.optics_checks import Problems, cross_checks, imported_problems, lacks_geometry
 from tedm_cli.config.optics_tables import ElementTable, OpticsTables, PathTable, TolerancesTable
 from tedm_cli.errors import ConfigError
@@ -48,21 +48,23 @@ def beside(path: Path) -> Path:
     return path.with_name(path.name + ".toml")
 
 
-def load_layout(path: Path) -> tuple[ConfigFile, OpticalLayout]:
+def load_layout(path: Path, *, needs_grids: bool = True) -> tuple[ConfigFile, OpticalLayout]:
     """The layout alone; see `load_optics`."""
-    config = load_optics(path)
+    config = load_optics(path, needs_grids=needs_grids)
     return config.file, config.layout
 
 
-def load_optics(path: Path) -> OpticsConfig:
+def load_optics(path: Path, *, needs_grids: bool = True) -> OpticsConfig:
     """Read and check the layout file at `path`.
+
+    Without `needs_grids` elements need not name their grids: beams do not ask for them.
 
     Raises
     ------
     InputError : there is no such file.
     ConfigError : the file is not a valid layout; all its problems are listed with their dotted paths.
     """
-    file, data = read_toml(path)
+    file, data = read_toml(path, hint=named_by_project("optics"))
     problems: Problems = []
     tables: OpticsTables | None = None
     try:
@@ -70,7 +72,7 @@ def load_optics(path: Path) -> OpticsConfig:
     except ConfigError as exc:
         problems += exc.problems
     # A malformed table must not hide what is wrong in the others, so the checks run on whatever part is well formed.
-    problems += cross_checks(data)
+    problems += cross_checks(data, needs_grids)
     if tables is not None:
         problems += imported_problems(tables)
     if problems or tables is None:

@@ -28,7 +28,7 @@ Problems = list[tuple[str, str]]
 T = TypeVar("T", bound=Strict)
 
 
-def cross_checks(data: dict[str, Any]) -> Problems:
+def cross_checks(data: dict[str, Any], needs_grids: bool = True) -> Problems:
     """Problems between keys and between tables, in the parts of `data` that are well formed."""
     imported = isinstance(data.get("imported"), dict) and "S_BW" in data["imported"]
     raw_elements, raw_paths = _entries(data.get("element")), _entries(data.get("path"))
@@ -52,7 +52,7 @@ def cross_checks(data: dict[str, Any]) -> Problems:
     for i, (element, whole) in enumerate(elements):
         if element is not None:
             out += _vector_problems(f"element[{i}]", element)
-            out += _key_problems(f"element[{i}]", element, grids, imported) if whole else []
+            out += _key_problems(f"element[{i}]", element, grids, imported, needs_grids) if whole else []
     out += _grid_problems(grids, known)
     n_tm = sum(raw.get("kind") == "test_mass" for raw in raw_elements)
     if raw_elements and n_tm == 0:
@@ -104,15 +104,15 @@ def imported_problems(tables: OpticsTables) -> Problems:
     return out
 
 
-def _key_problems(at: str, e: ElementTable, grids: Mapping[str, Any], imported: bool) -> Problems:
+def _key_problems(at: str, e: ElementTable, grids: Mapping[str, Any], imported: bool, needs_grids: bool) -> Problems:
     needed, allowed = KEYS[e.kind]
     if imported:  # its surfaces need not be known
         needed, allowed = needed & {"grid"}, needed | allowed
     given = {key for key in OPTIONAL_KEYS if getattr(e, key) is not None}
-    absent = needed - given - ({"grid"} if e.name in grids else set())
-    out = [(f"{at}.{key}", f"missing; a {e.kind} ({e.name}) needs it") for key in OPTIONAL_KEYS if key in absent]
+    absent = needed - given - ({"grid"} if e.name in grids or not needs_grids else set())
+    out = [(f"{at}.{key}", f"missing; {_one(e.kind)} ({e.name}) needs it") for key in OPTIONAL_KEYS if key in absent]
     out += [
-        (f"{at}.{key}", f"a {e.kind} ({e.name}) has no such key")
+        (f"{at}.{key}", f"{_one(e.kind)} ({e.name}) has no such key")
         for key in OPTIONAL_KEYS
         if key in given - needed - allowed
     ]
@@ -203,7 +203,7 @@ def _set_problems(at: str, photodiodes: list[str], known: dict[str, ElementTable
         if name not in known:
             out.append((f"{at}[{i}]", f"unknown element {name!r}{_near(name, known)}"))
         elif element is not None and element.kind != "photodiode":
-            out.append((f"{at}[{i}]", f"{name} is a {element.kind}, not a photodiode"))
+            out.append((f"{at}[{i}]", f"{name} is {_one(element.kind)}, not a photodiode"))
     return out
 
 
@@ -217,6 +217,11 @@ def _duplicates(at: str, key: str, values: Sequence[Any]) -> Problems:
             out.append((f"{at}[{i}]{'.' if key else ''}{key}", f"{value!r} is already {at}[{places[value]}]"))
         places.setdefault(value, i)
     return out
+
+
+def _one(kind: str) -> str:
+    """The kind with its article."""
+    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
 
 
 def _near(name: str, known: Iterable[str]) -> str:

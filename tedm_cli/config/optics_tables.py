@@ -4,16 +4,29 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
+from pydantic import Field
 
-from tedm_cli.config.base import Strict
+from tedm_cli.config.base import (
+    AngleTolerance,
+    Axes,
+    Bounded,
+    Direction,
+    Id,
+    Length,
+    LengthOrZero,
+    LengthTolerance,
+    Offset,
+    OpticalPath,
+    Place,
+    Strict,
+)
 from tedm_cli.optics.layout import Beam, Dof, Kind
+from tedm_cli.quantities import EXPANSION, MATRIX_DIFFERENCE, RADIUS_OF_CURVATURE, REFRACTIVE_INDEX, WAVELENGTH
 
-Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
-HalfSizes = Annotated[list[PositiveFloat], Field(min_length=2, max_length=2)]
+HalfSizes = Annotated[list[Length], Field(min_length=2, max_length=2)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
 Sets = Annotated[dict[Name, Annotated[list[str], Field(min_length=1)]], Field(min_length=1)]
-Grids = dict[Name, PositiveInt]
+Grids = dict[Name, Id]
 ReadOut = Annotated[list[Dof], Field(min_length=1)]
 
 #: Keys that only a photodiode has, with the same names in `[tolerances]`.
@@ -47,18 +60,18 @@ class ElementTable(Strict):
 
     name: Name
     kind: Kind
-    ref_m: Vector
-    normal: Vector | None = None
-    front_offset_m: float | None = None
-    thickness_m: PositiveFloat | None = None
-    index: Annotated[float, Field(ge=1.0)] | None = None
-    local_y: Vector | None = None
-    aperture_m: PositiveFloat | HalfSizes | None = None
-    opl_offset_m: float | None = None
-    grid: PositiveInt | None = None
-    beam_overlap_m: PositiveFloat | None = None
-    beam_angle_rad: PositiveFloat | None = None
-    path_mismatch_m: PositiveFloat | None = None
+    ref_m: Place
+    normal: Direction | None = None
+    front_offset_m: Offset | None = None
+    thickness_m: LengthOrZero | None = None
+    index: Annotated[float, Bounded(REFRACTIVE_INDEX)] | None = None
+    local_y: Direction | None = None
+    aperture_m: Length | HalfSizes | None = None
+    opl_offset_m: OpticalPath | None = None
+    grid: Id | None = None
+    beam_overlap_m: LengthTolerance | None = None
+    beam_angle_rad: AngleTolerance | None = None
+    path_mismatch_m: LengthTolerance | None = None
 
 
 class PathTable(Strict):
@@ -67,31 +80,31 @@ class PathTable(Strict):
     photodiode: str
     beam: Beam
     steps: Annotated[list[str], Field(min_length=2)] | None = None
-    wavefront_radius_m: float | None = None
+    wavefront_radius_m: Annotated[float, Bounded(RADIUS_OF_CURVATURE)] | None = None
 
 
 class FrameTable(Strict):
     """The layout frame in the model's basic frame."""
 
-    origin_m: Vector
-    axes: Annotated[list[Vector], Field(min_length=3, max_length=3)]
+    origin_m: Place
+    axes: Axes
 
 
 class TolerancesTable(Strict):
     """What the checks of the layout allow; see `optics.layout.Tolerances` and `Recombination`."""
 
-    clearance_m: NonNegativeFloat = 0.0
-    reference_point_m: PositiveFloat = 0.01
-    beam_overlap_m: PositiveFloat = 1e-4
-    beam_angle_rad: PositiveFloat = 1e-4
-    path_mismatch_m: PositiveFloat | None = None
+    clearance_m: LengthOrZero = 0.0
+    reference_point_m: LengthTolerance = 0.01
+    beam_overlap_m: LengthTolerance = 1e-4
+    beam_angle_rad: AngleTolerance = 1e-4
+    path_mismatch_m: LengthTolerance | None = None
 
 
 class ExpansionTable(Strict):
     """One `[[test_mass_expansion]]`: a test mass that follows the temperature of a thermal area."""
 
     test_mass: str
-    expansion_per_K: float
+    expansion_per_K: Annotated[float, Bounded(EXPANSION)]
     area: str
 
 
@@ -100,14 +113,14 @@ class ImportedTable(Strict):
 
     S_BW: str | None = None
     P: str | None = None
-    largest_difference: PositiveFloat | None = None
+    largest_difference: Annotated[float, Bounded(MATRIX_DIFFERENCE)] | None = None
 
 
 class OpticsTables(Strict):
     """The whole layout file."""
 
     title: str
-    wavelength_m: PositiveFloat
+    wavelength_m: Annotated[float, Bounded(WAVELENGTH)]
     read_out: ReadOut
     frame: FrameTable
     tolerances: TolerancesTable = TolerancesTable()

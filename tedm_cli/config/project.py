@@ -40,7 +40,7 @@ class Project:
 
 def load_project(path: Path, build_dir: Path) -> Project:
     """Read the project file."""
-    file, table = load(ProjectTable, path)
+    file, table = load(ProjectTable, path, hint="give the path of the project file with --config")
     folder = path.parent
     dynamics = None if table.dynamics is None else folder / table.dynamics
     return Project(

@@ -10,13 +10,14 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from tedm_cli.config.base import Strict
+from tedm_cli.config.base import Frequency, Strict
 from tedm_cli.config.correlation import Names
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.requirements import AppliedRequirement, Requirement, tabulated
+from tedm_cli.quantities import FREQUENCY, REQUIREMENT
 from tedm_cli.tables.csv_table import read_table
 
-HEADER = ("frequency_hz", "amplitude")
+COLUMNS = {"frequency_hz": FREQUENCY, "amplitude": REQUIREMENT}
 
 
 class RequirementTable(Strict):
@@ -31,7 +32,7 @@ class RequirementTable(Strict):
     outputs: Names
     applies_to: Literal["single", "differential"] = "single"
     quantity: Literal["acceleration", "angular_acceleration", "displacement", "angle"] | None = None
-    band_hz: Annotated[list[Annotated[float, Field(gt=0.0)]], Field(min_length=2, max_length=2)] | None = None
+    band_hz: Annotated[list[Frequency], Field(min_length=2, max_length=2)] | None = None
     source: str | None = None
 
     @field_validator("name")
@@ -61,8 +62,8 @@ class RequirementTable(Strict):
         """The requirement; raises `InputError` or `ConfigError` for its table."""
         if self.table is None:
             return replace(PRESETS[self.name], applies_to=self.applies_to)
-        rows = read_table(Path(self.table), HEADER)
-        frequency_hz, amplitude = (np.array([row.number[c] for row in rows]) for c in HEADER)
+        rows = read_table(Path(self.table), COLUMNS)
+        frequency_hz, amplitude = (np.array([row.number[c] for row in rows]) for c in COLUMNS)
         return tabulated(
             self.name,
             str(self.quantity),

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from tedm_cli.config.base import IDENTIFIER, Strict
+from tedm_cli.config.base import IDENTIFIER, Bounded, Duration, Frequency, Probability, Strict
+from tedm_cli.quantities import SAMPLES, SEED, SPECTRAL_TOLERANCE
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
 
@@ -20,12 +21,12 @@ class RealisationTable(Strict):
     estimated by Welch's method.
     """
 
-    seed: int = Field(ge=0)
-    rate_hz: float | None = Field(default=None, gt=0.0)
-    lowest_hz: float | None = Field(default=None, gt=0.0)
-    tolerance: float = Field(default=0.1, gt=0.0, lt=1.0)
-    confidence: float = Field(default=0.95, gt=0.0, lt=1.0)
-    samples: int | None = Field(default=None, ge=1)
+    seed: Annotated[int, Bounded(SEED)]
+    rate_hz: Frequency | None = None
+    lowest_hz: Frequency | None = None
+    tolerance: Annotated[float, Bounded(SPECTRAL_TOLERANCE)] = 0.1
+    confidence: Probability = 0.95
+    samples: Annotated[int, Bounded(SAMPLES)] | None = None
     spectrum: Spectrum = "welch"
 
     @model_validator(mode="after")
@@ -42,12 +43,12 @@ class SeriesTable(Strict):
     file: str = Field(min_length=1)
     remove: Literal["nothing", "mean", "linear"]
     constant: Names | None = None
-    resample_s: float | None = Field(default=None, gt=0.0)
+    resample_s: Duration | None = None
     method: Literal["linear", "polyphase"] | None = None
-    max_gap_s: float | None = Field(default=None, gt=0.0)
-    lowest_hz: float | None = Field(default=None, gt=0.0)
+    max_gap_s: Duration | None = None
+    lowest_hz: Frequency | None = None
     spectrum: Spectrum = "welch"
-    confidence: float = Field(default=0.95, gt=0.0, lt=1.0)
+    confidence: Probability = 0.95
 
     @model_validator(mode="after")
     def _fits_together(self) -> SeriesTable:

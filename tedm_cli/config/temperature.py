@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tedm_cli.arrays import BoolArray, FloatArray
-from tedm_cli.config.base import Strict
+from tedm_cli.config.base import Bounded, Frequency, Strict, TemperatureLevel
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.columns import columns_of_areas
@@ -28,10 +28,12 @@ from tedm_cli.noise.temperature import (
     TemperatureModel,
     WhiteSpectrum,
 )
+from tedm_cli.quantities import FILTER_ORDER, TEMPERATURE_ASD
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
 
 _FILTER = ("reference_hz", "order", "corner_hz")
+_DEEPEST_DECADES = 100  # below the level under the corner; squares of what is deeper are no numbers any more
 _LEVELS = ("outside_K", "inside_K", "level_K")
 
 
@@ -49,9 +51,9 @@ class _SpectrumTable(Strict):
     """What a spectrum may be; keys that its preset does not use are refused."""
 
     preset: Literal["thesis", "white", "lpf_flight", "table"] = "thesis"
-    reference_hz: float = Field(default=REFERENCE_HZ, gt=0.0)
-    order: float = Field(default=DEFAULT_ORDER, gt=0.0, le=12.0)
-    corner_hz: float = Field(default=DEFAULT_CORNER_HZ, gt=0.0)
+    reference_hz: Frequency = REFERENCE_HZ
+    order: Annotated[float, Bounded(FILTER_ORDER)] = DEFAULT_ORDER
+    corner_hz: Frequency = DEFAULT_CORNER_HZ
     table: str | None = Field(default=None, min_length=1)
 
     @model_validator(mode="after")
@@ -72,6 +74,24 @@ class _SpectrumTable(Strict):
             raise ValueError("; ".join(facts))
         return self
 
+    def filter_fact(self, level_K: float, low_hz: float, high_hz: float) -> str:
+        """What makes the low-pass at this level implausible between two frequencies; empty where nothing does."""
+        if self.preset != "thesis":
+            return ""
+
+        def decades(frequency_hz: float) -> float:  # by which the amplitude is below that far below the corner
+            steepness = 2.0 * self.order * np.log(frequency_hz / self.corner_hz)
+            return float(np.logaddexp(0.0, steepness) / 2.0 / np.log(10.0))
+
+        filter_words = f"order {self.order:g} beyond {self.corner_hz:g} Hz"
+        highest = max(high_hz, self.reference_hz)
+        if (fall := decades(highest)) > _DEEPEST_DECADES:
+            return f"{filter_words} falls by {fall:.0f} decades until {highest:g} Hz; at most {_DEEPEST_DECADES}"
+        rise = decades(self.reference_hz) - decades(low_hz)
+        if level_K > 0.0 and (fact := TEMPERATURE_ASD.fact(level_K * 10.0**rise)):
+            return f"{filter_words} from {level_K:g} K/sqrt(Hz) at {self.reference_hz:g} Hz; at {low_hz:g} Hz {fact}"
+        return ""
+
     def spectrum(self, level_K: float) -> Spectrum:
         """The spectrum of a preset other than `table`."""
         if self.preset == "white":
@@ -87,7 +107,7 @@ class OverrideTable(_SpectrumTable):
     groups: Names | None = None
     shield: Annotated[list[Literal["inside", "outside"]], Field(min_length=1)] | None = None
     areas: Names | None = None
-    level_K: float | None = Field(default=None, ge=0.0)
+    level_K: TemperatureLevel | None = None
 
     @model_validator(mode="after")
     def _selects_and_has_a_level(self) -> OverrideTable:
@@ -132,9 +152,18 @@ class TemperatureTable(_SpectrumTable):
     published filter are not known: the defaults are an assumption and decide verdicts. Of overrides the last counts.
     """
 
-    outside_K: float = Field(default=OUTSIDE_LEVEL_K, ge=0.0)
-    inside_K: float = Field(default=INSIDE_LEVEL_K, ge=0.0)
+    outside_K: TemperatureLevel = OUTSIDE_LEVEL_K
+    inside_K: TemperatureLevel = INSIDE_LEVEL_K
     overrides: list[OverrideTable] = Field(alias="override", default_factory=list)
+
+    def filter_problems(self, low_hz: float, high_hz: float) -> list[tuple[str, str]]:
+        """(dotted path, fact) of the low-pass shapes that are implausible between two frequencies."""
+        levels: list[tuple[str, _SpectrumTable, float]] = [
+            ("temperature", self, level) for level in (self.outside_K, self.inside_K)
+        ]
+        levels += [(f"temperature.override[{i}]", o, o.level_K or 0.0) for i, o in enumerate(self.overrides)]
+        facts = {at: fact for at, table, level in levels if (fact := table.filter_fact(level, low_hz, high_hz))}
+        return [(f"{at}.order", fact) for at, fact in facts.items()]
 
     def table_names(self) -> list[str]:
         """Names of the files with spectra, each once."""

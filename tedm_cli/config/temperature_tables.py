@@ -12,7 +12,10 @@ from tedm_cli.config.temperature import SpectrumColumns
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.quantities import FREQUENCY, TEMPERATURE_ASD
 from tedm_cli.tables.wide_table import open_wide
+
+_MOST_ROWS = 100_000
 
 
 def table_paths(project: Project, config: CasesConfig) -> list[Path]:
@@ -28,8 +31,14 @@ def temperature_model(project: Project, config: CasesConfig, areas: AreaTable) -
 
 
 def _read(path: Path) -> SpectrumColumns:
-    with open_wide(path, "frequency_hz") as table:
-        blocks = list(table.blocks())
+    with open_wide(path, "frequency_hz", FREQUENCY, TEMPERATURE_ASD) as table:
+        blocks, rows = [], 0
+        for block in table.blocks():
+            blocks.append(block)
+            rows += len(block.key)
+            if rows > _MOST_ROWS:
+                fact = f"holds more than {_MOST_ROWS:,} frequencies"
+                raise InputError(fact, where=str(path), hint="a spectrum is straight between its points: thin it out")
         if not blocks:
             raise InputError("holds the names of its columns and no row", where=str(path))
         frequency, asd = (np.concatenate(parts) for parts in ([b.key for b in blocks], [b.values for b in blocks]))

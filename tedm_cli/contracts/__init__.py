@@ -1,8 +1,10 @@
-"""One table per kind of HDF5 file: its datasets, their dimensions, type, unit, frame and meaning.
+"""One class per kind of HDF5 file: its datasets, their dimensions, type, unit, frame and meaning.
 
-The reader and the writer in `tedm_cli.files.store` check against these tables; `docs/files.md` is printed from them.
+A dataset's path is written here alone: `file.array(CASE.VERDICT_RATIO)`, `CASE.PSD.of(output)`.
+
+The reader and the writer in `tedm_cli.files.store` check against them; `docs/files.md` is printed from them.
 A path with a name in braces (`/psd/{output}`) stands for one dataset per name. A unit of `None` is given by the writer.
-Changing a table in a way that older files do not fit raises the kind's `version`.
+Changing one in a way that older files do not fit raises the kind's `version`.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from tedm_cli.contracts.dynamics import DYNAMICS, SIMULATION
 from tedm_cli.contracts.optics import OPTICS
 from tedm_cli.contracts.sensitivity import SENSITIVITY
 from tedm_cli.contracts.series import SERIES
-from tedm_cli.contracts.spec import Dataset, FileKind
+from tedm_cli.contracts.spec import AreaDatasets, Dataset, FileKind, GridDatasets
 from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
 __all__ = [
@@ -27,8 +29,10 @@ __all__ = [
     "SERIES",
     "SIMULATION",
     "UNIT_LOADS",
+    "AreaDatasets",
     "Dataset",
     "FileKind",
+    "GridDatasets",
     "markdown",
 ]
 

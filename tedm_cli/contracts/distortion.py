@@ -2,49 +2,87 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, GRID, Dataset, FileKind
+from tedm_cli.contracts.spec import BASIC, ID, NAMES, AreaDatasets, Dataset, FileKind, GridIds, Values
 
-DISTORTION = FileKind(
-    "distortion",
-    2,
-    "tedm build-distortion",
-    {
-        "/grid/id": GRID["/grid/id"],
-        **AREAS,
-        "/D/translation": Dataset(
-            ("area", "node", "xyz"), "real", "m/K", "distortion matrix [D]: translation per kelvin of an area", BASIC
-        ),
-        "/D/offset_node": Dataset(
-            ("offset_node",), "int", "1", "rows of /grid from which something with mass is offset, ascending"
-        ),
-        "/D/rotation": Dataset(
-            ("area", "offset_node", "xyz"), "float", "rad/K", "rotation of these grids per kelvin of an area", BASIC
-        ),
-        "/optical/name": Dataset(("optical",), "str", "1", "optical element"),
-        "/optical/grid": Dataset(("optical",), "int", "1", "Nastran grid that carries the element's motion"),
-        "/optical/position": Dataset(("optical", "xyz"), "float", "m", "position of that grid", BASIC),
-        "/D_opt/translation": Dataset(
-            ("area", "optical", "xyz"), "float", "m/K", "translation of the optical elements per kelvin", BASIC
-        ),
-        "/D_opt/rotation": Dataset(
-            ("area", "optical", "xyz"), "float", "rad/K", "rotation of the optical elements per kelvin", BASIC
-        ),
-        "/check/superposition_translation": Dataset(
-            (),
-            "float",
-            "1",
-            "largest |sum over areas - uniform| over the largest |uniform|, translations",
-            optional=True,
-        ),
-        "/check/superposition_optics": Dataset(
-            (), "float", "1", "the same for the rotations of the optical elements", optional=True
-        ),
-        "/check/max_translation": Dataset(("area",), "float", "m/K", "largest translation of any grid"),
-        "/check/rigid_translation": Dataset(
-            ("area", "xyz"), "float", "m/K", "translation of the best-fit rigid motion at the centre of gravity", BASIC
-        ),
-        "/check/rigid_rotation": Dataset(
-            ("area", "xyz"), "float", "rad/K", "rotation of the best-fit rigid motion", BASIC
-        ),
-    },
-)
+
+class DistortionFile(AreaDatasets, GridIds, FileKind):
+    """Its datasets by name; `DISTORTION` is the kind of file."""
+
+    D_TRANSLATION = Dataset(
+        "/D/translation",
+        ("area", "node", "xyz"),
+        "real",
+        "m/K",
+        "distortion matrix [D]: translation per kelvin of an area",
+        BASIC,
+    )
+    D_OFFSET_NODE = Dataset(
+        "/D/offset_node",
+        ("offset_node",),
+        "int",
+        "1",
+        "rows of /grid from which something with mass is offset",
+        values=Values(rows_of="node", ascending=True),
+    )
+    D_ROTATION = Dataset(
+        "/D/rotation",
+        ("area", "offset_node", "xyz"),
+        "float",
+        "rad/K",
+        "rotation of these grids per kelvin of an area",
+        BASIC,
+    )
+    OPTICAL_NAME = Dataset("/optical/name", ("optical",), "str", "1", "optical element", values=NAMES)
+    OPTICAL_GRID = Dataset(
+        "/optical/grid", ("optical",), "int", "1", "Nastran grid that carries the element's motion", values=ID
+    )
+    OPTICAL_POSITION = Dataset("/optical/position", ("optical", "xyz"), "float", "m", "position of that grid", BASIC)
+    D_OPT_TRANSLATION = Dataset(
+        "/D_opt/translation",
+        ("area", "optical", "xyz"),
+        "float",
+        "m/K",
+        "translation of the optical elements per kelvin",
+        BASIC,
+    )
+    D_OPT_ROTATION = Dataset(
+        "/D_opt/rotation",
+        ("area", "optical", "xyz"),
+        "float",
+        "rad/K",
+        "rotation of the optical elements per kelvin",
+        BASIC,
+    )
+    CHECK_SUPERPOSITION_TRANSLATION = Dataset(
+        "/check/superposition_translation",
+        (),
+        "float",
+        "1",
+        "largest |sum over areas - uniform| over the largest |uniform|, translations",
+        optional=True,
+    )
+    CHECK_SUPERPOSITION_OPTICS = Dataset(
+        "/check/superposition_optics",
+        (),
+        "float",
+        "1",
+        "the same for the rotations of the optical elements",
+        optional=True,
+    )
+    CHECK_MAX_TRANSLATION = Dataset(
+        "/check/max_translation", ("area",), "float", "m/K", "largest translation of any grid"
+    )
+    CHECK_RIGID_TRANSLATION = Dataset(
+        "/check/rigid_translation",
+        ("area", "xyz"),
+        "float",
+        "m/K",
+        "translation of the best-fit rigid motion at the centre of gravity",
+        BASIC,
+    )
+    CHECK_RIGID_ROTATION = Dataset(
+        "/check/rigid_rotation", ("area", "xyz"), "float", "rad/K", "rotation of the best-fit rigid motion", BASIC
+    )
+
+
+DISTORTION = DistortionFile("distortion", 3, "tedm build-distortion")

@@ -15,8 +15,29 @@ All files are HDF5 with netCDF-4 dimension scales: they open in h5py, MATLAB (`h
 `xarray.open_dataset(file, group="/dc", engine="h5netcdf")`. Every dataset MUST have the attributes `units` and
 `long_name`; vectors MUST name their `frame`. Arrays over grids are chunked along the grids.
 
+The last line of a file is its seal: `tedm sha256` and the SHA-256 of all bytes before it, which `head -c -78 FILE |
+sha256sum` prints. It stands behind the end that HDF5 knows of; other programs pass over it. A reader MUST compare it
+before anything else: a flipped bit in a string is another string, and some damage makes the HDF5 library loop for ever.
+A file without a seal is refused. h5py cuts it off when it opens a file for writing, so what another program wrote to
+these tables, or changed, is sealed with `python -m tedm_cli.files.seal FILE`. The sum takes 0.6 s per GB and is made
+once in a command, also for the provenance of what is made from the file.
+
+Arrays are in chunks with a Fletcher checksum each, scalars in object headers, which have a checksum. `str` is UTF-8 of
+fixed length, filled up with zeros, and so covered by both (`asstr()` in h5py). Attributes of text are covered by the
+seal alone. The values MUST be as the tables say. All parts MUST be in the file itself: soft and external links, virtual
+datasets and external storage are refused, and so are arrays that were not written to their end.
+
+Where a path ends with a name in braces, there is one dataset for each name, or, where they are optional, for some. The
+optional datasets of a group come together.
+
+Users' own HDF5 files have no seal. They are first read in a process of its own within a minute and 0.1 s per MB, so
+that one that makes the HDF5 library hang or fail is an error; external links, virtual datasets and external storage are
+refused in them as well.
+
 `float` and `int` are of 64 bits. `real` is float32 where every number is exact in it (an OP2 in single precision, grids
 in the basic frame, loads of 1 K) and float64 otherwise: turn it into double precision before you compute with it.
+
+Numbers are finite: a writer MUST refuse NaN and infinity, except in a dataset whose meaning says what they stand for.
 
 Root attributes: `schema` (`tedm.<kind>`), `schema_version`, `tedm_version`, `command_line`, versions of Python and of
 the libraries. `/provenance` holds the configurations verbatim and the SHA-256 of every input; paths are relative to the
@@ -33,10 +54,14 @@ def document(kinds: Iterable[FileKind]) -> str:
     lines = _PREFACE.splitlines()
     for kind in kinds:
         lines += ["", f"## {kind.name}", "", f"Version {kind.version}, made by `{kind.made_by}`.", ""]
+        laws = [f"{dim} is {law}" for dim in kind.derived_dims if (law := kind.length_law(dim))]
+        names = [f"`{{{name}}}` is among `{path}`" for name, path in kind.families.items()]
+        lines += [f"{sentence}." for sentence in ("; ".join(laws), "; ".join(names)) if sentence]
+        lines += [""] * bool(laws or names)
         lines += ["| dataset | dimensions | type | unit | meaning |", "|---|---|---|---|---|"]
         for path, d in kind.datasets.items():
             dims = ", ".join(f"{n}={kind.fixed_dims[n]}" if n in kind.fixed_dims else n for n in d.dims) or "scalar"
             unit = "varies" if d.units is None else d.units
-            meaning = d.long_name + (f"; {d.frame}" if d.frame else "") + (" (optional)" if d.optional else "")
-            lines.append(f"| `{path}` | {dims} | {d.dtype} | {unit} | {meaning} |")
+            meaning = "; ".join([d.long_name, *([d.frame] if d.frame else []), *d.values.rules()])
+            lines.append(f"| `{path}` | {dims} | {d.dtype} | {unit} | {meaning}{' (optional)' if d.optional else ''} |")
     return "\n".join(lines) + "\n"

@@ -2,83 +2,156 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, TM_FRAME, Dataset, FileKind
+from tedm_cli.contracts.spec import BASIC, COUNT, FLAG, NAMES, TM_FRAME, AreaDatasets, Dataset, FileKind, Values
 
-DYNAMICS = FileKind(
+
+class DynamicsFile(FileKind):
+    """Its datasets by name; `DYNAMICS` is the kind of file."""
+
+    LABEL_COORDINATE = Dataset(
+        "/label/coordinate", ("coordinate",), "str", "1", "coordinates p: attitude, then each test mass", values=NAMES
+    )
+    LABEL_COORDINATE_UNIT = Dataset("/label/coordinate_unit", ("coordinate",), "str", "1", "unit of the coordinates")
+    LABEL_INPUT = Dataset(
+        "/label/input",
+        ("input",),
+        "str",
+        "1",
+        "forces and torques w on the spacecraft and each test mass",
+        values=NAMES,
+    )
+    LABEL_INPUT_UNIT = Dataset("/label/input_unit", ("input",), "str", "1", "unit of the inputs")
+    LABEL_BODY_COORDINATE = Dataset(
+        "/label/body_coordinate", ("body",), "str", "1", "rows and columns of M, K: spacecraft, then test masses"
+    )
+    LABEL_TM_MOTION = Dataset("/label/tm_motion", ("tm_motion",), "str", "1", "rows and columns of /stiffness/mutual")
+    SPACECRAFT_MASS = Dataset("/spacecraft/mass", (), "float", "kg", "mass without the test masses")
+    SPACECRAFT_INERTIA = Dataset(
+        "/spacecraft/inertia", ("xyz", "xyz_column"), "float", "kg m^2", "inertia about the centre", BASIC
+    )
+    SPACECRAFT_CENTRE_OF_MASS = Dataset(
+        "/spacecraft/centre_of_mass", ("xyz",), "float", "m", "centre of mass without the test masses", BASIC
+    )
+    TEST_MASS_NAME = Dataset(
+        "/test_mass/name", ("test_mass",), "str", "1", "names in the model; TM1 and TM2 in the labels", values=NAMES
+    )
+    TEST_MASS_MASS = Dataset("/test_mass/mass", ("test_mass",), "float", "kg", "mass")
+    TEST_MASS_INERTIA = Dataset(
+        "/test_mass/inertia", ("test_mass", "xyz"), "float", "kg m^2", "principal moments of inertia"
+    )
+    TEST_MASS_POSITION = Dataset("/test_mass/position", ("test_mass", "xyz"), "float", "m", "nominal centre", BASIC)
+    TEST_MASS_AXES = Dataset(
+        "/test_mass/axes", ("test_mass", "xyz", "xyz_column"), "float", "1", "unit vectors (rows)", BASIC
+    )
+    STIFFNESS_SOURCE = Dataset(
+        "/stiffness/source",
+        ("source",),
+        "str",
+        "1",
+        "what moves with the spacecraft, electrostatics last",
+        values=NAMES,
+    )
+    STIFFNESS_BY_SOURCE = Dataset(
+        "/stiffness/by_source",
+        ("test_mass", "source", "motion", "motion_column"),
+        "float",
+        None,
+        "force per mass and torque per moment by motion of the test mass; positive: destabilising",
+        TM_FRAME,
+    )
+    STIFFNESS_MUTUAL = Dataset(
+        "/stiffness/mutual",
+        ("tm_motion", "tm_motion_column"),
+        "float",
+        None,
+        "the same of the other test mass alone",
+        TM_FRAME,
+    )
+    M = Dataset("/M", ("body", "body_column"), "float", None, "mass matrix of M q'' = K q + U w")
+    K = Dataset("/K", ("body", "body_column"), "float", None, "stiffness of the 18 degrees of freedom")
+    U = Dataset("/U", ("body", "input"), "float", None, "inputs of the 18 degrees of freedom")
+    E = Dataset("/E", ("coordinate", "input"), "float", None, "p'' by w: p'' = K_p p + E w")
+    K_P = Dataset("/K_p", ("coordinate", "coordinate_column"), "float", None, "p'' by p")
+    CONTROLLER_ORIGIN = Dataset("/controller/origin", (), "str", "1", "the default loops, or the file of one's own")
+    CONTROLLER_PERIOD = Dataset("/controller/period", (), "float", "s", "sampling period; 0: continuous")
+    CONTROLLER_DELAY = Dataset(
+        "/controller/delay", (), "float", "s", "delay of all commands beside A, B, C, D of a sampled controller"
+    )
+    CONTROLLER_A = Dataset(
+        "/controller/A", ("state", "state_column"), "float", None, "controller, delays (Padé 3, 3) included"
+    )
+    CONTROLLER_B = Dataset("/controller/B", ("state", "coordinate"), "float", None, "by the read-outs y = p + n")
+    CONTROLLER_C = Dataset("/controller/C", ("input", "state"), "float", None, "commands u = C x + D y")
+    CONTROLLER_D = Dataset("/controller/D", ("input", "coordinate"), "float", None, "commands u = C x + D y")
+    ACTUATION = Dataset(
+        "/actuation",
+        ("input", "loop"),
+        "float",
+        None,
+        "u = - actuation x acceleration demands of the loops",
+        optional=True,
+    )
+    LOOP_NAME = Dataset(
+        "/loop/name", ("loop",), "str", "1", "where the loops are broken: by name, or at the read-outs", values=NAMES
+    )
+    LOOP_CROSSOVER = Dataset(
+        "/loop/crossover", ("loop",), "float", "Hz", "highest frequency of open-loop gain 1; nan: none", open_ended=True
+    )
+    LOOP_PHASE_MARGIN = Dataset(
+        "/loop/phase_margin",
+        ("loop",),
+        "float",
+        "deg",
+        "smallest, the other loops closed; infinite: no crossover",
+        open_ended=True,
+    )
+    LOOP_GAIN_MARGIN = Dataset(
+        "/loop/gain_margin", ("loop",), "float", "dB", "how much more gain is borne; infinite: any", open_ended=True
+    )
+    LOOP_GAIN_REDUCTION = Dataset(
+        "/loop/gain_reduction",
+        ("loop",),
+        "float",
+        "dB",
+        "how much less gain is borne (negative; infinite: any)",
+        open_ended=True,
+    )
+    LOOP_PEAK_SENSITIVITY = Dataset("/loop/peak_sensitivity", ("loop",), "float", "1", "largest 1 / |1 + L|")
+    LOOP_FREQUENCY = Dataset("/loop/frequency", ("loop_frequency",), "float", "Hz", "of the open loops")
+    LOOP_OPEN_REAL = Dataset(
+        "/loop/open_real", ("loop", "loop_frequency"), "float", "1", "open loop L, the others closed"
+    )
+    LOOP_OPEN_IMAGINARY = Dataset(
+        "/loop/open_imaginary", ("loop", "loop_frequency"), "float", "1", "open loop L, imaginary part"
+    )
+    POLE_REAL = Dataset("/pole/real", ("pole",), "float", "rad/s", "poles of the closed loop, real part")
+    POLE_IMAGINARY = Dataset("/pole/imaginary", ("pole",), "float", "rad/s", "poles of the closed loop, imaginary part")
+    LABEL_DISTURBANCE = Dataset(
+        "/label/disturbance",
+        ("disturbance",),
+        "str",
+        "1",
+        "w_ forces and torques, n_ read-out noise, s_ accelerations of the test masses",
+        values=NAMES,
+    )
+    LABEL_DISTURBANCE_UNIT = Dataset(
+        "/label/disturbance_unit", ("disturbance",), "str", "1", "unit of the disturbances"
+    )
+    NOISE_NAME = Dataset("/noise/name", ("noise",), "str", "1", "noise sources", values=NAMES)
+    NOISE_GROUP = Dataset("/noise/group", ("noise",), "str", "1", "group each is told with")
+    NOISE_SPECTRUM = Dataset("/noise/spectrum", ("noise",), "str", "1", "spectrum in words")
+    NOISE_ORIGIN = Dataset("/noise/origin", ("noise",), "str", "1", "where the level is from")
+    NOISE_GAIN = Dataset("/noise/gain", ("disturbance", "noise"), "float", None, "disturbances by the sources")
+    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller hears")
+    AT_REST = Dataset(
+        "/at_rest", ("tm_motion",), "float", None, "accelerations at rest that the actuation levels are from"
+    )
+
+
+DYNAMICS = DynamicsFile(
     "dynamics",
     1,
     "tedm build-dynamics",
-    {
-        "/label/coordinate": Dataset(("coordinate",), "str", "1", "coordinates p: attitude, then each test mass"),
-        "/label/coordinate_unit": Dataset(("coordinate",), "str", "1", "unit of the coordinates"),
-        "/label/input": Dataset(("input",), "str", "1", "forces and torques w on the spacecraft and each test mass"),
-        "/label/input_unit": Dataset(("input",), "str", "1", "unit of the inputs"),
-        "/label/body_coordinate": Dataset(
-            ("body",), "str", "1", "rows and columns of M, K: spacecraft, then test masses"
-        ),
-        "/label/tm_motion": Dataset(("tm_motion",), "str", "1", "rows and columns of /stiffness/mutual"),
-        "/spacecraft/mass": Dataset((), "float", "kg", "mass without the test masses"),
-        "/spacecraft/inertia": Dataset(("xyz", "xyz_column"), "float", "kg m^2", "inertia about the centre", BASIC),
-        "/spacecraft/centre_of_mass": Dataset(("xyz",), "float", "m", "centre of mass without the test masses", BASIC),
-        "/test_mass/name": Dataset(("test_mass",), "str", "1", "names in the model; TM1 and TM2 in the labels"),
-        "/test_mass/mass": Dataset(("test_mass",), "float", "kg", "mass"),
-        "/test_mass/inertia": Dataset(("test_mass", "xyz"), "float", "kg m^2", "principal moments of inertia"),
-        "/test_mass/position": Dataset(("test_mass", "xyz"), "float", "m", "nominal centre", BASIC),
-        "/test_mass/axes": Dataset(("test_mass", "xyz", "xyz_column"), "float", "1", "unit vectors (rows)", BASIC),
-        "/stiffness/source": Dataset(("source",), "str", "1", "what moves with the spacecraft, electrostatics last"),
-        "/stiffness/by_source": Dataset(
-            ("test_mass", "source", "motion", "motion_column"),
-            "float",
-            None,
-            "force per mass and torque per moment by motion of the test mass; positive: destabilising",
-            TM_FRAME,
-        ),
-        "/stiffness/mutual": Dataset(
-            ("tm_motion", "tm_motion_column"), "float", None, "the same of the other test mass alone", TM_FRAME
-        ),
-        "/M": Dataset(("body", "body_column"), "float", None, "mass matrix of M q'' = K q + U w"),
-        "/K": Dataset(("body", "body_column"), "float", None, "stiffness of the 18 degrees of freedom"),
-        "/U": Dataset(("body", "input"), "float", None, "inputs of the 18 degrees of freedom"),
-        "/E": Dataset(("coordinate", "input"), "float", None, "p'' by w: p'' = K_p p + E w"),
-        "/K_p": Dataset(("coordinate", "coordinate_column"), "float", None, "p'' by p"),
-        "/controller/origin": Dataset((), "str", "1", "the default loops, or the file of one's own"),
-        "/controller/period": Dataset((), "float", "s", "sampling period; 0: continuous"),
-        "/controller/delay": Dataset(
-            (), "float", "s", "delay of all commands beside A, B, C, D of a sampled controller"
-        ),
-        "/controller/A": Dataset(("state", "state_column"), "float", None, "controller, delays (Padé 3, 3) included"),
-        "/controller/B": Dataset(("state", "coordinate"), "float", None, "by the read-outs y = p + n"),
-        "/controller/C": Dataset(("input", "state"), "float", None, "commands u = C x + D y"),
-        "/controller/D": Dataset(("input", "coordinate"), "float", None, "commands u = C x + D y"),
-        "/actuation": Dataset(
-            ("input", "loop"), "float", None, "u = - actuation x acceleration demands of the loops", optional=True
-        ),
-        "/loop/name": Dataset(("loop",), "str", "1", "where the loops are broken: by name, or at the read-outs"),
-        "/loop/crossover": Dataset(("loop",), "float", "Hz", "highest frequency of open-loop gain 1; nan: none"),
-        "/loop/phase_margin": Dataset(("loop",), "float", "deg", "smallest, the other loops closed; inf: no crossover"),
-        "/loop/gain_margin": Dataset(("loop",), "float", "dB", "how much more gain is borne"),
-        "/loop/gain_reduction": Dataset(("loop",), "float", "dB", "how much less gain is borne (negative)"),
-        "/loop/peak_sensitivity": Dataset(("loop",), "float", "1", "largest 1 / |1 + L|"),
-        "/loop/frequency": Dataset(("loop_frequency",), "float", "Hz", "of the open loops"),
-        "/loop/open_real": Dataset(("loop", "loop_frequency"), "float", "1", "open loop L, the others closed"),
-        "/loop/open_imaginary": Dataset(("loop", "loop_frequency"), "float", "1", "open loop L, imaginary part"),
-        "/pole/real": Dataset(("pole",), "float", "rad/s", "poles of the closed loop, real part"),
-        "/pole/imaginary": Dataset(("pole",), "float", "rad/s", "poles of the closed loop, imaginary part"),
-        "/label/disturbance": Dataset(
-            ("disturbance",),
-            "str",
-            "1",
-            "w_ forces and torques, n_ read-out noise, s_ accelerations of the test masses",
-        ),
-        "/label/disturbance_unit": Dataset(("disturbance",), "str", "1", "unit of the disturbances"),
-        "/noise/name": Dataset(("noise",), "str", "1", "noise sources"),
-        "/noise/group": Dataset(("noise",), "str", "1", "group each is told with"),
-        "/noise/spectrum": Dataset(("noise",), "str", "1", "spectrum in words"),
-        "/noise/origin": Dataset(("noise",), "str", "1", "where the level is from"),
-        "/noise/gain": Dataset(("disturbance", "noise"), "float", None, "disturbances by the sources"),
-        "/read_out/set": Dataset((), "str", "1", "set of photodiodes that the controller hears"),
-        "/at_rest": Dataset(("tm_motion",), "float", None, "accelerations at rest that the actuation levels are from"),
-    },
     fixed_dims={
         "xyz": 3,
         "xyz_column": 3,
@@ -96,69 +169,145 @@ DYNAMICS = FileKind(
     },
 )
 
-SIMULATION = FileKind(
-    "simulation",
-    1,
-    "tedm simulate",
-    {
-        **AREAS,
-        "/case/id": Dataset((), "str", "1", "case whose temperatures act"),
-        "/case/title": Dataset((), "str", "1", "which temperatures move together"),
-        "/case/role": Dataset((), "str", "1", "likely in flight, possible, or diagnostic"),
-        "/case/safety_factor": Dataset((), "float", "1", "factor on amplitudes when judged (not applied to /psd)"),
-        "/temperature/model": Dataset((), "str", "1", "temperature model and its parameters"),
-        "/read_out/set": Dataset((), "str", "1", "set of photodiodes that the controller hears"),
-        "/frequency": Dataset(("frequency",), "float", "Hz", "frequency"),
-        "/output/label": Dataset(("output",), "str", "1", "outputs of the closed loop"),
-        "/output/unit": Dataset(("output",), "str", "1", "unit of the output"),
-        "/psd/{output}": Dataset(("frequency",), "float", None, "one-sided power spectral density of the output"),
-        "/group/name": Dataset(("group",), "str", "1", "groups of noise sources, the temperatures last"),
-        "/contribution/{group}/{output}": Dataset(("frequency",), "float", None, "part of a group in the PSD"),
-        "/thermal/incoherent/{output}": Dataset(
-            ("frequency",), "float", None, "PSD of the temperatures if gravity and read-out added without their phases"
-        ),
-        "/thermal/gravity/{output}": Dataset(("frequency",), "float", None, "PSD of the temperatures by gravity alone"),
-        "/source/name": Dataset(("source",), "str", "1", "noise sources"),
-        "/source/group": Dataset(("source",), "str", "1", "group of each source"),
-        "/verdict/requirement": Dataset(("verdict",), "str", "1", "requirement"),
-        "/verdict/output": Dataset(("verdict",), "str", "1", "output that is judged"),
-        "/verdict/ratio": Dataset(("verdict",), "float", "1", "largest ratio of safety factor x ASD to requirement"),
-        "/verdict/binding_frequency": Dataset(("verdict",), "float", "Hz", "frequency of the largest ratio"),
-        "/verdict/noise": Dataset(("verdict",), "float", None, "ASD there, without the safety factor"),
-        "/verdict/limit": Dataset(("verdict",), "float", None, "limit there"),
-        "/verdict/passed": Dataset(("verdict",), "int", "1", "1 where the ratio is at most 1"),
-        "/verdict/group_share": Dataset(("verdict", "group"), "float", "1", "part of the group in the PSD there"),
-        "/verdict/source_share": Dataset(("verdict", "source"), "float", "1", "part of the source in the PSD there"),
-        "/verdict/area_share": Dataset(("verdict", "area"), "float", "1", "signed part of the area in the PSD there"),
-        "/verdict/incoherent": Dataset(
-            ("verdict",), "float", "1", "temperatures there without the phases of gravity and read-out, over with them"
-        ),
-        "/improvement/silenced": Dataset(("verdict", "group"), "float", "1", "ratio without the group"),
-        "/improvement/factor": Dataset(
-            ("verdict", "group"),
-            "float",
-            "1",
-            "factor on the group's amplitude that just meets the requirement; inf: not felt, nan: not by it alone",
-        ),
-        "/requirement/name": Dataset(("requirement",), "str", "1", "requirements that were applied"),
-        "/requirement/source": Dataset(("requirement",), "str", "1", "document they are from"),
-        "/requirement/unit": Dataset(("requirement",), "str", "1", "unit of the amplitude"),
-        "/requirement/amplitude": Dataset(
-            ("requirement", "frequency"), "float", None, "limit on the ASD; nan outside the band"
-        ),
-        "/realisation/output": Dataset(("realised",), "str", "1", "outputs realised in time", optional=True),
-        "/realisation/frequency": Dataset(("bin",), "float", "Hz", "frequency of the estimate", optional=True),
-        "/realisation/psd": Dataset(
-            ("realised", "bin"), "float", None, "estimate of the one-sided PSD from a realisation", optional=True
-        ),
-        "/realisation/exact": Dataset(
-            ("realised", "bin"), "float", None, "its expectation by the exact spectra", optional=True
-        ),
-        "/realisation/degrees_of_freedom": Dataset(
-            ("bin",), "float", "1", "equivalent degrees of freedom of the estimate (chi-square)", optional=True
-        ),
-        "/realisation/rate": Dataset((), "float", "Hz", "samples per second of the realisation", optional=True),
-        "/realisation/samples": Dataset((), "int", "1", "samples of the realisation", optional=True),
-        "/realisation/seed": Dataset((), "int", "1", "seed of the random numbers", optional=True),
-    },
+
+class SimulationFile(AreaDatasets, FileKind):
+    """Its datasets by name; `SIMULATION` is the kind of file."""
+
+    CASE_ID = Dataset("/case/id", (), "str", "1", "case whose temperatures act")
+    CASE_TITLE = Dataset("/case/title", (), "str", "1", "which temperatures move together")
+    CASE_ROLE = Dataset(
+        "/case/role",
+        (),
+        "str",
+        "1",
+        "likely in flight, possible, or diagnostic",
+        values=Values(words=("likely", "possible", "diagnostic")),
+    )
+    CASE_SAFETY_FACTOR = Dataset(
+        "/case/safety_factor", (), "float", "1", "factor on amplitudes when judged (not applied to /psd)"
+    )
+    TEMPERATURE_MODEL = Dataset("/temperature/model", (), "str", "1", "temperature model and its parameters")
+    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller hears")
+    FREQUENCY = Dataset("/frequency", ("frequency",), "float", "Hz", "frequency")
+    OUTPUT_LABEL = Dataset("/output/label", ("output",), "str", "1", "outputs of the closed loop", values=NAMES)
+    OUTPUT_UNIT = Dataset("/output/unit", ("output",), "str", "1", "unit of the output")
+    PSD = Dataset("/psd/{output}", ("frequency",), "float", None, "one-sided power spectral density of the output")
+    GROUP_NAME = Dataset(
+        "/group/name", ("group",), "str", "1", "groups of noise sources, the temperatures last", values=NAMES
+    )
+    CONTRIBUTION = Dataset(
+        "/contribution/{group}/{output}", ("frequency",), "float", None, "part of a group in the PSD"
+    )
+    THERMAL_INCOHERENT = Dataset(
+        "/thermal/incoherent/{output}",
+        ("frequency",),
+        "float",
+        None,
+        "PSD of the temperatures if gravity and read-out added without their phases",
+    )
+    THERMAL_GRAVITY = Dataset(
+        "/thermal/gravity/{output}", ("frequency",), "float", None, "PSD of the temperatures by gravity alone"
+    )
+    SOURCE_NAME = Dataset("/source/name", ("source",), "str", "1", "noise sources", values=NAMES)
+    SOURCE_GROUP = Dataset(
+        "/source/group", ("source",), "str", "1", "group of each source", values=Values(of="/group/name")
+    )
+    VERDICT_REQUIREMENT = Dataset(
+        "/verdict/requirement", ("verdict",), "str", "1", "requirement", values=Values(of="/requirement/name")
+    )
+    VERDICT_OUTPUT = Dataset(
+        "/verdict/output", ("verdict",), "str", "1", "output that is judged", values=Values(of="/output/label")
+    )
+    VERDICT_RATIO = Dataset(
+        "/verdict/ratio", ("verdict",), "float", "1", "largest ratio of safety factor x ASD to requirement"
+    )
+    VERDICT_BINDING_FREQUENCY = Dataset(
+        "/verdict/binding_frequency", ("verdict",), "float", "Hz", "frequency of the largest ratio"
+    )
+    VERDICT_NOISE = Dataset("/verdict/noise", ("verdict",), "float", None, "ASD there, without the safety factor")
+    VERDICT_LIMIT = Dataset("/verdict/limit", ("verdict",), "float", None, "limit there")
+    VERDICT_PASSED = Dataset("/verdict/passed", ("verdict",), "int", "1", "1 where the ratio is at most 1", values=FLAG)
+    VERDICT_GROUP_SHARE = Dataset(
+        "/verdict/group_share", ("verdict", "group"), "float", "1", "part of the group in the PSD there"
+    )
+    VERDICT_SOURCE_SHARE = Dataset(
+        "/verdict/source_share", ("verdict", "source"), "float", "1", "part of the source in the PSD there"
+    )
+    VERDICT_AREA_SHARE = Dataset(
+        "/verdict/area_share", ("verdict", "area"), "float", "1", "signed part of the area in the PSD there"
+    )
+    VERDICT_INCOHERENT = Dataset(
+        "/verdict/incoherent",
+        ("verdict",),
+        "float",
+        "1",
+        "temperatures there without the phases of gravity and read-out over with them; nan: none",
+        open_ended=True,
+    )
+    IMPROVEMENT_SILENCED = Dataset(
+        "/improvement/silenced", ("verdict", "group"), "float", "1", "ratio without the group"
+    )
+    IMPROVEMENT_FACTOR = Dataset(
+        "/improvement/factor",
+        ("verdict", "group"),
+        "float",
+        "1",
+        "factor on the group's amplitude that just meets the requirement; inf: not felt, nan: not by it alone",
+        open_ended=True,
+    )
+    REQUIREMENT_NAME = Dataset("/requirement/name", ("requirement",), "str", "1", "requirements that were applied")
+    REQUIREMENT_SOURCE = Dataset("/requirement/source", ("requirement",), "str", "1", "document they are from")
+    REQUIREMENT_UNIT = Dataset("/requirement/unit", ("requirement",), "str", "1", "unit of the amplitude")
+    REQUIREMENT_AMPLITUDE = Dataset(
+        "/requirement/amplitude",
+        ("requirement", "frequency"),
+        "float",
+        None,
+        "limit on the ASD; nan outside the band",
+        open_ended=True,
+    )
+    REALISATION_OUTPUT = Dataset(
+        "/realisation/output",
+        ("realised",),
+        "str",
+        "1",
+        "outputs realised in time",
+        optional=True,
+        values=Values(of="/output/label"),
+    )
+    REALISATION_FREQUENCY = Dataset(
+        "/realisation/frequency", ("bin",), "float", "Hz", "frequency of the estimate", optional=True
+    )
+    REALISATION_PSD = Dataset(
+        "/realisation/psd",
+        ("realised", "bin"),
+        "float",
+        None,
+        "estimate of the one-sided PSD from a realisation",
+        optional=True,
+    )
+    REALISATION_EXACT = Dataset(
+        "/realisation/exact", ("realised", "bin"), "float", None, "its expectation by the exact spectra", optional=True
+    )
+    REALISATION_DEGREES_OF_FREEDOM = Dataset(
+        "/realisation/degrees_of_freedom",
+        ("bin",),
+        "float",
+        "1",
+        "equivalent degrees of freedom of the estimate (chi-square)",
+        optional=True,
+    )
+    REALISATION_RATE = Dataset(
+        "/realisation/rate", (), "float", "Hz", "samples per second of the realisation", optional=True
+    )
+    REALISATION_SAMPLES = Dataset(
+        "/realisation/samples", (), "int", "1", "samples of the realisation", optional=True, values=COUNT
+    )
+    REALISATION_SEED = Dataset(
+        "/realisation/seed", (), "int", "1", "seed of the random numbers", optional=True, values=COUNT
+    )
+
+
+SIMULATION = SimulationFile(
+    "simulation", 1, "tedm simulate", families={"output": "/output/label", "group": "/group/name"}
 )

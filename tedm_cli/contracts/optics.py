@@ -2,74 +2,168 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, LAYOUT, Dataset, FileKind
+from tedm_cli.contracts.spec import COUNT, DOFS, LAYOUT, MOTIONS, NAMES, AreaDatasets, Dataset, FileKind, Values
 
-OPTICS = FileKind(
+_UNITS = Values(words=("m", "rad"))
+
+
+class OpticsFile(AreaDatasets, FileKind):
+    """Its datasets by name; `OPTICS` is the kind of file."""
+
+    S_BW = Dataset("/S_BW", ("ray_output", "element_dof"), "float", None, "optical sensitivity matrix", LAYOUT)
+    P = Dataset("/P", ("laser_output", "ray_output"), "float", None, "optics law: photodiode outputs to read-out")
+    O_IDEAL = Dataset(
+        "/O_ideal", ("laser_output", "test_mass_dof"), "float", None, "test mass motion to laser read-out"
+    )
+    D = Dataset("/D", ("laser_output", "area"), "float", None, "laser read-out per kelvin of an area")
+    N = Dataset("/N/{set}", ("read_out", "area"), "float", None, "read-out noise per kelvin of an area")
+    N_RIGID = Dataset(
+        "/N_rigid/{set}",
+        ("read_out", "area"),
+        "float",
+        None,
+        "part of N: the bench moves as one against the test masses",
+    )
+    N_DISTORTION = Dataset(
+        "/N_distortion/{set}", ("read_out", "area"), "float", None, "part of N: the rest, the bench distorts"
+    )
+    MOTION = Dataset(
+        "/motion",
+        ("element_dof", "area"),
+        "float",
+        None,
+        "motion of the elements at their grids per kelvin of an area; of a test mass that of its expanding face",
+        LAYOUT,
+    )
+    RIGID_MOTION = Dataset(
+        "/rigid_motion",
+        ("element_dof", "area"),
+        "float",
+        None,
+        "the part of it in which the bench moves as one",
+        LAYOUT,
+    )
+    INVERSE = Dataset(
+        "/inverse/{set}",
+        ("read_out", "laser_output"),
+        "float",
+        None,
+        "laser read-out to test mass motion: N = inverse D",
+    )
+    GAIN = Dataset(
+        "/gain/{set}",
+        ("read_out", "element_dof"),
+        "float",
+        None,
+        "motion of an element at its grid to read-out: N = gain motion",
+    )
+    COMMON_MODE_MOTION = Dataset(
+        "/common_mode/motion",
+        ("rigid_motion", "area"),
+        "float",
+        None,
+        "rigid motion nearest to that of the bench: ux uy uz rx ry rz",
+        LAYOUT,
+    )
+    COMMON_MODE_ABOUT = Dataset("/common_mode/about", ("xyz",), "float", "m", "point whose translation that is", LAYOUT)
+    LABEL_RAY_OUTPUT = Dataset(
+        "/label/ray_output",
+        ("ray_output",),
+        "str",
+        "1",
+        "rows of S_BW",
+        values=Values(ends=("x", "y", "opl", "z1", "z2"), unique=True),
+    )
+    LABEL_RAY_OUTPUT_UNIT = Dataset(
+        "/label/ray_output_unit", ("ray_output",), "str", "1", "unit of the rows of S_BW", values=_UNITS
+    )
+    LABEL_ELEMENT_DOF = Dataset(
+        "/label/element_dof",
+        ("element_dof",),
+        "str",
+        "1",
+        "columns of S_BW (m, rad)",
+        values=Values(parts_of="/element/name", ends=MOTIONS, unique=True),
+    )
+    LABEL_LASER_OUTPUT = Dataset(
+        "/label/laser_output",
+        ("laser_output",),
+        "str",
+        "1",
+        "rows of P, O_ideal and D",
+        values=Values(ends=("OPD", "WFT1", "WFT2"), unique=True),
+    )
+    LABEL_LASER_OUTPUT_UNIT = Dataset(
+        "/label/laser_output_unit", ("laser_output",), "str", "1", "unit of the rows of P, O_ideal and D", values=_UNITS
+    )
+    LABEL_TEST_MASS_DOF = Dataset(
+        "/label/test_mass_dof",
+        ("test_mass_dof",),
+        "str",
+        "1",
+        "columns of O_ideal (m, rad)",
+        values=Values(of="/element/name", ends=MOTIONS, unique=True),
+    )
+    LABEL_READ_OUT = Dataset(
+        "/label/read_out",
+        ("read_out",),
+        "str",
+        "1",
+        "rows of N",
+        values=Values(of="/element/name", ends=DOFS, unique=True),
+    )
+    LABEL_READ_OUT_UNIT = Dataset(
+        "/label/read_out_unit", ("read_out",), "str", "1", "unit of the read-out", values=_UNITS
+    )
+    SET_NAME = Dataset("/set/name", ("set",), "str", "1", "redundant sets of photodiodes", values=NAMES)
+    SET_CONDITION = Dataset("/set/condition", ("set",), "float", "1", "condition number of O of the set (m, rad)")
+    RANK = Dataset("/rank", (), "int", "1", "rank of O_ideal", values=COUNT)
+    SINGULAR_VALUES = Dataset(
+        "/singular_values", ("test_mass_dof_singular",), "float", "1", "singular values of O_ideal"
+    )
+    RESIDUAL_NAME = Dataset(
+        "/residual/name", ("residual",), "str", "1", "invariance that the matrices must keep", values=NAMES
+    )
+    RESIDUAL_VALUE = Dataset("/residual/value", ("residual",), "float", "1", "dimensionless residual of the invariance")
+    RESIDUAL_LIMIT = Dataset(
+        "/residual/limit",
+        ("residual",),
+        "float",
+        "1",
+        "largest residual allowed; infinite: not judged",
+        open_ended=True,
+    )
+    ORIGIN_S_BW = Dataset(
+        "/origin/S_BW", (), "str", "1", "where S_BW comes from: ray trace, or the name of an imported file"
+    )
+    ORIGIN_P = Dataset("/origin/P", (), "str", "1", "where P comes from: layout, or the name of an imported file")
+    ELEMENT_NAME = Dataset(
+        "/element/name",
+        ("element",),
+        "str",
+        "1",
+        "optical elements and test masses, six columns of S_BW each",
+        values=NAMES,
+    )
+    ELEMENT_PIVOT = Dataset(
+        "/element/pivot", ("element", "xyz"), "float", "m", "point that the rotations of each element are about", LAYOUT
+    )
+    REFERENCE_POINT_OFFSET = Dataset(
+        "/reference_point_offset",
+        ("optical", "xyz"),
+        "float",
+        "m",
+        "layout reference point minus finite-element grid",
+        LAYOUT,
+    )
+    OPTICAL_NAME = Dataset("/optical/name", ("optical",), "str", "1", "optical element", values=NAMES)
+
+
+OPTICS = OpticsFile(
     "optics",
-    2,
+    3,
     "tedm build-optics",
-    {
-        **AREAS,
-        "/S_BW": Dataset(("ray_output", "element_dof"), "float", None, "optical sensitivity matrix", LAYOUT),
-        "/P": Dataset(("laser_output", "ray_output"), "float", None, "optics law: photodiode outputs to read-out"),
-        "/O_ideal": Dataset(("laser_output", "test_mass_dof"), "float", None, "test mass motion to laser read-out"),
-        "/D": Dataset(("laser_output", "area"), "float", None, "laser read-out per kelvin of an area"),
-        "/N/{set}": Dataset(("read_out", "area"), "float", None, "read-out noise per kelvin of an area"),
-        "/N_rigid/{set}": Dataset(
-            ("read_out", "area"), "float", None, "part of N: the bench moves as one against the test masses"
-        ),
-        "/N_distortion/{set}": Dataset(("read_out", "area"), "float", None, "part of N: the rest, the bench distorts"),
-        "/motion": Dataset(
-            ("element_dof", "area"),
-            "float",
-            None,
-            "motion of the elements at their grids per kelvin of an area; of a test mass that of its expanding face",
-            LAYOUT,
-        ),
-        "/rigid_motion": Dataset(
-            ("element_dof", "area"), "float", None, "the part of it in which the bench moves as one", LAYOUT
-        ),
-        "/inverse/{set}": Dataset(
-            ("read_out", "laser_output"), "float", None, "laser read-out to test mass motion: N = inverse D"
-        ),
-        "/gain/{set}": Dataset(
-            ("read_out", "element_dof"), "float", None, "motion of an element at its grid to read-out: N = gain motion"
-        ),
-        "/common_mode/motion": Dataset(
-            ("rigid_motion", "area"),
-            "float",
-            None,
-            "rigid motion nearest to that of the bench: ux uy uz rx ry rz",
-            LAYOUT,
-        ),
-        "/common_mode/about": Dataset(("xyz",), "float", "m", "point whose translation that is", LAYOUT),
-        "/label/ray_output": Dataset(("ray_output",), "str", "1", "rows of S_BW"),
-        "/label/ray_output_unit": Dataset(("ray_output",), "str", "1", "unit of the rows of S_BW"),
-        "/label/element_dof": Dataset(("element_dof",), "str", "1", "columns of S_BW (m, rad)"),
-        "/label/laser_output": Dataset(("laser_output",), "str", "1", "rows of P, O_ideal and D"),
-        "/label/laser_output_unit": Dataset(("laser_output",), "str", "1", "unit of the rows of P, O_ideal and D"),
-        "/label/test_mass_dof": Dataset(("test_mass_dof",), "str", "1", "columns of O_ideal (m, rad)"),
-        "/label/read_out": Dataset(("read_out",), "str", "1", "rows of N"),
-        "/label/read_out_unit": Dataset(("read_out",), "str", "1", "unit of the read-out"),
-        "/set/name": Dataset(("set",), "str", "1", "redundant sets of photodiodes"),
-        "/set/condition": Dataset(("set",), "float", "1", "condition number of O of the set (m, rad)"),
-        "/rank": Dataset((), "int", "1", "rank of O_ideal"),
-        "/singular_values": Dataset(("test_mass_dof_singular",), "float", "1", "singular values of O_ideal"),
-        "/residual/name": Dataset(("residual",), "str", "1", "invariance that the matrices must keep"),
-        "/residual/value": Dataset(("residual",), "float", "1", "dimensionless residual of the invariance"),
-        "/residual/limit": Dataset(("residual",), "float", "1", "largest residual allowed; infinite: not judged"),
-        "/origin/S_BW": Dataset((), "str", "1", "where S_BW comes from: ray trace, or the name of an imported file"),
-        "/origin/P": Dataset((), "str", "1", "where P comes from: layout, or the name of an imported file"),
-        "/element/name": Dataset(
-            ("element",), "str", "1", "optical elements and test masses, six columns of S_BW each"
-        ),
-        "/element/pivot": Dataset(
-            ("element", "xyz"), "float", "m", "point that the rotations of each element are about", LAYOUT
-        ),
-        "/reference_point_offset": Dataset(
-            ("optical", "xyz"), "float", "m", "layout reference point minus finite-element grid", LAYOUT
-        ),
-        "/optical/name": Dataset(("optical",), "str", "1", "optical element"),
-    },
     fixed_dims={"xyz": 3, "rigid_motion": 6},
+    derived_dims={"element_dof": ("element", 6, 0)},
+    families={"set": "/set/name"},
 )

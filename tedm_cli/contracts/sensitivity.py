@@ -2,126 +2,257 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, BASIC, GRID, TM_FRAME, Dataset, FileKind
+from tedm_cli.contracts.spec import (
+    ACCELERATIONS,
+    BASIC,
+    COUNT,
+    DOFS,
+    FLAG,
+    NAMES,
+    TM_FRAME,
+    AreaDatasets,
+    Dataset,
+    FileKind,
+    GridIds,
+    Values,
+)
 
-SENSITIVITY = FileKind(
+
+class SensitivityFile(AreaDatasets, GridIds, FileKind):
+    """Its datasets by name; `SENSITIVITY` is the kind of file."""
+
+    AREA_CENTROID = Dataset(
+        "/area/centroid", ("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC, True
+    )
+    S = Dataset("/S", ("row", "area"), "float", None, "self-gravity sensitivity matrix [S_SG]", TM_FRAME)
+    ROW_LABEL = Dataset(
+        "/row/label",
+        ("row",),
+        "str",
+        "1",
+        "output of each row of S and of the operator",
+        values=Values(of="/test_mass/name", ends=ACCELERATIONS, unique=True),
+    )
+    ROW_UNIT = Dataset(
+        "/row/unit", ("row",), "str", "1", "unit of each row of S", values=Values(words=("m/s^2/K", "rad/s^2/K"))
+    )
+    TEST_MASS_NAME = Dataset("/test_mass/name", ("test_mass",), "str", "1", "name of the test mass", values=NAMES)
+    TEST_MASS_POSITION = Dataset(
+        "/test_mass/position", ("test_mass", "xyz"), "float", "m", "centre of the test mass", BASIC
+    )
+    TEST_MASS_SIDE = Dataset("/test_mass/side", ("test_mass", "xyz"), "float", "m", "edge lengths")
+    TEST_MASS_MASS = Dataset("/test_mass/mass", ("test_mass",), "float", "kg", "mass")
+    TEST_MASS_AXES = Dataset(
+        "/test_mass/axes",
+        ("test_mass", "xyz", "xyz_column"),
+        "float",
+        "1",
+        "unit vectors of the test mass frame (rows)",
+        BASIC,
+    )
+    SOURCE_NAME = Dataset(
+        "/source/name",
+        ("source",),
+        "str",
+        "1",
+        "what pulls",
+        values=Values(unique=True, words=("structure", "other test mass", "compensation masses")),
+    )
+    SOURCE_QUADRATURE_ERROR = Dataset(
+        "/source/quadrature_error",
+        ("test_mass", "source"),
+        "float",
+        "1",
+        "quadrature error: tolerance per element for the structure (nan: lumped), estimate for the others",
+        open_ended=True,
+    )
+    SOURCE_POINTS = Dataset(
+        "/source/points", ("test_mass", "source"), "int", "1", "points the source is made of", values=COUNT
+    )
+    SOURCE_MASS_MODEL = Dataset(
+        "/source/mass_model",
+        (),
+        "str",
+        "1",
+        "how the structure's mass is represented",
+        values=Values(words=("quadrature", "lumped")),
+    )
+    DC_ACCELERATION = Dataset(
+        "/dc/acceleration",
+        ("test_mass", "source", "xyz"),
+        "float",
+        "m/s^2",
+        "acceleration of the test mass at rest",
+        TM_FRAME,
+    )
+    DC_ANGULAR_ACCELERATION = Dataset(
+        "/dc/angular_acceleration",
+        ("test_mass", "source", "xyz"),
+        "float",
+        "rad/s^2",
+        "angular acceleration of the test mass at rest",
+        TM_FRAME,
+    )
+    STIFFNESS_GAMMA_LIN = Dataset(
+        "/stiffness/gamma_lin",
+        ("test_mass", "source", "xyz", "xyz_column"),
+        "float",
+        "1/s^2",
+        "force by test mass translation",
+        TM_FRAME,
+    )
+    STIFFNESS_OMEGA_LIN = Dataset(
+        "/stiffness/omega_lin",
+        ("test_mass", "source", "xyz", "xyz_column"),
+        "float",
+        "1/(m s^2)",
+        "torque by test mass translation",
+        TM_FRAME,
+    )
+    STIFFNESS_GAMMA_ANG = Dataset(
+        "/stiffness/gamma_ang",
+        ("test_mass", "source", "xyz", "xyz_column"),
+        "float",
+        "m/(s^2 rad)",
+        "force by test mass rotation",
+        TM_FRAME,
+    )
+    STIFFNESS_OMEGA_ANG = Dataset(
+        "/stiffness/omega_ang",
+        ("test_mass", "source", "xyz", "xyz_column"),
+        "float",
+        "1/(s^2 rad)",
+        "torque by test mass rotation",
+        TM_FRAME,
+    )
+    STIFFNESS_LINEARISED = Dataset(
+        "/stiffness/linearised",
+        ("tm_output", "tm_motion"),
+        "float",
+        None,
+        "linearised equations of motion of all test masses: (F/M, T/I) by small translations and rotations",
+        TM_FRAME,
+    )
+    LABEL_TM_OUTPUT = Dataset(
+        "/label/tm_output",
+        ("tm_output",),
+        "str",
+        "1",
+        "rows of /stiffness/linearised",
+        values=Values(of="/test_mass/name", ends=ACCELERATIONS, unique=True),
+    )
+    LABEL_TM_OUTPUT_UNIT = Dataset(
+        "/label/tm_output_unit",
+        ("tm_output",),
+        "str",
+        "1",
+        "unit of the rows",
+        values=Values(words=("m/s^2", "rad/s^2")),
+    )
+    LABEL_TM_MOTION = Dataset(
+        "/label/tm_motion",
+        ("tm_motion",),
+        "str",
+        "1",
+        "columns of /stiffness/linearised",
+        values=Values(of="/test_mass/name", ends=DOFS, unique=True),
+    )
+    LABEL_TM_MOTION_UNIT = Dataset(
+        "/label/tm_motion_unit", ("tm_motion",), "str", "1", "unit of the columns", values=Values(words=("m", "rad"))
+    )
+    OPERATOR_G = Dataset(
+        "/operator/G",
+        ("row", "node", "xyz"),
+        "float",
+        None,
+        "operator of S = -G D: rows in /row, displacement in basic frame",
+        BASIC,
+    )
+    OPERATOR_OFFSET_NODE = Dataset(
+        "/operator/offset_node",
+        ("offset_node",),
+        "int",
+        "1",
+        "rows of /grid that G_rotation is about",
+        values=Values(rows_of="node", ascending=True),
+    )
+    OPERATOR_G_ROTATION = Dataset(
+        "/operator/G_rotation",
+        ("row", "offset_node", "xyz"),
+        "float",
+        None,
+        "part of the operator that the rotations of these grids contribute",
+        BASIC,
+    )
+    AREA_CONTRIBUTION_ACCELERATION = Dataset(
+        "/area_contribution/acceleration",
+        ("test_mass", "area", "xyz"),
+        "float",
+        "m/s^2",
+        "part of the DC acceleration made by the mass that its grids carry",
+        TM_FRAME,
+    )
+    AREA_CONTRIBUTION_ANGULAR_ACCELERATION = Dataset(
+        "/area_contribution/angular_acceleration",
+        ("test_mass", "area", "xyz"),
+        "float",
+        "rad/s^2",
+        "part of the DC angular acceleration that an area's mass makes",
+        TM_FRAME,
+    )
+    AREA_CONTRIBUTION_GAMMA_LIN = Dataset(
+        "/area_contribution/gamma_lin",
+        ("test_mass", "area", "xyz", "xyz_column"),
+        "float",
+        "1/s^2",
+        "part of the force by test mass translation that an area's mass makes",
+        TM_FRAME,
+    )
+    DC_VERDICT_TEST_MASS = Dataset(
+        "/dc_verdict/test_mass", ("dc_verdict",), "str", "1", "test mass", values=Values(of="/test_mass/name")
+    )
+    DC_VERDICT_QUANTITY = Dataset(
+        "/dc_verdict/quantity",
+        ("dc_verdict",),
+        "str",
+        "1",
+        "judged quantity at rest",
+        values=Values(words=("gamma_xx", "a_x", "a_y", "a_z", "omegadot_theta", "omegadot_eta", "omegadot_phi")),
+    )
+    DC_VERDICT_SUBSYSTEM = Dataset(
+        "/dc_verdict/subsystem",
+        ("dc_verdict",),
+        "str",
+        "1",
+        "inertial sensor of the test mass (IS), rest of the model (LTP), or both",
+        values=Values(words=("IS", "LTP", "IS+LTP")),
+    )
+    DC_VERDICT_UNIT = Dataset(
+        "/dc_verdict/unit",
+        ("dc_verdict",),
+        "str",
+        "1",
+        "unit of value, lower and upper",
+        values=Values(words=("1/s^2", "m/s^2", "rad/s^2")),
+    )
+    DC_VERDICT_VALUE = Dataset("/dc_verdict/value", ("dc_verdict",), "float", None, "value of the quantity", TM_FRAME)
+    DC_VERDICT_LOWER = Dataset("/dc_verdict/lower", ("dc_verdict",), "float", None, "lower end of the allocated range")
+    DC_VERDICT_UPPER = Dataset("/dc_verdict/upper", ("dc_verdict",), "float", None, "upper end of the allocated range")
+    DC_VERDICT_RATIO = Dataset(
+        "/dc_verdict/ratio", ("dc_verdict",), "float", "1", "value over the end of the range on its side"
+    )
+    DC_VERDICT_PASSED = Dataset(
+        "/dc_verdict/passed", ("dc_verdict",), "int", "1", "1 where the value is within the range", values=FLAG
+    )
+
+
+SENSITIVITY = SensitivityFile(
     "sensitivity",
-    2,
+    3,
     "tedm build-sensitivity",
-    {
-        "/grid/id": GRID["/grid/id"],
-        **AREAS,
-        "/area/centroid": Dataset(("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC, True),
-        "/S": Dataset(("row", "area"), "float", None, "self-gravity sensitivity matrix [S_SG]", TM_FRAME),
-        "/row/label": Dataset(("row",), "str", "1", "output of each row of S and of the operator"),
-        "/row/unit": Dataset(("row",), "str", "1", "unit of each row of S"),
-        "/test_mass/name": Dataset(("test_mass",), "str", "1", "name of the test mass"),
-        "/test_mass/position": Dataset(("test_mass", "xyz"), "float", "m", "centre of the test mass", BASIC),
-        "/test_mass/side": Dataset(("test_mass", "xyz"), "float", "m", "edge lengths"),
-        "/test_mass/mass": Dataset(("test_mass",), "float", "kg", "mass"),
-        "/test_mass/axes": Dataset(
-            ("test_mass", "xyz", "xyz_column"), "float", "1", "unit vectors of the test mass frame (rows)", BASIC
-        ),
-        "/source/name": Dataset(("source",), "str", "1", "what pulls: structure, other test mass, compensation masses"),
-        "/source/quadrature_error": Dataset(
-            ("test_mass", "source"),
-            "float",
-            "1",
-            "quadrature error: tolerance per element for the structure (nan: lumped), estimate for the others",
-        ),
-        "/source/points": Dataset(("test_mass", "source"), "int", "1", "points the source is made of"),
-        "/source/mass_model": Dataset((), "str", "1", "how the structure's mass is represented: quadrature or lumped"),
-        "/dc/acceleration": Dataset(
-            ("test_mass", "source", "xyz"), "float", "m/s^2", "acceleration of the test mass at rest", TM_FRAME
-        ),
-        "/dc/angular_acceleration": Dataset(
-            ("test_mass", "source", "xyz"),
-            "float",
-            "rad/s^2",
-            "angular acceleration of the test mass at rest",
-            TM_FRAME,
-        ),
-        "/stiffness/gamma_lin": Dataset(
-            ("test_mass", "source", "xyz", "xyz_column"), "float", "1/s^2", "force by test mass translation", TM_FRAME
-        ),
-        "/stiffness/omega_lin": Dataset(
-            ("test_mass", "source", "xyz", "xyz_column"),
-            "float",
-            "1/(m s^2)",
-            "torque by test mass translation",
-            TM_FRAME,
-        ),
-        "/stiffness/gamma_ang": Dataset(
-            ("test_mass", "source", "xyz", "xyz_column"),
-            "float",
-            "m/(s^2 rad)",
-            "force by test mass rotation",
-            TM_FRAME,
-        ),
-        "/stiffness/omega_ang": Dataset(
-            ("test_mass", "source", "xyz", "xyz_column"),
-            "float",
-            "1/(s^2 rad)",
-            "torque by test mass rotation",
-            TM_FRAME,
-        ),
-        "/stiffness/linearised": Dataset(
-            ("tm_output", "tm_motion"),
-            "float",
-            None,
-            "linearised equations of motion of all test masses: (F/M, T/I) by small translations and rotations",
-            TM_FRAME,
-        ),
-        "/label/tm_output": Dataset(("tm_output",), "str", "1", "rows of /stiffness/linearised"),
-        "/label/tm_output_unit": Dataset(("tm_output",), "str", "1", "unit of the rows"),
-        "/label/tm_motion": Dataset(("tm_motion",), "str", "1", "columns of /stiffness/linearised"),
-        "/label/tm_motion_unit": Dataset(("tm_motion",), "str", "1", "unit of the columns"),
-        "/operator/G": Dataset(
-            ("row", "node", "xyz"),
-            "float",
-            None,
-            "operator of S = -G D: rows in /row, displacement in basic frame",
-            BASIC,
-        ),
-        "/operator/offset_node": Dataset(("offset_node",), "int", "1", "rows of /grid that G_rotation is about"),
-        "/operator/G_rotation": Dataset(
-            ("row", "offset_node", "xyz"),
-            "float",
-            None,
-            "part of the operator that the rotations of these grids contribute",
-            BASIC,
-        ),
-        "/area_contribution/acceleration": Dataset(
-            ("test_mass", "area", "xyz"),
-            "float",
-            "m/s^2",
-            "part of the DC acceleration made by the mass that its grids carry",
-            TM_FRAME,
-        ),
-        "/area_contribution/angular_acceleration": Dataset(
-            ("test_mass", "area", "xyz"),
-            "float",
-            "rad/s^2",
-            "part of the DC angular acceleration that an area's mass makes",
-            TM_FRAME,
-        ),
-        "/area_contribution/gamma_lin": Dataset(
-            ("test_mass", "area", "xyz", "xyz_column"),
-            "float",
-            "1/s^2",
-            "part of the force by test mass translation that an area's mass makes",
-            TM_FRAME,
-        ),
-        "/dc_verdict/test_mass": Dataset(("dc_verdict",), "str", "1", "test mass"),
-        "/dc_verdict/quantity": Dataset(("dc_verdict",), "str", "1", "judged quantity at rest"),
-        "/dc_verdict/subsystem": Dataset(
-            ("dc_verdict",), "str", "1", "inertial sensor of the test mass (IS), rest of the model (LTP), or both"
-        ),
-        "/dc_verdict/unit": Dataset(("dc_verdict",), "str", "1", "unit of value, lower and upper"),
-        "/dc_verdict/value": Dataset(("dc_verdict",), "float", None, "value of the quantity", TM_FRAME),
-        "/dc_verdict/lower": Dataset(("dc_verdict",), "float", None, "lower end of the allocated range"),
-        "/dc_verdict/upper": Dataset(("dc_verdict",), "float", None, "upper end of the allocated range"),
-        "/dc_verdict/ratio": Dataset(("dc_verdict",), "float", "1", "value over the end of the range on its side"),
-        "/dc_verdict/passed": Dataset(("dc_verdict",), "int", "1", "1 where the value is within the range"),
+    derived_dims={
+        "row": ("test_mass", 6, 0),
+        "tm_output": ("test_mass", 6, 0),
+        "tm_motion": ("test_mass", 6, 0),
     },
 )

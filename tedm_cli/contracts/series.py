@@ -2,40 +2,63 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import AREAS, Dataset, FileKind
+from tedm_cli.contracts.spec import FLAG, NAMES, QUANTITIES, AreaDatasets, Dataset, FileKind, Values
 
-SERIES = FileKind(
-    "series",
-    1,
-    "tedm run-series",
-    {
-        **AREAS,
-        "/temperature/column": Dataset(
-            ("area",), "str", "1", "column of the temperature series that the area follows; empty: constant"
-        ),
-        "/temperature/source": Dataset((), "str", "1", "name of the temperature series and of its file"),
-        "/temperature/treatment": Dataset((), "str", "1", "what was removed and how the series was resampled"),
-        "/time": Dataset(("sample",), "float", "s", "time of the samples"),
-        "/output/label": Dataset(("output",), "str", "1", "outputs"),
-        "/output/unit": Dataset(("output",), "str", "1", "unit of the output"),
-        "/output/kind": Dataset(("output",), "str", "1", "quantity of the output"),
-        "/output/rms": Dataset(("output",), "float", None, "root mean square of the series"),
-        "/output/peak": Dataset(("output",), "float", None, "largest absolute value of the series"),
-        "/series/{output}": Dataset(("sample",), "float", None, "time series of the output"),
-        "/frequency": Dataset(("frequency",), "float", "Hz", "frequency of the estimates"),
-        "/psd/{output}": Dataset(("frequency",), "float", None, "estimated one-sided power spectral density"),
-        "/degrees_of_freedom": Dataset(
-            ("frequency",), "float", "1", "equivalent degrees of freedom of the estimate (chi-square)"
-        ),
-        "/verdict/safety_factor": Dataset((), "float", "1", "factor on amplitudes when judged, not applied elsewhere"),
-        "/verdict/requirement": Dataset(("verdict",), "str", "1", "requirement"),
-        "/verdict/output": Dataset(("verdict",), "str", "1", "output that is judged"),
-        "/verdict/ratio": Dataset(
-            ("verdict",), "float", "1", "largest ratio of safety factor x estimated ASD to the requirement"
-        ),
-        "/verdict/binding_frequency": Dataset(("verdict",), "float", "Hz", "frequency of the largest ratio"),
-        "/verdict/passed": Dataset(("verdict",), "int", "1", "1 where the ratio is at most 1"),
-        "/verdict/band_rms": Dataset(("verdict",), "float", None, "rms of the output in the band"),
-        "/verdict/band_limit": Dataset(("verdict",), "float", None, "rms of noise at the requirement in the band"),
-    },
-)
+
+class SeriesFile(AreaDatasets, FileKind):
+    """Its datasets by name; `SERIES` is the kind of file."""
+
+    TEMPERATURE_COLUMN = Dataset(
+        "/temperature/column",
+        ("area",),
+        "str",
+        "1",
+        "column of the temperature series that the area follows; empty: constant",
+    )
+    TEMPERATURE_SOURCE = Dataset(
+        "/temperature/source", (), "str", "1", "name of the temperature series and of its file"
+    )
+    TEMPERATURE_TREATMENT = Dataset(
+        "/temperature/treatment", (), "str", "1", "what was removed and how the series was resampled"
+    )
+    TIME = Dataset("/time", ("sample",), "float", "s", "time of the samples")
+    OUTPUT_LABEL = Dataset("/output/label", ("output",), "str", "1", "outputs", values=NAMES)
+    OUTPUT_UNIT = Dataset("/output/unit", ("output",), "str", "1", "unit of the output")
+    OUTPUT_KIND = Dataset("/output/kind", ("output",), "str", "1", "quantity of the output", values=QUANTITIES)
+    OUTPUT_RMS = Dataset("/output/rms", ("output",), "float", None, "root mean square of the series")
+    OUTPUT_PEAK = Dataset("/output/peak", ("output",), "float", None, "largest absolute value of the series")
+    SERIES = Dataset("/series/{output}", ("sample",), "float", None, "time series of the output")
+    FREQUENCY = Dataset("/frequency", ("frequency",), "float", "Hz", "frequency of the estimates")
+    PSD = Dataset("/psd/{output}", ("frequency",), "float", None, "estimated one-sided power spectral density")
+    DEGREES_OF_FREEDOM = Dataset(
+        "/degrees_of_freedom",
+        ("frequency",),
+        "float",
+        "1",
+        "equivalent degrees of freedom of the estimate (chi-square)",
+    )
+    VERDICT_SAFETY_FACTOR = Dataset(
+        "/verdict/safety_factor", (), "float", "1", "factor on amplitudes when judged, not applied elsewhere"
+    )
+    VERDICT_REQUIREMENT = Dataset("/verdict/requirement", ("verdict",), "str", "1", "requirement")
+    VERDICT_OUTPUT = Dataset(
+        "/verdict/output", ("verdict",), "str", "1", "output that is judged", values=Values(of="/output/label")
+    )
+    VERDICT_RATIO = Dataset(
+        "/verdict/ratio",
+        ("verdict",),
+        "float",
+        "1",
+        "largest ratio of safety factor x estimated ASD to the requirement",
+    )
+    VERDICT_BINDING_FREQUENCY = Dataset(
+        "/verdict/binding_frequency", ("verdict",), "float", "Hz", "frequency of the largest ratio"
+    )
+    VERDICT_PASSED = Dataset("/verdict/passed", ("verdict",), "int", "1", "1 where the ratio is at most 1", values=FLAG)
+    VERDICT_BAND_RMS = Dataset("/verdict/band_rms", ("verdict",), "float", None, "rms of the output in the band")
+    VERDICT_BAND_LIMIT = Dataset(
+        "/verdict/band_limit", ("verdict",), "float", None, "rms of noise at the requirement in the band"
+    )
+
+
+SERIES = SeriesFile("series", 2, "tedm run-series", families={"output": "/output/label"})

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.contracts import CASE
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
 from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
@@ -15,16 +16,16 @@ from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
 def case_notes(file: Reader) -> list[str]:
     """What the numbers are, in words."""
     return [
-        f"tedm: noise of correlation case {file.string('/case/id')}: {file.string('/case/title')}",
+        f"tedm: noise of correlation case {file.string(CASE.CASE_ID)}: {file.string(CASE.CASE_TITLE)}",
         "PSDs and ASDs are one-sided, of the noise itself: the safety factor is in the verdicts only.",
-        f"safety factor on amplitudes in the verdicts: {file.number('/case/safety_factor'):g}",
-        f"temperatures: {file.string('/temperature/model')}",
+        f"safety factor on amplitudes in the verdicts: {file.number(CASE.CASE_SAFETY_FACTOR):g}",
+        f"temperatures: {file.string(CASE.TEMPERATURE_MODEL)}",
     ]
 
 
 def case_matrices(file: Reader) -> list[NamedMatrix]:
     """Tables and matrices of an open case file."""
-    labels, units = file.strings("/output/label"), file.strings("/output/unit")
+    labels, units = file.strings(CASE.OUTPUT_LABEL), file.strings(CASE.OUTPUT_UNIT)
     psd = read_psd(file, labels)
     power, amplitude = [f"({u})^2/Hz" for u in units], [f"{u}/sqrt(Hz)" for u in units]
     return [
@@ -46,9 +47,9 @@ def case_matrices(file: Reader) -> list[NamedMatrix]:
         _over_frequency(
             file,
             "requirement_asd",
-            file.array("/requirement/amplitude"),
-            file.strings("/requirement/name"),
-            file.strings("/requirement/unit"),
+            file.array(CASE.REQUIREMENT_AMPLITUDE),
+            file.strings(CASE.REQUIREMENT_NAME),
+            file.strings(CASE.REQUIREMENT_UNIT),
             "amplitude spectral densities that the requirements allow; NaN outside their bands",
         ),
         *_temperatures(file),
@@ -70,27 +71,27 @@ def _over_frequency(
     file: Reader, name: str, values: FloatArray, labels: Sequence[str], units: Sequence[str], description: str
 ) -> NamedMatrix:
     """A table of `values` [n, F] with the frequency in its first column."""
-    frequency = file.array("/frequency")
+    frequency = file.array(CASE.FREQUENCY)
     table = np.vstack([frequency, values.reshape(-1, len(frequency))]).T
     return NamedMatrix(name, table, [], ["frequency", *labels], [], ["Hz", *units], description)
 
 
 def _temperatures(file: Reader) -> list[NamedMatrix]:
-    areas = file.strings("/area/name")
-    spectrum, correlation = file.array("/temperature/spectrum"), read_correlation(file)
+    areas = file.strings(CASE.AREA_NAME)
+    spectrum, correlation = file.array(CASE.TEMPERATURE_SPECTRUM), read_correlation(file)
     ones = ["1"] * len(areas)
     matrices = [
         _over_frequency(
             file,
             "temperature_asd",
-            file.array("/temperature/asd")[spectrum],
+            file.array(CASE.TEMPERATURE_ASD)[spectrum],
             areas,
             ["K/sqrt(Hz)"] * len(areas),
             "one-sided amplitude spectral densities of the areas' temperatures (of silent areas too)",
         ),
         NamedMatrix(
             "areas",
-            np.stack([file.array("/area/id"), correlation.block, correlation.delay_s], axis=1),
+            np.stack([file.array(CASE.AREA_ID), correlation.block, correlation.delay_s], axis=1),
             areas,
             ["id", "block", "delay"],
             [],
@@ -107,9 +108,9 @@ def _temperatures(file: Reader) -> list[NamedMatrix]:
 
 
 def _contributions(file: Reader, labels: list[str], amplitude: Sequence[str]) -> list[NamedMatrix]:
-    areas = file.strings("/area/name")
-    at = np.column_stack([file.array("/contribution/frequency"), file.array("/contribution/band")])
-    signed = np.array([file.array(f"/contribution/amplitude/{label}") for label in labels])
+    areas = file.strings(CASE.AREA_NAME)
+    at = np.column_stack([file.array(CASE.CONTRIBUTION_FREQUENCY), file.array(CASE.CONTRIBUTION_BAND)])
+    signed = np.array([file.array(CASE.CONTRIBUTION_AMPLITUDE.of(label)) for label in labels])
     by_area, by_output = ["1"] * len(areas), ["1"] * len(labels)
     matrices = [
         NamedMatrix(
@@ -132,7 +133,7 @@ def _contributions(file: Reader, labels: list[str], amplitude: Sequence[str]) ->
         ),
         NamedMatrix(
             "share",
-            file.array("/contribution/share"),
+            file.array(CASE.CONTRIBUTION_SHARE),
             labels,
             areas,
             by_output,
@@ -141,7 +142,7 @@ def _contributions(file: Reader, labels: list[str], amplitude: Sequence[str]) ->
         ),
         NamedMatrix(
             "band_share",
-            file.array("/contribution/band_share"),
+            file.array(CASE.CONTRIBUTION_BAND_SHARE),
             labels,
             areas,
             by_output,
@@ -149,12 +150,12 @@ def _contributions(file: Reader, labels: list[str], amplitude: Sequence[str]) ->
             "share of each area in the power in the band; a row sums to 1",
         ),
     ]
-    if file.has("/path/name"):
-        names = file.strings("/path/name")
-        held = [label for label in labels if file.has(f"/path/share/{label}")]
+    if file.has(CASE.PATH_NAME):
+        names = file.strings(CASE.PATH_NAME)
+        held = [label for label in labels if file.has(CASE.PATH_SHARE.of(label))]
         for name, parts, where in (
-            ("share", [file.array(f"/path/share/{label}") for label in held], "at contribution_frequency"),
-            ("band_share", [file.array(f"/path/band_share/{label}") for label in held], "in the band"),
+            ("share", [file.array(CASE.PATH_SHARE.of(label)) for label in held], "at contribution_frequency"),
+            ("band_share", [file.array(CASE.PATH_BAND_SHARE.of(label)) for label in held], "in the band"),
         ):
             meaning = f"share of each optical element in the power {where}"
             matrices.append(
@@ -170,18 +171,18 @@ def _verdicts(file: Reader) -> NamedMatrix:
     rows = [
         f"{requirement} {output}"
         for requirement, output in zip(
-            file.strings("/verdict/requirement"), file.strings("/verdict/output"), strict=True
+            file.strings(CASE.VERDICT_REQUIREMENT), file.strings(CASE.VERDICT_OUTPUT), strict=True
         )
     ]
     columns = {
-        "ratio": file.array("/verdict/ratio"),
-        "binding_frequency": file.array("/verdict/binding_frequency"),
-        "passed": file.array("/verdict/passed"),
-        "allowed_safety_factor": file.array("/verdict/allowed_safety_factor"),
+        "ratio": file.array(CASE.VERDICT_RATIO),
+        "binding_frequency": file.array(CASE.VERDICT_BINDING_FREQUENCY),
+        "passed": file.array(CASE.VERDICT_PASSED),
+        "allowed_safety_factor": file.array(CASE.VERDICT_ALLOWED_SAFETY_FACTOR),
     }
     units = ["1", "Hz", "1", "1"]
-    bounds = file.strings("/bound_ratio/bound")
-    values = np.column_stack([*columns.values(), file.array("/bound_ratio/ratio")])
+    bounds = file.strings(CASE.BOUND_RATIO_BOUND)
+    values = np.column_stack([*columns.values(), file.array(CASE.BOUND_RATIO_RATIO)])
     return NamedMatrix(
         "verdict",
         values,

@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Callable, Mapping
 
-from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, FileKind
+from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, AreaDatasets, FileKind
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
 from tedm_cli.results.field import read_linearised
@@ -19,39 +19,39 @@ _OUTPUTS = 'slopes = "angle"\nbeams = { meas = "meas", ref = "ref" }\n'
 
 def optics_matrices(file: Reader) -> list[NamedMatrix]:
     """S_BW, P, O_ideal, D, and N of every set; S_BW and P can be imported again."""
-    rays, ray_units = file.strings("/label/ray_output"), file.strings("/label/ray_output_unit")
-    laser, laser_units = file.strings("/label/laser_output"), file.strings("/label/laser_output_unit")
-    read, read_units = file.strings("/label/read_out"), file.strings("/label/read_out_unit")
-    motions, masses = file.strings("/label/element_dof"), file.strings("/label/test_mass_dof")
-    areas = file.strings("/area/name")
+    rays, ray_units = file.strings(OPTICS.LABEL_RAY_OUTPUT), file.strings(OPTICS.LABEL_RAY_OUTPUT_UNIT)
+    laser, laser_units = file.strings(OPTICS.LABEL_LASER_OUTPUT), file.strings(OPTICS.LABEL_LASER_OUTPUT_UNIT)
+    read, read_units = file.strings(OPTICS.LABEL_READ_OUT), file.strings(OPTICS.LABEL_READ_OUT_UNIT)
+    motions, masses = file.strings(OPTICS.LABEL_ELEMENT_DOF), file.strings(OPTICS.LABEL_TEST_MASS_DOF)
+    areas = file.strings(AreaDatasets.AREA_NAME)
     points = "\n".join(
         f"{json.dumps(name)} = {json.dumps(point.tolist())}"
-        for name, point in zip(file.strings("/element/name"), file.array("/element/pivot"), strict=True)
+        for name, point in zip(file.strings(OPTICS.ELEMENT_NAME), file.array(OPTICS.ELEMENT_PIVOT), strict=True)
     )
     return [
         NamedMatrix(
             "S_BW",
-            file.array("/S_BW"),
+            file.array(OPTICS.S_BW),
             rays,
             motions,
             ray_units,
             _units(motions),
-            f"photodiode outputs by element motion, layout frame, about the grids ({file.string('/origin/S_BW')})",
+            f"photodiode outputs by element motion, layout frame, about the grids ({file.string(OPTICS.ORIGIN_S_BW)})",
             f'frame = "layout"\nrotations = "small_angle"\n{_OUTPUTS}\n[reference_points]\n{points}\n',
         ),
         NamedMatrix(
             "P",
-            file.array("/P"),
+            file.array(OPTICS.P),
             laser,
             rays,
             laser_units,
             ray_units,
-            f"optics law: laser read-out by photodiode outputs ({file.string('/origin/P')})",
+            f"optics law: laser read-out by photodiode outputs ({file.string(OPTICS.ORIGIN_P)})",
             _OUTPUTS,
         ),
         NamedMatrix(
             "O_ideal",
-            file.array("/O_ideal"),
+            file.array(OPTICS.O_IDEAL),
             laser,
             masses,
             laser_units,
@@ -59,26 +59,32 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
             "laser read-out by test mass motion, layout frame",
         ),
         NamedMatrix(
-            "D", file.array("/D"), laser, areas, laser_units, ["K"] * len(areas), "laser read-out per kelvin of an area"
+            "D",
+            file.array(OPTICS.D),
+            laser,
+            areas,
+            laser_units,
+            ["K"] * len(areas),
+            "laser read-out per kelvin of an area",
         ),
         *(
             NamedMatrix(
                 f"N_{_identifier(name)}",
-                file.array(f"/N/{name}"),
+                file.array(OPTICS.N.of(name)),
                 read,
                 areas,
                 read_units,
                 ["K"] * len(areas),
                 f"read-out per kelvin of an area, photodiodes of set {name}",
             )
-            for name in file.strings("/set/name")
+            for name in file.strings(OPTICS.SET_NAME)
         ),
     ]
 
 
 def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
     """S_SG, and the linearised equations of motion."""
-    areas, gravity, motion = file.strings("/area/name"), read_self_gravity(file), read_linearised(file)
+    areas, gravity, motion = file.strings(AreaDatasets.AREA_NAME), read_self_gravity(file), read_linearised(file)
     return [
         NamedMatrix(
             "S_SG",
@@ -103,7 +109,7 @@ def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
 
 def distortion_matrices(file: Reader) -> list[NamedMatrix]:
     """D_opt: the optical elements' part of the distortion matrix."""
-    areas = file.strings("/area/name")
+    areas = file.strings(AreaDatasets.AREA_NAME)
     bench = read_bench_motion(file)
     labels = [f"{name}_{motion}" for name in bench.element for motion in _MOTIONS]
     return [

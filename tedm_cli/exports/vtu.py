@@ -6,8 +6,7 @@ holds the names behind the arrays of numbers as categorical colour maps that Par
 
 from __future__ import annotations
 
-import csv
-import io
+import itertools
 import json
 import re
 import zlib
@@ -24,6 +23,7 @@ from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.exports.mesh import Cells
 from tedm_cli.figures.colours import LEFT_OUT, area_colours
 from tedm_cli.files.store import replacing
+from tedm_cli.tables.csv_table import csv_line
 
 _BLOCK = 1 << 15  # bytes, as VTK's own writer takes them
 
@@ -54,12 +54,17 @@ def array_name(*parts: str) -> str:
 
 
 def distinct(arrays: Sequence[MeshArray]) -> list[MeshArray]:
-    """The same arrays; a name that is there already gets a number."""
-    seen: dict[str, int] = {}
+    """The same arrays; one whose name is there already gets the least number from 2 on that makes it another."""
+    taken = {a.name for a in arrays}
+    seen: set[str] = set()
     out = []
     for a in arrays:
-        seen[a.name] = seen.get(a.name, 0) + 1
-        out.append(a if seen[a.name] == 1 else replace(a, name=f"{a.name}+{seen[a.name]}"))
+        name = a.name
+        if name in seen:
+            name = next(new for n in itertools.count(2) if (new := f"{a.name}+{n}") not in taken)
+            taken.add(name)
+        seen.add(name)
+        out.append(a if name == a.name else replace(a, name=name))
     return out
 
 
@@ -131,14 +136,12 @@ def _write_array(stream: TextIO, name: str, values: AnyArray) -> None:
 
 
 def _table(on_points: Sequence[MeshArray], on_cells: Sequence[MeshArray]) -> str:
-    text = io.StringIO()
-    out = csv.writer(text, lineterminator="\n")
-    out.writerow(["array", "on", "components", "unit", "meaning", "sum"])
+    lines: list[list[object]] = [["array", "on", "components", "unit", "meaning", "sum"]]
     for where, arrays in (("points", on_points), ("cells", on_cells)):
         for a in arrays:
             components = 1 if a.values.ndim == 1 else a.values.shape[1]
-            out.writerow([a.name, where, components, a.unit, a.meaning, repr(float(a.values.sum())) if a.total else ""])
-    return text.getvalue()
+            lines.append([a.name, where, components, a.unit, a.meaning, repr(float(a.values.sum())) if a.total else ""])
+    return "".join(map(csv_line, lines))
 
 
 def _preset(names: Names) -> dict[str, Any]:

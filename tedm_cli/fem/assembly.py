@@ -22,10 +22,13 @@ class ThermalLoad:
     """Nodal forces of temperatures.
 
     coupling : sparse [6 N, N], N/K, nodal forces per kelvin on a grid.
-    reference : [6 N], N, the coupling's forces at the strain-free temperatures.
+    origin : K, from which temperatures are counted: the forces of 0.02 K are not the difference of those of 293.02 and
+        293 K, which are thousands of times larger.
+    reference : [6 N], N, the coupling's forces at the strain-free temperatures less the origin.
     """
 
     coupling: sp.csr_matrix
+    origin: float
     reference: FloatArray
 
     def forces(self, temperature: FloatArray, amount: FloatArray | float = 1.0) -> FloatArray:
@@ -34,7 +37,7 @@ class ThermalLoad:
         `amount` [m] tells how often the strain-free temperatures are to be taken off: once for the temperatures of one
         load case.
         """
-        return np.asarray(self.coupling @ temperature - self.reference[:, None] * amount)
+        return np.asarray(self.coupling @ (temperature - self.origin * amount) - self.reference[:, None] * amount)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,18 +64,29 @@ def assemble(structure: Structure) -> Operators:
     """
     n_grids = structure.n_grids
     reference, expansion = np.zeros(6 * n_grids), np.zeros(6 * n_grids)
+    origin = _origin(structure)
     stiffness = _BlockSum((2 * n_grids, 2 * n_grids), (3, 3))
     coupling = _BlockSum((2 * n_grids, n_grids), (3, 1))
     for part in _element_matrices(structure):
         np.add.at(expansion, part.dof, part.expansion_load)
-        np.add.at(reference, part.dof, part.coupling.sum(axis=2) * part.reference_temperature[:, None])
+        np.add.at(reference, part.dof, part.coupling.sum(axis=2) * (part.reference_temperature - origin)[:, None])
         triples = part.dof[:, ::3] // 3
         stiffness.add(part.stiffness, triples, triples)
         coupling.add(part.coupling, triples, part.grids)
     total = coupling.matrix()
     if structure.initial_temperature is not None:
-        reference = total @ structure.initial_temperature
-    return Operators(stiffness.matrix(), ThermalLoad(total, reference), expansion)
+        reference = total @ (structure.initial_temperature - origin)
+    return Operators(stiffness.matrix(), ThermalLoad(total, origin, reference), expansion)
+
+
+def _origin(structure: Structure) -> float:
+    """The strain-free temperature of most elements, or of most grids where they have an initial one."""
+    shells = (structure.quads.reference_temperature, structure.trias.reference_temperature)
+    free = [b.materials.reference_temperature[b.material] for b in structure.solids]
+    free += [structure.bars.reference_temperature, structure.rods.reference_temperature, *shells]
+    start = structure.initial_temperature
+    value, count = np.unique(np.concatenate(free) if start is None else start, return_counts=True)
+    return float(value[count.argmax()]) if value.size else 0.0
 
 
 def _element_matrices(structure: Structure) -> Iterator[ElementMatrices]:

@@ -84,10 +84,10 @@ def _local_stiffness(length: FloatArray, block: BarBlock) -> FloatArray:
         rigidity = block.youngs_modulus * inertia
         shear = np.zeros_like(length)  # shear over bending flexibility
         if plane is not None:
-            carrying = block.shear_modulus * block.shear_factor[:, plane] * block.area
-            np.divide(
-                12.0 * rigidity, carrying * length**2, out=shear, where=(block.inertia_12 == 0.0) & (rigidity > 0.0)
-            )
+            factor = np.nan_to_num(block.shear_factor[:, plane], posinf=0.0)
+            carrying = block.shear_modulus * factor * block.area
+            flexible = (carrying > 0.0) & (block.inertia_12 == 0.0) & (rigidity > 0.0)
+            np.divide(12.0 * rigidity, carrying * length**2, out=shear, where=flexible)
         bending = rigidity[:, None, None] * _bending(length, shear)
         local[:, rows[:, None], columns] += bending * np.outer(row_sign, column_sign)
     return local

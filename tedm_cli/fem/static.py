@@ -13,9 +13,11 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.assembly import Operators, assemble
 from tedm_cli.fem.autospc import stiff_components
-from tedm_cli.fem.bending import RandomSums, bending_change
+from tedm_cli.fem.bending import bending_change
 from tedm_cli.fem.constraints import eliminate, to_basic
+from tedm_cli.fem.drilling import DrillingChange, drilling_change
 from tedm_cli.fem.linear import SolverName
+from tedm_cli.fem.other_elements import RandomSums
 from tedm_cli.fem.stability import factorise_supported, require_supported
 from tedm_cli.fem.structure import LoadCase, Structure
 
@@ -150,6 +152,10 @@ class StaticSolution:
     def bending_change(self) -> float | None:
         """How much bubble functions would change the cases solved so far; see `tedm_cli.fem.bending`."""
         return bending_change(self._structure, self._transform, self._factors, self._sums)
+
+    def drilling_change(self) -> DrillingChange | None:
+        """How much a stiffer tie of the rotations about shells' normals would; see `tedm_cli.fem.drilling`."""
+        return drilling_change(self._structure, self._transform, self._factors, self._sums)
 
     @property
     def report(self) -> StaticReport:

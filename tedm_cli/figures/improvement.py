@@ -44,9 +44,8 @@ def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
         lower.set_position((left / WIDTH, _FOOT / total, (WIDTH - left - right) / WIDTH, bars / total))
         _curves(upper, j)
         _factors(lower, factors, words, left)
-        lower.set_xlabel(
-            f"right: K/√Hz at {mhz_text(j.binding_hz)}; bars: factor on the amplitude assumed (1)", fontsize=9
-        )
+        levels = f"right: K/√Hz at {mhz_text(j.binding_hz)}; " * any(v > 0.0 for v in m.group_level.values())
+        lower.set_xlabel(f"{levels}bars: factor on the amplitude assumed (1)", fontsize=9)
         heading(figure, f"{j.output}, case {case.id}: what would lower {ratio_text(j.ratio)} × {j.requirement}?")
         notes = (
             (0.38, "The worst areas without noise (silent) or with a tenth of it, the best blocks matched"),

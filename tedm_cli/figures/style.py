@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -76,7 +77,8 @@ def _metadata(maker: str, title: str, sources: Sequence[str]) -> dict[str, str]:
 
 def _saved(figure: Figure, form: str, metadata: dict[str, Any]) -> bytes:
     stream = io.BytesIO()
-    with style():
+    with style(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # text of an SVG is drawn by whoever shows it
         figure.savefig(stream, format=form, metadata=metadata)
     return stream.getvalue()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +26,8 @@ class PrecisionLossError(Exception):
 class Allocated:
     """An empty dataset that is filled where it is indexed."""
 
-    def __init__(self, dataset: Any, sink: HeldFile) -> None:
-        self._dataset = dataset
+    def __init__(self, dataset: Any, sink: HeldFile, check: Callable[[AnyArray], None]) -> None:
+        self._dataset, self._check = dataset, check
         self._single = dataset.dtype == np.float32
         self._sink = sink
 
@@ -37,8 +37,10 @@ class Allocated:
         Raises
         ------
         PrecisionLossError : the dataset is in single precision and cannot hold a value as it is.
+        PhysicsError : a number is not finite where the contract has finite ones.
         """
         value = np.asarray(value)
+        self._check(value)
         widened = self._single and value.dtype != np.float32
         self._dataset[index] = narrowed(value) if widened else value
         self._sink.check()

@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from tedm_cli.contracts import KINDS
+from tedm_cli.contracts import CASE, KINDS, Dataset
+from tedm_cli.contracts.spec import AreaDatasets
 from tedm_cli.errors import InputError
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, command_line, input_files
-from tedm_cli.files.store import Reader
+from tedm_cli.files.seal import sha256_of
+from tedm_cli.files.store import Reader, open_checked
 
-UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, DYNAMICS = (
+UNIT_LOADS_FILE, DISTORTION_FILE, SENSITIVITY_FILE, OPTICS_FILE, DYNAMICS_FILE = (
     "unit_loads.h5",
     "distortion.h5",
     "sensitivity.h5",
     "optics.h5",
     "dynamics.h5",
 )
+_AREAS = tuple(d for d in vars(AreaDatasets).values() if isinstance(d, Dataset))
 
 
 def case_file_name(case_id: str) -> str:
@@ -57,6 +60,19 @@ def require_same_input(name: str, *files: Reader) -> None:
         )
 
 
+def require_same_areas(first: Reader, *others: Reader) -> None:
+    """Refuse files that do not say the same of the thermal areas, column by column."""
+    for other in others:
+        for path in _AREAS:
+            one, two = (f.array(path).tolist() if path.dtype == "int" else f.strings(path) for f in (first, other))
+            if one != two:
+                raise InputError(
+                    f"hold different thermal areas ({path})",
+                    where=f"{first.path} and {other.path}",
+                    hint="rebuild them; see tedm check",
+                )
+
+
 def require_input(file: Reader, used: InputFile) -> None:
     """Refuse `file` when it was made from another version of the file `used` that this stage reads as well."""
     for item in file.provenance().inputs:
@@ -66,3 +82,31 @@ def require_input(file: Reader, used: InputFile) -> None:
                 where=str(file.path),
                 hint=f"rebuild it with `{file.kind.made_by}`",
             )
+
+
+def require_up_to_date(file: Reader) -> None:
+    """Refuse `file` when its configurations or inputs have changed since, or its inputs stem from results that have.
+
+    For commands that know the build folder alone. What is gone cannot be compared. The decks and OP2 files behind
+    `unit_loads.h5`, which are large, and the configurations of other files are left to `tedm check`.
+    """
+    sums: dict[Path, str] = {}
+
+    def require(one: Reader, used: Iterable[ConfigFile | InputFile]) -> None:
+        there = [item for item in used if item.path.is_file()]
+        for path in (item.path for item in there if item.path not in sums):
+            sums[path] = sha256_of(path)
+            if path.suffix == ".h5" and path.stem in KINDS:
+                with open_checked(path, KINDS[path.stem]) as source:
+                    require(source, source.provenance().inputs if source.kind is not KINDS["unit_loads"] else ())
+        for item in there:
+            if sums[item.path] != item.sha256:
+                command = one.kind.made_by + (f" {one.string(CASE.CASE_ID)}" if one.has(CASE.CASE_ID) else "")
+                raise InputError(
+                    f"is stale: not made from {item.path} as it is now",
+                    where=str(one.path),
+                    hint=f"rebuild it with `{command}`; see tedm check",
+                )
+
+    made = file.provenance()
+    require(file, (*made.configs, *made.inputs))

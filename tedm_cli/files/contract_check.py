@@ -1,16 +1,22 @@
-"""Whether an open file fits the contract of its kind: datasets, dimensions, types, units, provenance."""
+"""Whether an open file fits the contract of its kind: its parts are in it, and have their types, shapes and units."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import Dataset, FileKind
+from tedm_cli.files.contract_values import value_problems
+from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
 
 DTYPES = {"float": np.float64, "real": np.float64, "int": np.int64}
-_HELD = {"float": ("f8",), "real": ("f4", "f8"), "int": ("i8",), "str": ("O8",)}
+_HELD = {"float": ("f8",), "real": ("f4", "f8"), "int": ("i8",)}
+_WORDS = {"str": "strings of fixed length"}
 PROVENANCE = {"config": ("path", "sha256", "text"), "input": ("path", "sha256")}
 
 
@@ -35,44 +41,82 @@ def shape_problem(spec: Dataset, shape: tuple[int, ...], dims: dict[str, int]) -
     return ""
 
 
-def paths_of(file: Any, pattern: str) -> list[str]:
-    """The paths in an open file that a template stands for, one name for each pair of braces; itself without any."""
+def finite_problem(spec: Dataset, value: AnyArray) -> str:
+    """What is wrong with numbers that are to be written: any that is not finite, unless the contract allows it."""
+    if spec.open_ended or spec.dtype not in ("float", "real"):
+        return ""
+    finite = np.isfinite(value)
+    bad = finite.size - int(np.count_nonzero(finite))
+    return f"{bad:,} of {finite.size:,} numbers are not finite" if bad else ""
+
+
+def contract_problems(file: Any, kind: FileKind, where: Path) -> list[str]:
+    """What an open file lacks of the contract of its kind, in words; `InputError` names `where` if it is unreadable."""
+    problems = links_elsewhere(file, soft=True)
+    if problems:
+        return problems
+    dims = dict(kind.fixed_dims)
+    held: dict[str, Dataset] = {}
+    for pattern, spec in kind.datasets.items():
+        paths = _paths(file, pattern)
+        if not any(path in file for path in paths):
+            problems += [] if spec.optional else [f"{pattern} is missing"]
+            continue
+        for path in paths:
+            found = [*_dataset_problems(file[path], spec, dims)]
+            problems += [f"{path} {problem}" for problem in found]
+            if not found:
+                held[path] = spec
+    for dim, (base, factor, addend) in kind.derived_dims.items():
+        if dim in dims and base in dims and dims[dim] != factor * dims[base] + addend:
+            problems.append(f"{dims[dim]} along {dim}, wanted {factor * dims[base] + addend} ({kind.length_law(dim)})")
+    return problems or value_problems(file, kind, held, dims, where)
+
+
+def _paths(file: Any, pattern: str) -> list[str]:
+    """The dataset of a path, or all of a family, one name for each pair of braces."""
+    if "{" not in pattern:
+        return [pattern]
     paths = [""]
     for part in pattern.strip("/").split("/"):
         if "{" not in part:
             paths = [f"{path}/{part}" for path in paths]
             continue
-        groups = [path for path in paths if path in file and not hasattr(file[path], "shape")]
+        groups = [path for path in paths if path in file and hasattr(file[path], "keys")]
         paths = [f"{group}/{name}" for group in groups for name in file[group]]
     return paths
 
 
-def contract_problems(file: Any, kind: FileKind) -> list[str]:
-    """What an open file lacks of the contract of its kind, in words."""
-    problems = []
-    dims = dict(kind.fixed_dims)
-    for pattern, spec in kind.datasets.items():
-        paths = paths_of(file, pattern)
-        if spec.optional and not any(path in file for path in paths):
-            continue
-        if not paths or paths[0] not in file:
-            problems.append(f"{pattern} is missing")
-            continue
-        for path in paths:
-            data = file[path]
-            if not hasattr(data, "shape"):
-                problems.append(f"{path} is not a dataset")
-                continue
-            if f"{data.dtype.kind}{data.dtype.itemsize}" not in _HELD[spec.dtype]:
-                problems.append(f"{path} holds {data.dtype}, wanted {spec.dtype}")
-            problem = shape_problem(spec, data.shape, dims)
-            if problem:
-                problems.append(f"{path} {problem}")
-            elif spec.units is not None and data.attrs.get("units") != spec.units:
-                problems.append(f"{path} has units {data.attrs.get('units')!r}, wanted {spec.units!r}")
-            elif "units" not in data.attrs:
-                problems.append(f"{path} has no units")
-    return problems
+def _dataset_problems(data: Any, spec: Dataset, dims: dict[str, int]) -> Iterator[str]:
+    if not hasattr(data, "shape") or data.shape is None:
+        yield "is not a dataset"
+        return
+    if elsewhere := kept_elsewhere(data):
+        yield elsewhere
+        return
+    fits = (
+        data.dtype.kind == "S"
+        if spec.dtype == "str"
+        else f"{data.dtype.kind}{data.dtype.itemsize}" in _HELD[spec.dtype]
+    )
+    if not fits:
+        yield f"holds {data.dtype}, wanted {_WORDS.get(spec.dtype, spec.dtype)}"
+    problem = shape_problem(spec, data.shape, dims)
+    units = attribute_text(data, "units")
+    if problem:
+        yield problem
+    elif units is None:
+        yield "has no units"
+    elif spec.units is not None and units != spec.units:
+        yield f"has units {units!r}, wanted {spec.units!r}"
+
+
+def attribute_text(item: Any, name: str) -> str | None:
+    """An attribute as text, None where there is none; what is no string is shown as Python would."""
+    if name not in item.attrs:
+        return None
+    value = item.attrs[name]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def provenance_problems(file: Any) -> list[str]:
@@ -80,8 +124,10 @@ def provenance_problems(file: Any) -> list[str]:
     problems = [f"attribute {name} is missing" for name in ("tedm_version", "command_line") if name not in file.attrs]
     for name, fields in PROVENANCE.items():
         paths = [f"/provenance/{name}_{field}" for field in fields]
-        missing = [path for path in paths if path not in file]
-        problems += [f"{path} is missing" for path in missing]
-        if not missing and len({file[path].shape for path in paths}) > 1:
+        found = [path for path in paths if path in file]
+        problems += [f"{path} is missing" for path in paths if path not in file]
+        wrong = [path for path in found if getattr(file[path], "ndim", None) != 1 or file[path].dtype.kind != "S"]
+        problems += [f"{path} is not a list of strings of fixed length" for path in wrong]
+        if len(found) == len(paths) and not wrong and len({file[path].shape for path in paths}) > 1:
             problems.append(f"{', '.join(paths)} differ in length")
     return problems

@@ -5,13 +5,16 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
+from tedm_cli.interrupts import whole
+
 
 class HeldFile(io.RawIOBase):
     """A new binary file that never fails towards its user.
 
     The HDF5 library does not survive a write that fails: it can neither close the file nor end the process in order.
     So the first failure (a full disk, an interrupt) is kept for `check`, and what is written from then on is held in
-    memory, where HDF5 finds it again. Whoever writes calls `check` often enough for that to be little.
+    memory, where HDF5 finds it again. Whoever writes calls `check` often enough for that to be little. An interrupt
+    waits until HDF5 is done with the file (`whole`); where no one sees to that, it is kept like a failure.
     """
 
     def __init__(self, path: Path) -> None:
@@ -26,6 +29,7 @@ class HeldFile(io.RawIOBase):
         if self._failure is not None:
             raise self._failure
 
+    @whole
     def write(self, data: object) -> int:
         view = memoryview(data).cast("B")  # type: ignore[arg-type]
         start, done = self._place, 0
@@ -41,6 +45,7 @@ class HeldFile(io.RawIOBase):
         self._size = max(self._size, self._place)
         return len(view)
 
+    @whole
     def readinto(self, buffer: object) -> int:
         view = memoryview(buffer).cast("B")  # type: ignore[arg-type]
         start, wanted = self._place, max(0, min(len(view), self._size - self._place))
@@ -54,13 +59,16 @@ class HeldFile(io.RawIOBase):
         self._place = start + wanted
         return wanted
 
+    @whole
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
         self._place = offset + (0, self._place, self._size)[whence]
         return self._place
 
+    @whole
     def tell(self) -> int:
         return self._place
 
+    @whole
     def truncate(self, size: int | None = None) -> int:
         self._size = self._place if size is None else size
         try:

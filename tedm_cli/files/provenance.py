@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import sys
 import threading
@@ -12,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tedm_cli.errors import InputError
+from tedm_cli.files.seal import sha256_of
+from tedm_cli.regular_file import require_regular_file
 
 
 @dataclass(frozen=True)
@@ -45,21 +46,18 @@ class Provenance:
     command: str
 
 
-def sha256_of(path: Path) -> str:
-    """SHA-256 of a file, read in blocks; `InputError` when it cannot be read."""
-    digest = hashlib.sha256()
-    try:
-        with open(path, "rb") as stream:
-            while block := stream.read(1 << 20):
-                digest.update(block)
-    except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
-    return digest.hexdigest()
-
-
 def input_files(paths: Iterable[Path]) -> tuple[InputFile, ...]:
-    """Sum the files in their order beside what the stage does next: it takes about as long as reading them."""
+    """Sum the files in their order beside what the stage does next: it takes about as long as reading them.
+
+    Raises
+    ------
+    InputError : a path to what is no regular file, or whose name is not UTF-8 and cannot be recorded.
+    """
     sums: list[tuple[Path, Future[str]]] = [(path, Future()) for path in paths]
+    for path, _ in sums:
+        require_regular_file(path)
+        if not os.fsencode(path).isascii() and str(path) != os.fsencode(path).decode("utf-8", "replace"):
+            raise InputError("has a name that is not UTF-8", where=str(path), hint="rename the file, or its folder")
 
     def run() -> None:
         for path, digest in sums:
@@ -73,8 +71,8 @@ def input_files(paths: Iterable[Path]) -> tuple[InputFile, ...]:
 
 
 def command_line() -> str:
-    """The command as typed, without the folder the program happens to live in."""
-    return " ".join(["tedm", *sys.argv[1:]])
+    """The command as typed, without the folder the program happens to live in; bytes that are no UTF-8 as escapes."""
+    return os.fsencode(" ".join(["tedm", *sys.argv[1:]])).decode("utf-8", "backslashreplace")
 
 
 def absolute_path(name: str, folder: Path) -> Path:

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import glob
 import os
 import platform
 import re
 from collections.abc import Iterator
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -21,23 +23,29 @@ import h5py
 import numpy as np
 
 from tedm_cli import __version__
-from tedm_cli.arrays import AnyArray, FloatArray
+from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import KINDS, Dataset, FileKind
-from tedm_cli.errors import InputError, TedmError
+from tedm_cli.errors import InputError, PhysicsError, TedmError
 from tedm_cli.files.blocks import BLOCK_NODES, Allocated, Blocks, narrowed, reading
 from tedm_cli.files.contract_check import (
     DTYPES,
     PROVENANCE,
+    attribute_text,
     contract_problems,
     find_spec,
+    finite_problem,
     provenance_problems,
     shape_problem,
 )
 from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
+from tedm_cli.files.seal import digests, identity_of, seal
+from tedm_cli.interrupts import unfinished, whole
 
+_HEADER = 1 << 15  # bytes of a scalar that are kept in its header, which ends at 64 KB
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
-HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
+_SHOWN = 5  # problems of one file that a message lists
+_NAME_BYTES = 200  # of a target's name in that of its temporary, which must not be too long where the target's is not
 _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
 
 
@@ -54,12 +62,11 @@ class Writer:
     def write(self, path: str, value: Any, *, units: str | None = None, single: bool = False) -> None:
         """Write a whole dataset. `units` is required where the contract leaves it open; `single` as for `allocate`."""
         spec = self._spec(path)
-        data = np.asarray(value, dtype=object) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
+        data = _fixed_length(value) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
+        self._require_finite(path, spec, data)
         data = narrowed(data) if single else data
-        dataset = self._make(path, spec, data.shape, units, single)
-        if data.shape == ():
-            dataset[()] = data.item()
-        elif data.size:
+        dataset = self._make(path, spec, data.shape, data.dtype, units)
+        if data.size:
             dataset[...] = data
         self._sink.check()
 
@@ -71,24 +78,31 @@ class Writer:
         With `single` (for the contract's `real` alone) it takes half the room and `PrecisionLossError` says where that
         would change a number.
         """
-        return Allocated(self._make(path, self._spec(path), shape, units, single), self._sink)
+        spec = self._spec(path)
+        check = partial(self._require_finite, path, spec)
+        dtype = np.float32 if single else DTYPES[spec.dtype]
+        return Allocated(self._make(path, spec, shape, dtype, units), self._sink, check)
+
+    def _require_finite(self, path: str, spec: Dataset, value: AnyArray) -> None:
+        """The last line of defence: a result that is not finite is none."""
+        if problem := finite_problem(spec, value):
+            raise PhysicsError(
+                f"nothing is written: of {path} {problem}",
+                where=str(self._target),
+                hint="a number of the configuration or of an input is far from what it stands for; look for the largest"
+                " and the smallest",
+            )
 
     def _spec(self, path: str) -> Dataset:
         return find_spec(self._kind, path)
 
-    def _make(self, path: str, spec: Dataset, shape: tuple[int, ...], units: str | None, single: bool) -> Any:
+    def _make(self, path: str, spec: Dataset, shape: tuple[int, ...], dtype: Any, units: str | None) -> Any:
         problem = shape_problem(spec, shape, self._dims)
         if problem:
             raise TedmError(f"internal: {self._kind.name} {path}: {problem}")
-        dtype: Any = h5py.string_dtype() if spec.dtype == "str" else np.float32 if single else DTYPES[spec.dtype]
-        options: dict[str, Any] = {}
         axis = next((i for i, dim in enumerate(spec.dims) if dim in _CHUNKED), 0)
-        if shape and 0 not in shape:
-            options["chunks"] = tuple(
-                1 if i < axis else min(n, BLOCK_NODES) if i == axis else n for i, n in enumerate(shape)
-            )
-            options["fletcher32"] = spec.dtype != "str"  # a checksum of every chunk; of strings it would not cover them
-        dataset = self._file.create_dataset(path, shape=shape, dtype=dtype, track_times=False, **options)
+        chunks = tuple(1 if i < axis else min(n, BLOCK_NODES) if i == axis else n for i, n in enumerate(shape))
+        dataset = _create(self._file, path, shape, dtype, chunks)
         unit = spec.units if spec.units is not None else units
         if unit is None:
             raise TedmError(f"internal: {self._kind.name} {path}: no unit given")
@@ -96,6 +110,8 @@ class Writer:
         dataset.attrs["long_name"] = spec.long_name
         if spec.frame:
             dataset.attrs["frame"] = spec.frame
+        if spec.dtype == "str":
+            dataset.attrs["_Encoding"] = "utf-8"  # netCDF's: xarray makes strings of the bytes
         for axis, dim in enumerate(spec.dims):
             dataset.dims[axis].attach_scale(self._scale(dim, shape[axis]))
         return dataset
@@ -118,15 +134,38 @@ class Writer:
             attrs[f"{library}_version"] = version(library)
         attrs["python_version"] = platform.python_version()
         folder = self._target.parent
-        group = self._file.create_group("provenance")
-        string = h5py.string_dtype()
         for name, items in (("config", provenance.configs), ("input", provenance.inputs)):
             for field in PROVENANCE[name]:
                 values = [relative_name(i.path, folder) if field == "path" else getattr(i, field) for i in items]
-                group.create_dataset(f"{name}_{field}", data=values, dtype=string, track_times=False)
-        problems = contract_problems(self._file, self._kind) + provenance_problems(self._file)
+                data = _fixed_length(values)
+                dataset = _create(self._file, f"/provenance/{name}_{field}", data.shape, data.dtype, data.shape)
+                if data.size:
+                    dataset[...] = data
+        problems = contract_problems(self._file, self._kind, self._target) + provenance_problems(self._file)
         if problems:
             raise TedmError(f"internal: {self._kind.name} was written incompletely: {'; '.join(problems)}")
+
+
+def _fixed_length(value: Any) -> AnyArray:
+    """Strings as HDF5 stores them in the dataset itself, where a checksum covers them: UTF-8, filled up with zeros."""
+    text = np.asarray(value, dtype=object)
+    encoded = [str(v).encode() for v in text.ravel()]
+    dtype = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))
+    return np.array(encoded, dtype=dtype).reshape(text.shape)
+
+
+def _create(file: Any, path: str, shape: tuple[int, ...], dtype: Any, chunks: tuple[int, ...]) -> Any:
+    """An empty dataset in chunks with a checksum each; a scalar in its header, which has one of its own."""
+    if shape:
+        options = {} if 0 in shape else {"chunks": chunks, "fletcher32": True}
+        return file.create_dataset(path, shape=shape, dtype=dtype, track_times=False, **options)
+    how, link = h5py.h5p.create(h5py.h5p.DATASET_CREATE), h5py.h5p.create(h5py.h5p.LINK_CREATE)
+    if np.dtype(dtype).itemsize <= _HEADER:
+        how.set_layout(h5py.h5d.COMPACT)  # what `create_dataset` has no word for
+    how.set_obj_track_times(False)
+    link.set_create_intermediate_group(True)
+    kind, space = h5py.h5t.py_create(np.dtype(dtype), logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
+    return h5py.Dataset(h5py.h5d.create(file.id, path.encode(), kind, space, how, link))
 
 
 class Reader:
@@ -163,11 +202,13 @@ class Reader:
 
     def units(self, path: str) -> str:
         with reading(self.path, path):
-            return str(self._file[path].attrs["units"])
+            return attribute_text(self._file[path], "units") or ""
 
     @property
-    def attributes(self) -> dict[str, Any]:
-        return dict(self._file.attrs)
+    def attributes(self) -> dict[str, str | int | float | list[Any]]:
+        """The attributes of the file; what is neither text nor numbers as text."""
+        with reading(self.path):
+            return {str(name): _plain(value) for name, value in self._file.attrs.items()}
 
     def provenance(self) -> Provenance:
         """Configurations and inputs, with their paths resolved from this file's folder."""
@@ -183,7 +224,7 @@ class Reader:
         return Provenance(
             tuple(ConfigFile(*c) for c in configs),
             tuple(InputFile(*i) for i in inputs),
-            str(self._file.attrs["command_line"]),
+            attribute_text(self._file, "command_line") or "",
         )
 
     def table(self) -> Iterator[tuple[str, tuple[int, ...], str, str]]:
@@ -195,7 +236,7 @@ class Reader:
             if isinstance(item, h5py.Dataset) and "units" in item.attrs:
                 with contextlib.suppress(KeyError):  # what a user has added is not of the contract
                     meaning = find_spec(self.kind, path).long_name
-                    found.append((path, tuple(item.shape), str(item.attrs["units"]), meaning))
+                    found.append((path, tuple(item.shape), attribute_text(item, "units") or "", meaning))
 
         with reading(self.path):
             self._file.visititems(visit)
@@ -211,22 +252,35 @@ def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Write
             yield writer
             writer._finish(provenance)
         sink.check()
+        seal(temporary)
+
+
+def _plain(value: Any) -> str | int | float | list[Any]:
+    """The value of an attribute as JSON has it."""
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist() if value.dtype.kind in "biuf" else [_plain(v) for v in np.ravel(value)]
+    return value if isinstance(value, str | int | float) else str(value)
 
 
 @contextlib.contextmanager
+@whole
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that becomes `path` when the block ends without an exception.
 
     Used for every file a stage makes, HDF5 or not. Temporaries that a killed run of the same target left are removed.
     """
+    name = f".{os.fsdecode(os.fsencode(path.name)[:_NAME_BYTES])}."
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for orphan in path.parent.glob(f".{path.name}.*.tmp"):
+        for orphan in path.parent.glob(f"{glob.escape(name)}*.tmp"):
             if not _alive(orphan):
                 orphan.unlink(missing_ok=True)
     except OSError as exc:
         raise _cannot_write(path, exc) from exc
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f"{name}{os.getpid()}.tmp")
+    unfinished.add(temporary)
     try:
         yield temporary
         with open(temporary, "rb+") as stream:
@@ -235,16 +289,21 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as exc:
         raise _cannot_write(path, exc) from exc
     finally:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # what went wrong with the file is told, not that nothing is there
+            temporary.unlink()
+        unfinished.discard(temporary)
 
 
 def _alive(temporary: Path) -> bool:
     match = re.search(r"\.(\d+)\.tmp$", temporary.name)
-    if match is None:
-        return True
+    return match is None or is_alive(int(match.group(1)))
+
+
+def is_alive(process: int) -> bool:
+    """Whether there is a process of this number."""
     try:
-        os.kill(int(match.group(1)), 0)
-    except ProcessLookupError:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
         return False
     except PermissionError:
         return True
@@ -259,96 +318,55 @@ def _cannot_write(path: Path, exc: OSError) -> InputError:
 
 @contextlib.contextmanager
 def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
-    """Open a file for reading after checking its kind, version and contract.
+    """Open a file for reading after checking its seal, kind, version and contract.
 
     Raises
     ------
-    InputError : missing, not HDF5, of another kind or version, or with datasets that do not fit the contract.
+    InputError : missing, not as it was sealed, of another kind or version, or not as the contract says.
     """
     rebuild = f"make it with `{kind.made_by}`"
-    try:
-        file = h5py.File(path, "r", rdcc_nbytes=_NO_CACHE)
-    except FileNotFoundError as exc:
-        raise InputError("no such file", where=str(path), hint=rebuild) from exc
-    except OSError as exc:
-        raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path), hint=rebuild) from exc
-    with file:
+    with _sealed(path, rebuild) as file:
         with reading(path):
-            schema = str(file.attrs.get("schema", ""))
-            found = file.attrs.get("schema_version", "none")
+            schema = attribute_text(file, "schema")
+            found = attribute_text(file, "schema_version")
         if schema != f"tedm.{kind.name}":
             raise InputError(
                 f"holds {schema or 'no tedm schema'}, wanted tedm.{kind.name}", where=str(path), hint=rebuild
             )
-        if str(found) != str(kind.version):
-            raise InputError(
-                f"schema version {found}, this tedm reads {kind.version}", where=str(path), hint=f"re{rebuild}"
-            )
+        if found != str(kind.version):
+            fact = f"schema version {found or 'none'}, this tedm reads {kind.version}"
+            raise InputError(fact, where=str(path), hint=f"re{rebuild}")
         with reading(path):
-            problems = contract_problems(file, kind) + provenance_problems(file)
+            problems = contract_problems(file, kind, path) + provenance_problems(file)
         if problems:
-            raise InputError("; ".join(problems), where=str(path), hint=f"re{rebuild}")
+            more = f"; and {len(problems) - _SHOWN} more" if len(problems) > _SHOWN else ""
+            raise InputError("; ".join(problems[:_SHOWN]) + more, where=str(path), hint=f"re{rebuild}")
         yield Reader(file, kind, path)
+
+
+@contextlib.contextmanager
+def _sealed(path: Path, hint: str) -> Iterator[Any]:
+    """A file that is as it was sealed, open for reading; HDF5 sees no other."""
+    where = str(path)
+    try:
+        summed = digests(path)
+        summed.refuse_unsealed(path, hint)
+        file = h5py.File(path, "r", rdcc_nbytes=_NO_CACHE)
+    except FileNotFoundError as exc:
+        raise InputError("no such file", where=where, hint=hint) from exc
+    except OSError as exc:
+        raise InputError(f"cannot be read ({exc.strerror or exc})", where=where, hint=hint) from exc
+    with file:
+        if identity_of(path) != summed.identity:
+            raise InputError("was changed while it was read", where=where, hint="run again when nothing writes it")
+        yield file
 
 
 def kind_of(path: Path) -> FileKind:
     """The kind of a file, from its schema attribute."""
-    try:
-        with h5py.File(path, "r") as file:
-            schema = str(file.attrs.get("schema", ""))
-    except FileNotFoundError as exc:
-        raise InputError("no such file", where=str(path)) from exc
-    except OSError as exc:
-        raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path)) from exc
+    with _sealed(path, f"known: {', '.join(KINDS)}") as file, reading(path):
+        schema = attribute_text(file, "schema") or ""
     kind = KINDS.get(schema.removeprefix("tedm."))
     if kind is None:
         raise InputError(f"holds {schema or 'no tedm schema'}", where=str(path), hint=f"known: {', '.join(KINDS)}")
     return kind
-
-
-class Columns:
-    """The one-dimensional numeric datasets in the root of a user's HDF5 file; made by `open_columns`."""
-
-    def __init__(self, file: Any, path: Path) -> None:
-        self._path = path
-        self._data = {
-            str(name): item
-            for name, item in file.items()
-            if isinstance(item, h5py.Dataset) and item.ndim == 1 and item.dtype.kind in "fiu"
-        }
-        self.columns = list(self._data)
-        self.ignored = [str(n) for n, item in file.items() if isinstance(item, h5py.Dataset) and n not in self._data]
-        self.length = 0
-
-    def read(self, name: str, part: slice) -> FloatArray:
-        """A piece of a column."""
-        with reading(self._path, f"/{name}"):
-            return np.asarray(self._data[name][part], dtype=np.float64)
-
-    def _measure(self, key: str) -> None:
-        self.length = len(self._data[key]) if key in self._data else 0
-        for name, data in self._data.items():
-            if key in self._data and len(data) != self.length:
-                fact = f"/{name} has {len(data):,} values, /{key} {self.length:,}"
-                raise InputError(fact, where=str(self._path), hint="all columns of a table are of one length")
-
-
-@contextlib.contextmanager
-def open_columns(path: Path, key: str) -> Iterator[Columns]:
-    """Open a user's HDF5 table: a dataset [n] named `key` and others of its length, in the root group.
-
-    Raises
-    ------
-    InputError : missing, not HDF5, or with columns of different lengths.
-    """
-    try:
-        file = h5py.File(path, "r")
-    except FileNotFoundError as exc:
-        raise InputError("no such file", where=str(path)) from exc
-    except OSError as exc:
-        raise InputError("not a readable HDF5 file (truncated or damaged)", where=str(path)) from exc
-    with file:
-        with reading(path):
-            found = Columns(file, path)
-        found._measure(key)
-        yield found

@@ -5,16 +5,16 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
-from typing import Any
+from typing import TextIO
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.matrix_files.named import NamedMatrix, RawMatrix
-from tedm_cli.tables.csv_table import csv_lines, finite_number
+from tedm_cli.quantities import MATRIX_ENTRY
+from tedm_cli.tables.csv_table import csv_line, csv_lines, number_of
 
 
 def read_csv(path: Path, name: str) -> RawMatrix:
@@ -50,29 +50,28 @@ def read_csv(path: Path, name: str) -> RawMatrix:
 def write_csv(path: Path, matrix: NamedMatrix) -> None:
     """Numbers with all their digits: they come back the same."""
     with open(path, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
         if not matrix.row_units:
-            _write_table(writer, matrix)
+            _write_table(stream, matrix)
             return
-        writer.writerow(["row", "unit", *matrix.columns])
-        writer.writerow(["unit", "", *matrix.column_units])
+        stream.write(csv_line(["row", "unit", *matrix.columns]))
+        stream.write(csv_line(["unit", "", *matrix.column_units]))
         for label, unit, values in zip(matrix.rows, matrix.row_units, matrix.values, strict=True):
-            writer.writerow([label, unit, *(repr(float(v)) for v in values)])
+            stream.write(csv_line([label, unit, *(repr(float(v)) for v in values)]))
 
 
-def _write_table(writer: Any, table: NamedMatrix) -> None:
+def _write_table(stream: TextIO, table: NamedMatrix) -> None:
     """A line of names, a line of units, and the numbers, behind the labels of the rows where there are any."""
     labelled = bool(table.rows)
-    writer.writerow([*(["row"] if labelled else []), *table.columns])
-    writer.writerow([*(["unit"] if labelled else []), *table.column_units])
+    stream.write(csv_line([*(["row"] if labelled else []), *table.columns]))
+    stream.write(csv_line([*(["unit"] if labelled else []), *table.column_units]))
     for i, values in enumerate(table.values):
-        writer.writerow([*(table.rows[i : i + 1]), *(repr(float(v)) for v in values)])
+        stream.write(csv_line([*(table.rows[i : i + 1]), *(repr(float(v)) for v in values)]))
 
 
 def _numbers(path: Path, lines: list[tuple[int, list[str]]], first: int, names: list[str]) -> FloatArray:
     return np.array(
         [
-            [finite_number(names[k], fields[k], f"{path}:{number}") for k in range(first, len(fields))]
+            [number_of(MATRIX_ENTRY, names[k], fields[k], f"{path}:{number}") for k in range(first, len(fields))]
             for number, fields in lines
         ]
     )

@@ -6,6 +6,8 @@ Files of MATLAB 4, and matrices that stand in a file without a structure, are re
 from __future__ import annotations
 
 import io
+import math
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,15 +17,18 @@ import scipy.io
 import scipy.sparse
 
 from tedm_cli.errors import InputError
+from tedm_cli.matrix_files.mat_structure import MOST_BYTES, MatError, plain_mat
 from tedm_cli.matrix_files.named import (
     DECLARATION,
     LISTS,
     NamedMatrix,
     RawMatrix,
     as_matrix,
+    lacks,
     parsed_declaration,
     text_list,
 )
+from tedm_cli.regular_file import require_regular_file
 
 #: MATLAB 5 to 7 hold no larger variable.
 LARGEST_BYTES = 2**31
@@ -35,14 +40,11 @@ def read_mat(path: Path, name: str) -> RawMatrix:
 
     Raises
     ------
-    InputError : not a MAT file of MATLAB 4 to 7, or without such a matrix.
+    InputError : not a MAT file of MATLAB 4 to 7, one that has not what its headers say, or without such a matrix.
     """
     file = mat_variables(path)
-    names = list(file)
-    if name not in names:
-        raise InputError(
-            f"holds no {name}, but {', '.join(names) or 'nothing'}", where=str(path), hint="name it with variable = ..."
-        )
+    if name not in file:
+        raise lacks(name, list(file), path)
     found = file[name]
     fields: dict[str, Any] = found if isinstance(found, dict) else {"value": found}
     if "value" not in fields:
@@ -52,25 +54,34 @@ def read_mat(path: Path, name: str) -> RawMatrix:
         declared |= parsed_declaration(str(fields[DECLARATION]), name, path)
     declared |= {key: text_list(fields[key]) for key in LISTS if key in fields}
     value = fields["value"]
-    return RawMatrix(as_matrix(value.toarray() if scipy.sparse.issparse(value) else value, name, path), declared)
+    if scipy.sparse.issparse(value):
+        if math.prod(value.shape) * 8 > MOST_BYTES:
+            fact = f"{name} of shape {value.shape} has more than {MOST_BYTES:,} bytes in full"
+            raise InputError(fact, where=str(path))
+        value = value.toarray()
+    return RawMatrix(as_matrix(value, name, path), declared)
 
 
 def mat_variables(path: Path) -> dict[str, Any]:
-    """All variables of a MAT file of MATLAB 4 to 7 by name; `InputError` where it is none."""
+    """All variables of a MAT file of MATLAB 4 to 7 by name, whose structure has been checked."""
+    require_regular_file(path)
     try:
-        with open(path, "rb") as stream:
-            begin = stream.read(512)
-        if begin.startswith(b"MATLAB 7.3") or begin.startswith(b"\x89HDF"):
-            raise InputError(
-                "is a MAT file of version 7.3 (HDF5)", where=str(path), hint="save it with save(..., '-v7')"
-            )
-        file = scipy.io.loadmat(path, simplify_cells=True)
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            raise InputError(f"has {size:,} bytes; at most {MOST_BYTES:,} are read", where=str(path))
+        raw = path.read_bytes()
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror or exc})", where=str(path)) from exc
-    except InputError:
-        raise
+    if raw.startswith((b"MATLAB 7.3", b"\x89HDF")):
+        raise InputError("is a MAT file of version 7.3 (HDF5)", where=str(path), hint="save it with save(..., '-v7')")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of what it would pass over, as a name that is there twice
+            file = scipy.io.loadmat(io.BytesIO(plain_mat(raw)), simplify_cells=True)
+    except MatError as exc:
+        raise InputError(f"not a readable MAT file: it {exc}", where=str(path)) from exc
     except Exception as exc:  # damaged files make it fail in every way
-        raise InputError(f"not a readable MAT file ({exc})", where=str(path)) from exc
+        raise InputError(f"not a readable MAT file ({str(exc)[:200]})", where=str(path)) from exc
     return {key: value for key, value in file.items() if not key.startswith("__")}
 
 

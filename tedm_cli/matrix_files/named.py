@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,9 @@ from typing import Any, Literal
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.errors import InputError
+from tedm_cli.quantities import MATRIX_ENTRY
+from tedm_cli.strict_toml import parsed_toml
 
 Format = Literal["csv", "npz", "mat"]
 
@@ -48,21 +49,31 @@ class RawMatrix:
 
 
 def as_matrix(value: Any, name: str, path: Path) -> FloatArray:
-    """`value` as real numbers in two dimensions."""
+    """`value` as real numbers in two dimensions; `InputError` for anything else, and for implausible ones."""
     array = np.asarray(value)
     if array.ndim != 2 or array.dtype.kind not in "fiu" or 0 in array.shape:
         raise InputError(
             f"{name} is {array.dtype} of shape {array.shape}; a matrix of real numbers is needed", where=str(path)
         )
-    return array.astype(np.float64)
+    numbers = array.astype(np.float64)
+    if (found := MATRIX_ENTRY.first_outside(numbers)) is not None:
+        row, column = found
+        fact = f"{name}, row {row + 1}, column {column + 1}: {MATRIX_ENTRY.fact(float(numbers[found]))}"
+        raise InputError(fact, where=str(path))
+    return numbers
+
+
+def lacks(name: str, names: Sequence[str], path: Path) -> InputError:
+    """The refusal of a file that holds matrices of other names; it names a few of them."""
+    listed = ", ".join(n[:40] for n in names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+    return InputError(
+        f"holds no {name}, but {listed or 'nothing'}", where=str(path), hint="name it with variable = ..."
+    )
 
 
 def parsed_declaration(text: str, name: str, path: Path) -> dict[str, Any]:
     """The declaration that a file holds of one of its matrices."""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as exc:
-        raise ConfigError([(f"{name}.{DECLARATION}", f"not valid TOML: {exc}")], where=str(path)) from exc
+    return parsed_toml(text, where=str(path), at=f"{name}.{DECLARATION}")
 
 
 def text_list(value: Any) -> list[str]:

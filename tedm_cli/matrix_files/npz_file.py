@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.errors import InputError
 from tedm_cli.matrix_files.named import (
     DECLARATION,
     LISTS,
     NamedMatrix,
     RawMatrix,
     as_matrix,
+    lacks,
     parsed_declaration,
     text_list,
 )
+from tedm_cli.matrix_files.npz_archive import read_arrays
 
 
 def read_npz(path: Path, name: str) -> RawMatrix:
@@ -26,18 +27,11 @@ def read_npz(path: Path, name: str) -> RawMatrix:
 
     Raises
     ------
-    InputError : not an NPZ file, or without such a matrix.
+    InputError : as `read_arrays` raises it, or an archive without such a matrix.
     """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            held = {key: file[key] for key in file.files if key == name or key.startswith(f"{name}.")}
-            names = [key for key in file.files if "." not in key]
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError, AttributeError) as exc:
-        raise InputError(f"not a readable NPZ file of plain arrays ({exc})", where=str(path)) from exc
+    held, names = read_arrays(path, lambda key: key == name or key.startswith(f"{name}."))
     if name not in held:
-        raise InputError(
-            f"holds no {name}, but {', '.join(names) or 'nothing'}", where=str(path), hint="name it with variable = ..."
-        )
+        raise lacks(name, [key for key in names if "." not in key], path)
     declared: dict[str, Any] = {}
     if f"{name}.{DECLARATION}" in held:
         declared |= parsed_declaration(str(held[f"{name}.{DECLARATION}"]), name, path)
@@ -46,12 +40,8 @@ def read_npz(path: Path, name: str) -> RawMatrix:
 
 
 def npz_variables(path: Path) -> dict[str, Any]:
-    """All plain arrays of an NPZ file by name; `InputError` where it is none."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            return {key: file[key] for key in file.files}
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError, AttributeError) as exc:
-        raise InputError(f"not a readable NPZ file of plain arrays ({exc})", where=str(path)) from exc
+    """All plain arrays of an NPZ file by name; raises as `read_arrays` does."""
+    return dict(read_arrays(path, lambda key: True)[0])
 
 
 def write_npz(path: Path, matrices: Sequence[NamedMatrix], notes: Sequence[str] = ()) -> None:
@@ -64,5 +54,8 @@ def write_npz(path: Path, matrices: Sequence[NamedMatrix], notes: Sequence[str] 
         arrays[f"{m.name}.description"] = np.array(m.description)
         if m.declaration:
             arrays[f"{m.name}.{DECLARATION}"] = np.array(m.declaration)
-    with open(path, "wb") as stream:
-        np.savez(stream, **arrays)
+    # NumPy's savez leaves an archive that could not be written open, and it fails once more when it is collected.
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as stream:
+                np.lib.format.write_array(stream, array, allow_pickle=False)  # type: ignore[no-untyped-call]

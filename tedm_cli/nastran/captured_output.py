@@ -19,18 +19,70 @@ def captured_output() -> Iterator[StringIO]:
         yield chatter
 
 
-def fact_of(exc: Exception, chatter: str) -> str:
-    """What is worth showing of pyNastran's report: its first telling line, and the card it was at."""
-    lines = [line.strip() for line in str(exc).splitlines() if line.strip(" =-*")]
-    telling = [line for line in lines if not line.startswith("There are cross-reference errors")]
-    fact = (
-        re.sub(r"(\\n|\s)+", " ", telling[0]).removeprefix("KeyError: ").strip(" '")[:160]
-        if telling
-        else "no reason given"
+# What pyNastran says, and the same in words that name no Python.
+_PLAIN = tuple(
+    (re.compile(pattern), words)
+    for pattern, words in (
+        (
+            r"(\w+) = None \(field #(\d+)\) on card must be (.+?)(?: \(.*\))?\.?",
+            r"field \2 (\1) is blank, and must be \3",
+        ),
+        (r"(\w+) = (.+) \(field #(\d+)\) on card must be (.+?)(?: \(.*\))?\.?", r"field \3 (\1) is \2, and must be \4"),
+        (r"This is not a valid msc BDF.*", "has no CEND or no BEGIN BULK line"),
+        (r"key=SUBCASE value=(\d+) already exists", r"SUBCASE \1 occurs twice"),
+        (r"(nid=\S+) is not a GRID, .*required by (\w+ \w+=\S+).*", r"\2 names \1, which is no grid"),
+        (r"(nids=\[.*?\]) are not a GRID, .*required by (\w+ \w+=\S+).*", r"\2 names \1, which are no grids"),
+        (r"Invalid Material ID: *(mid=\S+) .*required by (\w+ \w+=\S+).*", r"\2 names \1, which is no material"),
+        (r"(pid=\S+) not found, .*required by (\w+ \w+=[^\s.]+).*", r"\2 names \1, which is no property"),
+        (r"(cid=\S+) not found, .*required by (\w+ \w+=[^\s.]+).*", r"\2 names \1, which is no coordinate system"),
+        (r"len\((?:\w+ )?card\) ?= ?(\d+).*", r"has \1 fields, which the card does not have"),
+        (r"maximum recursion depth exceeded.*", "its coordinate systems refer to each other in a loop"),
+        (r"v=\[.*\] norm\(v\)=0\.0.*", "its three points lie on a line"),
+        (r"node_ids = \[(.*)\]", r"its grids are \1, and some of these are none"),
+        (r"self\.(\w+) IDs are not unique=\[(.*)\]", r"\1 \2 occurs twice"),
+        (r"\w+\.sid=(\d+) old=.*", r"set \1 is there twice"),
+        (r"'?(.*?)'? is not an integer; line:.*", r"'\1' is no whole number"),
+        (r"card_name='?(.*?)'? was misparsed.*", r"a line begins with \1, which is no card"),
+        (r"No spaces allowed in card name '(.*)'.*", r"a line begins with '\1', which is no card"),
+        (r"invalid literal for int\(\) with base \d+: '?(.*?)'?", r"'\1' is no whole number"),
+        (r"could not convert string to float: '?(.*?)'?", r"'\1' is no number"),
+        (r"\w+='?(.*?)'? is not 16 characters long.*", r"\1 has more digits than a field"),
     )
+)
+# What says nothing to whoever has the deck alone.
+_OF_PYTHON = re.compile(
+    r"too many values to unpack|not enough values|index out of range|object (has no|is not)|NoneType"
+    r"|unsupported operand|unhashable|referenced before assignment|cannot access local|argument|not supported between"
+    r"|^\W*$|card=\["
+    r"|^\[|^\w+='?\S*$|Traceback|^\w+$|<class|dict_keys|Python int"
+)
+
+
+def fact_of(exc: Exception, chatter: str) -> str:
+    """What is wrong with a deck by pyNastran's report: its first telling line in plain words, and the card or line."""
+    lines = [line.strip() for line in str(exc).splitlines() if line.strip(" =-*")]
+    telling = [line for line in lines if not line.startswith(("There are cross-reference", "There are duplicate"))]
+    said = re.sub(r"(\\n|\s)+", " ", telling[0]).removeprefix("KeyError: ").strip(" '\"") if telling else ""
+    fact = next((match.expand(words) for form, words in _PLAIN if (match := form.fullmatch(said))), said)[:160]
     printed = re.search(r"problem adding \['(\w+)', '(\w+)'", chatter)
     card = " ".join(printed.groups()) if printed else _card_of(exc)
-    return f"{fact} ({type(exc).__name__}{f' at {card}' if card else ''})"
+    line = "" if card else _control_line_of(exc)
+    if fact == said and _OF_PYTHON.search(said):
+        fact = "is not as Nastran writes it" if card or line else "it is not as Nastran writes decks"
+    place = card or line
+    return f"{place}: {fact}" if place and not fact.startswith(f"{place} ") else fact
+
+
+def _control_line_of(exc: BaseException) -> str:
+    """The line of case control that pyNastran was at, in quotes."""
+    trace, found = exc.__traceback__, ""
+    while trace is not None:
+        here = trace.tb_frame
+        line = here.f_locals.get("line")
+        if isinstance(line, str) and "case" in here.f_code.co_filename and line.strip():
+            found = repr(line.strip()[:60])
+        trace = trace.tb_next
+    return found
 
 
 def card_lines_of(exc: BaseException) -> Any:

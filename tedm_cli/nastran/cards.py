@@ -17,6 +17,8 @@ from tedm_cli.nastran.comments import has_lost_fields
 
 _MOST_IDS = 10_000_000  # a range is written out as it is read
 _LARGEST_EXPONENT = 300
+LARGEST_INTEGER = 2**31 - 1  # Nastran's integers have 32 bits, and so have ids in results
+_LONG = re.compile(r"\d{10}")
 _SUSPECT = re.compile(r"nan|inf|[-+ed]\d{3}|thru|_", re.I)
 _NO_NUMBER = re.compile(r"[+-]?(nan|inf|infinity)", re.I)
 _EXPONENT = re.compile(r"[+-]?[\d.]+(?:[eEdD][+-]?|[+-])(\d+)")
@@ -101,6 +103,8 @@ class BulkChecks:
                 problem = problem or "a point alone is no number"
             if card_name.startswith("CORD2"):
                 problem = problem or _frame_problem(fields)
+            if _LONG.search(text):
+                problem = problem or _integer_problem(fields)
             if _SUSPECT.search(text):
                 problem = problem or _number_problem(fields)
         if problem:
@@ -198,15 +202,28 @@ def _frame_problem(fields: Sequence[str | None]) -> str:
 
 
 def _number_problem(fields: Sequence[str | None]) -> str:
-    for i, field in enumerate(fields):
+    for field in fields:
         text = (field or "").strip()
         exponent = _EXPONENT.fullmatch(text)
         if _NO_NUMBER.fullmatch(text) or (exponent and int(exponent[1]) > _LARGEST_EXPONENT) or _has_underscore(text):
             return f"{text} is no number"
-        if text.upper() == "THRU" and 1 < i < len(fields) - 1:
-            first, last = str(fields[i - 1]).strip(), str(fields[i + 1]).strip()
-            if first.isdigit() and last.isdigit() and int(last) - int(first) > _MOST_IDS:
-                return f"{first} THRU {last} names more ids than can be read"
+    return range_problem([(field or "").strip().upper() for field in fields])
+
+
+def _integer_problem(fields: Sequence[str | None]) -> str:
+    for field in fields:
+        text = (field or "").strip()
+        if text.lstrip("+-").isdecimal() and abs(int(text)) > LARGEST_INTEGER:
+            return f"{text} is larger than any id"
+    return ""
+
+
+def range_problem(words: Sequence[str]) -> str:
+    """What is wrong with the ranges (THRU) among the words of a list of ids."""
+    for i in range(1, len(words) - 1):
+        first, last = words[i - 1], words[i + 1]
+        if words[i] == "THRU" and first.isdecimal() and last.isdecimal() and int(last) - int(first) > _MOST_IDS:
+            return f"{first} THRU {last} names more ids than can be read"
     return ""
 
 

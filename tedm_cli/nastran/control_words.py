@@ -20,7 +20,7 @@ NOT_LINEAR = ("NLPARM", "NLSTEP", "TSTEPNL", "NONLINEAR", "NLLOAD", "STATSUB", "
 # What linear statics passes over: other solutions, optimisation, names.
 IDLE = (
     *("METHOD", "CMETHOD", "FMETHOD", "RMETHOD", "SMETHOD", "ANALYSIS", "MODES", "RESVEC", "FREQUENCY", "SDAMPING"),
-    *("TSTEP", "RANDOM", "TFL", "B2GG", "B2PP", "K2PP", "M2PP", "AESYMXY", "AESYMXZ", "AECONFIG", "CSSCHD", "DIVERG"),
+    *("TSTEP", "RANDOM", "TFL", "B2GG", "B2PP", "K2PP", "AESYMXY", "AESYMXZ", "AECONFIG", "CSSCHD", "DIVERG"),
     *("DATAREC", "OUTRCV", "MODTRAK", "MODSEL", "DESOBJ", "DESGLB", "DESSUB", "DESVAR", "DRSPAN", "DSAPRT"),
     *("LABEL", "SUBTITLE", "SEALL", "SEFINAL"),
 )
@@ -39,6 +39,7 @@ OUTPUT = (
 )
 _COMBINED = "a unit load must not combine subcases"
 _CONTACT = "contact is not linear, so unit loads would not add up"
+_MATRIX = "the mass of a matrix has no place, so its gravity is not known: give it as CONM2"
 REFUSED = {
     **dict.fromkeys(("SUBCOM", "SUBSEQ", "SYM", "SYMCOM", "SYMSEQ", "REPCASE"), _COMBINED),
     "SUPER": "superelements are not read: solve the model in one piece",
@@ -47,7 +48,7 @@ REFUSED = {
     **dict.fromkeys(("BCONTACT", "BCSET"), _CONTACT),
     "BOLTLD": "bolt preload loads the structure besides its temperature",
     "INITS": "initial stress loads the structure besides its temperature",
-    "M2GG": "the mass of a matrix has no place, so its gravity is not known: give it as CONM2",
+    **dict.fromkeys(("M2GG", "M2PP"), _MATRIX),
 }
 _KNOWN = ("SUBCASE", "PARAM", "TEMPERATURE", *REFUSED, *HELD, *KEPT, *LOADS, *NOT_LINEAR, *IDLE, *OUTPUT)
 _TEMPERATURES = ("LOAD", "INITIAL", "MATERIAL", "BOTH", "HSUBCASE", "HTIME")

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tedm_cli.errors import InputError
+from tedm_cli.regular_file import require_regular_file
 
 _BOM = "\u00ef\u00bb\u00bf"  # of UTF-8, as Latin-1 reads it
+_MOST_NAME_LINES = 20  # of one quoted name
 _INCLUDE = re.compile(r"\s*INCLUDE(?=[\s'\"=])\s*=?\s*", re.I)
 
 
@@ -67,7 +69,7 @@ def read_head(path: Path) -> Head:
     """
     lines: list[Line] = []
     cend: int | None = None
-    for line in _expand(path, path, (), []):
+    for line in _expand(path, []):
         word = line.code.strip().upper()
         if re.match(r"BEGIN\b", word):
             if cend is None:
@@ -101,7 +103,7 @@ def read_sections(path: Path) -> Sections:
         BEGIN BULK; a second BEGIN (superelements, modules, auxiliary models).
     """
     files: list[Path] = []
-    lines = list(_expand(path, path, (), files))
+    lines = list(_expand(path, files))
     words = [line.code.strip().upper() for line in lines]
     cend = next((i for i, word in enumerate(words) if re.fullmatch(r"CEND\b.*", word)), None)
     begin = next((i for i, word in enumerate(words) if re.match(r"BEGIN\b", word)), None)
@@ -128,38 +130,47 @@ def read_sections(path: Path) -> Sections:
     )
 
 
-def _expand(file: Path, main: Path, above: tuple[Path, ...], files: list[Path]) -> Iterator[Line]:
-    """The lines of a file with its INCLUDEs in place, read as they are asked for."""
-    if file.resolve() in above:
-        raise InputError("includes itself", where=str(file))
-    files.append(file)
-    numbered = iter(enumerate(_texts(file), start=1))
-    for number, text in numbered:
-        line = Line(text, file, number)
-        statement = _INCLUDE.match(text)
-        if statement is None:
-            yield line
-            continue
-        name = _include_name(text[statement.end() :], (t for _, t in islice(numbered, 20)), line.place)
-        for inner in _expand(_resolve(name, main, file, line.place), main, (*above, file.resolve()), files):
-            yield inner if inner.text.endswith(("\n", "\r")) else inner._replace(text=inner.text + "\n")
+def _expand(main: Path, files: list[Path]) -> Iterator[Line]:
+    """The lines of a deck with its INCLUDEs in place, read as they are asked for, nested to any depth.
+
+    `files` takes the files as they are read.
+    """
+    opened: dict[Path, Iterator[Line]] = {}  # from the main file down to the one that is being read
+    file: Path | None = main
+    while opened or file is not None:
+        if file is not None:
+            if file.resolve() in opened:
+                raise InputError("includes itself", where=str(file))
+            files.append(file)
+            opened[file.resolve()], file = _lines(file), None
+        reading = opened[next(reversed(opened))]
+        for line in reading:
+            statement = _INCLUDE.match(line.text)
+            if statement is not None:
+                name = _include_name(line.text[statement.end() :], islice(reading, _MOST_NAME_LINES), line.place)
+                file = _resolve(name, main, line.file, line.place)
+                break
+            whole = len(opened) == 1 or line.text.endswith(("\n", "\r"))
+            yield line if whole else line._replace(text=line.text + "\n")
+        else:
+            opened.popitem()
 
 
-def _texts(file: Path) -> Iterator[str]:
+def _lines(file: Path) -> Iterator[Line]:
     """Lines with their ends; only line feed and carriage return end one (`str.splitlines` breaks at more)."""
-    first = True
+    require_regular_file(file)
+    number = 0
     try:
         with open(file, "rb") as stream:
             for raw in stream:
                 for piece in raw.splitlines(keepends=True):
-                    text = piece.decode("latin-1")
-                    yield text.removeprefix(_BOM) if first else text
-                    first = False
+                    text, number = piece.decode("latin-1"), number + 1
+                    yield Line(text.removeprefix(_BOM) if number == 1 else text, file, number)
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(file)) from exc
 
 
-def _include_name(text: str, following: Iterator[str], place: str) -> str:
+def _include_name(text: str, following: Iterator[Line], place: str) -> str:
     """The name an INCLUDE gives; a quoted name goes on in the lines that follow, until its closing quote."""
     name = text.strip()
     quote = name[:1]
@@ -171,11 +182,21 @@ def _include_name(text: str, following: Iterator[str], place: str) -> str:
             more = next(following, None)
             if more is None:
                 raise InputError("INCLUDE lacks its closing quote", where=place)
-            name += more.strip()
+            name += more.text.strip()
         name = name[: name.index(quote)]
     if not name.strip():
         raise InputError("INCLUDE names no file", where=place)
     return name.strip()
+
+
+def system_name(name: str) -> str:
+    """A file name of a deck, which is read as Latin-1, as the system writes it (UTF-8); `deck_text` is the inverse."""
+    return os.fsdecode(name.encode("latin-1"))
+
+
+def deck_text(name: str) -> str:
+    """A file name as it stands in a deck that is read and written as Latin-1."""
+    return os.fsencode(name).decode("latin-1")
 
 
 def _resolve(name: str, main: Path, parent: Path, place: str) -> Path:
@@ -195,12 +216,13 @@ def _resolve(name: str, main: Path, parent: Path, place: str) -> Path:
         name = f"{os.environ[variable]}/{rest}"
     found: dict[Path, Path] = {}
     for folder in (main.parent, parent.parent):
-        for spelled in (name, name.replace("\\", "/")):
+        for spelled in (s for given in (system_name(name), name) for s in (given, given.replace("\\", "/"))):
             if (folder / spelled).is_file():
                 found.setdefault((folder / spelled).resolve(), folder / spelled)
                 break
     if not found:
-        raise InputError(f"INCLUDE of a file that does not exist: {main.parent / name}", where=place)
+        require_regular_file(main.parent / system_name(name))
+        raise InputError(f"INCLUDE of a file that does not exist: {main.parent / system_name(name)}", where=place)
     if len(found) > 1:
         raise InputError(
             f"INCLUDE '{name}' can be {' or '.join(str(f) for f in found.values())}",

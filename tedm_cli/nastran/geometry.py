@@ -12,6 +12,8 @@ from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
+from tedm_cli.nastran.masses.matrices import refuse_matrices
+from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.plausible import check_units
 from tedm_cli.nastran.positions import Frames, basis_at, frames_of, grid_positions
 from tedm_cli.nastran.rigid_grids import grids_of_rigid_elements
@@ -85,14 +87,16 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
 
     Raises
     ------
-    InputError : no grids or no elements, units far from SI, masses that are not read, non-positive total mass.
+    InputError : no grids or no elements, units far from SI, masses that are not read, non-positive total mass; what
+        `refuse_matrices` refuses.
     """
     basic = grids(model, files)
     where, ids = str(files[0]), basic.grid_id
+    refuse_matrices(model, where)
     frames = frames_of(model)
     position = grid_positions(model, ids, frames)
     displacement_frame = np.array([int(model.nodes[i].Cd()) for i in ids.tolist()], dtype=np.int64)
-    factor = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    factor = number_parameter(model, "WTMASS", 1.0, where)
 
     def rows(wanted: IntArray, what: str) -> IntArray:
         return rows_of(ids, wanted, where=where, what=what)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.captured_output import captured_output, card_lines_of, fact_of
 from tedm_cli.nastran.card_names import REFUSED
-from tedm_cli.nastran.cards import BulkChecks
+from tedm_cli.nastran.cards import LARGEST_INTEGER, BulkChecks, range_problem
 from tedm_cli.nastran.control_words import read_statements
-from tedm_cli.nastran.deck_lines import read_head
+from tedm_cli.nastran.deck_lines import read_head, system_name
 from tedm_cli.nastran.parameters import refuse_misspelt
 from tedm_cli.nastran.plausible import check_plausible
+from tedm_cli.regular_file import require_regular_file
 
 _NEWLINE = b"\n"
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")  # but tab, form feed and the old mark of a file's end
@@ -34,31 +38,49 @@ def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata
     """
     from pyNastran.bdf.bdf import BDF
 
+    require_regular_file(path)
     if not path.is_file():
         raise InputError("no such deck", where=str(path), hint="make one with `tedm write-deck`, or name your own")
     _scan(path)
     read_statements(read_head(path).control)
     model = BDF(debug=None)
     checks = BulkChecks(model, path, allow_missing_enddata=allow_missing_enddata)
-    with captured_output() as chatter:
+    with captured_output() as chatter, _guided(path):
         try:
             model.read_bdf(str(path), xref=False, punch=False, encoding=any_encoding(model))
             checks.release()
             if cross_reference:
-                model.cross_reference(
-                    xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
-                )
+                _cross_reference(model)
         except InputError:
             raise
         except Exception as exc:  # malformed decks make pyNastran raise almost anything, and classes of its own
             fact = fact_of(exc, chatter.getvalue())
             where = checks.place_of(card_lines_of(exc))
             raise InputError(f"pyNastran cannot read the deck: {fact}", where=where) from exc
+    large = [int(n) for n in model.subcases if int(n) > LARGEST_INTEGER]
+    if large:
+        raise InputError(f"SUBCASE {large[0]}: is larger than any id", where=str(path))
     model.tedm_passed_over, model.tedm_parameters = checks.passed_over, checks.parameters
     for name, place in checks.parameters.items():
         refuse_misspelt(name, place)
     check_plausible(model, str(path))
     return model
+
+
+def cross_reference(model: Any, path: Path) -> None:
+    """Cross-reference the elements of a model that was read without; raises as `read_deck` does."""
+    with captured_output() as chatter:
+        try:
+            _cross_reference(model)
+        except Exception as exc:
+            fact = fact_of(exc, chatter.getvalue())
+            raise InputError(f"pyNastran cannot read the deck: {fact}", where=str(path)) from exc
+
+
+def _cross_reference(model: Any) -> None:
+    model.cross_reference(
+        xref_loads=False, xref_constraints=False, xref_aero=False, xref_sets=False, xref_optimization=False
+    )
 
 
 def passed_over(model: Any) -> list[str]:
@@ -84,12 +106,11 @@ def any_encoding(model: Any) -> str:
 
 def deck_files(model: Any, path: Path) -> list[Path]:
     """The deck and every file it includes, in the order read."""
-    files: list[Path] = []
+    files: dict[Path, Path] = {}
     for name in [path, *(Path(str(f)) for f in model.active_filenames)]:
-        resolved = name if name.exists() else path.parent / name
-        if resolved.resolve() not in [f.resolve() for f in files]:
-            files.append(resolved)
-    return files
+        found = name if name.exists() else path.parent / name
+        files.setdefault(found.resolve(), found)
+    return list(files.values())
 
 
 def _scan(path: Path) -> None:
@@ -144,8 +165,6 @@ def _suspect_lines(data: bytes) -> list[tuple[int, int]]:
 
 def _included(lines: list[str], folder: Path, place: str) -> Path:
     """The file an INCLUDE names, from the line it begins in; like pyNastran, relative to the main file's folder."""
-    from pyNastran.bdf.bdf_interface.include_file import get_include_filename
-
     card = [lines[0].split("$")[0].strip()]
     if card[0].count("'") == 1:  # a long name goes on until its closing quote
         last = next((i for i, line in enumerate(lines[1:], start=1) if "'" in line), None)
@@ -153,7 +172,7 @@ def _included(lines: list[str], folder: Path, place: str) -> Path:
             raise InputError("INCLUDE lacks its closing quote", where=place)
         card += [line.split("$")[0].strip() for line in lines[1 : last + 1]]
     try:
-        name = str(get_include_filename(card, include_dir=str(folder.absolute())))
+        name = _include_file(card, str(folder.absolute()))
     except (SyntaxError, IndexError) as exc:
         raise InputError("INCLUDE names no file", where=place) from exc
     included = folder.absolute() / name
@@ -162,5 +181,36 @@ def _included(lines: list[str], folder: Path, place: str) -> Path:
     except (OSError, ValueError) as exc:  # a name that no file can have
         raise InputError(f"INCLUDE names no file: {name[:80]}", where=place) from exc
     if not there:
+        require_regular_file(included)
         raise InputError(f"INCLUDE of a file that does not exist: {included}", where=place)
     return included
+
+
+def _include_file(card: Sequence[str], include_dir: str = "", is_windows: bool | None = None) -> str:
+    """The file that the lines of an INCLUDE name, in whichever of the forms of the name there is one."""
+    from pyNastran.bdf.bdf_interface.include_file import get_include_filename
+
+    forms = ([system_name(line) for line in card], list(card))
+    names = [str(get_include_filename(lines, include_dir=include_dir, is_windows=is_windows)) for lines in forms]
+    return next((name for name in names if os.path.isfile(name)), names[0])
+
+
+@contextmanager
+def _guided(path: Path) -> Iterator[None]:
+    """Let pyNastran find the files of INCLUDEs by the names that `_scan` has found, and write out no endless SET."""
+    from pyNastran.bdf import subcase
+    from pyNastran.bdf.bdf_interface import pybdf
+
+    include_file, expanded = pybdf.get_include_filename, subcase.expand_thru_case_control
+
+    def bounded(values: Sequence[Any]) -> Any:
+        problem = range_problem(" ".join(str(value) for value in values).upper().replace(",", " ").split())
+        if problem:
+            raise InputError(f"SET of the case control: {problem}", where=str(path), hint="write SET n = ALL")
+        return expanded(values)
+
+    pybdf.get_include_filename, subcase.expand_thru_case_control = _include_file, bounded
+    try:
+        yield
+    finally:
+        pybdf.get_include_filename, subcase.expand_thru_case_control = include_file, expanded

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import IO
 
 from tedm_cli.errors import InputError, UsageError
-from tedm_cli.files.store import replacing
+from tedm_cli.files.store import is_alive, replacing
+from tedm_cli.interrupts import whole
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
@@ -25,7 +26,8 @@ from tedm_cli.nastran.reading import read_deck
 _PATIENCE_S = 5.0  # between the request to end and the order to
 _FATAL = re.compile(r"\b(USER|SYSTEM|PROGRAM)?\s*FATAL (MESSAGE|ERROR)\b|^\s*\*ERROR\b")
 _MARK = "{deck}"
-_State = dict[Path, tuple[int, int, int]]
+_FAILED = ".failed"  # behind the name of an OP2 that is not taken
+_RUN = "_tedmrun"  # between a deck's name and the number of the process, in the names of a run's files
 
 
 def command_of(text: str, deck: Path) -> list[str]:
@@ -52,6 +54,9 @@ def run_nastran(
 ) -> int:
     """Run the command `text` in the deck's folder and bring its OP2 to `op2`.
 
+    The solver gets the deck under a name of this run, so that its files are known from all others. They take the
+    deck's name when it has ended. Its OP2 takes the name `op2` only when it has been found whole.
+
     Parameters
     ----------
     text : command with `{deck}`; what it prints goes to `say`, line by line.
@@ -64,54 +69,71 @@ def run_nastran(
     Raises
     ------
     UsageError : see `command_of`.
-    InputError : no such deck; the solver fails, or its F06 says FATAL; no OP2, one that is older than the run, or one
-        that lacks subcases.
-    KeyboardInterrupt : after the solver and all its processes were ended.
+    InputError : no such deck; the solver fails, or its F06 says FATAL; no OP2, or one that lacks subcases.
+    KeyboardInterrupt : after the solver and all its processes were ended, and what they left was removed.
     """
     wanted = _subcases(deck, allow_missing_enddata)
-    command = command_of(text, deck)
-    with _kept_aside(op2):
-        newest = _new_results(command, deck, op2, say)
-        with open_op2(newest) as (tables, _):
-            missing = sorted(wanted - {table.subcase for table in tables})
+    with _run_files(deck) as own:
+        results = _new_results(command_of(text, own), own, deck, say)
+        failed = str(deck.with_name(deck.stem + results.suffix + _FAILED))  # its name if it is not taken
+        try:
+            with open_op2(results) as (tables, _):
+                missing = sorted(wanted - {table.subcase for table in tables})
+        except InputError as exc:
+            raise InputError(exc.fact, where=exc.where.replace(str(results), failed), hint=exc.hint) from exc
         if missing:
             raise InputError(
                 f"lacks {len(missing)} of {len(wanted)} subcases: {id_list(missing)}",
-                where=str(newest),
+                where=failed,
                 hint="did the solver stop early? is its disk full?",
             )
-    if newest.resolve() != op2.resolve():
         with replacing(op2) as temporary:
-            shutil.copyfile(newest, temporary)
-        newest.unlink()
+            shutil.move(results, temporary)
     return len(wanted)
 
 
 @contextlib.contextmanager
-def _kept_aside(op2: Path) -> Iterator[None]:
-    """Keep the results of the last run while another one may write over them, and put them back when it fails."""
-    old, failed = op2.with_name(op2.name + ".before"), op2.with_name(op2.name + ".failed")
-    if op2.is_file():
-        op2.replace(old)
+@whole
+def _run_files(deck: Path) -> Iterator[Path]:
+    """The deck under the name of this run; what the solver leaves beside it takes the deck's name in the end.
+
+    An OP2 that is still there is not taken: it ends in `.failed`. What a killed run has left is removed.
+    """
+    stem = f"{deck.stem}{_RUN}{os.getpid()}"
+    for path, number in _of_runs(deck):
+        if number == os.getpid() or not is_alive(number):
+            path.unlink(missing_ok=True)
+    own = deck.with_name(stem + deck.suffix)
     try:
-        yield
-    except BaseException:
-        if op2.is_file():
-            op2.replace(failed)
-        if old.is_file():
-            old.replace(op2)
+        os.link(deck, own)
+    except OSError:  # a file system without links
+        shutil.copyfile(deck, own)
+    try:
+        yield own
+    except KeyboardInterrupt:
+        for path, number in _of_runs(deck):
+            if number == os.getpid():
+                path.unlink(missing_ok=True)
         raise
-    if op2.is_file():
-        old.unlink(missing_ok=True)
-    elif old.is_file():
-        old.replace(op2)
+    finally:
+        own.unlink(missing_ok=True)
+        for path, number in _of_runs(deck):
+            if number == os.getpid():
+                end = path.name[len(stem) :]
+                path.replace(deck.with_name(deck.stem + end + (_FAILED if end.lower() == ".op2" else "")))
 
 
-def _new_results(command: list[str], deck: Path, op2: Path, say: Callable[[str], None]) -> Path:
-    """Run the command; the newest OP2 that it has made."""
-    before = {**_outputs(deck, ".op2"), **_outputs(deck, ".f06"), **_state([op2])}
+def _of_runs(deck: Path) -> list[tuple[Path, int]]:
+    """Files of runs of this deck and the process that each belongs to; solvers change the case of names."""
+    name = re.compile(re.escape(deck.stem + _RUN) + r"(\d+)(?!\d).*", re.IGNORECASE)
+    found = ((path, name.fullmatch(path.name)) for path in deck.parent.iterdir() if path.is_file())
+    return [(path, int(match[1])) for path, match in found if match]
+
+
+def _new_results(command: list[str], own: Path, deck: Path, say: Callable[[str], None]) -> Path:
+    """Run the command; the OP2 that it has made."""
     code, last = _run(command, deck.parent, say)
-    fatal = _fatal_lines(_changed(_outputs(deck, ".f06"), before))
+    fatal = _fatal_lines(_outputs(own, ".f06"))
     if code or fatal:
         fact = f"exit code {code}" if code else "a FATAL message"
         said = "; ".join(fatal) or last
@@ -120,13 +142,14 @@ def _new_results(command: list[str], deck: Path, op2: Path, say: Callable[[str],
             where=str(deck),
             hint="see its F06 and log in the folder of the deck; -v shows what it prints",
         )
-    results = _changed({**_outputs(deck, ".op2"), **_state([op2])}, before)
+    results = _outputs(own, ".op2")
     if not results:
-        old = [str(p) for p in before if p.suffix.lower() == ".op2"]
+        old = deck.with_suffix(".op2")
         raise InputError(
-            f"{command[0]} ended without a new OP2" + (f"; {', '.join(old)} is from before the run" if old else ""),
+            f"{command[0]} ended without a new OP2" + (f"; {old} is from before the run" if old.exists() else ""),
             where=str(deck),
-            hint="the command has to wait for the solver (MSC Nastran: batch=no) and leave the OP2 beside the deck",
+            hint="the command has to wait for the solver (MSC Nastran: batch=no), give it {deck}, whose name is new in"
+            " every run, and leave the OP2 beside the deck",
         )
     return max(results, key=lambda path: path.stat().st_mtime_ns)
 
@@ -137,19 +160,10 @@ def _subcases(deck: Path, allow_missing_enddata: bool) -> set[int]:
     return set() if control is None else {int(n) for n in control.subcases if n != 0}
 
 
-def _outputs(deck: Path, suffix: str) -> _State:
+def _outputs(own: Path, suffix: str) -> list[Path]:
     """Files of the deck's name with this ending, in either case; solvers on Windows write capitals, some lower them."""
-    names = (p for p in deck.parent.iterdir() if p.suffix.lower() == suffix)
-    return _state([p for p in names if p.stem.lower() == deck.stem.lower()])
-
-
-def _state(paths: list[Path]) -> _State:
-    stats = [(p, p.stat()) for p in paths if p.is_file()]
-    return {p: (s.st_mtime_ns, s.st_size, s.st_ino) for p, s in stats}
-
-
-def _changed(now: _State, before: _State) -> list[Path]:
-    return [path for path, state in now.items() if before.get(path) != state]
+    names = (p for p in own.parent.iterdir() if p.suffix.lower() == suffix)
+    return [p for p in names if p.stem.lower() == own.stem.lower()]
 
 
 def _fatal_lines(f06: list[Path]) -> list[str]:
@@ -165,23 +179,26 @@ def _fatal_lines(f06: list[Path]) -> list[str]:
 
 def _run(command: list[str], folder: Path, say: Callable[[str], None]) -> tuple[int, str]:
     """Exit code of the command and the last line it printed."""
-    try:
-        # In a session of its own, so that the programs it starts can be ended with it.
-        child = subprocess.Popen(
-            command,
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
-    except OSError as exc:
-        raise UsageError(f"--run: {command[0]!r} cannot be started ({exc.strerror})") from exc
-    assert child.stdout is not None
+
+    def start() -> subprocess.Popen[bytes]:
+        try:
+            # In a session of its own, so that the programs it starts can be ended with it.
+            return subprocess.Popen(
+                command,
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        except OSError as exc:
+            raise UsageError(f"--run: {command[0]!r} cannot be started ({exc.strerror})") from exc
+
     last: deque[str] = deque(maxlen=1)
-    reader = threading.Thread(target=_listen, args=(child.stdout, last, say), daemon=True)
-    reader.start()
-    with _ended_with_us(child):
+    with _ending_with_us(start) as child:
+        assert child.stdout is not None
+        reader = threading.Thread(target=_listen, args=(child.stdout, last, say), daemon=True)
+        reader.start()
         code = child.wait()
     reader.join(_PATIENCE_S)  # a program left in the background may hold the pipe
     return code, last[0] if last else ""
@@ -195,22 +212,51 @@ def _listen(stream: IO[bytes], last: deque[str], say: Callable[[str], None]) -> 
             say(line)
 
 
+# Ends the process group that it reads of, when whoever wrote it is gone without saying that all is done.
+_GUARD = """
+import os, signal, sys, time
+group, _, said = sys.stdin.read().partition(" ")
+if group and not said:
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        try:
+            os.killpg(int(group), number)
+        except OSError:
+            break
+        time.sleep(%r)
+"""
+
+
 @contextlib.contextmanager
-def _ended_with_us(child: subprocess.Popen[bytes]) -> Iterator[None]:
-    """End the child and its whole process group when this process is interrupted or told to end."""
+@whole
+def _ending_with_us(start: Callable[[], subprocess.Popen[bytes]]) -> Iterator[subprocess.Popen[bytes]]:
+    """A child that is ended with its whole process group when the block is left early, or this process is killed.
 
-    def leave(number: int, frame: object) -> None:
-        sys.exit(128 + number)
-
-    before = signal.signal(signal.SIGTERM, leave)
+    The latter is seen to by a process of its own that waits for the end of a pipe: it is told nothing else by a process
+    that is gone, on any system.
+    """
+    guard = subprocess.Popen(
+        [sys.executable, "-I", "-S", "-c", _GUARD % _PATIENCE_S],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    assert guard.stdin is not None
     try:
-        yield
-    except BaseException:
-        for number in (signal.SIGTERM, signal.SIGKILL):
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(child.pid, number)
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                child.wait(_PATIENCE_S)
-        raise
+        child = start()
+        guard.stdin.write(str(child.pid).encode())
+        guard.stdin.flush()
+        try:
+            yield child
+        except BaseException:
+            for number in (signal.SIGTERM, signal.SIGKILL):
+                with contextlib.suppress(ProcessLookupError, PermissionError):
+                    os.killpg(child.pid, number)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    child.wait(_PATIENCE_S)
+            raise
     finally:
-        signal.signal(signal.SIGTERM, before)
+        with contextlib.suppress(OSError):
+            guard.stdin.write(b" done")
+            guard.stdin.close()
+        guard.wait()

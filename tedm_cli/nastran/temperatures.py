@@ -19,6 +19,7 @@ _LAMINATES = ("PCOMP", "PCOMPG")
 _EXPANSION = ("a", "a1", "a2", "a3", "A", "ax", "ath", "az")
 # A step this small against the temperatures is the rounding of eight digits, subtracted.
 _ROUNDING = 1e-9
+_DIGITS = 15  # of the longest number in a field
 
 
 @dataclass(frozen=True)
@@ -125,8 +126,25 @@ def temperature_field(model: Any, sid: int, grid_id: IntArray, where: str) -> Fi
 
 
 def step(load: Field, initial: Field, grid_id: IntArray) -> FloatArray:
-    """T - T_0 [N] on every grid, without the rounding of the subtraction; NaN where a temperature is not given."""
+    """T - T_0 [N] on every grid as the cards say it in decimals; NaN where a temperature is not given.
+
+    Cards have up to 15 digits: 293.02 - 293 is 0.02, where doubles leave 0.01999999999998.
+    """
     warm, cold = load.on(grid_id), initial.on(grid_id)
-    out = warm - cold
+    largest = float(np.fmax.reduce(np.fmax(np.abs(warm), np.abs(cold)), initial=0.0))  # passes over what is not given
+    out: FloatArray = np.round(warm - cold, _DIGITS - _digits_before_the_point(largest))
     out[np.abs(out) <= _ROUNDING * np.maximum(np.abs(warm), np.abs(cold))] = 0.0
     return out
+
+
+def error_in_single_precision(load: Field, initial: Field, grid_id: IntArray, steps: FloatArray) -> float:
+    """Largest relative error of the `steps` [N] that are not 0 where a solver keeps its temperatures in 4 bytes."""
+    on = np.nan_to_num(steps) != 0.0
+    with np.errstate(over="ignore", invalid="ignore"):  # 4 bytes end at 3e38
+        warm, cold = (field.on(grid_id)[on].astype(np.float32).astype(np.float64) for field in (load, initial))
+        error = np.abs((warm - cold) / steps[on] - 1.0)
+    return float(np.nan_to_num(error, nan=np.inf).max(initial=0.0))
+
+
+def _digits_before_the_point(value: float) -> int:
+    return int(np.floor(np.log10(value))) + 1 if value >= 1.0 else 1

@@ -52,7 +52,6 @@ def read_source(
     scratch: Path,
     constraints_of_subcase: int | None = None,
     *,
-    cross_reference: bool = False,
     allow_missing_enddata: bool = False,
 ) -> SourceModel:
     """Read a model of any solution, with its INCLUDEs, as the base of unit loads.
@@ -71,7 +70,7 @@ def read_source(
         notes.append(f"{len(sections.left_over)} lines after ENDDATA are no part of the model")
     if not sections.has_end and not allow_missing_enddata:
         raise no_end(path)
-    model = _read_model(control, sections.bulk, path, scratch, cross_reference)
+    model = _read_model(control, sections.bulk, path, scratch)
     for line in sections.left_over:
         refuse_card_after_end(model, line.text, line.place)
     notes += passed_over(model)
@@ -80,7 +79,7 @@ def read_source(
     return SourceModel(sections, control, tuple(bulk), model, found, (*control.notes, *notes))
 
 
-def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: Path, cross_reference: bool) -> Any:
+def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: Path) -> Any:
     """The case control that stays (its SETs may define areas) and the bulk data through `read_deck`.
 
     Places in messages become those of the user's files.
@@ -88,7 +87,7 @@ def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: 
     head = "\n".join(["SOL 101", "CEND", *control.lines, "BEGIN BULK", ""])
     scratch.write_bytes((head + "".join(line.text for line in lines)).encode("latin-1"))
     try:
-        return read_deck(scratch, cross_reference=cross_reference, allow_missing_enddata=True)
+        return read_deck(scratch, allow_missing_enddata=True)
     except InputError as exc:
         where = exc.where.replace(str(scratch), str(path))
         number = exc.where.removeprefix(f"{scratch}:")
@@ -152,7 +151,9 @@ def unit_deck(
     control.append("BEGIN BULK")
     added = ["$ Unit loads added by tedm to the bulk data of"]
     for file in sections.files:
-        added += [f"$   {file.name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
+        # One line of ASCII, whatever the name: a line end in it would begin a card.
+        name = file.name.encode("unicode_escape").decode("ascii")
+        added += [f"$   {name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
     for sid, ids in zip(sids, warmed, strict=False):
         added += temperature_cards(sid, reference.value, ids)
     if reference.is_initial:

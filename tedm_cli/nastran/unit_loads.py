@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.area_names import area_name_fact
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.temperatures import (
     Field,
+    error_in_single_precision,
     reference_temperatures,
     selection,
     step,
@@ -20,12 +22,15 @@ from tedm_cli.nastran.temperatures import (
 )
 from tedm_cli.nastran.unit_load_control import check_unit_load_control
 
+_RENAME = "change the LABEL; the label in the results need not change where model.subcases gives their numbers"
+
 
 @dataclass(frozen=True)
 class UnitLoad:
     """One subcase: its label, the rows of the grids it warms, and the temperature step (K).
 
     `output`: what DISPLACEMENT asks for, ALL, NONE or the number of a set; empty where the deck does not say.
+    `single_error`: relative error of the step where a solver holds temperatures in single precision.
     """
 
     subcase: int
@@ -33,6 +38,7 @@ class UnitLoad:
     rows: IntArray
     load_K: float
     output: str = ""
+    single_error: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -50,7 +56,8 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
     ------
     InputError : what `check_unit_load_control` refuses; a subcase without label or temperatures, uneven steps, a step
         on the rest of the model, materials with different TREF and no TEMPERATURE(INITIAL), properties that change with
-        temperature, two subcases with one label, grids in two areas or in none, a uniform load that leaves grids out.
+        temperature, two subcases with one label, a label that no area may have, grids in two areas or in none, a
+        uniform load that leaves grids out.
     """
     where = str(geometry.files[0])
     control = model.case_control_deck
@@ -75,6 +82,7 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
         raise InputError(
             "has no subcase that warms a thermal area", where=where, hint="make a unit-load deck with `tedm write-deck`"
         )
+    _check_names(areas, where)
     _check_partition(areas, geometry, where)
     if uniform is not None:
         _check_uniform(uniform, areas, geometry, where)
@@ -82,7 +90,7 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
 
 
 def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, where: str) -> UnitLoad:
-    label = str(subcase.get_parameter("LABEL")[0]).strip() if "LABEL" in subcase.params else ""
+    label = " ".join(str(subcase.get_parameter("LABEL")[0]).split()) if "LABEL" in subcase.params else ""
     if not label:
         raise InputError("has no LABEL, so its thermal area has no name", where=f"{where}: subcase {number}")
     place = f"{where}: subcase {number} (area '{label}')"
@@ -109,9 +117,10 @@ def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, w
         raise InputError(f"warms no grid (temperature set {sets.load})", where=place)
     low, high = float(steps[warm].min()), float(steps[warm].max())
     if high - low > 1e-9 * max(abs(low), abs(high)):
-        raise InputError(f"warms its grids by {low:g} to {high:g} K; a unit load has one step", where=place)
+        raise InputError(f"warms its grids by {low:.9g} to {high:.9g} K; a unit load has one step", where=place)
     output = str(subcase.get_parameter("DISPLACEMENT")[0]) if "DISPLACEMENT" in subcase.params else ""
-    return UnitLoad(number, label, warm, float(steps[warm[0]]), output)
+    single_error = error_in_single_precision(loaded, initial, geometry.grid_id, steps)
+    return UnitLoad(number, label, warm, float(steps[warm[0]]), output, single_error)
 
 
 def _tref(model: Any, loaded: Field, place: str) -> Field:
@@ -145,9 +154,18 @@ def _check_rest(
         first = int(np.argmax(moved))
         cold = initial.on(geometry.grid_id)[first]
         raise InputError(
-            f"rests at {loaded.rest:g} K (TEMPD), but {name} {cold:g} K",
+            f"rests at {loaded.rest:.15g} K (TEMPD), but {name} {cold:.15g} K",
             where=place,
             hint="set TEMPD to the reference temperature, or the rest of the model expands too",
+        )
+
+
+def _check_names(areas: list[UnitLoad], where: str) -> None:
+    facts = [(a.subcase, fact) for a in areas if (fact := area_name_fact(a.label))]
+    if facts:
+        others = f" (and {len(facts) - 1} more subcases)" if len(facts) > 1 else ""
+        raise InputError(
+            f"its LABEL names no area: {facts[0][1]}{others}", where=f"{where}: subcase {facts[0][0]}", hint=_RENAME
         )
 
 

@@ -11,7 +11,7 @@ from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.bounds import BOUNDS, Bounds, correlation_bounds
 from tedm_cli.noise.case_contributions import Contributions, Judged, contributions
-from tedm_cli.noise.correlation import CorrelationCase, correlation
+from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.noise.differences import no_output, terms
 from tedm_cli.noise.filter_sensitivity import FilterSensitivity, filter_sensitivity
 from tedm_cli.noise.improvement import Improvement, improvement
@@ -80,6 +80,7 @@ def run_case(
     temperature: TemperatureModel,
     frequency_hz: FloatArray,
     criteria: Criteria = Criteria(),
+    known: Correlation | None = None,
 ) -> CaseResult:
     """Noise of the outputs in one correlation case.
 
@@ -87,6 +88,7 @@ def run_case(
     ----------
     frequency_hz : [F], increasing, with the band edges of the requirements (see `frequency_grid`).
     criteria : which outputs to judge by what; by default none.
+    known : the correlation of the case, where it has been found already.
 
     Raises
     ------
@@ -96,7 +98,7 @@ def run_case(
     """
     judged, safety_factor = judged_outputs(criteria, outputs, frequency_hz), criteria.safety_factor
     areas = outputs.areas
-    source = TemperatureNoise(temperature, correlation(case, areas))
+    source = TemperatureNoise(temperature, correlation(case, areas) if known is None else known)
     noise = OutputNoise(outputs.rows, source, frequency_hz)
     psd, bounds = noise.psd(), correlation_bounds(noise)
     verdicts = [

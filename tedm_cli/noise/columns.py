@@ -18,20 +18,14 @@ _SHOWN = 6
 def columns_of_areas(columns: Sequence[str], areas: AreaTable, needed: BoolArray, *, where: str) -> IndexArray:
     """Column [k] of every area that is needed, -1 for the others.
 
-    A column is named after an area, a group, a shield (`inside`, `outside`) or `all`; the narrowest one counts.
+    A column is named after an area, a group, a shield (`inside`, `outside`) or `all`; the narrowest one counts. No two
+    `columns` have one name.
 
     Raises
     ------
-    InputError : a column given twice, one that names nothing of the model, or a needed area without a column.
+    InputError : a column that names nothing of the model, or a needed area without a column.
     """
     names = list(columns)
-    for number, name in enumerate(names):
-        if name in names[:number]:
-            raise InputError(
-                f"column {name!r} is there twice (columns {names.index(name) + 2} and {number + 2})",
-                where=where,
-                hint="keep one of them",
-            )
     known = [*areas.name.tolist(), *sorted(set(areas.group.tolist())), "inside", "outside", ALL]
     unknown = [name for name in names if name not in known]
     if unknown:

@@ -29,6 +29,7 @@ from tedm_cli.noise.temperature import TemperatureModel
 _BLOCK_NUMBERS = 1 << 20  # numbers of a block of all series: 8 MB
 _FILTER_PERIODS = 128  # of the lowest frequency that a filter is long
 _HELD_NUMBERS = 1 << 24  # numbers of past noise that delays may ask for: 134 MB
+_MOST_NUMBERS = 1 << 28  # numbers held in all: 2.1 GB, of which the sample takes 0.3
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,7 @@ def output_blocks(rows: FloatArray, source: TemperatureNoise, plan: Plan) -> Ite
     block = max(taps, _BLOCK_NUMBERS // len(factor))
     length = fft.next_fast_len(block + taps, real=True)
     block = length - taps
+    _require_room(len(columns), len(rows), longest + taps, length, plan)
     in_phase, quadrature = _responses(temperature, plan, filters, taps, length)
     gain = rows * temperature.scale
     rng = np.random.default_rng(plan.seed)
@@ -145,6 +147,19 @@ def expected_psd(noise: OutputNoise, plan: Plan, window: Window | None = None) -
     if window is None:
         window = Window(plan.rate_hz / segment_length(plan.rate_hz, plan.lowest_hz))
     return through_window(psd, noise.frequency_hz, window, float(np.ptp(carriers.delay_s)))
+
+
+def _require_room(columns: int, rows: int, past: int, length: int, plan: Plan) -> None:
+    """Raise `InputError` where past noise [columns, past] and outputs [rows, length] are too much to hold."""
+    held = columns * past + (rows + 2) * length
+    if held > _MOST_NUMBERS:
+        raise InputError(
+            f"filters of {_FILTER_PERIODS} periods of {plan.lowest_hz:g} Hz at {plan.rate_hz:g} Hz take"
+            f" {8e-9 * held:.3g} GB for {columns} independent fluctuations and {rows} outputs; at most"
+            f" {8e-9 * _MOST_NUMBERS:.3g} GB are held",
+            where="realisation",
+            hint="raise lowest_hz, or lower rate_hz and [frequency] max_hz; the exact spectra need neither",
+        )
 
 
 def _lags(factor: AnyArray, delay_s: FloatArray, rate_hz: float) -> tuple[IndexArray, FloatArray]:

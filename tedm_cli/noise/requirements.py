@@ -174,7 +174,9 @@ def frequency_grid(f_min: float, f_max: float, n: int, bands: Iterable[Sequence[
         exact.add(REFERENCE_HZ)
     held = np.array(sorted(exact))
     log_grid = np.geomspace(f_min, f_max, n)
-    apart = np.abs(log_grid[:, None] - held).min(axis=1) > _SAME_HZ * log_grid
+    after = np.searchsorted(held, log_grid)
+    near = held[np.clip(np.stack([after - 1, after]), 0, len(held) - 1)]
+    apart = np.abs(log_grid - near).min(axis=0) > _SAME_HZ * log_grid
     return np.sort(np.concatenate([log_grid[apart], held]))
 
 

@@ -2,19 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
 from scipy import signal
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.errors import InputError
+from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.quantities import SAMPLES
 
 _LARGEST_FACTOR = 1000
 _SAME_RATIO = 1e-8  # any ratio is near one of whole numbers: this near it is meant
 _HALF_TAPS = 24  # on each side of the centre, in samples of the slower of the two rates
 _KAISER_BETA = 12.0  # 118 dB of attenuation, over a transition of 0.32 of the lower Nyquist frequency
 _PASS = 0.82  # cut-off over the lower Nyquist frequency, such that the stop band begins below it
+_MOST_MADE = 1 << 18  # samples that are made at once
+
+
+def pieces(
+    time_s: FloatArray, values: FloatArray, first_s: float, step_s: float | None, where: str
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Stamps [B] and values [B, n] of a block in pieces of which none makes more samples than are held, however fine.
+
+    `first_s`: stamp of the first sample of the series; `step_s`: of the series to be made, None: not resampled.
+
+    Raises
+    ------
+    ConfigError : the step makes too many samples of the series so far, or between two of its rows.
+    """
+    if step_s is None:
+        yield time_s, values
+        return
+    number = np.floor((time_s - first_s) / step_s)
+    fact = SAMPLES.fact(int(number[-1]) + 1)
+    gap = float(np.diff(number).max(initial=0.0))
+    if not fact and gap > _MOST_MADE:
+        fact = f"{gap:,.0f} samples between two rows; at most {_MOST_MADE:,}"
+    if fact:
+        raise ConfigError([("resample_s", f"steps of {step_s:g} s make too many samples: {fact}")], where=where)
+    for rows in np.split(np.arange(len(time_s)), np.flatnonzero(np.diff(number // _MOST_MADE)) + 1):
+        yield time_s[rows], values[rows]
 
 
 class LinearResampler:

@@ -124,19 +124,20 @@ class TabulatedSpectrum:
 
     Parameters
     ----------
-    level_K : K/√Hz where `relative` is 1.
+    level_K : K/√Hz at `level_hz`, where `relative` is 1.
     frequency_hz, relative : [N], the points.
     name : of the table, for messages.
     """
 
     level_K: float
+    level_hz: float
     frequency_hz: tuple[float, ...]
     relative: tuple[float, ...]
     name: str
 
     @classmethod
     def of(cls, frequency_hz: FloatArray, asd: FloatArray, name: str) -> TabulatedSpectrum:
-        """Spectrum through `asd` [N] in K/√Hz at `frequency_hz` [N] in Hz; its level is that at 1 mHz or nearest to it.
+        """Spectrum through `asd` [N] in K/√Hz at `frequency_hz` [N] in Hz; its level is that nearest to 1 mHz.
 
         Raises
         ------
@@ -157,8 +158,11 @@ class TabulatedSpectrum:
                 where=where,
                 hint="leave silent areas out of the case instead",
             )
-        level = float(asd[np.argmin(np.abs(np.log(frequency_hz / REFERENCE_HZ)))])
-        return cls(level, tuple(frequency_hz.tolist()), tuple((asd / level).tolist()), name)
+        nearest = int(np.argmin(np.abs(np.log(frequency_hz / REFERENCE_HZ))))
+        level = float(asd[nearest])
+        return cls(
+            level, float(frequency_hz[nearest]), tuple(frequency_hz.tolist()), tuple((asd / level).tolist()), name
+        )
 
     def __post_init__(self) -> None:
         _check_level(self.level_K)
@@ -178,8 +182,9 @@ class TabulatedSpectrum:
         return amplitude
 
     def words(self) -> str:
-        """The table and its range."""
-        return f"table {self.name}, {self.frequency_hz[0]:g} to {self.frequency_hz[-1]:g} Hz"
+        """The table, its range, and where its level is."""
+        low, high = self.frequency_hz[0], self.frequency_hz[-1]
+        return f"table {self.name}, {low:g} to {high:g} Hz, level at {self.level_hz * 1e3:g} mHz"
 
 
 Spectrum = ShapedSpectrum | WhiteSpectrum | FlightSpectrum | TabulatedSpectrum

@@ -33,6 +33,7 @@ UNIT_SCALES: Mapping[str, tuple[Literal["m", "rad"], float]] = {
     "arcsec": ("rad", np.pi / 648000),
 }
 _ALL = 13  # digits that are as good as double precision
+_LAST = 280  # decimals whose power of ten is a number
 _DIGITS = range(3, _ALL)  # fewer are taken as exact: such numbers are short by themselves (0, 1, -0.5)
 _SINGLE = 2.0**-21  # a few roundings in single precision
 _SHOWN = 8  # labels named in one message
@@ -192,8 +193,9 @@ def printed_accuracy(values: FloatArray) -> tuple[FloatArray, str]:
 
 def _rounded(values: FloatArray, decimals: FloatArray) -> FloatArray:
     """Values at so many decimals; by powers of ten that are exact as long as they may be, not by their inverses."""
-    up, down = 10.0 ** np.maximum(decimals, 0), 10.0 ** np.maximum(-decimals, 0)
-    return np.asarray(np.round(values / down * up) / up * down)
+    held = np.clip(decimals, -_LAST, _LAST)  # further out there is no power of ten
+    up, down = 10.0 ** np.maximum(held, 0), 10.0 ** np.maximum(-held, 0)
+    return np.where(held == decimals, np.round(values / down * up) / up * down, values)
 
 
 def _arranged(matrix: LabelledMatrix, rows: Labels, columns: Labels) -> tuple[FloatArray, FloatArray, str]:

@@ -73,7 +73,8 @@ class Element:
     normal : unit vector towards the reflecting side; of an injector the beam direction, of a photodiode towards the
         light.
     front_offset_m : the front plane passes through `ref_m + front_offset_m * normal`, m.
-    thickness_m : distance of the back plane behind the front plane, m; zero for a surface without substrate.
+    thickness_m : distance of the back plane behind the front plane, m; zero for a surface without substrate,
+        or for a plate so thin that its shift of the beam does not count.
     index : refractive index of the substrate.
     local_y : unit vector, y axis of the photodiode and of a rectangular aperture; None elsewhere.
     opl_offset_m : optical path already travelled before an injector, m.
@@ -95,6 +96,11 @@ class Element:
     grid: int | None = None
     aperture_m: float | tuple[float, ...] | None = None
     recombination: Recombination = Recombination()
+
+    @property
+    def is_plate(self) -> bool:
+        """Whether light passes through it, however thin it is: a plate may be met from behind."""
+        return self.kind in ("window", "beamsplitter") or self.thickness_m > 0.0
 
 
 @dataclass(frozen=True)

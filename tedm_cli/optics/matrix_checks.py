@@ -101,7 +101,7 @@ def row_factors(layout: OpticalLayout, S_BW: FloatArray) -> FloatArray:
     out = np.full((len(layout.paths), 5), np.nan)
     for i, path in enumerate(layout.paths):
         own = S_BW[layout.rows(path), layout.columns(path.photodiode)]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             out[i] = _factors(own[:3, :3], own[3:, 3:])
     out[~np.isfinite(out)] = np.nan
     return np.where(np.isnan(out).any(axis=1)[:, None], np.nan, out)

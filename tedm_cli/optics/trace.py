@@ -162,7 +162,7 @@ def encounters(layout: OpticalLayout, path: BeamPath, poses: Poses) -> Iterator[
                 f"the ray runs parallel to {element.name}",
                 hint=f"turn {element.name} or the element before it",
             )
-        if approach > 0 and step.op != "T" and (step.op == "detect" or element.thickness_m == 0.0):
+        if approach > 0 and step.op != "T" and (step.op == "detect" or not element.is_plate):
             angle = np.degrees(np.arccos(min(approach, 1.0)))
             raise lost(
                 f"the ray meets {element.name} from behind, {angle:.3g} deg off its normal",

@@ -25,9 +25,13 @@ from tedm_cli.report.document import (
 
 def to_markdown(document: Document, figures: str) -> str:
     """Markdown (CommonMark with tables); `figures` is the folder of the figures as seen from the file."""
-    lines = [f"# {_escape(document.title)}", "", f"{_escape(document.subject)}. Made by tedm {document.version}."]
+    lines = [
+        f"# {_escape(document.title)}",
+        "",
+        f"{_begin(_escape(document.subject))}. Made by tedm {document.version}.",
+    ]
     for note in document.notes:
-        lines += ["", _inline(note)]
+        lines += ["", _begin(_inline(note))]
     for section in document.sections:
         lines += ["", f"## {_escape(section.title)}"]
         for block in section.blocks:
@@ -37,7 +41,7 @@ def to_markdown(document: Document, figures: str) -> str:
 
 def _block(block: Block, figures: str) -> Iterator[str]:
     if isinstance(block, Paragraph):
-        yield from ("", _inline(block.text))
+        yield from ("", _begin(_inline(block.text)))
     elif isinstance(block, Heading):
         yield from ("", f"### {_escape(block.text)}")
     elif isinstance(block, Facts):
@@ -45,7 +49,7 @@ def _block(block: Block, figures: str) -> Iterator[str]:
     elif isinstance(block, Table):
         yield from _table(block)
     elif isinstance(block, Figure):
-        yield from ("", f"![{_escape(block.caption)}]({figures}/{block.file})", "", _escape(block.caption))
+        yield from ("", f"![{_escape(block.caption)}]({figures}/{block.file})", "", _begin(_escape(block.caption)))
     elif isinstance(block, VerdictCard):
         yield from ("", f"**{block.word}**: {_inline(block.lead)}", "", *_facts(block.facts))
     elif isinstance(block, Columns):
@@ -62,7 +66,7 @@ def _block(block: Block, figures: str) -> Iterator[str]:
 
 
 def _facts(rows: Sequence[tuple[str, Text]]) -> list[str]:
-    return [f"- {_escape(name)}: {_inline(value)}" for name, value in rows]
+    return [f"- {_begin(_escape(name))}: {_inline(value)}" for name, value in rows]
 
 
 def _table(table: Table) -> Iterator[str]:
@@ -102,4 +106,13 @@ def _escape(text: str) -> str:
     """Signs that Markdown or HTML would take for markup; `_` inside of words is none."""
     text = re.sub(r"([\\`*\[\]|<>$~#])", r"\\\1", text)
     text = re.sub(r"&(?=#?\w+;)", r"\\&", text)
-    return re.sub(r"(?<!\w)_|_(?!\w)", r"\\_", text).replace("\n", " ")
+    text = re.sub(r"(?<![^\W_])_|_(?![^\W_])", r"\\_", text)
+    return re.sub(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]+", " ", text)  # a line end would begin another block
+
+
+def _begin(line: str) -> str:
+    """A line whose first signs would make a list, a rule or a block of code of it."""
+    line = line.lstrip()
+    return re.sub(
+        r"^(?:([-+])(?=[-\s]|$)|(\d+)([.)])(?=\s|$))", lambda m: f"\\{m[1]}" if m[1] else f"{m[2]}\\{m[3]}", line
+    )

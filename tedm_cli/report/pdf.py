@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from tedm_cli.errors import InputError
 from tedm_cli.report.document import (
     Block,
     Columns,
@@ -51,9 +52,15 @@ def to_pdf(document: Document, font_folder: str) -> bytes:
         (folder / "report.typ").write_text(template, encoding="utf-8")
         for file, svg in figures.items():
             (folder / file).write_text(svg, encoding="utf-8")
-        pdf: bytes = typst.compile(
-            str(folder / "report.typ"), format="pdf", font_paths=[font_folder], ignore_system_fonts=True
-        )
+        try:
+            pdf: bytes = typst.compile(
+                str(folder / "report.typ"), format="pdf", font_paths=[font_folder], ignore_system_fonts=True
+            )
+        except typst.TypstError as exc:
+            fact = " ".join(str(exc).replace(f"{folder}/", "").split())
+            raise InputError(
+                f"the PDF cannot be set: {fact[:300]}", where="report.pdf", hint="redraw the figures with `tedm plot`"
+            ) from exc
     return pdf
 
 

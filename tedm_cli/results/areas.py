@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.contracts import SENSITIVITY, AreaDatasets
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.areas import AreaTable
 
@@ -14,21 +15,21 @@ from tedm_cli.noise.areas import AreaTable
 def read_areas(file: Reader) -> AreaTable:
     """The areas of any file of the build folder, in the order of its arrays over areas."""
     return AreaTable(
-        name=np.array(file.strings("/area/name")),
-        group=np.array(file.strings("/area/group")),
-        shield=np.array(file.strings("/area/shield")),
-        side=np.array(file.strings("/area/side")),
-        centroid_m=file.array("/area/centroid") if file.has("/area/centroid") else None,
+        name=np.array(file.strings(AreaDatasets.AREA_NAME)),
+        group=np.array(file.strings(AreaDatasets.AREA_GROUP)),
+        shield=np.array(file.strings(AreaDatasets.AREA_SHIELD)),
+        side=np.array(file.strings(AreaDatasets.AREA_SIDE)),
+        centroid_m=file.array(SENSITIVITY.AREA_CENTROID) if file.has(SENSITIVITY.AREA_CENTROID) else None,
     )
 
 
 def write_areas(writer: Writer, areas: AreaTable, area_id: IntArray) -> None:
     """The areas as `read_areas` reads them, and their numbers [k]; without their centroids."""
-    writer.write("/area/id", area_id)
-    writer.write("/area/name", areas.name)
-    writer.write("/area/group", areas.group)
-    writer.write("/area/shield", areas.shield)
-    writer.write("/area/side", areas.side)
+    writer.write(AreaDatasets.AREA_ID, area_id)
+    writer.write(AreaDatasets.AREA_NAME, areas.name)
+    writer.write(AreaDatasets.AREA_GROUP, areas.group)
+    writer.write(AreaDatasets.AREA_SHIELD, areas.shield)
+    writer.write(AreaDatasets.AREA_SIDE, areas.side)
 
 
 def by_group(areas: AreaTable) -> IntArray:

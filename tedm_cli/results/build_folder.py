@@ -11,10 +11,16 @@ from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY, SERIES
 from tedm_cli.errors import InputError
-from tedm_cli.files.build_folder import DISTORTION as DISTORTION_FILE
-from tedm_cli.files.build_folder import OPTICS as OPTICS_FILE
-from tedm_cli.files.build_folder import SENSITIVITY as SENSITIVITY_FILE
-from tedm_cli.files.build_folder import case_file_name, require_input, require_same_input, series_file_name
+from tedm_cli.files.build_folder import (
+    DISTORTION_FILE,
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
+    case_file_name,
+    require_input,
+    require_same_areas,
+    require_same_input,
+    series_file_name,
+)
 from tedm_cli.files.provenance import ConfigFile, InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.optics.layout import OpticalLayout
@@ -76,6 +82,7 @@ def open_results(project: Project) -> Iterator[Results]:
             series[name] = stack.enter_context(open_checked(build / series_file_name(name), SERIES))
             hint = f"rebuild it with `tedm run-series {name}`, or delete it"
             _require_made_from(series[name], used, file, hint)
+        require_same_areas(sensitivity, optics, distortion, *cases, *series.values())
         yield Results(
             distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
@@ -98,8 +105,8 @@ def require_current(case: Reader, case_id: str, used: Sequence[InputFile], confi
     """Refuse a case that was run on other results or with another configuration, or that is another case."""
     hint = f"rebuild it with `tedm run-case {case_id}`"
     _require_made_from(case, used, config, f"{hint}, or all cases with `tedm run-case all`")
-    if case.string("/case/id") != case_id:
-        raise InputError(f"holds case {case.string('/case/id')}, not {case_id}", where=str(case.path), hint=hint)
+    if case.string(CASE.CASE_ID) != case_id:
+        raise InputError(f"holds case {case.string(CASE.CASE_ID)}, not {case_id}", where=str(case.path), hint=hint)
 
 
 def _require_made_from(file: Reader, used: Sequence[InputFile], config: ConfigFile, hint: str) -> None:

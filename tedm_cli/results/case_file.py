@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray, IntArray
+from tedm_cli.contracts import CASE
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.bounds import BOUNDS
 from tedm_cli.noise.case_run import CaseResult
@@ -32,16 +33,16 @@ from tedm_cli.results.noise import (
 )
 
 _BOUND = {
-    "maximum": "/bounds/maximum/{output}",
-    "maximum_non_negative": "/bounds/maximum_non_negative/{output}",
-    "known_blocks": "/bounds/known_blocks/{output}",
-    "known_blocks_minimum": "/bounds/known_blocks_minimum/{output}",
-    "minimum": "/bounds/minimum/{output}",
+    "maximum": CASE.BOUNDS_MAXIMUM,
+    "maximum_non_negative": CASE.BOUNDS_MAXIMUM_NON_NEGATIVE,
+    "known_blocks": CASE.BOUNDS_KNOWN_BLOCKS,
+    "known_blocks_minimum": CASE.BOUNDS_KNOWN_BLOCKS_MINIMUM,
+    "minimum": CASE.BOUNDS_MINIMUM,
 }
 _RATIO_BY_WAY = {
-    SILENCED: "/improvement/silenced",
-    QUIETER: "/improvement/quieter",
-    MATCHED: "/improvement/matched",
+    SILENCED: CASE.IMPROVEMENT_SILENCED,
+    QUIETER: CASE.IMPROVEMENT_QUIETER,
+    MATCHED: CASE.IMPROVEMENT_MATCHED,
 }
 
 
@@ -52,91 +53,91 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
     block = np.full(len(areas), -1)
     for number, members in enumerate(r.blocks):
         block[members] = number
-    writer.write("/case/id", r.case.id)
-    writer.write("/case/title", r.case.title)
-    writer.write("/case/role", r.case.role)
-    writer.write("/case/reason", r.case.reason)
-    writer.write("/case/safety_factor", r.safety_factor)
-    writer.write("/case/block", block)
+    writer.write(CASE.CASE_ID, r.case.id)
+    writer.write(CASE.CASE_TITLE, r.case.title)
+    writer.write(CASE.CASE_ROLE, r.case.role)
+    writer.write(CASE.CASE_REASON, r.case.reason)
+    writer.write(CASE.CASE_SAFETY_FACTOR, r.safety_factor)
+    writer.write(CASE.CASE_BLOCK, block)
     matrix = r.source.correlation.matrix()
-    writer.write("/correlation/real", np.ascontiguousarray(matrix.real))
+    writer.write(CASE.CORRELATION_REAL, np.ascontiguousarray(matrix.real))
     if np.iscomplexobj(matrix):
-        writer.write("/correlation/imaginary", np.ascontiguousarray(matrix.imag))
-    writer.write("/correlation/delay", r.source.correlation.delay_s)
-    writer.write("/frequency", r.frequency_hz)
-    writer.write("/temperature/spectrum", r.temperature_set)
-    writer.write("/temperature/asd", r.temperature_asd)
-    writer.write("/temperature/model", r.source.temperature.words())
-    writer.write("/output/label", r.outputs.labels)
-    writer.write("/output/unit", r.outputs.units)
-    writer.write("/output/kind", r.outputs.kinds)
+        writer.write(CASE.CORRELATION_IMAGINARY, np.ascontiguousarray(matrix.imag))
+    writer.write(CASE.CORRELATION_DELAY, r.source.correlation.delay_s)
+    writer.write(CASE.FREQUENCY, r.frequency_hz)
+    writer.write(CASE.TEMPERATURE_SPECTRUM, r.temperature_set)
+    writer.write(CASE.TEMPERATURE_ASD, r.temperature_asd)
+    writer.write(CASE.TEMPERATURE_MODEL, r.source.temperature.words())
+    writer.write(CASE.OUTPUT_LABEL, r.outputs.labels)
+    writer.write(CASE.OUTPUT_UNIT, r.outputs.units)
+    writer.write(CASE.OUTPUT_KIND, r.outputs.kinds)
     c = r.contributions
     for i, (label, unit) in enumerate(zip(r.outputs.labels, r.outputs.units, strict=True)):
         power = f"({unit})^2/Hz"
-        writer.write(f"/psd/{label}", r.psd[i], units=power)
+        writer.write(CASE.PSD.of(label), r.psd[i], units=power)
         for bound in BOUNDS:
             writer.write(_BOUND[bound].format(output=label), getattr(r.bounds, bound)[i], units=power)
-        writer.write(f"/contribution/amplitude/{label}", c.amplitude[i], units=f"{unit}/sqrt(Hz)")
+        writer.write(CASE.CONTRIBUTION_AMPLITUDE.of(label), c.amplitude[i], units=f"{unit}/sqrt(Hz)")
     for bound in BOUNDS:
-        writer.write(f"/extremal/{bound}", c.extremal[bound])
-    writer.write("/contribution/frequency", c.frequency_hz)
-    writer.write("/contribution/share", c.share)
-    writer.write("/contribution/band", c.band_hz)
-    writer.write("/contribution/band_share", c.band_share)
+        writer.write(CASE.EXTREMAL.of(bound), c.extremal[bound])
+    writer.write(CASE.CONTRIBUTION_FREQUENCY, c.frequency_hz)
+    writer.write(CASE.CONTRIBUTION_SHARE, c.share)
+    writer.write(CASE.CONTRIBUTION_BAND, c.band_hz)
+    writer.write(CASE.CONTRIBUTION_BAND_SHARE, c.band_share)
     if c.path_share:
-        writer.write("/path/name", c.path_names)
+        writer.write(CASE.PATH_NAME, c.path_names)
     for label in c.path_share:
-        writer.write(f"/path/share/{label}", c.path_share[label])
-        writer.write(f"/path/band_share/{label}", c.path_band_share[label])
+        writer.write(CASE.PATH_SHARE.of(label), c.path_share[label])
+        writer.write(CASE.PATH_BAND_SHARE.of(label), c.path_band_share[label])
     _write_verdicts(writer, r)
     _write_requirements(writer, r, requirements)
 
 
 def _write_verdicts(writer: Writer, r: CaseResult) -> None:
     n = len(r.verdicts)
-    writer.write("/verdict/requirement", [v.requirement for v in r.verdicts])
-    writer.write("/verdict/output", [v.output for v in r.verdicts])
-    writer.write("/verdict/ratio", [v.ratio for v in r.verdicts])
-    writer.write("/verdict/binding_frequency", [v.binding_hz for v in r.verdicts])
-    writer.write("/verdict/passed", [int(v.passed) for v in r.verdicts])
-    writer.write("/verdict/allowed_safety_factor", [v.safety_factor * v.margin for v in r.verdicts])
-    writer.write("/verdict/distortion_ratio", r.distortion_ratio)
-    writer.write("/bound_ratio/bound", list(BOUNDS))
-    writer.write("/bound_ratio/ratio", r.bound_ratio)
+    writer.write(CASE.VERDICT_REQUIREMENT, [v.requirement for v in r.verdicts])
+    writer.write(CASE.VERDICT_OUTPUT, [v.output for v in r.verdicts])
+    writer.write(CASE.VERDICT_RATIO, [v.ratio for v in r.verdicts])
+    writer.write(CASE.VERDICT_BINDING_FREQUENCY, [v.binding_hz for v in r.verdicts])
+    writer.write(CASE.VERDICT_PASSED, [int(v.passed) for v in r.verdicts])
+    writer.write(CASE.VERDICT_ALLOWED_SAFETY_FACTOR, [v.safety_factor * v.margin for v in r.verdicts])
+    writer.write(CASE.VERDICT_DISTORTION_RATIO, r.distortion_ratio)
+    writer.write(CASE.BOUND_RATIO_BOUND, list(BOUNDS))
+    writer.write(CASE.BOUND_RATIO_RATIO, r.bound_ratio)
     if r.filter_sensitivity is not None:
-        writer.write("/filter_sensitivity/order", r.filter_sensitivity.order)
-        writer.write("/filter_sensitivity/corner", r.filter_sensitivity.corner_hz)
-        writer.write("/filter_sensitivity/ratio", r.filter_sensitivity.ratio)
-    writer.write("/improvement/count", np.array(COUNTS))
+        writer.write(CASE.FILTER_SENSITIVITY_ORDER, r.filter_sensitivity.order)
+        writer.write(CASE.FILTER_SENSITIVITY_CORNER, r.filter_sensitivity.corner_hz)
+        writer.write(CASE.FILTER_SENSITIVITY_RATIO, r.filter_sensitivity.ratio)
+    writer.write(CASE.IMPROVEMENT_COUNT, np.array(COUNTS))
     for path, ranked in (
-        ("/improvement/area", [i.worst for i in r.improvements]),
-        ("/improvement/matched_block", [i.match for i in r.improvements]),
+        (CASE.IMPROVEMENT_AREA, [i.worst for i in r.improvements]),
+        (CASE.IMPROVEMENT_MATCHED_BLOCK, [i.match for i in r.improvements]),
     ):
         writer.write(path, np.array(ranked, dtype=int).reshape(n, COUNTS[-1]))
     for path, ratios in (
-        ("/improvement/silenced", [i.silenced for i in r.improvements]),
-        ("/improvement/quieter", [i.quieter for i in r.improvements]),
-        ("/improvement/matched", [i.matched for i in r.improvements]),
+        (CASE.IMPROVEMENT_SILENCED, [i.silenced for i in r.improvements]),
+        (CASE.IMPROVEMENT_QUIETER, [i.quieter for i in r.improvements]),
+        (CASE.IMPROVEMENT_MATCHED, [i.matched for i in r.improvements]),
     ):
         writer.write(path, np.array(ratios).reshape(n, len(COUNTS)))
-    writer.write("/stability/group", r.groups)
+    writer.write(CASE.IMPROVEMENT_GROUP, r.groups)
     factors = np.array([i.group_factor for i in r.improvements]).reshape(n, len(r.groups))
-    writer.write("/stability/factor", factors)
-    writer.write("/stability/all", [v.margin for v in r.verdicts])
+    writer.write(CASE.IMPROVEMENT_GROUP_FACTOR, factors)
+    writer.write(CASE.IMPROVEMENT_ALL_FACTOR, [v.margin for v in r.verdicts])
 
 
 def _write_requirements(writer: Writer, r: CaseResult, requirements: Sequence[Requirement]) -> None:
-    writer.write("/requirement/name", [q.name for q in requirements])
-    writer.write("/requirement/source", [q.source for q in requirements])
-    writer.write("/requirement/unit", [f"{q.unit}/sqrt(Hz)" for q in requirements])
-    writer.write("/requirement/applies_to", [q.applies_to for q in requirements])
-    writer.write("/requirement/band", np.array([q.band_hz for q in requirements]).reshape(-1, 2))
+    writer.write(CASE.REQUIREMENT_NAME, [q.name for q in requirements])
+    writer.write(CASE.REQUIREMENT_SOURCE, [q.source for q in requirements])
+    writer.write(CASE.REQUIREMENT_UNIT, [f"{q.unit}/sqrt(Hz)" for q in requirements])
+    writer.write(CASE.REQUIREMENT_APPLIES_TO, [q.applies_to for q in requirements])
+    writer.write(CASE.REQUIREMENT_BAND, np.array([q.band_hz for q in requirements]).reshape(-1, 2))
     f = r.frequency_hz
     amplitude = np.full((len(requirements), len(f)), np.nan)
     for i, q in enumerate(requirements):
         inside = in_band(q, f)
         amplitude[i, inside] = q.amplitude(f[inside])
-    writer.write("/requirement/amplitude", amplitude, units="see /requirement/unit")
+    writer.write(CASE.REQUIREMENT_AMPLITUDE, amplitude, units="see /requirement/unit")
 
 
 def read_case(file: Reader) -> CaseNoise:
@@ -144,42 +145,44 @@ def read_case(file: Reader) -> CaseNoise:
     limits = tuple(
         Limit(name, source, unit.removesuffix("/sqrt(Hz)"), (float(band[0]), float(band[1])), amplitude)
         for name, source, unit, band, amplitude in zip(
-            file.strings("/requirement/name"),
-            file.strings("/requirement/source"),
-            file.strings("/requirement/unit"),
-            file.array("/requirement/band"),
-            file.array("/requirement/amplitude"),
+            file.strings(CASE.REQUIREMENT_NAME),
+            file.strings(CASE.REQUIREMENT_SOURCE),
+            file.strings(CASE.REQUIREMENT_UNIT),
+            file.array(CASE.REQUIREMENT_BAND),
+            file.array(CASE.REQUIREMENT_AMPLITUDE),
             strict=True,
         )
     )
-    has_filter = file.has("/filter_sensitivity/ratio")
+    has_filter = file.has(CASE.FILTER_SENSITIVITY_RATIO)
     return CaseNoise(
-        id=file.string("/case/id"),
-        title=file.string("/case/title"),
-        role=file.string("/case/role"),
-        reason=file.string("/case/reason"),
-        safety_factor=file.number("/case/safety_factor"),
-        temperature=file.string("/temperature/model").replace("sqrt(Hz)", "√Hz"),
-        block=file.array("/case/block"),
-        frequency_hz=file.array("/frequency"),
+        id=file.string(CASE.CASE_ID),
+        title=file.string(CASE.CASE_TITLE),
+        role=file.string(CASE.CASE_ROLE),
+        reason=file.string(CASE.CASE_REASON),
+        safety_factor=file.number(CASE.CASE_SAFETY_FACTOR),
+        temperature=file.string(CASE.TEMPERATURE_MODEL).replace("sqrt(Hz)", "√Hz"),
+        block=file.array(CASE.CASE_BLOCK),
+        frequency_hz=file.array(CASE.FREQUENCY),
         judged=_read_judged(file),
         limits=limits,
-        filter_order=file.array("/filter_sensitivity/order") if has_filter else np.empty(0),
-        filter_corner_hz=file.array("/filter_sensitivity/corner") if has_filter else np.empty(0),
+        filter_order=file.array(CASE.FILTER_SENSITIVITY_ORDER) if has_filter else np.empty(0),
+        filter_corner_hz=file.array(CASE.FILTER_SENSITIVITY_CORNER) if has_filter else np.empty(0),
     )
 
 
 def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
-    labels, kinds, units = (file.strings(p) for p in ("/output/label", "/output/kind", "/output/unit"))
-    filter_ratio = file.array("/filter_sensitivity/ratio") if file.has("/filter_sensitivity/ratio") else None
-    ratio, at, passed = (file.array(p) for p in ("/verdict/ratio", "/verdict/binding_frequency", "/verdict/passed"))
-    share, band_share = file.array("/contribution/share"), file.array("/contribution/band_share")
-    band = file.array("/contribution/band")
-    bounds, bound_ratio = file.strings("/bound_ratio/bound"), file.array("/bound_ratio/ratio")
-    distortion = file.array("/verdict/distortion_ratio")
+    labels, kinds, units = (file.strings(p) for p in (CASE.OUTPUT_LABEL, CASE.OUTPUT_KIND, CASE.OUTPUT_UNIT))
+    filter_ratio = file.array(CASE.FILTER_SENSITIVITY_RATIO) if file.has(CASE.FILTER_SENSITIVITY_RATIO) else None
+    ratio, at, passed = (
+        file.array(p) for p in (CASE.VERDICT_RATIO, CASE.VERDICT_BINDING_FREQUENCY, CASE.VERDICT_PASSED)
+    )
+    share, band_share = file.array(CASE.CONTRIBUTION_SHARE), file.array(CASE.CONTRIBUTION_BAND_SHARE)
+    band = file.array(CASE.CONTRIBUTION_BAND)
+    bounds, bound_ratio = file.strings(CASE.BOUND_RATIO_BOUND), file.array(CASE.BOUND_RATIO_RATIO)
+    distortion = file.array(CASE.VERDICT_DISTORTION_RATIO)
     realised = _read_realised(file)
     judged = []
-    pairs = zip(file.strings("/verdict/output"), file.strings("/verdict/requirement"), strict=True)
+    pairs = zip(file.strings(CASE.VERDICT_OUTPUT), file.strings(CASE.VERDICT_REQUIREMENT), strict=True)
     for v, (output, requirement) in enumerate(pairs):
         o = labels.index(output)
         low, high = (np.sqrt(read_bound(file, b, [output])[0]) for b in ("minimum", "maximum"))
@@ -192,19 +195,19 @@ def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
                 ratio=float(ratio[v]),
                 binding_hz=float(at[v]),
                 passed=bool(passed[v]),
-                asd=np.sqrt(file.array(f"/psd/{output}")),
+                asd=np.sqrt(file.array(CASE.PSD.of(output))),
                 bound_low=low,
                 bound_high=high,
                 bound_ratio=dict(zip(bounds, (float(r) for r in bound_ratio[v]), strict=True)),
                 distortion_ratio=None if np.isnan(distortion[v]) else float(distortion[v]),
                 filter_ratio=None if filter_ratio is None else filter_ratio[v],
-                contribution_hz=float(file.array("/contribution/frequency")[o]),
+                contribution_hz=float(file.array(CASE.CONTRIBUTION_FREQUENCY)[o]),
                 band_hz=(float(band[o, 0]), float(band[o, 1])),
-                contribution=file.array(f"/contribution/amplitude/{output}"),
+                contribution=file.array(CASE.CONTRIBUTION_AMPLITUDE.of(output)),
                 share=share[o],
                 band_share=band_share[o],
-                path=_path_share(file, f"/path/share/{output}"),
-                path_band=_path_share(file, f"/path/band_share/{output}"),
+                path=_path_share(file, CASE.PATH_SHARE.of(output)),
+                path_band=_path_share(file, CASE.PATH_BAND_SHARE.of(output)),
                 improvement=_read_improvement(file, v, float(at[v])),
                 realised=None if realised is None else realised[o],
             )
@@ -215,26 +218,26 @@ def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
 def _path_share(file: Reader, path: str) -> dict[str, float] | None:
     if not file.has(path):
         return None
-    return dict(zip(file.strings("/path/name"), (float(s) for s in file.array(path)), strict=True))
+    return dict(zip(file.strings(CASE.PATH_NAME), (float(s) for s in file.array(path)), strict=True))
 
 
 def _read_improvement(file: Reader, v: int, binding_hz: float) -> NamedImprovement:
     """What would bring verdict number `v` down."""
-    names, block = np.array(file.strings("/area/name")), file.array("/case/block")
-    worst = [str(names[i]) for i in file.array("/improvement/area")[v] if i >= 0]
-    match = [listed(names[block == b].tolist()) for b in file.array("/improvement/matched_block")[v] if b >= 0]
-    groups = file.strings("/stability/group")
-    at = int(np.abs(file.array("/frequency") - binding_hz).argmin())
-    level = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
+    names, block = np.array(file.strings(CASE.AREA_NAME)), file.array(CASE.CASE_BLOCK)
+    worst = [str(names[i]) for i in file.array(CASE.IMPROVEMENT_AREA)[v] if i >= 0]
+    match = [listed(names[block == b].tolist()) for b in file.array(CASE.IMPROVEMENT_MATCHED_BLOCK)[v] if b >= 0]
+    groups = file.strings(CASE.IMPROVEMENT_GROUP)
+    at = int(np.abs(file.array(CASE.FREQUENCY) - binding_hz).argmin())
+    level = file.array(CASE.TEMPERATURE_ASD)[file.array(CASE.TEMPERATURE_SPECTRUM), at]
     level = np.where(block >= 0, level, np.nan)
-    of_area = np.array(file.strings("/area/group"))
+    of_area = np.array(file.strings(CASE.AREA_GROUP))
     return NamedImprovement(
-        count=file.array("/improvement/count"),
+        count=file.array(CASE.IMPROVEMENT_COUNT),
         ratio={way: file.array(path)[v] for way, path in _RATIO_BY_WAY.items()},
         chosen=dict(zip(WAYS, (worst, worst, match), strict=True)),
-        group_factor=dict(zip(groups, (float(x) for x in file.array("/stability/factor")[v]), strict=True)),
+        group_factor=dict(zip(groups, (float(x) for x in file.array(CASE.IMPROVEMENT_GROUP_FACTOR)[v]), strict=True)),
         group_level={g: _common(level[of_area == g]) for g in groups},
-        all_factor=float(file.array("/stability/all")[v]),
+        all_factor=float(file.array(CASE.IMPROVEMENT_ALL_FACTOR)[v]),
     )
 
 
@@ -246,10 +249,10 @@ def _common(values: FloatArray) -> float:
 
 def _read_realised(file: Reader) -> list[Spectrum] | None:
     """Estimates from a realisation of all outputs over their exact spectra; 1 where there is no noise."""
-    if not file.has("/realisation/psd"):
+    if not file.has(CASE.REALISATION_PSD):
         return None
-    f, nu = file.array("/realisation/frequency"), file.array("/realisation/degrees_of_freedom")
-    psd, exact = file.array("/realisation/psd"), file.array("/realisation/exact")
+    f, nu = file.array(CASE.REALISATION_FREQUENCY), file.array(CASE.REALISATION_DEGREES_OF_FREEDOM)
+    psd, exact = file.array(CASE.REALISATION_PSD), file.array(CASE.REALISATION_EXACT)
     ratio = np.divide(psd, exact, out=np.ones_like(psd), where=exact > 0.0)
     return spectra_of(Estimate(f, ratio, nu), REALISATION_CONFIDENCE)
 
@@ -269,15 +272,15 @@ class CaseCorrelation:
 
 def read_correlation(file: Reader) -> CaseCorrelation:
     """Correlation of an open case file."""
-    matrix = file.array("/correlation/real")
-    if file.has("/correlation/imaginary"):
-        matrix = matrix + 1j * file.array("/correlation/imaginary")
-    return CaseCorrelation(matrix, file.array("/correlation/delay"), file.array("/case/block"))
+    matrix = file.array(CASE.CORRELATION_REAL)
+    if file.has(CASE.CORRELATION_IMAGINARY):
+        matrix = matrix + 1j * file.array(CASE.CORRELATION_IMAGINARY)
+    return CaseCorrelation(matrix, file.array(CASE.CORRELATION_DELAY), file.array(CASE.CASE_BLOCK))
 
 
 def read_psd(file: Reader, labels: Sequence[str]) -> FloatArray:
     """One-sided power spectral densities [n, F] of outputs of an open case file."""
-    return np.array([file.array(f"/psd/{label}") for label in labels])
+    return np.array([file.array(CASE.PSD.of(label)) for label in labels])
 
 
 def read_bound(file: Reader, bound: str, labels: Sequence[str]) -> FloatArray:
@@ -287,12 +290,12 @@ def read_bound(file: Reader, bound: str, labels: Sequence[str]) -> FloatArray:
 
 def read_temperature(file: Reader) -> TemperatureSpectra:
     """Distinct spectra of a case file; each is named by the shield sides and the number of its areas."""
-    index = file.array("/temperature/spectrum")
-    shield = np.array(file.strings("/area/shield"))
-    asd = file.array("/temperature/asd")
+    index = file.array(CASE.TEMPERATURE_SPECTRUM)
+    shield = np.array(file.strings(CASE.AREA_SHIELD))
+    asd = file.array(CASE.TEMPERATURE_ASD)
     names = []
     for q in range(len(asd)):
         sides, counts = np.unique(shield[index == q], return_counts=True)
         parts = [f"{side} the thermal shield ({n} areas)" for side, n in zip(sides, counts, strict=True)]
         names.append(", ".join(parts) or "no area")
-    return TemperatureSpectra(file.array("/frequency"), asd, names)
+    return TemperatureSpectra(file.array(CASE.FREQUENCY), asd, names)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.requirements import MODELLED, DcVerdict
 from tedm_cli.results.ranking import first_largest
@@ -16,8 +17,14 @@ SUBSYSTEM = {"IS": "IS: inertial sensor", "LTP": "LTP: the rest of it", MODELLED
 
 def dc_verdicts(file: Reader) -> list[DcVerdict]:
     """Verdicts on the field at rest in sensitivity.h5, in the order in which they were made."""
-    names = [file.strings(p) for p in ("/dc_verdict/test_mass", "/dc_verdict/quantity", "/dc_verdict/subsystem")]
-    numbers = [file.array(p).tolist() for p in ("/dc_verdict/value", "/dc_verdict/lower", "/dc_verdict/upper")]
+    names = [
+        file.strings(p)
+        for p in (SENSITIVITY.DC_VERDICT_TEST_MASS, SENSITIVITY.DC_VERDICT_QUANTITY, SENSITIVITY.DC_VERDICT_SUBSYSTEM)
+    ]
+    numbers = [
+        file.array(p).tolist()
+        for p in (SENSITIVITY.DC_VERDICT_VALUE, SENSITIVITY.DC_VERDICT_LOWER, SENSITIVITY.DC_VERDICT_UPPER)
+    ]
     return [DcVerdict(*row) for row in zip(*names, *numbers, strict=True)]
 
 
@@ -79,21 +86,21 @@ class FieldAtRest:
 
 
 _STIFFNESS = {
-    "Γ_lin": "/stiffness/gamma_lin",
-    "Ω_lin": "/stiffness/omega_lin",
-    "Γ_ang": "/stiffness/gamma_ang",
-    "Ω_ang": "/stiffness/omega_ang",
+    "Γ_lin": SENSITIVITY.STIFFNESS_GAMMA_LIN,
+    "Ω_lin": SENSITIVITY.STIFFNESS_OMEGA_LIN,
+    "Γ_ang": SENSITIVITY.STIFFNESS_GAMMA_ANG,
+    "Ω_ang": SENSITIVITY.STIFFNESS_OMEGA_ANG,
 }
 
 
 def read_linearised(file: Reader) -> Linearised:
     """The equations of motion in sensitivity.h5."""
     return Linearised(
-        value=file.array("/stiffness/linearised"),
-        output=file.strings("/label/tm_output"),
-        output_unit=file.strings("/label/tm_output_unit"),
-        motion=file.strings("/label/tm_motion"),
-        motion_unit=file.strings("/label/tm_motion_unit"),
+        value=file.array(SENSITIVITY.STIFFNESS_LINEARISED),
+        output=file.strings(SENSITIVITY.LABEL_TM_OUTPUT),
+        output_unit=file.strings(SENSITIVITY.LABEL_TM_OUTPUT_UNIT),
+        motion=file.strings(SENSITIVITY.LABEL_TM_MOTION),
+        motion_unit=file.strings(SENSITIVITY.LABEL_TM_MOTION_UNIT),
     )
 
 
@@ -104,15 +111,15 @@ def read_field(file: Reader) -> FieldAtRest:
         return Stiffness(file.array(path), file.units(path), file.kind.datasets[path].long_name)
 
     return FieldAtRest(
-        test_mass=file.strings("/test_mass/name"),
-        position_m=file.array("/test_mass/position"),
-        mass_kg=file.array("/test_mass/mass"),
-        source=file.strings("/source/name"),
-        mass_model=file.string("/source/mass_model"),
-        acceleration=file.array("/dc/acceleration"),
-        angular_acceleration=file.array("/dc/angular_acceleration"),
-        points=file.array("/source/points"),
-        quadrature_error=file.array("/source/quadrature_error"),
+        test_mass=file.strings(SENSITIVITY.TEST_MASS_NAME),
+        position_m=file.array(SENSITIVITY.TEST_MASS_POSITION),
+        mass_kg=file.array(SENSITIVITY.TEST_MASS_MASS),
+        source=file.strings(SENSITIVITY.SOURCE_NAME),
+        mass_model=file.string(SENSITIVITY.SOURCE_MASS_MODEL),
+        acceleration=file.array(SENSITIVITY.DC_ACCELERATION),
+        angular_acceleration=file.array(SENSITIVITY.DC_ANGULAR_ACCELERATION),
+        points=file.array(SENSITIVITY.SOURCE_POINTS),
+        quadrature_error=file.array(SENSITIVITY.SOURCE_QUADRATURE_ERROR),
         stiffness={letter: stiffness(path) for letter, path in _STIFFNESS.items()},
         linearised=read_linearised(file),
         verdicts=dc_verdicts(file),

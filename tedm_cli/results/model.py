@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.areas import read_areas
@@ -33,14 +34,14 @@ class ModelSize:
 def read_model_size(unit_loads: Reader) -> ModelSize:
     """Counts and masses in unit_loads.h5."""
     return ModelSize(
-        grids=unit_loads.dataset("/grid/id").shape[0],
-        mass_kg=unit_loads.number("/mass/total"),
-        centre_of_gravity_m=unit_loads.array("/mass/centre_of_gravity"),
+        grids=unit_loads.dataset(UNIT_LOADS.GRID_ID).shape[0],
+        mass_kg=unit_loads.number(UNIT_LOADS.MASS_TOTAL),
+        centre_of_gravity_m=unit_loads.array(UNIT_LOADS.MASS_CENTRE_OF_GRAVITY),
         areas=read_areas(unit_loads),
-        area_mass_kg=unit_loads.array("/area/mass"),
-        card=unit_loads.strings("/element/type"),
-        element_mass_kg=unit_loads.array("/element/mass"),
-        concentrated_kg=unit_loads.array("/mass/concentrated"),
+        area_mass_kg=unit_loads.array(UNIT_LOADS.AREA_MASS),
+        card=unit_loads.strings(UNIT_LOADS.ELEMENT_TYPE),
+        element_mass_kg=unit_loads.array(UNIT_LOADS.ELEMENT_MASS),
+        concentrated_kg=unit_loads.array(UNIT_LOADS.MASS_CONCENTRATED),
     )
 
 
@@ -68,9 +69,9 @@ def read_distortion_size(distortion: Reader) -> DistortionSize:
         return distortion.number(path) if distortion.has(path) else None
 
     return DistortionSize(
-        area=distortion.strings("/area/name"),
-        largest=distortion.array("/check/max_translation"),
-        rigid=np.linalg.norm(distortion.array("/check/rigid_translation"), axis=1),
-        superposition_translation=known("/check/superposition_translation"),
-        superposition_optics=known("/check/superposition_optics"),
+        area=distortion.strings(DISTORTION.AREA_NAME),
+        largest=distortion.array(DISTORTION.CHECK_MAX_TRANSLATION),
+        rigid=np.linalg.norm(distortion.array(DISTORTION.CHECK_RIGID_TRANSLATION), axis=1),
+        superposition_translation=known(DISTORTION.CHECK_SUPERPOSITION_TRANSLATION),
+        superposition_optics=known(DISTORTION.CHECK_SUPERPOSITION_OPTICS),
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.contracts import DISTORTION, OPTICS
 from tedm_cli.files.store import Reader
 from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS
 from tedm_cli.optics.shares import motion_terms
@@ -57,15 +58,15 @@ class ReadOuts:
 
 def read_read_outs(file: Reader) -> ReadOuts:
     """All that optics.h5 says of the read-outs."""
-    sets = file.strings("/set/name")
+    sets = file.strings(OPTICS.SET_NAME)
     return ReadOuts(
-        label=file.strings("/label/read_out"),
-        unit=file.strings("/label/read_out_unit"),
-        element=[label.rpartition("_")[0] for label in file.strings("/label/element_dof")[::N_MOTIONS]],
-        N={name: file.array(f"/N/{name}") for name in sets},
-        gain={name: file.array(f"/gain/{name}") for name in sets},
-        motion=file.array("/motion"),
-        rigid_motion=file.array("/rigid_motion"),
+        label=file.strings(OPTICS.LABEL_READ_OUT),
+        unit=file.strings(OPTICS.LABEL_READ_OUT_UNIT),
+        element=[label.rpartition("_")[0] for label in file.strings(OPTICS.LABEL_ELEMENT_DOF)[::N_MOTIONS]],
+        N={name: file.array(OPTICS.N.of(name)) for name in sets},
+        gain={name: file.array(OPTICS.GAIN.of(name)) for name in sets},
+        motion=file.array(OPTICS.MOTION),
+        rigid_motion=file.array(OPTICS.RIGID_MOTION),
     )
 
 
@@ -87,11 +88,11 @@ class Beams:
 def read_beams(file: Reader, set_name: str) -> Beams:
     """The matrices of one set."""
     return Beams(
-        label=[" ".join(label.rsplit("_", 2)[:2]) for label in file.strings("/label/ray_output")[::N_OUTPUTS]],
-        motion=file.strings("/label/element_dof"),
-        inverse=file.array(f"/inverse/{set_name}"),
-        P=file.array("/P"),
-        S_BW=file.array("/S_BW"),
+        label=[" ".join(label.rsplit("_", 2)[:2]) for label in file.strings(OPTICS.LABEL_RAY_OUTPUT)[::N_OUTPUTS]],
+        motion=file.strings(OPTICS.LABEL_ELEMENT_DOF),
+        inverse=file.array(OPTICS.INVERSE.of(set_name)),
+        P=file.array(OPTICS.P),
+        S_BW=file.array(OPTICS.S_BW),
     )
 
 
@@ -125,14 +126,14 @@ class OpticsQuality:
 
 def read_quality(file: Reader) -> OpticsQuality:
     """Rank, conditions and residuals in optics.h5."""
-    rows, columns = file.dataset("/S_BW").shape
+    rows, columns = file.dataset(OPTICS.S_BW).shape
     return OpticsQuality(
         shape=(rows, columns),
-        rank=int(file.number("/rank")),
-        singular_value=file.array("/singular_values"),
-        condition=dict(zip(file.strings("/set/name"), file.array("/set/condition").tolist(), strict=True)),
-        reference_offset_m=file.array("/reference_point_offset"),
-        residual=dict(zip(file.strings("/residual/name"), file.array("/residual/value").tolist(), strict=True)),
+        rank=int(file.number(OPTICS.RANK)),
+        singular_value=file.array(OPTICS.SINGULAR_VALUES),
+        condition=dict(zip(file.strings(OPTICS.SET_NAME), file.array(OPTICS.SET_CONDITION).tolist(), strict=True)),
+        reference_offset_m=file.array(OPTICS.REFERENCE_POINT_OFFSET),
+        residual=dict(zip(file.strings(OPTICS.RESIDUAL_NAME), file.array(OPTICS.RESIDUAL_VALUE).tolist(), strict=True)),
     )
 
 
@@ -148,7 +149,9 @@ class BenchMotion:
 
 def read_bench_motion(distortion: Reader) -> BenchMotion:
     """Motion of the grids that carry the optical elements."""
-    parts = [distortion.array("/D_opt/translation"), distortion.array("/D_opt/rotation")]
+    parts = [distortion.array(DISTORTION.D_OPT_TRANSLATION), distortion.array(DISTORTION.D_OPT_ROTATION)]
     return BenchMotion(
-        distortion.strings("/optical/name"), distortion.array("/optical/position"), np.concatenate(parts, axis=2)
+        distortion.strings(DISTORTION.OPTICAL_NAME),
+        distortion.array(DISTORTION.OPTICAL_POSITION),
+        np.concatenate(parts, axis=2),
     )

@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.contracts import OPTICS as OPTICS_KIND
-from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
+from tedm_cli.contracts import OPTICS, SENSITIVITY
 from tedm_cli.errors import InputError
-from tedm_cli.files.build_folder import DISTORTION, require_same_input
+from tedm_cli.files.build_folder import DISTORTION_FILE, require_same_areas, require_same_input
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.outputs import Outputs
@@ -32,19 +31,18 @@ class ModelOutputs(Outputs):
 
 def read_outputs(sensitivity: Path, optics: Path) -> ModelOutputs:
     """Gather the rows of both families; refuse files that stem from different distortion matrices."""
-    with open_checked(sensitivity, SENSITIVITY_KIND) as s, open_checked(optics, OPTICS_KIND) as o:
-        require_same_input(DISTORTION, s, o)
+    with open_checked(sensitivity, SENSITIVITY) as s, open_checked(optics, OPTICS) as o:
+        require_same_input(DISTORTION_FILE, s, o)
+        require_same_areas(s, o)
         areas = read_areas(s)
-        if o.strings("/area/name") != s.strings("/area/name"):
-            raise InputError("hold different thermal areas", where=f"{sensitivity} and {optics}")
         gravity, read_outs = read_self_gravity(s), read_read_outs(o)
         labels = list(gravity.label)
-        rows = [_finite(gravity.S, labels, sensitivity, "/S")]
+        rows = [_finite(gravity.S, labels, sensitivity, SENSITIVITY.S)]
         kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in gravity.unit]
         parts_of_read_outs: dict[str, ReadOutParts] = {}
         distorting = read_outs.motion - read_outs.rigid_motion
         for name in read_outs.sets:
-            rows.append(_finite(read_outs.N[name], read_outs.label, optics, f"/N/{name}"))
+            rows.append(_finite(read_outs.N[name], read_outs.label, optics, OPTICS.N.of(name)))
             kinds += [_READ_OUT_KIND[u] for u in read_outs.unit]
             by_element, distortion = read_outs.by_element(name), read_outs.gain[name] @ distorting
             for i, label in enumerate(read_outs.label):
@@ -52,7 +50,12 @@ def read_outputs(sensitivity: Path, optics: Path) -> ModelOutputs:
                 parts_of_read_outs[f"{name}_{label}"] = parts
         labels += read_outs.names
         return ModelOutputs(
-            areas, np.concatenate(rows), tuple(labels), tuple(kinds), parts_of_read_outs, area_id=s.array("/area/id")
+            areas,
+            np.concatenate(rows),
+            tuple(labels),
+            tuple(kinds),
+            parts_of_read_outs,
+            area_id=s.array(SENSITIVITY.AREA_ID),
         )
 
 

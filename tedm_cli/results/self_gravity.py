@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import Reader
 from tedm_cli.results.areas import AreaMap
 
@@ -20,7 +21,9 @@ class GravitySensitivity:
 
 def read_self_gravity(file: Reader) -> GravitySensitivity:
     """[S_SG] with its labels."""
-    return GravitySensitivity(file.strings("/row/label"), file.strings("/row/unit"), file.array("/S"))
+    return GravitySensitivity(
+        file.strings(SENSITIVITY.ROW_LABEL), file.strings(SENSITIVITY.ROW_UNIT), file.array(SENSITIVITY.S)
+    )
 
 
 def gravity_maps(file: Reader) -> list[AreaMap]:

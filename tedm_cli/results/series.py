@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.contracts import SERIES
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.requirements import AppliedRequirement, in_band
 from tedm_cli.noise.spectral_estimate import Estimate
@@ -88,22 +89,22 @@ class SeriesNoise:
 
 def read_series_summary(file: Reader) -> SeriesSummary:
     """All of a series but its samples and spectra."""
-    time = file.dataset("/time")
+    time = file.dataset(SERIES.TIME)
     n = time.shape[0]
     first, last = (float(time[i : i + 1][0]) for i in (0, n - 1))
-    unit = dict(zip(file.strings("/output/label"), file.strings("/output/unit"), strict=True))
-    outputs, requirements = file.strings("/verdict/output"), file.strings("/verdict/requirement")
+    unit = dict(zip(file.strings(SERIES.OUTPUT_LABEL), file.strings(SERIES.OUTPUT_UNIT), strict=True))
+    outputs, requirements = file.strings(SERIES.VERDICT_OUTPUT), file.strings(SERIES.VERDICT_REQUIREMENT)
     numbers = [
-        file.array("/verdict/ratio").tolist(),
-        file.array("/verdict/binding_frequency").tolist(),
-        file.array("/verdict/passed").astype(bool).tolist(),
-        file.array("/verdict/band_rms").tolist(),
-        file.array("/verdict/band_limit").tolist(),
+        file.array(SERIES.VERDICT_RATIO).tolist(),
+        file.array(SERIES.VERDICT_BINDING_FREQUENCY).tolist(),
+        file.array(SERIES.VERDICT_PASSED).astype(bool).tolist(),
+        file.array(SERIES.VERDICT_BAND_RMS).tolist(),
+        file.array(SERIES.VERDICT_BAND_LIMIT).tolist(),
     ]
     return SeriesSummary(
-        source=file.string("/temperature/source"),
-        treatment=file.string("/temperature/treatment"),
-        safety_factor=file.number("/verdict/safety_factor"),
+        source=file.string(SERIES.TEMPERATURE_SOURCE),
+        treatment=file.string(SERIES.TEMPERATURE_TREATMENT),
+        safety_factor=file.number(SERIES.VERDICT_SAFETY_FACTOR),
         samples=n,
         span_s=last - first,
         verdicts=tuple(
@@ -115,8 +116,8 @@ def read_series_summary(file: Reader) -> SeriesSummary:
 
 def read_series(file: Reader, requirements: Sequence[AppliedRequirement], confidence: float) -> SeriesNoise:
     """The worst output of each judged quantity; where nothing is judged, the one with the largest rms of each."""
-    labels, kinds, units = (file.strings(p) for p in ("/output/label", "/output/kind", "/output/unit"))
-    rms = file.array("/output/rms")
+    labels, kinds, units = (file.strings(p) for p in (SERIES.OUTPUT_LABEL, SERIES.OUTPUT_KIND, SERIES.OUTPUT_UNIT))
+    rms = file.array(SERIES.OUTPUT_RMS)
     summary = read_series_summary(file)
     shown: list[tuple[int, JudgedSeriesOutput | None]] = []
     judged = {kinds[labels.index(v.output)] for v in summary.verdicts}
@@ -131,7 +132,7 @@ def read_series(file: Reader, requirements: Sequence[AppliedRequirement], confid
     outputs = []
     for o, worst in shown:
         time, low, high = _extremes(file, labels[o])
-        f, psd, nu = (file.array(p) for p in ("/frequency", f"/psd/{labels[o]}", "/degrees_of_freedom"))
+        f, psd, nu = (file.array(p) for p in (SERIES.FREQUENCY, SERIES.PSD.of(labels[o]), SERIES.DEGREES_OF_FREEDOM))
         limit_hz, limits = _limits(labels[o], requirements)
         outputs.append(
             SeriesOutput(
@@ -159,7 +160,7 @@ def read_series(file: Reader, requirements: Sequence[AppliedRequirement], confid
 
 def _extremes(file: Reader, output: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times [p], smallest and largest values of an output in equal pieces of its series, read in blocks."""
-    data, time = file.dataset(f"/series/{output}"), file.dataset("/time")
+    data, time = file.dataset(SERIES.SERIES.of(output)), file.dataset(SERIES.TIME)
     n = data.shape[0]
     start = piece_starts(n)
     low, high = np.empty(len(start)), np.empty(len(start))

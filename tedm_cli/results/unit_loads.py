@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tedm_cli.arrays import IntArray
+from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, lever_nodes, mass_distribution
 
@@ -12,22 +13,24 @@ def _concentrated(unit: Reader) -> PointMasses:
         name=[
             f"{card} {i}"
             for card, i in zip(
-                unit.strings("/mass/concentrated_card"), unit.array("/mass/concentrated_id"), strict=True
+                unit.strings(UNIT_LOADS.MASS_CONCENTRATED_CARD),
+                unit.array(UNIT_LOADS.MASS_CONCENTRATED_ID),
+                strict=True,
             )
         ],
-        mass=unit.array("/mass/concentrated"),
-        node=unit.array("/mass/concentrated_node"),
-        offset=unit.array("/mass/concentrated_lever"),
+        mass=unit.array(UNIT_LOADS.MASS_CONCENTRATED),
+        node=unit.array(UNIT_LOADS.MASS_CONCENTRATED_NODE),
+        offset=unit.array(UNIT_LOADS.MASS_CONCENTRATED_LEVER),
     )
 
 
 def lever_nodes_of(unit: Reader) -> IntArray:
     """Rows of the grids in unit_loads.h5 from which something with mass is offset, ascending."""
     return lever_nodes(
-        unit.array("/element/mass"),
-        unit.array("/element/node_offset"),
-        unit.array("/element/node_index"),
-        unit.array("/element/lever"),
+        unit.array(UNIT_LOADS.ELEMENT_MASS),
+        unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET),
+        unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX),
+        unit.array(UNIT_LOADS.ELEMENT_LEVER),
         _concentrated(unit),
     )
 
@@ -35,18 +38,18 @@ def lever_nodes_of(unit: Reader) -> IntArray:
 def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
     """The mass of the model in unit_loads.h5, spread over its elements or lumped to its grids."""
     return mass_distribution(
-        unit.array("/grid/position"),
+        unit.array(UNIT_LOADS.GRID_POSITION),
         ElementMasses(
-            id=unit.array("/element/id"),
-            card=unit.strings("/element/type"),
-            mass=unit.array("/element/mass"),
-            node_offset=unit.array("/element/node_offset"),
-            node_index=unit.array("/element/node_index"),
-            lever=unit.array("/element/lever"),
-            section=unit.array("/element/section"),
-            weight=unit.array("/element/weight"),
+            id=unit.array(UNIT_LOADS.ELEMENT_ID),
+            card=unit.strings(UNIT_LOADS.ELEMENT_TYPE),
+            mass=unit.array(UNIT_LOADS.ELEMENT_MASS),
+            node_offset=unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET),
+            node_index=unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX),
+            lever=unit.array(UNIT_LOADS.ELEMENT_LEVER),
+            section=unit.array(UNIT_LOADS.ELEMENT_SECTION),
+            weight=unit.array(UNIT_LOADS.ELEMENT_WEIGHT),
         ),
         _concentrated(unit),
         lumped=lumped,
-        grid_id=unit.array("/grid/id"),
+        grid_id=unit.array(UNIT_LOADS.GRID_ID),
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.project import Project
+from tedm_cli.contracts import AreaDatasets
 from tedm_cli.errors import ConfigError, UsageError
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.gravity.testmass import TestMass
@@ -44,8 +45,8 @@ def check_test_masses(test_masses: Sequence[TestMass], position: FloatArray, *, 
 
 def copy_areas(source: Reader, target: Writer) -> None:
     """The areas of one file as those of another."""
-    target.write("/area/id", source.array("/area/id"))
-    for path in ("/area/name", "/area/group", "/area/shield", "/area/side"):
+    target.write(AreaDatasets.AREA_ID, source.array(AreaDatasets.AREA_ID))
+    for path in (AreaDatasets.AREA_NAME, AreaDatasets.AREA_GROUP, AreaDatasets.AREA_SHIELD, AreaDatasets.AREA_SIDE):
         target.write(path, source.strings(path))
 
 

@@ -1,14 +1,27 @@
-"""Strict reading of small CSV tables: an exact header, numbers that are numbers, and the line of what is wrong."""
+"""Strict reading of small CSV tables: an exact header, numbers that are numbers, and the line of what is wrong.
+
+What a spreadsheet would take for a formula (`=cmd`, `+x`, `@sum`) is written behind an apostrophe, and read without.
+"""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from tedm_cli.control_characters import control_fact
 from tedm_cli.errors import InputError
+from tedm_cli.quantities import Quantity
+from tedm_cli.regular_file import require_regular_file
+
+_MOST_BYTES = 256_000_000  # of a table that is held as a whole
+_LAYOUT = "\t\n"  # of the control characters these alone may stand in a cell, between quotes
+
+_NUMBER = re.compile(r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf|nan)")
+_FORMULA = re.compile("'*[=+\\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
 
 
 @dataclass(frozen=True)
@@ -20,19 +33,20 @@ class Row:
     number: dict[str, float]
 
 
-def read_table(path: Path, header: Sequence[str], *, text: Sequence[str] = ()) -> list[Row]:
-    """Rows of a CSV file whose first line is `header`; the columns in `text` are words, all others finite numbers.
+def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
+    """Rows of a CSV file whose first line names these columns, in their order.
 
-    Blank lines are skipped.
+    A column holds numbers of its quantity, or words where it has none. Blank lines are skipped.
 
     Raises
     ------
     InputError : no such file, not a CSV in UTF-8, another header, a line with another number of fields, an empty word,
-        a field that is no finite number; names the line and the column.
+        a field that is no number within the bounds of its quantity; names the line and the column.
     """
+    header = list(columns)
     lines = csv_lines(path)
     wanted = ",".join(header)
-    if not lines or lines[0][1] != list(header):
+    if not lines or lines[0][1] != header:
         found = ",".join(lines[0][1]) if lines else ""
         missing = [c for c in header if not lines or c not in lines[0][1]]
         what = f"misses {', '.join(missing)}" if missing else f"found {found[:80]!r}"
@@ -44,13 +58,13 @@ def read_table(path: Path, header: Sequence[str], *, text: Sequence[str] = ()) -
         if len(fields) != len(header):
             raise InputError(f"{len(fields)} fields, wanted {len(header)} ({wanted})", where=f"{path}:{number}")
         words, numbers = {}, {}
-        for column, field in zip(header, fields, strict=True):
-            if column in text:
+        for (column, quantity), field in zip(columns.items(), fields, strict=True):
+            if quantity is None:
                 words[column] = field
                 if not field:
                     raise InputError(f"{column} is empty", where=f"{path}:{number}")
             else:
-                numbers[column] = finite_number(column, field, f"{path}:{number}")
+                numbers[column] = number_of(quantity, column, field, f"{path}:{number}")
         rows.append(Row(number, words, numbers))
     if not rows:
         raise InputError("holds a header and nothing else", where=str(path))
@@ -62,20 +76,27 @@ def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
 
     Raises
     ------
-    InputError : no such file, or not a CSV in UTF-8.
+    InputError : no such file, not a CSV in UTF-8, larger than 256 MB, or with control characters.
     """
+    require_regular_file(path)
     try:
+        if (size := path.stat().st_size) > _MOST_BYTES:
+            raise InputError(f"has {size:,} bytes; at most {_MOST_BYTES:,} are read", where=str(path))
         with open(path, newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream, strict=True)
-            return [(reader.line_num, [field.strip() for field in fields]) for fields in reader]
+            lines = [(reader.line_num, [plain_cell(field) for field in fields]) for fields in reader]
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
     except (UnicodeDecodeError, csv.Error) as exc:
         raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+    for number, fields in lines:
+        if fact := next((fact for field in fields if (fact := control_fact(field, _LAYOUT))), ""):
+            raise InputError(fact, where=f"{path}:{number}")
+    return lines
 
 
-def finite_number(column: str, field: str, where: str) -> float:
-    """The number in a field of the column, or an `InputError` that names both."""
+def number_of(quantity: Quantity, column: str, field: str, where: str) -> float:
+    """The number in a field of the column, or an `InputError` that names both, and the bounds it breaks."""
     try:
         # Python reads 1_000 as a number; nobody means it in a table.
         value = math.nan if "_" in field else float(field)
@@ -83,4 +104,24 @@ def finite_number(column: str, field: str, where: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise InputError(f"{column} must be a finite number, found {field[:40]!r}", where=where)
+    if fact := quantity.fact(value):
+        raise InputError(f"{column}: {fact}", where=where)
     return value
+
+
+def plain_cell(field: str) -> str:
+    """A field without surrounding blanks, and without the apostrophe that `csv_line` puts before a formula."""
+    field = field.strip()
+    return field[1:] if field.startswith("'") and _FORMULA.match(field) else field
+
+
+def csv_line(cells: Iterable[object]) -> str:
+    """A line of a CSV, with its end. Text that is no number is not left to be taken for a formula."""
+    fields = [_cell(str(cell)) for cell in cells]
+    return (",".join(fields) if fields != [""] else '""') + "\n"
+
+
+def _cell(text: str) -> str:
+    if _FORMULA.match(text) and not _NUMBER.fullmatch(text):
+        text = f"'{text}"
+    return '"' + text.replace('"', '""') + '"' if re.search('[",\r\n]', text) else text

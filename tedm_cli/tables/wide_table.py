@@ -18,7 +18,10 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.files.store import HDF5_SUFFIXES, Columns, open_columns
+from tedm_cli.files.columns import HDF5_SUFFIXES, Columns, open_columns
+from tedm_cli.quantities import Quantity
+from tedm_cli.regular_file import require_regular_file
+from tedm_cli.tables.csv_table import plain_cell
 
 BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB
 
@@ -53,32 +56,35 @@ class WideTable(Protocol):
 
 
 @contextlib.contextmanager
-def open_wide(path: Path, key: str) -> Iterator[WideTable]:
+def open_wide(path: Path, key: str, of_key: Quantity, of_values: Quantity) -> Iterator[WideTable]:
     """Open a table by the suffix of its name: HDF5 for .h5, .hdf5 and .hdf, CSV for the rest.
+
+    All its numbers must keep the bounds of the quantities of the key column and of the others.
 
     Raises
     ------
-    InputError : it cannot be read, has no column `key`, or no other column.
+    InputError : it cannot be read, has no column `key`, no other column, or a column twice.
     """
     if path.suffix.lower() in HDF5_SUFFIXES:
         with open_columns(path, key) as source:
             _require(source.columns, key, str(path), source.ignored)
-            yield _Hdf5Table(path, key, source)
+            yield _Hdf5Table(path, key, source, (of_key, of_values))
         return
+    require_regular_file(path)
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
-            yield _CsvTable(path, key, stream)
+            yield _CsvTable(path, key, stream, (of_key, of_values))
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
-    except UnicodeDecodeError as exc:
+    except (UnicodeDecodeError, csv.Error) as exc:
         raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
 
 
 class _Hdf5Table:
-    def __init__(self, path: Path, key: str, source: Columns) -> None:
+    def __init__(self, path: Path, key: str, source: Columns, quantities: tuple[Quantity, Quantity]) -> None:
         self.path = path
         self.columns = [c for c in source.columns if c != key]
-        self._source, self._names = source, [key, *self.columns]
+        self._source, self._names, self._quantities = source, [key, *self.columns], quantities
 
     def place(self, number: int) -> str:
         return f"{self.path}: row {number}"
@@ -88,19 +94,24 @@ class _Hdf5Table:
         for start in range(0, self._source.length, rows):
             part = slice(start, min(start + rows, self._source.length))
             numbers = np.stack([self._source.read(name, part) for name in self._names], axis=1)
-            yield _checked(self, self._names, 0, numbers, np.arange(part.start + 1, part.stop + 1))
+            yield _checked(self, self._quantities, self._names, 0, numbers, np.arange(part.start + 1, part.stop + 1))
 
 
 class _CsvTable:
-    def __init__(self, path: Path, key: str, stream: Iterator[str]) -> None:
+    def __init__(self, path: Path, key: str, stream: Iterator[str], quantities: tuple[Quantity, Quantity]) -> None:
         self.path = path
-        self._stream = stream
+        self._stream, self._quantities = stream, quantities
         head = next(csv.reader([next(self._stream, "")]), [])
-        self._head = [name.strip() for name in head]
+        self._head = [plain_cell(name) for name in head]
         _require(self._head, key, f"{path}:1")
         self._at = self._head.index(key)
-        if self._head.count(key) > 1:
-            raise InputError(f"column {key!r} is there twice", where=f"{path}:1", hint="keep one of them")
+        for number, name in enumerate(self._head):
+            if name in self._head[:number]:
+                raise InputError(
+                    f"column {name!r} is there twice (columns {self._head.index(name) + 1} and {number + 1})",
+                    where=f"{path}:1",
+                    hint="keep one of them",
+                )
         self.columns = [name for name in self._head if name != key]
 
     def place(self, number: int) -> str:
@@ -113,7 +124,7 @@ class _CsvTable:
             held = np.array([n for n, line in enumerate(lines) if not line.isspace()], dtype=np.int64)
             if held.size:
                 numbers = self._numbers([lines[n] for n in held], held + first)
-                yield _checked(self, self._head, self._at, numbers, held + first)
+                yield _checked(self, self._quantities, self._head, self._at, numbers, held + first)
             first += len(lines)
 
     def _numbers(self, lines: list[str], places: IntArray) -> FloatArray:
@@ -155,8 +166,15 @@ def _require(columns: list[str], key: str, where: str, ignored: Sequence[str] = 
         raise InputError(f"there is the column {key} and no other{besides}", where=where)
 
 
-def _checked(table: WideTable, names: list[str], at: int, numbers: FloatArray, places: IntArray) -> Block:
-    """The block, if all of its numbers are finite."""
+def _checked(
+    table: WideTable,
+    quantities: tuple[Quantity, Quantity],
+    names: list[str],
+    at: int,
+    numbers: FloatArray,
+    places: IntArray,
+) -> Block:
+    """The block, if all of its numbers are finite and plausible."""
     finite = np.isfinite(numbers)
     if not finite.all():
         row, column = (int(v) for v in np.argwhere(~finite)[0])
@@ -166,4 +184,12 @@ def _checked(table: WideTable, names: list[str], at: int, numbers: FloatArray, p
             where=table.place(int(places[row])),
             hint="cut the table there, or fill the gap before it is propagated",
         )
-    return Block(numbers[:, at].copy(), np.delete(numbers, at, axis=1), places)
+    block = Block(numbers[:, at].copy(), np.delete(numbers, at, axis=1), places)
+    for quantity, values, columns in (
+        (quantities[0], block.key[:, None], [names[at]]),
+        (quantities[1], block.values, [name for i, name in enumerate(names) if i != at]),
+    ):
+        if (found := quantity.first_outside(values)) is not None:
+            fact = f"{columns[found[1]]}: {quantity.fact(float(values[found]))}"
+            raise InputError(fact, where=table.place(int(places[found[0]])))
+    return block

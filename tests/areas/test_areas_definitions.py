@@ -121,6 +121,9 @@ def planes(*numbers: int) -> list[int]:
         ({"box": {"frame": 7, "z_m": [0.55, 1.0]}}, planes(6)),  # the cylinder's axis is x
         ({"box": {"frame": 7, "r_m": [0.05, 0.11]}}, [i for i in planes(*range(7)) if i % 4 in (2, 0)]),
         ({"box": {"frame": 7, "theta_deg": [10.0, 80.0]}}, [i for i in planes(*range(7)) if i % 4 == 3]),
+        ({"box": {"frame": 7, "theta_deg": [10.0, 45.0]}}, planes(*range(7))[2::4]),  # both ends belong to a box
+        ({"box": {"frame": 7, "theta_deg": [45.0, 80.0]}}, planes(*range(7))[2::4]),
+        ({"box": {"frame": 7, "theta_deg": [-315.0, -310.0]}}, planes(*range(7))[2::4]),
         ({"box": {"frame": 7, "theta_deg": [350.0, 370.0], "r_m": [0.05, 1.0]}}, planes(*range(7))[1::4]),
         ({"property": 1, "also": [{"element": 6}]}, planes(0, 1, 2, 5, 6)),
         ({"remainder": True}, planes(*range(7))),
@@ -249,10 +252,10 @@ REFUSED: list[tuple[list[dict[str, Any]], str, str]] = [
     ([{}], "areas.define[0]", "selects nothing: give set, property, material, element, box or remainder"),
     ([{"property": 1, "also": [{}]}], "areas.define[0].also[0]", "selects nothing"),
     ([{"property": "9:4"}], "areas.define[0].property", "'9:4' must be 'low:high'"),
-    ([{"property": 0}], "areas.define[0].property", "must be greater than 0"),
+    ([{"property": 0}], "areas.define[0].property", "Nastran id 0 is outside 1 to 999,999,999"),
     ([{"box": {}}], "areas.define[0].box", "bounds nothing"),
     ([{"box": {"x_m": [1, 0]}}], "areas.define[0].box.x_m", "must be [low, high]"),
-    ([{"box": {"x_m": [0.0, float("nan")]}}], "areas.define[0].box.x_m", "must be [low, high]"),
+    ([{"box": {"x_m": [0.0, float("nan")]}}], "areas.define[0].box.x_m[1]", "coordinate nan is outside"),
     ([{"box": {"theta_deg": [0.0, float("inf")]}}], "areas.define[0].box.theta_deg[1]", "must be a finite number"),
     ([{"property": 1, "porperty": 2}], "areas.define[0].porperty", "did you mean property?"),
     ([{"box": {"x_mm": [0, 1]}}], "areas.define[0].box.x_mm", "did you mean x_m?"),

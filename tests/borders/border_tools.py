@@ -7,6 +7,7 @@ import hashlib
 import io
 import os
 import shutil
+import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator
@@ -14,9 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
+import h5py
 import numpy as np
 
 from tedm_cli.cli import main
+from tedm_cli.files.seal import seal
 from tedm_cli.nastran.op2.writer import write_op2
 
 ROOT = Path(__file__).parents[2]
@@ -116,6 +119,14 @@ def replace(path: Path, old: str, new: str, count: int = 1) -> None:
 
 
 @contextlib.contextmanager
+def edited(path: Path) -> Iterator[h5py.File]:
+    """A file between the stages, to be changed as another program may that knows how to seal it."""
+    with h5py.File(path, "r+") as file:
+        yield file
+    seal(path)
+
+
+@contextlib.contextmanager
 def untouched(folder: Path) -> Iterator[None]:
     """All files of a folder are the same before and after, and no file has been added or left behind."""
     before = snapshot(folder)
@@ -132,12 +143,18 @@ def snapshot(folder: Path) -> dict[str, str]:
     }
 
 
+def heed_interrupts() -> None:
+    """For a new process: an interrupt counts even where the tests' caller ignores it (`nohup`, background jobs)."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def in_child(action: Callable[[], object], log: Path) -> int:
     """Run `action` in a forked process with its output in `log`; its wait status, as `os.waitpid` gives it."""
     child = os.fork()
     if child == 0:
         code = 99
         try:
+            heed_interrupts()
             handle = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
             os.dup2(handle, 1)
             os.dup2(handle, 2)

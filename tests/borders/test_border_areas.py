@@ -8,9 +8,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from border_tools import LEFT, RIGHT, SMALL, Project, replace, tedm, untouched
+from border_tools import LEFT, RIGHT, SMALL, Project, replace, tedm, tiny_ids, tiny_motions, untouched
 
 from tedm_cli.areas.csv_file import read_area_csv
+from tedm_cli.nastran.op2.writer import write_op2
 
 DEFINE = """
 [[areas.define]]
@@ -161,3 +162,54 @@ def test_definitions_on_a_deck_solved_by_another_program(mini_ltp_dir: Path, tmp
     assert sizes["TOP_PANEL"] == len(reference["TOP_PANEL"])
     assert sizes["STRUTS"] == sum(len(ids) for name, ids in reference.items() if name.startswith("STRUT"))
     assert sum(sizes.values()) == shown["structural_grids"]
+
+
+NAMES = ["STRUT 1", "PANEL +Y", "Shield (outer)/lid", "A.B-c_d:2 E", "N" * 56]
+NO_NAMES = ["STRUT  1", "1STRUT", "A*", "A[1]", "A?", "A;B", "É", "N" * 57, "A 'B'"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_is_good_everywhere(tiny: Project, name: str, tmp_path: Path) -> None:
+    """areas.csv to deck, deck to areas without the CSV, these to a CSV again, and a definition: one rule."""
+    csv = tiny.folder / "areas.csv"
+    csv.write_text(csv.read_text().replace("LEFT", name))
+    replace(tiny.model, 'match = "LEFT"', f'match = "{name}"')
+    tiny.run("write-deck").ok()
+    assert f"LABEL = {name}" in tiny.deck.read_text()
+    before = csv.read_text()
+    replace(tiny.model, 'areas_csv = "areas.csv"\n', "")
+    tiny.run("areas", "-o", tmp_path / "again.csv").ok()
+    assert sorted((tmp_path / "again.csv").read_text().split("\n")) == sorted(before.split("\n"))
+    assert set(read_area_csv(tmp_path / "again.csv")) == {name, "RIGHT"}
+    replace(tiny.model, "\n[[test_mass]]", DEFINE.replace("LEFT", name))
+    tiny.run("areas").ok()
+
+
+@pytest.mark.parametrize("name", NO_NAMES)
+def test_a_name_is_refused_everywhere(tiny: Project, name: str) -> None:
+    fact = "a name of an area must begin with a letter"
+    csv = tiny.folder / "areas.csv"
+    if "  " not in name:  # blanks of a LABEL are one
+        text = tiny.deck.read_text(encoding="utf-8")
+        sound = text.replace("LABEL = LEFT", f"LABEL = {name}")
+        assert sound != text
+        tiny.deck.write_text(sound, encoding="latin-1")
+        tiny.run("ingest").refused(4, "unit_loads.bdf: subcase 1: its LABEL names no area", fact, hint="LABEL")
+    csv.write_text(csv.read_text().replace("LEFT", name), encoding="utf-8")
+    tiny.run("areas").refused(4, "areas.csv:2", fact)
+    defined(tiny, DEFINE.replace("LEFT", name)).run("areas").refused(3, "areas.define[0].name", fact)
+
+
+def test_labels_with_blanks_go_through_the_whole_model(tiny: Project) -> None:
+    """The results name the subcase as the deck does; blanks in rows are one."""
+    tiny.deck.write_text(tiny.deck.read_text().replace("LABEL = LEFT", "LABEL = LEFT   BRICK"))
+    replace(tiny.model, 'areas_csv = "areas.csv"\n', "")
+    replace(tiny.model, 'match = "LEFT"', 'match = "LEFT *"')
+    write_op2(
+        tiny.op2,
+        tiny_ids(),
+        [(n, label.replace("LEFT", "LEFT BRICK"), motion) for n, label, motion in tiny_motions()],
+    )
+    tiny.run("ingest").ok()
+    with h5py.File(tiny.build / "unit_loads.h5") as file:
+        assert list(file["/area/name"].asstr()) == ["LEFT BRICK", "RIGHT"]

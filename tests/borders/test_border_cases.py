@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
-from border_tools import Project, replace, tedm, untouched
+from border_tools import Project, edited, replace, tedm, untouched
 
+from tedm_cli.config.project import load_project
+from tedm_cli.errors import ConfigError
+from tedm_cli.noise import correlation
+from tedm_cli.progress import silent
 from tedm_cli.results.outputs import read_outputs
+from tedm_cli.stages.noise.case import run_cases
 
 MATRIX = "area,STRUT_1,STRUT_2,FLANGE_1\nSTRUT_2,{0},1,{0}\nSTRUT_1,1,{0},{0}\nFLANGE_1,{0},{0},1\n"
 TABLE = "frequency_hz,amplitude\n1e-3,1e-14\n3e-2,1e-13\n"
@@ -151,6 +157,52 @@ def test_several_cases_that_do_not_fit_are_refused_together(small: Project) -> N
     small.run("run-case", "4", "10b", "3").refused(3, *facts)
     assert (small.build / "case03.h5").exists()
     small.run("run-case", "own", "4").refused(5, "r.csv", "eigenvalue", hint="refused too: case 4")
+    small.run("run-case", "own", "4").refused(5, "r.csv", hint="no thermal area has 'strut'")
+
+
+def test_all_problems_of_all_cases_are_told_before_the_first_is_run(small: Project) -> None:
+    cases = small.folder / "cases.toml"
+    replace(cases, 'groups = ["struts", "flanges"] }, { groups = ["IS1"]', 'groups = ["strut"] }, { groups = ["IS1"]')
+    replace(cases, 'partition = "mirror"', 'partition = "mirror", mirror_names = ["_A", "_B"]')
+    happened: list[str] = []
+    with pytest.raises(ConfigError) as caught:
+        run_cases(
+            load_project(small.folder / "tedm.toml", small.build),
+            ["3", "4", "1", "10b"],
+            None,
+            silent,
+            lambda path, result, realised: happened.append(path.name),
+            lambda error: happened.append(str(error)),
+        )
+    told, *files = happened
+    assert files == ["case03.h5", "case01.h5"]
+    assert told == str(caught.value)
+    assert "case 4: blocks[0].groups: no thermal area has 'strut'" in told
+    assert "case 10b: blocks[1]: without a mirror image" in told
+    lines = small.run("run-case", "3", "4", "10b").err.splitlines()
+    assert len(lines) == len(set(lines)), "each problem once"
+
+
+def test_the_correlation_of_a_case_is_found_once(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its matrix may have thousands of areas, and its eigenvalues take the longest."""
+    add_case(small, "0.25")
+    checked, check = [], correlation.check_correlation
+
+    def counted(*args: Any, **more: Any) -> None:
+        checked.append(1)
+        check(*args, **more)
+
+    monkeypatch.setattr(correlation, "check_correlation", counted)
+    small.run("run-case", "own").ok()
+    assert len(checked) == 1
+
+
+def test_requirements_are_refused_before_any_case_is_run(small: Project) -> None:
+    """They are the same for all: also where no case would run."""
+    add_case(small, "-0.6")
+    replace(small.folder / "cases.toml", '"A_TM2_x"', '"A_TM9_x"')
+    with untouched(small.build):
+        small.run("run-case", "own", "3").refused(3, "cases.toml", "requirement[", "there is no output 'A_TM9_x'")
 
 
 def test_files_that_are_not_there(small: Project) -> None:
@@ -173,7 +225,7 @@ def test_a_case_of_groups_that_are_not_there(small: Project) -> None:
 )
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_rows_that_are_not_finite(small: Project, name: str, dataset: str, labels: str, value: float) -> None:
-    with h5py.File(small.build / name, "r+") as file:
+    with edited(small.build / name) as file:
         file[dataset][1, 3] = value
         label = file[labels].asstr()[1]
     small.run("run-case", "3").refused(4, name, f"{dataset} is {value:g} in row {label}", hint="build the file again")

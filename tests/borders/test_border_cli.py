@@ -11,7 +11,7 @@ import typer.main
 from border_tools import Project, tedm
 
 from tedm_cli import __version__
-from tedm_cli.cli import app
+from tedm_cli.cli.commands import app
 
 GROUP = typer.main.get_command(app)
 COMMANDS = sorted(name for name, command in GROUP.commands.items() if not command.hidden)  # type: ignore[attr-defined]

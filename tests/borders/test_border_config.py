@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from border_tools import Project, replace, tedm, untouched
+from border_tools import CONFIGS, Project, replace, tedm, untouched
 
 
 def refuse(project: Project, command: str, *pieces: str, code: int = 3, hint: str = "") -> None:
@@ -22,7 +22,7 @@ def refuse(project: Project, command: str, *pieces: str, code: int = 3, hint: st
         ("areas_csv", "area_csv", "model.area_csv: unknown key; did you mean areas_csv?"),
         ('group = "bricks", shield', 'grup = "bricks", shield', "areas.rule[0].grup: unknown key; did you mean group?"),
         ("mass_kg = 1.96", 'mass_kg = "1.96"', "test_mass[0].mass_kg: must be a valid number (found '1.96')"),
-        ("mass_kg = 1.96", "mass_kg = -1.96", "test_mass[0].mass_kg: must be greater than 0 (found -1.96)"),
+        ("mass_kg = 1.96", "mass_kg = -1.96", "test_mass[0].mass_kg: mass -1.96 is outside 1e-18 to 1e+06 kg"),
         ("mass_kg = 1.96", "mass_kg = nan", "test_mass[0].mass_kg: must be a finite number"),
         ("mass_kg = 1.96", "mass_kg = true", "test_mass[0].mass_kg: must be a valid number (found True)"),
         ("[0.1, 0.2, 0.0]", "[0.1, 0.2]", "test_mass[0].position_m: "),
@@ -32,7 +32,7 @@ def refuse(project: Project, command: str, *pieces: str, code: int = 3, hint: st
             'side_m = "46"',
             "test_mass[0].side_m: must be a valid number or must be a valid list (found",
         ),
-        ("side_m = 0.046", "side_m = [1, 2, -3]", "test_mass[0].side_m[2]: must be greater than 0 (found -3)"),
+        ("side_m = 0.046", "side_m = [1, 2, -3]", "test_mass[0].side_m[2]: length -3 is outside 1e-09 to 10000 m"),
         (
             'shield = "inside"',
             'shield = "within"',
@@ -70,10 +70,10 @@ def test_not_toml(tiny: Project, contents: bytes) -> None:
     refuse(tiny, "ingest", "tedm.toml: not valid TOML")
 
 
-@pytest.mark.parametrize("name", ["tedm.toml", "model.toml"])
-def test_missing_file(tiny: Project, name: str) -> None:
+@pytest.mark.parametrize(("name", "hint"), [("tedm.toml", "--config"), ("model.toml", "names it: model")])
+def test_missing_file(tiny: Project, name: str, hint: str) -> None:
     (tiny.folder / name).unlink()
-    refuse(tiny, "ingest", name, code=4, hint="--config")
+    refuse(tiny, "ingest", name, code=4, hint=hint)
 
 
 def test_empty_project_file(tiny: Project) -> None:
@@ -122,7 +122,7 @@ def test_write_deck_without_its_inputs(tiny: Project) -> None:
     [
         ("3,LEFT", "x3,LEFT", "areas.csv:4: wanted a grid id"),
         ("3,LEFT", "3,LEFT,1", "areas.csv:4: wanted a grid id"),
-        ("3,LEFT", "3,2LEFT", "areas.csv:4: wanted a grid id"),
+        ("3,LEFT", "3,2LEFT", "areas.csv:4: a name of an area must begin with a letter"),
         ("3,LEFT", "2,LEFT", "areas.csv:4: grid 2 is in line 3 already"),
         ("3,LEFT", "3,Left", "areas.csv:4: area 'Left' is also spelled 'LEFT'"),
         ("3,LEFT", "333,LEFT", "area 'LEFT' names 1 grids that do not exist: 333"),
@@ -157,3 +157,46 @@ def test_nothing_is_left_in_the_working_directory(
     for command in ("ingest", "write-deck", "solve"):
         tiny.run(command).refused(4, "gone.inc")
     assert not list(Path.cwd().iterdir())
+
+
+@pytest.mark.parametrize(
+    ("command", "key"),
+    [(["ingest"], "model"), (["check-layout"], "optics"), (["run-case", "1"], "cases")],
+)
+def test_the_hint_is_about_the_file_that_is_not_there(tiny: Project, command: list[str], key: str) -> None:
+    """The project is there; the file that it names is not."""
+    (tiny.folder / "tedm.toml").write_text(f'title = "t"\n{key} = "lost.toml"\n')
+    outcome = tiny.run(*command)
+    outcome.refused(4, "lost.toml: cannot read the configuration", hint=f'the project file names it: {key} = "..."')
+    assert "--config" not in outcome.err
+    (tiny.folder / "tedm.toml").unlink()
+    tiny.run(*command).refused(4, "tedm.toml: cannot read the configuration", hint="--config")
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "code"),
+    [
+        ('title = "a\\u0000b"', "title", "U+0000"),
+        ('title = "a\\u001b[2J"', "title", "U+001B"),
+        ('title = "a\\u202eb"', "title", "U+202E"),
+        ('title = "a"\nmodel = "m\\uffff.toml"', "model", "U+FFFF"),
+        ('title = "a"\n"mo\\u0007del" = "m.toml"', "mo?del", "U+0007"),
+        ('title = "a"\ncases = ["a", "b\\u0085"]', "cases[1]", "U+0085"),
+    ],
+)
+def test_control_characters_are_refused_by_place(tiny: Project, text: str, place: str, code: str) -> None:
+    (tiny.folder / "tedm.toml").write_text(text + "\n", encoding="utf-8")
+    tiny.run("check-layout").refused(3, f"tedm.toml: {place}: ", f"the control character {code}")
+
+
+def test_titles_may_have_lines_and_tabs(tiny: Project) -> None:
+    (tiny.folder / "tedm.toml").write_text(
+        f'title = """two\n\tlines"""\noptics = "{CONFIGS / "optics.toml"}"\n', encoding="utf-8"
+    )
+    tiny.run("check-layout").ok()
+
+
+@pytest.mark.parametrize("text", ["a = " + 3000 * "[", "a = " + 5000 * "9", "a = 1\na = 2", "\xff"])
+def test_what_toml_readers_stumble_over_is_one_error(tiny: Project, text: str) -> None:
+    (tiny.folder / "tedm.toml").write_bytes(text.encode("latin-1"))
+    tiny.run("check-layout").refused(3, "tedm.toml: not valid TOML")

@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from border_tools import Project, replace, tedm, untouched
+from border_tools import Project, edited, replace, tedm, untouched
 
 from tedm_cli.noise.bounds import BOUNDS
 
@@ -67,7 +67,7 @@ def test_refusals(chain: Project, tmp_path: Path) -> None:
 
 def test_a_file_that_lacks_some_of_its_bounds(small: Project) -> None:
     for name, command in (("/extremal/minimum", "export-extremal"), ("/bounds/maximum/A_TM1_x", "export-case")):
-        with h5py.File(small.build / "case03.h5", "r+") as file:
+        with edited(small.build / "case03.h5") as file:
             del file[name]
         with untouched(small.build):
             tedm(command, "3", "-d", small.build).refused(4, f"case03.h5: has no {name}", hint="tedm run-case")

@@ -12,7 +12,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from border_tools import STAGES, Project, in_child, replace, snapshot, tedm, untouched
+from border_tools import STAGES, Project, edited, in_child, replace, snapshot, tedm, untouched
+
+from tedm_cli.files.seal import seal
 
 # The stage that reads each file.
 READER = {
@@ -24,7 +26,7 @@ READER = {
 
 
 def edit(path: Path, change: Callable[[h5py.File], object]) -> None:
-    with h5py.File(path, "r+") as file:
+    with edited(path) as file:
         change(file)
 
 
@@ -207,6 +209,8 @@ def test_show_of_something_else(small: Project, name: str) -> None:
 def test_show_of_a_foreign_hdf5(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "foreign.h5", "w") as file:
         file["x"] = 1.0
+    tedm("show", tmp_path / "foreign.h5").refused(4, "foreign.h5", "carries no seal", hint="tedm_cli.files.seal")
+    seal(tmp_path / "foreign.h5")
     tedm("show", tmp_path / "foreign.h5").refused(4, "foreign.h5", "no tedm schema", hint="unit_loads")
 
 

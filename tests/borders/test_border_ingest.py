@@ -48,6 +48,32 @@ DECKS = {
     "NSML1 on solids": ("ENDDATA", "NSML1,2,PSOLID,1.,1\nENDDATA", ["PSOLID"]),
     "no such NSM set": ("SPC = 1", "SPC = 1\nNSM = 3", ["NSM = 3"]),
     "CONM1 of one direction": ("ENDDATA", "CONM1,77,3,0,1.\nENDDATA", ["CONM1 77", "differs by direction"]),
+    "mass by M2GG": ("SPC = 1", "SPC = 1\nM2GG = MEX", ["M2GG"]),
+    "mass by M2PP": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  M2PP = MEX\n", ["M2PP"]),
+    "load by P2G": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  P2G = PEX\n", ["P2G = "]),
+    "id of 64 bits": ("CHEXA,2,", f"CHEXA,{2**63},", [f"CHEXA {2**63}: {2**63} is larger than any id"]),
+    "grid of 33 bits": (",11,12", f",11,{2**31}", [f"CHEXA 2: {2**31} is larger than any id"]),
+    "subcase of 64 bits": ("SUBCASE 2", f"SUBCASE {2**63}", [f"SUBCASE {2**63}: is larger than any id"]),
+    "endless SET": ("SPC = 1", "SPC = 1\nSET 1 = 5, 1 THRU 99999999", ["SET of the case control: 1 THRU 99999999"]),
+    "corner 0": (",11,12", ",11,0", ["its grids are 5, 6, 7, 8, 9, 10, 11, 0, and some of these are none"]),
+    "words for a number": ("TEMPERATURE(LOAD) = 2", "TEMPERATURE(LOAD) = two", ["'TWO' is no whole number"]),
+    "subcase twice": ("SUBCASE 2", "SUBCASE 1", ["SUBCASE 1 occurs twice"]),
+    "blank corner": (",11,12", ",,12", ["CHEXA 2: field 9 (nid7) is blank, and must be an integer"]),
+    "integer for a length": (
+        "GRID,2,,0.0,",
+        "GRID,2,,0,",
+        ["GRID 2: field 3 (x1) is '0', and must be a float"],
+    ),
+    "frames in a loop": (
+        "ENDDATA",
+        "CORD2R,5,6,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nCORD2R,6,5,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nENDDATA",
+        ["its coordinate systems refer to each other in a loop"],
+    ),
+    "frame on a line": (
+        "ENDDATA",
+        "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,0.,2.\nENDDATA",
+        ["CORD2R 5: its three points lie on a line"],
+    ),
     "CONM2 nowhere": ("ENDDATA", "CONM2,77,333,,1.\nENDDATA", ["333", "CONM2 eid=77"]),
     "CMASS2 of one direction": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS 77", "3, 0, 0"]),
     "superelement": ("ENDDATA", "SESET,1,1,2\nENDDATA", ["SESET"]),
@@ -170,6 +196,26 @@ def test_units_other_than_si(tiny: Project, factor: float, density: str, concent
     replace(tiny.deck, "2700.", density)
     replace(tiny.deck, "ENDDATA", concentrated + "ENDDATA")
     refuse(tiny, 4, "unit_loads.bdf", piece, hint="metres")
+    for solver in ([], ["--run", "no-such-nastran {deck}"]):  # said before anything is solved
+        with untouched(tiny.folder):
+            tiny.run("solve", *solver).refused(4, "unit_loads.bdf", piece, hint="metres")
+
+
+def test_units_other_than_si_are_said_before_a_deck_is_written(tiny: Project) -> None:
+    scale_lengths(tiny.folder / "model.bdf", 1e3)
+    with untouched(tiny.folder):
+        tiny.run("write-deck").refused(4, "model.bdf: the model is 200 m long", hint="metres")
+
+
+def test_a_scalar_point_with_nothing_on_it_is_no_hindrance(tiny: Project) -> None:
+    for file in (tiny.folder / "model.bdf", tiny.deck):
+        replace(file, "ENDDATA", "SPOINT,77,78\nSPC1,1,0,77\nENDDATA")
+    for stage in ("write-deck", "solve", "ingest"):
+        tiny.run(stage).ok()
+    replace(tiny.deck, "ENDDATA", "MPC,9,77,,1.,1,1,-1.\nENDDATA")
+    replace(tiny.deck, "SPC = 1", "SPC = 1\nMPC = 9")
+    with untouched(tiny.folder):
+        tiny.run("solve").refused(4, "not modelled by the embedded solver: MPC with a scalar point (1)")
 
 
 @pytest.mark.parametrize(

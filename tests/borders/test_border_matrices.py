@@ -151,7 +151,7 @@ def test_each_missing_item_is_named(outside: Project, key: str) -> None:
         ('slopes = "angle"', 'slopes = "noll"', "pupil_radius_m: missing; slopes = 'noll' needs it"),
         ('slopes = "angle"', 'slopes = "angle"\npupil_radius_m = 0.001', "pupil_radius_m: slopes that are angles have"),
         ('slopes = "angle"', 'slopes = "angle"\nacuracy = 1e-6', "acuracy: unknown key; did you mean accuracy?"),
-        ('slopes = "angle"', 'slopes = "angle"\naccuracy = 0.5', "accuracy: must be less than or equal to 0.01"),
+        ('slopes = "angle"', 'slopes = "angle"\naccuracy = 0.5', "accuracy: accuracy 0.5 is outside 1e-17 to 0.01"),
         ('slopes = "angle"', 'slopes = "angle"\nrows = ["a"]', "rows: stands in S_BW.csv as well"),
         ("[S_BW]", "[S_WB]", "S_WB: unknown table"),
     ],

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
 from border_tools import ROOT
+
+from tedm_cli.contracts import KINDS
 
 PACKAGE = ROOT / "tedm_cli"
 MODULES = sorted(PACKAGE.rglob("*.py"))
@@ -99,3 +102,18 @@ def test_every_room_says_what_it_is_for(room: Path) -> None:
     text = ast.get_docstring(ast.parse(room.read_text()))
     assert text
     assert len(text.split()) >= 5
+
+
+def test_dataset_paths_are_spelt_in_the_contracts_alone() -> None:
+    """Elsewhere datasets have names (`CASE.VERDICT_RATIO`): no string is a path, or the beginning of one."""
+    first = {path.split("/")[1] for kind in KINDS.values() for path in kind.datasets}
+    assert {"verdict", "area", "S_BW"} <= first
+    for path in MODULES:
+        if path.relative_to(PACKAGE).parts[0] == "contracts":
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        said = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}  # docstrings
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in said:
+                head = re.match(r"/(\w+)(/|$)", node.value)
+                assert head is None or head[1] not in first, f"{path.relative_to(ROOT)}:{node.lineno}: {node.value}"

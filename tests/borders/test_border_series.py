@@ -14,6 +14,7 @@ from border_tools import Project, replace, snapshot, tedm
 from scipy.integrate import trapezoid
 
 from tedm_cli.noise.spectral_estimate import Estimate
+from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
 from tedm_cli.tables import wide_table
 from tedm_cli.tables.wide_table import open_wide
 
@@ -173,6 +174,8 @@ GOOD = "time_s,outside,inside\n" + "".join(f"{4 * n},293.{n % 7},293\n" for n in
         ("48,293.5,293\n", "47,293.5,293\n", "t.csv:14", "a step of 3 s among steps of 4 s"),
         ("outside,inside", "outside,insid", "t.csv", "column 'insid' names no thermal area"),
         ("outside,inside", "outside,outside", "t.csv", "column 'outside' is there twice (columns 2 and 3)"),
+        ("time_s,outside,inside", "all,time_s,all", "t.csv:1", "column 'all' is there twice (columns 1 and 3)"),
+        ("time_s,outside,inside", "time_s,time_s,all", "t.csv:1", "column 'time_s' is there twice (columns 1 and 2)"),
         ("outside,inside", "outside,STRUT_1", "t.csv", "thermal areas: "),
         ("time_s", "time", "t.csv:1", "there is no column time_s; there are: time, outside, inside"),
     ],
@@ -303,8 +306,8 @@ def test_a_series_that_is_refused_keeps_no_other_from_running(small: Project, te
     assert [p.name for p in small.build.glob("series_*")] == ["series_good.h5"]
 
 
-def test_nothing_to_run_is_said(small: Project) -> None:
-    assert "no time series in " in small.run("run-series", "all").ok().out
+def test_nothing_to_run_is_refused(small: Project) -> None:
+    small.run("run-series", "all").refused(2, "cases.toml: describes no time series", hint="[[series]]")
 
 
 def test_log_spectra_need_speckit(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -334,7 +337,7 @@ def test_reading_holds_a_block_and_not_the_table(tmp_path: Path) -> None:
     peak = []
     for rows in (100, 1000):
         tracemalloc.start()
-        with open_wide(tmp_path / "t.csv", "time_s") as wide:
+        with open_wide(tmp_path / "t.csv", "time_s", TIME_STAMP, TEMPERATURE) as wide:
             assert sum(len(b.key) for b in wide.blocks(rows)) == 30_000
         peak.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tedm_cli.cli.printing.gravity import sensitivity_lines
-from tedm_cli.config.compensation import HEADER, compensation_masses
+from tedm_cli.config.compensation import COLUMNS, compensation_masses
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY
@@ -49,7 +49,7 @@ def with_blocks(project: Project, folder: Path, tables: str, csv: str | None = N
 
 
 def test_third_source_is_kept_apart(small: Project, tmp_path: Path) -> None:
-    project = with_blocks(small, tmp_path, TABLES, ",".join(HEADER) + "\n" + LINE)
+    project = with_blocks(small, tmp_path, TABLES, ",".join(COLUMNS) + "\n" + LINE)
     done = build_sensitivity(project, tmp_path / "sensitivity.h5", silent)
     blocks = compensation_masses(project, load_model(project.model)[1])
     assert [b.name for b in blocks] == ["CM3", "CM1", "CM2"]
@@ -78,14 +78,15 @@ def test_third_source_is_kept_apart(small: Project, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "fact"),
     [
-        (LINE.replace("0.2\n", "-0.2\n"), "mass_kg must be positive"),
-        (LINE.replace("0.03,", "0,"), "size_z_m must be positive"),
+        (LINE.replace("0.2\n", "-0.2\n"), "mass_kg: mass -0.2 is outside 1e-18 to"),
+        (LINE.replace("0.03,", "0,"), "size_z_m: length 0 is outside 1e-09 to 10000 m"),
         (LINE.replace("CM3", ""), "name is empty"),
+        (LINE.replace("CM3", "CM\x003"), "control character U.0000"),
         (LINE.replace("0.1,0,0", "x,0,0"), "rotation_x_rad must be a finite number"),
     ],
 )
 def test_a_wrong_line_is_named(small: Project, tmp_path: Path, line: str, fact: str) -> None:
-    project = with_blocks(small, tmp_path, "", ",".join(HEADER) + "\n" + LINE + line)
+    project = with_blocks(small, tmp_path, "", ",".join(COLUMNS) + "\n" + LINE + line)
     with pytest.raises(InputError, match=fact) as caught:
         compensation_masses(project, load_model(project.model)[1])
     assert caught.value.where == f"{tmp_path / 'cm.csv'}:3"

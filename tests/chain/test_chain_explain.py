@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from tedm_cli.cli import app
+from tedm_cli.cli.commands import app
 from tedm_cli.cli.printing.explain import explain_lines
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS

@@ -18,6 +18,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.exports.node_terms import gradient, superposed
 from tedm_cli.files.blocks import Blocks
+from tedm_cli.files.seal import seal
 from tedm_cli.progress import silent
 from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 
@@ -283,11 +284,13 @@ def test_files_that_do_not_belong_together(small: Project, tmp_path: Path) -> No
         G = file["/operator/G"]
         heaviest = int(np.abs(G[0]).max(axis=1).argmax())
         G[0, heaviest] = 1.001 * G[0, heaviest]
+    seal(build / "sensitivity.h5")
     with pytest.raises(InputError, match="the grids' parts of TM1_a_x add up to"):
         export_mesh(build, None, WantedArrays((AREA,), ("TM1_a_x",)), silent)
     with pytest.raises(InputError, match=r"case03\.h5: is stale"):
         export_mesh(build, None, WantedArrays((), ("TM1_a_x",), ("3",)), silent)
     with h5py.File(build / "unit_loads.h5", "r+") as file:
         file["/mass/lumped"][0] *= 2.0
+    seal(build / "unit_loads.h5")
     with pytest.raises(InputError, match=r"distortion\.h5: is stale"):
         export_mesh(build, None, WantedArrays((AREA,)), silent)

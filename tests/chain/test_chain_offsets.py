@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from offset_mass import LEVER, with_mass
 
 from tedm_cli.config.model import load_model
-from tedm_cli.config.project import Project, load_project
+from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import PhysicsError
 from tedm_cli.files.store import open_checked
@@ -18,24 +19,6 @@ from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 from tedm_cli.stages.model.distortion import build_distortion
 from tedm_cli.stages.model.ingest import ingest
-
-SMALL = Path(__file__).parents[2] / "sample_models" / "small"
-LEVER = np.array([0.05, 0.02, 0.03])
-
-
-def with_mass(folder: Path, grid: int) -> Project:
-    """The small sample with 0.5 kg more, off `grid` by the lever; its results are massless and stay as they are."""
-    deck = (SMALL / "unit_loads.bdf").read_text(encoding="ascii")
-    card = f"CONM2,900077,{grid},,0.5,{LEVER[0]},{LEVER[1]},{LEVER[2]}\n"
-    (folder / "unit_loads.bdf").write_text(deck.replace("ENDDATA", card + "ENDDATA"), encoding="ascii")
-    model = (SMALL / "model.toml").read_text(encoding="utf-8")
-    model = model.replace('op2 = ["unit_loads.op2"]', f'op2 = ["{(SMALL / "unit_loads.op2").resolve()}"]')
-    model = model.replace('"ltp_small_areas.csv"', f'"{(SMALL / "ltp_small_areas.csv").resolve()}"')
-    (folder / "model.toml").write_text(model, encoding="utf-8")
-    project = (SMALL / "tedm.toml").read_text(encoding="utf-8")
-    configs = (SMALL / "../../configs").resolve()
-    (folder / "tedm.toml").write_text(project.replace("../../configs", str(configs)), encoding="utf-8")
-    return load_project(folder / "tedm.toml", folder / "build")
 
 
 @pytest.fixture(scope="module")

@@ -164,6 +164,14 @@ def test_temperature_cards_are_exact(rest: Decimal, ids: set[int], sid: int) -> 
     assert all(int(row[0]) == sid and "." in row[2] for row in rows[1:])
 
 
+def test_a_temperature_that_fills_the_field_is_written_and_a_longer_one_refused() -> None:
+    """Sixteen columns hold 293.150000000001; with a digit more the step would be rounded."""
+    (line, _, *_) = temperature_cards(1, Decimal("293.150000000001"), np.array([7]))
+    assert line[24:40] == "293.150000000001"
+    with pytest.raises(InputError, match=r"293.1500000000001 K has more digits than a field"):
+        temperature_cards(1, Decimal("293.1500000000001"), np.array([7]))
+
+
 def test_grid_ids_of_eight_digits_and_temperatures_of_nine(tmp_path: Path) -> None:
     for number, (first, tref) in enumerate(((99_999_980, "20."), (0, "293.1501"), (0, "1234.567"))):
         areas = {"LEFT": [first + i for i in LEFT], "RIGHT": [first + i for i in RIGHT]}
@@ -244,8 +252,13 @@ class _Sets:
         self.loads = loads
 
 
+def test_mass_by_a_matrix_is_refused_before_a_deck_is_written(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="M2GG"):
+        written(tmp_path, plain(bricks(), control("M2GG = MEX\n", above="SPC = 1\n")))
+
+
 def test_scalar_points_and_default_grids_are_no_hindrance(tmp_path: Path) -> None:
-    extra = [("SPOINT", "77"), ("GRDSET", "", "", "", "", "", "456")]
+    extra = [("SPOINT", "77"), ("GRDSET", "", "", "", "", "", "", "456")]
     _, done = written(tmp_path, plain([*bricks(), *extra]))
     assert done.grids == 12
 

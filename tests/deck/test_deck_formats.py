@@ -182,3 +182,20 @@ def test_a_deck_that_does_not_read_back_is_not_written(tmp_path: Path, monkeypat
             written(tmp_path, plain(bricks()))
         assert done.path.read_bytes() == before
     assert [p.name for p in done.path.parent.iterdir()] == [done.path.name]
+
+
+@pytest.mark.parametrize(("old", "new"), [("294.15", "294.151"), ("294.15", "294.1499"), ("293.15", "293.1501")])
+def test_a_deck_whose_temperatures_are_rounded_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str
+) -> None:
+    """A step must read back as one kelvin to the last digit, and the rest as the reference."""
+    from tedm_cli.nastran import unit_deck
+
+    cards = unit_deck.temperature_cards
+    monkeypatch.setattr(
+        unit_deck,
+        "temperature_cards",
+        lambda *args: [line.replace(old.rjust(8), new.rjust(8)) for line in cards(*args)],
+    )
+    with pytest.raises(InputError, match=r"does not read back.*(step|temperatures) of subcase 1 \(LEFT\)"):
+        written(tmp_path, plain(bricks("293.15")))

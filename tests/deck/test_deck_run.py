@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import shutil
 import signal
@@ -34,6 +35,13 @@ SCRIPTS = {
     "fatal": f"f06.write_text({FATAL!r})\n{TAKEN}",
     "part": 'shutil.copy("../part.op2", deck.with_suffix(".op2"))',
     "broken": 'deck.with_suffix(".op2").write_bytes(b"\\4\\0\\0\\0" + bytes(200))',
+    "half": f"""
+        {TAKEN}
+        deck.with_suffix(".op2").write_bytes(deck.with_suffix(".op2").read_bytes()[:2000])
+        child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+        Path("pids").write_text(f"{{os.getpid()}} {{child.pid}}")
+        child.wait()
+        """,
     "hangs": """
         child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
         Path("pids").write_text(f"{os.getpid()} {child.pid}")
@@ -102,7 +110,7 @@ def test_the_embedded_solver_as_another_one(folder: Path) -> None:
 
 def test_what_the_solver_says_is_shown_on_request(folder: Path) -> None:
     done = solve(folder, solver(folder, "copies"), "-v")
-    assert "solving unit_loads.bdf in run" in done.err
+    assert re.search(r"^solving unit_loads_tedmrun\d+\.bdf in run$", done.err, re.MULTILINE)
     assert "solving" not in done.out
 
 
@@ -112,8 +120,8 @@ def test_what_the_solver_says_is_shown_on_request(folder: Path) -> None:
         ("returns 3", ["run/unit_loads.bdf", "exit code 3: licence denied"]),
         ("fatal", ["a FATAL message: USER FATAL MESSAGE 9050 (SEKRRS); RUN TERMINATED DUE TO EXCESSIVE PIVOT RATIOS"]),
         ("silent", ["without a new OP2", "batch=no"]),
-        ("part", ["lacks 1 of 3 subcases: 3"]),
-        ("broken", ["unit_loads.op2"]),
+        ("part", ["unit_loads.op2.failed", "lacks 1 of 3 subcases: 3"]),
+        ("broken", ["unit_loads.op2.failed"]),
     ],
 )
 def test_results_that_are_not_taken(folder: Path, kind: str, pieces: list[str]) -> None:
@@ -123,6 +131,8 @@ def test_results_that_are_not_taken(folder: Path, kind: str, pieces: list[str]) 
     before = results.read_bytes()
     refused(solve(folder, solver(folder, kind)), 4, *pieces)
     assert results.read_bytes() == before
+    beside = {p.name for p in (folder / "run").iterdir()} - {"unit_loads.bdf", "unit_loads.f06"}
+    assert beside <= {"unit_loads.op2.failed"}
 
 
 @pytest.mark.parametrize("kind", ["fatal", "part", "silent", "copies"])
@@ -179,23 +189,77 @@ def gone(pid: int) -> bool:
         return True
 
 
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks at processes through /proc")
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_an_interrupt_ends_the_solver_and_what_it_started(folder: Path, number: int, code: int) -> None:
-    arguments = ["solve", "-c", str(folder / "tedm.toml"), "--run", solver(folder, "hangs")]
-    ours = subprocess.Popen([sys.executable, "-m", "tedm_cli.cli", *arguments], stderr=subprocess.PIPE, text=True)
+def hanging(folder: Path, kind: str) -> tuple[subprocess.Popen[str], list[int]]:
+    """tedm with a solver that does not end, and the processes of the solver."""
+    arguments = ["solve", "-c", str(folder / "tedm.toml"), "--run", solver(folder, kind)]
+    ours = subprocess.Popen(
+        [sys.executable, "-m", "tedm_cli.cli", *arguments],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # even where the tests' caller ignores it
+    )
     pids = folder / "run" / "pids"
     deadline = time.monotonic() + 60
     while not (pids.exists() and len(pids.read_text().split()) == 2):
         assert time.monotonic() < deadline
         assert ours.poll() is None
         time.sleep(0.05)
-    started = [int(word) for word in pids.read_text().split()]
+    return ours, [int(word) for word in pids.read_text().split()]
+
+
+def all_gone(pids: list[int]) -> bool:
+    deadline = time.monotonic() + 30
+    while not all(gone(pid) for pid in pids):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks at processes through /proc")
+
+
+@proc
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_ends_the_solver_and_what_it_started(folder: Path, number: int, code: int) -> None:
+    ours, started = hanging(folder, "hangs")
     os.kill(ours.pid, number)
     _, err = ours.communicate(timeout=60)
     assert ours.returncode == code
     assert "Traceback" not in err
-    while not all(gone(pid) for pid in started):
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    assert all_gone(started)
     assert not (folder / "results").exists()
+    assert {p.name for p in (folder / "run").iterdir()} == {"unit_loads.bdf", "pids"}
+
+
+@proc
+def test_a_killed_run_leaves_the_last_good_results(folder: Path) -> None:
+    """As when deck and op2 share folder and name: half an OP2 never has the name, nor does the next failing run."""
+    toml = (folder / "model.toml").read_text()
+    (folder / "model.toml").write_text(toml.replace("results/unit_loads.op2", "run/unit_loads.op2"))
+    results = folder / "run" / "unit_loads.op2"
+    assert solve(folder, solver(folder, "copies")).code == 0
+    good = results.read_bytes()
+
+    ours, started = hanging(folder, "half")
+    ours.kill()
+    ours.communicate()
+    assert all_gone(started)
+    assert results.read_bytes() == good
+
+    assert solve(folder, solver(folder, "part")).code == 4
+    assert results.read_bytes() == good
+    left = {p.name for p in (folder / "run").iterdir()}
+    assert left == {"unit_loads.bdf", "unit_loads.f06", "unit_loads.op2", "unit_loads.op2.failed", "pids"}
+
+
+@proc
+def test_a_killed_first_run_leaves_no_results(folder: Path) -> None:
+    """Make would take them for built."""
+    toml = (folder / "model.toml").read_text()
+    (folder / "model.toml").write_text(toml.replace("results/unit_loads.op2", "run/unit_loads.op2"))
+    ours, started = hanging(folder, "half")
+    ours.kill()
+    ours.communicate()
+    assert all_gone(started)
+    assert not (folder / "run" / "unit_loads.op2").exists()

@@ -193,6 +193,17 @@ def test_fem_offset_ends_hang_on_rigid_arms():
     np.testing.assert_allclose(there.coupling[0], tie.T @ here.coupling[0], atol=1e-12)
 
 
+def test_fem_growing_with_everything_leaves_an_offset_bar_free_of_stress():
+    """Grids, rigid arms and bar grow by one: their forces are those of a thermal strain of one."""
+    position = np.array([[0.0, 0.0, 0.0], [0.3, 0.1, -0.2]])
+    arms = [[0.01, 0.02, -0.03], [-0.02, 0.01, 0.04]]
+    operators = assemble(structure(position, bars=bars([[0, 1]], [0.0, 0.0, 1.0], i12=1e-9, offset=arms)))
+    grown = np.zeros((2, 6))
+    grown[:, :3] = position
+    force = operators.stiffness @ grown.reshape(-1)
+    np.testing.assert_allclose(force, operators.expansion_load, rtol=0, atol=1e-12 * np.abs(force).max())
+
+
 def test_fem_offset_bars_below_a_bar_make_a_bimetal():
     # Two equal bars, joined along their length at a distance d: curvature of the common fibre by statics of two bars,
     # k = (a1 - a2) T d / (d² + 2 (I1 + I1) / A ... ) with E A and E I equal: k = (a1 - a2) T d / (d² + 4 I / A).

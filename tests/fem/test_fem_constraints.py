@@ -51,6 +51,27 @@ def test_fem_rbe3_reproduces_rigid_motion_at_any_size_and_weight(seed, entering,
     )
 
 
+def test_fem_rbe3_weighs_rotations_with_the_square_of_the_mean_arm():
+    """The motion that minimises sum w (|u - t - θ x r|² + L² |φ - θ|²), L the mean arm, for motions that are not rigid.
+
+    As the MSC Nastran Linear Static Analysis User's Guide has it; arms of different lengths tell the mean from others.
+    """
+    random = np.random.default_rng(5)
+    position = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 0.5], [-3, 1, 1]], float)
+    weights = np.array([1.0, 2.0, 0.5, 1.5])
+    sources, coefficients = rbe3_coefficients(position, rbe3(1, 0, range(1, 5), weights=weights, entering="123456"))
+    motion = random.normal(size=(5, 6))
+    arm = position[1:]
+    square = np.linalg.norm(arm, axis=1).mean() ** 2
+    normal, right = np.zeros((6, 6)), np.zeros(6)
+    for r, w, u in zip(arm, weights, motion[1:], strict=True):
+        turning = np.column_stack([np.cross(axis, r) for axis in np.eye(3)])
+        rows = np.block([[np.eye(3), turning], [np.zeros((3, 3)), np.eye(3)]])
+        law = w * np.diag([1.0, 1.0, 1.0, square, square, square])
+        normal, right = normal + rows.T @ law @ rows, right + rows.T @ law @ u
+    np.testing.assert_allclose(coefficients @ motion.reshape(-1)[sources], np.linalg.solve(normal, right), rtol=1e-10)
+
+
 @pytest.mark.parametrize("entering", ["123", "123456"])
 def test_fem_rbe3_forces_balance_and_go_with_the_weights(entering):
     # The transpose spreads a load on the dependent grid: same resultant, and with equal arms by weight.

@@ -132,6 +132,7 @@ def test_fem_unmodelled_cards_are_named_all_at_once(tmp_path):
         ("SUBCASE 7", "SUBCASE 7\n  LOAD = 12", "subcase 7 selects LOAD"),
         ("  TEMP(LOAD) = 32\n", "", "subcase 7 has no TEMPERATURE"),
         ("SUBCASE 99", "SUBCOM 99", "SUBCOM: a unit load must not combine"),
+        ("PBAR,2,2,1.131-4", "PBAR,2,2,-1.131-4", "PBAR 2: .* is negative"),
         ("CBAR,60,2,80,81,95", "CBAR,60,2,80,eighty", "pyNastran cannot read the deck"),
     ],
 )

@@ -133,6 +133,25 @@ def test_fem_reference_temperatures_and_initial_field():
     assert np.abs(solve(initial, start + heat)[0] - plain).max() < 1e-9 * np.abs(plain).max()
 
 
+@pytest.mark.parametrize("initial", [False, True])
+def test_fem_a_small_step_keeps_its_digits_at_any_reference(initial):
+    """Forces are those of the step: as a difference of forces at 293 K they would be a hundred times worse."""
+    model = bench()
+    heat = areas(model, 3)[1]
+    plain = solve(model, heat)[0]
+    (block,) = model.solids
+    reference = block.materials.reference_temperature + (0.0 if initial else 293.0)
+    warm = replace(
+        model,
+        solids=(replace(block, materials=replace(block.materials, reference_temperature=reference)),),
+        bars=replace(model.bars, reference_temperature=np.full(4, 0.0 if initial else 293.0)),
+        initial_temperature=np.full(model.n_grids, 293.0) if initial else None,
+    )
+    step = 2.0**-16  # K, exact in a sum with 293
+    found = solve(warm, step * heat + 293.0)[0] / step
+    assert np.abs(found - plain).max() < 1e-12 * np.abs(plain).max()
+
+
 def box_model(held, **parts):
     position, corners = block_mesh((2, 2, 2), (0.3, 0.2, 0.1))
     return position, structure(position, solids=hexes(corners), held=held(position), **parts)

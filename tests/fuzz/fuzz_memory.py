@@ -47,7 +47,7 @@ class MemoryFile:
         self, path: str, shape: tuple[int, ...], *, units: str | None = None, single: bool = False
     ) -> Allocated:
         self.data[path] = np.zeros(shape, np.float32 if single else np.float64)
-        return Allocated(_Dataset(path, self.data[path]), _Sink())  # type: ignore[arg-type]
+        return Allocated(_Dataset(path, self.data[path]), _Sink(), lambda value: None)  # type: ignore[arg-type]
 
     def has(self, path: str) -> bool:
         return path in self.data

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mass_models import CUBE, brick, model, random_element, single
+from scipy.spatial.transform import Rotation
 
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.shapes import CARDS, Shape
@@ -13,12 +14,23 @@ from tedm_cli.gravity.mass_properties import mass_properties
 from tedm_cli.gravity.masses import MassDistribution, PointMasses
 from tedm_cli.gravity.quadrature import quadrature_points
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
+from tedm_cli.gravity.testmass import TestMass
 
 KINDS: dict[str, tuple[str, Shape]] = {}
 for _card in sorted(CARDS, reverse=True):
     for _shape in CARDS[_card]:
         KINDS[f"{_shape.family}{_shape.nodes}"] = (_card, _shape)
 KIND_NAMES = sorted(KINDS)
+
+
+# Inside the cube, so that what stands around the cube stands around it.
+SLAB = TestMass(
+    name="slab",
+    position_m=np.zeros(3),
+    side_m=np.array([0.03, 0.02, 0.012]),
+    mass_kg=0.5,
+    axes=Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix(),
+)
 
 
 def difference(found: StructureGravity, wanted: StructureGravity) -> tuple[float, float]:
@@ -222,7 +234,8 @@ def test_rigid_motion_of_everything_is_the_opposite_motion_of_the_test_mass(asse
         np.testing.assert_allclose(change[0], force, rtol=0, atol=1e-12 * np.abs(g.field.gamma_ang).max())
 
 
-def test_displaced_assembly_by_central_differences(assembly: MassDistribution) -> None:
+@pytest.mark.parametrize("body", [CUBE, SLAB], ids=["cube", "turned slab"])
+def test_displaced_assembly_by_central_differences(assembly: MassDistribution, body: TestMass) -> None:
     """All grids move at random and every piece of mass with the shape functions of its element; second order.
 
     The mass stays with its piece of material: it is not spread anew over the deformed element.
@@ -230,16 +243,16 @@ def test_displaced_assembly_by_central_differences(assembly: MassDistribution) -
     rng = np.random.default_rng(8)
     move = rng.normal(size=assembly.position.shape) * 1e-5
     turn = rng.normal(size=(len(assembly.position), 3)) * 1e-3
-    g = structure_gravity(assembly, CUBE, tolerance=1e-6)
+    g = structure_gravity(assembly, body, tolerance=1e-6)
     wanted = -np.einsum("qrnc,nc->qr", g.operator, move)
     wanted -= np.einsum("qrnc,nc->qr", g.rotation, turn[assembly.lever_node])
-    pieces = list(quadrature_points(assembly, CUBE, 1e-6))
+    pieces = list(quadrature_points(assembly, body, 1e-6))
     mass = np.concatenate([p.mass.ravel() for p in pieces])
-    x = np.concatenate([p.position.reshape(-1, 3) for p in pieces])
+    x = np.concatenate([p.position.reshape(-1, 3) for p in pieces]) @ body.axes
     u = np.concatenate([(p.values @ (move[p.nodes] + np.cross(turn[p.nodes], p.lever))).reshape(-1, 3) for p in pieces])
     errors = []
     for step in (2.0, 1.0):
-        two = [self_gravity(x + s * step * u, mass, CUBE) for s in (1, -1)]
+        two = [self_gravity(x + s * step * u, mass, body) for s in (1, -1)]
         central = [
             (getattr(two[0], name) - getattr(two[1], name)) / (2 * step)
             for name in ("acceleration", "angular_acceleration")
@@ -247,6 +260,16 @@ def test_displaced_assembly_by_central_differences(assembly: MassDistribution) -
         errors.append(np.abs(np.array(central) - wanted).max(axis=1) / np.abs(wanted).max(axis=1))
     np.testing.assert_allclose(np.log2(errors[0] / errors[1]), 2.0, atol=0.05)
     assert (errors[1] < 1e-4).all()
+
+
+def test_shares_of_grids_sum_to_the_field(assembly: MassDistribution) -> None:
+    """Of a body whose three moments of inertia differ, turned against the basic frame."""
+    found = structure_gravity(assembly, SLAB, tolerance=1e-4)
+    for quantity in ("acceleration", "angular_acceleration", "gamma_lin"):
+        parts, whole = found.nodal(quantity), getattr(found.field, quantity)
+        gross = np.abs(parts).sum(axis=0).max()
+        np.testing.assert_allclose(parts.sum(axis=0), whole, rtol=0, atol=1e-12 * gross)
+        assert np.abs(whole).max() > 1e-3 * gross
 
 
 @pytest.mark.parametrize(

@@ -5,21 +5,45 @@ import pytest
 
 from tedm_cli.gravity.requirements import AT_REST_UNITS, allocation, dc_quantities, judge_at_rest
 
+SUBSYSTEMS = ("IS", "LTP", "S/C")
+# Montemurro 2004, tables 4.2 to 4.4 as printed: IS, LTP, S/C and total, in units of the first number.
+PUBLISHED = {
+    "gamma_xx": (1e-7, (-1, 2), (-2, 3), (-2, 3), (-5, 8)),
+    "a_x": (1e-9, 0.35, 0.40, 0.35, 1.1),
+    "a_y": (1e-9, 0.55, 0.60, 0.55, 1.7),
+    "a_z": (1e-9, 1.1, 1.1, 1.0, 3.2),
+    "omegadot_phi": (1e-9, 6.0, 4.0, 4.0, 14.0),
+    "omegadot_eta": (1e-9, 8.0, 5.0, 5.0, 18.0),
+    "omegadot_theta": (1e-9, 9.0, 7.0, 7.0, 23.0),
+}
 
-@pytest.mark.parametrize(
-    ("quantity", "lower", "upper"),
-    [
-        ("gamma_xx", -5e-7, 8e-7),
-        ("a_x", -1.1e-9, 1.1e-9),
-        ("a_y", -1.7e-9, 1.7e-9),
-        ("a_z", -3.2e-9, 3.2e-9),
-        ("omegadot_phi", -14e-9, 14e-9),
-        ("omegadot_eta", -18e-9, 18e-9),
-        ("omegadot_theta", -23e-9, 23e-9),
-    ],
-)
-def test_subsystems_sum_to_the_printed_totals(quantity, lower, upper):
-    assert allocation(quantity, "IS", "LTP", "S/C") == pytest.approx((lower, upper), rel=1e-12)
+
+@pytest.mark.parametrize("quantity", AT_REST_UNITS)
+def test_allocations_are_those_of_the_printed_tables(quantity):
+    """Every entry, and the totals: contributions add linearly."""
+    unit, *columns = PUBLISHED[quantity]
+    for entry, subsystems in zip(columns, [*((name,) for name in SUBSYSTEMS), SUBSYSTEMS], strict=True):
+        lower, upper = entry if isinstance(entry, tuple) else (-entry, entry)
+        found = allocation(quantity, *subsystems)
+        assert found == pytest.approx((unit * lower, unit * upper), rel=1e-12, abs=0), subsystems
+
+
+@pytest.mark.parametrize("quantity", AT_REST_UNITS)
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_verdict_turns_at_the_limit(quantity, side):
+    """Just inside and just outside, at either end, of the allocation of each part and of both together."""
+    row, unit = list(AT_REST_UNITS).index(quantity), PUBLISHED[quantity][0]
+    ends = []
+    for entry in PUBLISHED[quantity][1:3]:
+        lower, upper = entry if isinstance(entry, tuple) else (-entry, entry)
+        ends.append(unit * (lower if side < 0 else upper))
+    for share, passed in ((0.999, True), (1.001, False)):
+        sensor, total = np.zeros(7), np.zeros(7)
+        sensor[row], total[row] = share * ends[0], share * sum(ends)
+        found = {v.subsystem: v for v in judge_at_rest("TM1", total, sensor) if v.quantity == quantity}
+        assert {name: v.passed for name, v in found.items()} == dict.fromkeys(("IS", "LTP", "IS+LTP"), passed)
+        for v in found.values():
+            assert v.ratio == pytest.approx(share, rel=1e-9)
 
 
 def test_ltp_share_of_the_force_along_x():

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mass_decks import deck, read
+from op2_records import HEADER, join, records
 
 from tedm_cli.config.base import validate
 from tedm_cli.config.model import ModelConfig
@@ -16,6 +19,7 @@ from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.geometry import ModelGeometry
 from tedm_cli.nastran.masses.audit import check_sample, weight_table
+from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.stages.model.masses import (
     check_grids_outside,
@@ -126,6 +130,28 @@ def test_table_whose_mass_differs_by_direction(mini_ltp_dir: Path) -> None:
     table = weight_table(mini_ltp_dir.parent / "nastran" / "cqra00366.op2", lambda grid: np.zeros(3))
     assert table is not None
     np.testing.assert_allclose(table.mass, [204.6378, 203.5378, 205.7378], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("table", "subcase"), [("OGPWG", 0), ("OUGV1", 0), ("OUGV1", 7)])
+def test_damage_is_said_to_be_where_it_is(mini_ltp_dir: Path, tmp_path: Path, table: str, subcase: int) -> None:
+    """A wrong marker before a record of a file with both tables, whoever reads it: its table, subcase and byte."""
+    payloads = records((mini_ltp_dir / "mini_ltp.op2").read_bytes())
+    named = next(i for i, p in enumerate(payloads) if p.strip() == table.encode())
+    headers = [i for i, p in enumerate(payloads) if len(p) == HEADER and i > named]
+    at = headers[max(subcase - 1, 0)] + (3 if subcase else -1)  # before the rows, or before the header
+    payloads[at] = struct.pack("<i", 12345)
+    path = tmp_path / "damaged.op2"
+    path.write_bytes(join(payloads))
+    byte = len(join(payloads[:at]))
+    for read_it in (lambda: weight_table(path, lambda grid: np.zeros(3)), lambda: open_op2(path).__enter__()):
+        with pytest.raises(InputError) as caught:
+            read_it()
+        found = re.search(r"bytes ([\d,]+) and ([\d,]+): .* table (\w+)(?: in subcase (\d+))?$", caught.value.fact)
+        assert found, caught.value.fact
+        assert (found[3], int(found[4] or 0)) == (table, subcase)
+        first, last = (int(found[k].replace(",", "")) for k in (1, 2))
+        assert first - 200 <= byte <= last
+        assert last - first < 100_000
 
 
 def test_results_without_a_table(geometry: ModelGeometry, tmp_path: Path) -> None:

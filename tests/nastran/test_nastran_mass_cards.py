@@ -124,6 +124,26 @@ def test_wtmass_once(tmp_path: Path) -> None:
     assert [g.elements.density[0] for g in models] == pytest.approx([1000.0, 100.0], rel=1e-12)
 
 
+def test_wtmass_of_case_control_replaces_that_of_the_bulk_data(tmp_path: Path) -> None:
+    cards = f"{QUAD}\n{SHELL}\nPARAM,WTMASS,.5"
+    assert read(tmp_path, deck(cards, control="PARAM,WTMASS,.1")).total_kg == pytest.approx(2.4, rel=1e-12)
+    one = "SUBCASE 1\nPARAM,WTMASS,.1\nSUBCASE 2"
+    with pytest.raises(InputError, match=r"different PARAM,WTMASS: \.1 in subcase 1, 0\.5 in subcase 2"):
+        read(tmp_path, deck(cards, control=one))
+
+
+MATRIX = "DMIG,MEX,0,6,1,0\n" + "\n".join(f"DMIG,MEX,1,{c},,1,{c},5." for c in (1, 2, 3))
+
+
+def test_mass_of_a_matrix_is_refused_and_not_lost(tmp_path: Path) -> None:
+    """5 kg on grid 1 by DMIG: selected they are refused, as nothing here weighs them; not selected they are no mass."""
+    cards = f"{QUAD}\n{SHELL}\n{MATRIX}"
+    for control in ("M2GG = MEX", "SUBCASE 7\nM2GG = .5*MEX, .5*MEX", "SUBCASE 7\nM2PP = MEX"):
+        with pytest.raises(InputError, match=r"M2(GG|PP)"):
+            read(tmp_path, deck(cards, control=control))
+    assert read(tmp_path, deck(cards)).total_kg == pytest.approx(24.0, rel=1e-12)
+
+
 ZOO = """CHEXA,1,1,1,2,3,4,5,6,
 ,7,8
 CQUAD4,2,2,1,2,6,5,,.02

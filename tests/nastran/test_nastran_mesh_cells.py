@@ -10,6 +10,8 @@ import meshio
 import numpy as np
 import pytest
 import pyvista
+from hypothesis import example, given
+from hypothesis import strategies as st
 from mass_decks import deck, read
 from pyvista import CellType
 
@@ -151,6 +153,18 @@ def test_names_that_xml_would_not_take(tmp_path: Path) -> None:
     np.testing.assert_array_equal(grid.point_data["displacement_OB__b___+2"], values + 1)
     table = path.with_name("mesh_arrays.csv").read_text(encoding="utf-8")
     assert '"OB <b>&"""' in table
+
+
+@given(st.lists(st.sampled_from(["x", "x+2", "x+3", "x+2+2", "y"]), max_size=8))
+@example(["x", "x+2", "x"])
+def test_arrays_of_one_name_become_distinct(names: list[str]) -> None:
+    """Whatever the names are; the first of each name keeps it, and nothing else changes."""
+    arrays = [MeshArray(name, np.array([float(i)]), "m", "") for i, name in enumerate(names)]
+    found = distinct(arrays)
+    assert len({a.name for a in found}) == len(names)
+    assert [a.values[0] for a in found] == list(range(len(names)))
+    for i, (a, name) in enumerate(zip(found, names, strict=True)):
+        assert a.name == name if name not in names[:i] else a.name.startswith(f"{name}+")
 
 
 def test_colour_maps_name_every_number(tmp_path: Path) -> None:

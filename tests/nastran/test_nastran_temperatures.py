@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rod_model import read, write_deck
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.temperatures import Field, step
 from tedm_cli.nastran.unit_loads import UnitLoads, deck_unit_loads
 
 GRIDS = [(i, 0, (0.1 * i, 0.01 * i, 0.0), 0) for i in range(1, 7)]
@@ -31,6 +33,39 @@ def check(found: UnitLoads, step: float) -> None:
 def test_step_above_tref(tmp_path: Path, warm: float, cold: float, step: float) -> None:
     """TEMP cards may be many; rounding of eight digits is no step."""
     check(loads(tmp_path, LOADS.format(w=warm, c=cold), tref=f"{cold}"), step)
+
+
+@pytest.mark.parametrize(
+    ("warm", "cold", "step"),
+    [
+        ("293.02", "293.", 0.02),
+        ("293.17", "293.15", 0.02),
+        ("1293.153", "1293.152", 0.001),  # what eight columns make of 0.0006 K is what the solver applies
+        ("273.1501", "273.15", 1e-4),
+        ("-.02", "0.", -0.02),
+        ("300.", "299.99999", 1e-5),
+    ],
+)
+def test_the_step_is_that_of_the_decimals_on_the_cards(tmp_path: Path, warm: str, cold: str, step: float) -> None:
+    """To the last digit, where the difference of doubles has lost five of them."""
+    found = loads(tmp_path, LOADS.format(w=warm, c=cold), tref=cold)
+    assert [a.load_K for a in found.areas] == [step, step]
+
+
+def test_grids_without_temperature_leave_the_others_their_digits() -> None:
+    none = np.zeros(0)
+    load, initial = Field(np.array([1]), np.array([293.02]), np.nan), Field(none.astype(int), none, 293.0)
+    np.testing.assert_array_equal(step(load, initial, np.array([1, 2])), [0.02, np.nan])
+
+
+def test_a_step_that_single_precision_does_not_hold(tmp_path: Path) -> None:
+    """Four bytes hold all of 293 K, and of 293.02 K 293.019989013671875: the step is 0.055 % too small."""
+    (first, _) = loads(tmp_path, LOADS.format(w="293.02", c="293."), tref="293.").areas
+    assert first.single_error == pytest.approx(1.0 - 0.019989013671875 / 0.02, abs=1e-9)
+    (first, _) = loads(tmp_path, LOADS.format(w="294.15", c="293.15"), tref="293.15").areas
+    assert first.single_error == 0.0  # both are off by the same
+    (first, _) = loads(tmp_path, LOADS.format(w="0.02", c="0."), tref="0.").areas
+    assert first.single_error < 2.0**-24
 
 
 def test_step_above_the_initial_temperature(tmp_path: Path) -> None:

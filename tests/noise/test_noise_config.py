@@ -100,7 +100,7 @@ outputs = []
 """,
     )
     expected = {
-        "safety_factor": "greater than 0",
+        "safety_factor": "safety factor -1 is outside",
         "temperature.corner_mhz": "unknown key; did you mean corner_hz?",
         "temperature.order": "valid number",
         "frequency": "min_hz 0.1 is not below max_hz 0.01",

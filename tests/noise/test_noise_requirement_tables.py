@@ -120,6 +120,7 @@ def test_a_difference_is_coherent(areas, config):
     requirements = [applied("single", "TM1_a_x", "single"), applied("both", "TM1_a_x-TM2_a_x", "differential")]
     outputs = Outputs(areas, rows, LABELS, KINDS).with_differences(requirements)
     assert (outputs.labels[3], outputs.kinds[3]) == ("TM1_a_x-TM2_a_x", "acceleration")
+    np.testing.assert_array_equal(outputs.rows[3], rows[0] - rows[1])  # a time series has its sign
     f, model = config.frequency_hz(), config.temperature.model(areas)
     for case_id in ("1", "2", "4"):
         result = run_case(config.case(case_id), outputs, model, f, Criteria(tuple(requirements), 2.0))

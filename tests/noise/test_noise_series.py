@@ -137,7 +137,6 @@ def test_the_narrowest_column_speaks_for_an_area(areas):
     ("columns", "fact", "hint"),
     [
         (["inside"], "no column for 12 of 78 thermal areas: STRUTS_1, .* and 6 more", "for inside or outside"),
-        (["all", "OB", "all"], r"column 'all' is there twice \(columns 2 and 4\)", "keep one"),
         (["all", "OB_33"], "column 'OB_33' names no thermal area", "did you mean OB_3"),
     ],
 )

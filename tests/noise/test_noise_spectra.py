@@ -42,8 +42,20 @@ def test_columns_that_differ_in_level_only_are_one_shape():
     assert len(model.shapes) == 2
     assert model.scale.tolist() == [1.0, 2.0, 1.0]
     assert (
-        model.words() == "2 and 1 K/sqrt(Hz), table t, 0.0001 to 0.1 Hz; 1 K/sqrt(Hz), " + ShapedSpectrum(1.0).words()
+        model.words()
+        == "2 and 1 K/sqrt(Hz), table t, 0.0001 to 0.1 Hz, level at 1 mHz; 1 K/sqrt(Hz), " + ShapedSpectrum(1.0).words()
     )
+
+
+@pytest.mark.parametrize(
+    ("points", "at"), [([1e-4, 7e-4, 0.1], "0.7"), ([3e-3, 1e-2, 0.1], "3"), ([1e-5, 2e-4], "0.2"), ([1e-4, 1e-3], "1")]
+)
+def test_the_level_of_a_table_is_named_with_its_frequency(points, at):
+    """That of the point nearest to 1 mHz: what is printed is the amplitude there."""
+    table = TabulatedSpectrum.of(np.array(points), np.linspace(1.0, 2.0, len(points)), "t")
+    words = TemperatureModel.from_spectra([table]).words()
+    assert words == f"{table.level_K:g} K/sqrt(Hz), table t, {points[0]:g} to {points[-1]:g} Hz, level at {at} mHz"
+    assert table.amplitude(np.array([1e-3 * float(at)]))[0] == pytest.approx(table.level_K, rel=1e-12)
 
 
 def test_outside_a_table_nothing_is_assumed():

@@ -253,3 +253,39 @@ def test_a_set_without_one_interferometer_does_not_see_its_mass() -> None:
     poor = replace(three, sets={"C": ("PD1A", "PD1B", "PD3A")})
     with pytest.raises(PhysicsError, match=r"rank 6 for 9 .* does not see TM2_x, TM2_eta and TM2_phi$"):
         optics_chain(poor, optical_sensitivity(poor), np.zeros((1, len(poor.bench), 6)))
+
+
+def thin(layout: OpticalLayout, *names: str) -> OpticalLayout:
+    """The layout with these plates (all unless named) as thin as can be."""
+    chosen = [e.name for e in layout.elements if e.is_plate and e.name in (names or (e.name,))]
+    assert chosen
+    elements = tuple(replace(e, thickness_m=0.0) if e.name in chosen else e for e in layout.elements)
+    return replace(layout, elements=elements)
+
+
+def test_a_thin_plate_is_the_limit_of_plates(layout: OpticalLayout) -> None:
+    """Pellicles: met from either side, beams pass as if they were not there, and all invariances hold."""
+    flat = thin(layout)
+    S = optical_sensitivity(flat)
+    for thickness in (1e-4, 1e-6):
+        nearly = replace(
+            layout, elements=tuple(replace(e, thickness_m=thickness) if e.is_plate else e for e in layout.elements)
+        )
+        assert np.abs(optical_sensitivity(nearly) - S).max() < 3.0 * thickness * 10
+    nodes = np.array([e.ref_m for e in flat.bench])
+    for name, value in invariance_residuals(flat, S, nodes, law_matrix(flat)).named().items():
+        if name != "photodiode_columns":
+            assert value < 1e-9, name
+    denser = replace(flat, elements=tuple(replace(e, index=1.9) if e.is_plate else e for e in flat.elements))
+    np.testing.assert_allclose(optical_sensitivity(denser), S, rtol=0, atol=1e-14)
+    for name in ("BS1", "W1", "W2"):  # only transmit
+        assert np.abs(S[:, flat.columns(name)]).max() < 1e-14
+
+
+def test_a_mirror_without_substrate_is_no_thin_plate(layout: OpticalLayout) -> None:
+    behind = replace(
+        layout,
+        elements=tuple(replace(e, kind="mirror", thickness_m=0.0) if e.name == "BS4" else e for e in layout.elements),
+    )
+    with pytest.raises(PhysicsError, match=r"from behind|goes through|cannot"):
+        optical_sensitivity(behind)

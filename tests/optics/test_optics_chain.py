@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.read_out import lost_degrees_of_freedom
 from tedm_cli.optics.sensitivity import move_reference_points
 from tedm_cli.optics.trace import nominal_poses, trace
 
@@ -203,6 +205,23 @@ def test_a_singular_set_names_what_it_loses(
     poor = replace(layout, sets={"C": photodiodes}, read_out=read_out)
     with pytest.raises(PhysicsError, match=f"set C .*{lost}"):
         optics_chain(poor, S_BW, D_opt)
+
+
+@pytest.mark.parametrize("null", [(1.0, -4.0, 0.5, 2.5), (1.0, 0.3, 0.0, 0.0), (1.0, 0.0, 0.0, -7.0)])
+def test_the_motion_that_changes_nothing_is_given_in_metres_and_radians(
+    layout: OpticalLayout, null: tuple[float, ...]
+) -> None:
+    """Whatever measures lengths in the search for it: the law times what the message says is nought."""
+    mixed = replace(layout, read_out=("x", "phi"))  # TM1_x, TM1_phi, TM2_x, TM2_phi
+    names = list(read_out_labels(mixed).names)
+    law = np.random.default_rng(3).normal(size=(6, 4))
+    law -= np.outer(law @ null, null) / np.dot(null, null)
+    (text,) = lost_degrees_of_freedom(mixed, law, 1)
+    motion = np.zeros(4)
+    said = text[text.index("(") + 1 : text.index(" changes nothing")]
+    for sign, size, name in re.findall(r"(^|[+-]) ?([\d.e-]*) ?(TM\w+)", said):
+        motion[names.index(name)] = (-1.0 if sign == "-" else 1.0) * float(size or 1.0)
+    np.testing.assert_allclose(motion, null, rtol=1e-9)
 
 
 def test_a_set_of_all_photodiodes_is_a_least_squares_read_out(

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from tedm_cli.config.optics import load_layout
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.optics.layout import MassExpansion, OpticalLayout, Recombination
+from tedm_cli.optics.layout_checks import check_layout, failures
 
 ELEMENT = {
     name: i
@@ -81,15 +82,15 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
         ('name = "W2"', 'name = "W 2"', "element[5].name", "pattern"),
         ('kind = "window"\ngrid = 900003', 'kind = "lens"\ngrid = 900003', "element[4].kind", "test_mass"),
         ("grid = 900003\n", "", "element[4].grid", "missing; a window (W1) needs it"),
-        ("grid = 900003\n", "grid = -3\n", "element[4].grid", "greater than 0"),
+        ("grid = 900003\n", "grid = -3\n", "element[4].grid", "Nastran id -3 is outside 1 to 999,999,999"),
         (
             "thickness_m = 0.006\nindex = 1.607",
             "thickness_m = 0.006",
             "element[4].index",
             "missing; a window (W1) needs it",
         ),
-        ("index = 1.607", "index = 0.9", "element[4].index", "greater than or equal to 1"),
-        ("thickness_m = 0.006", "thickness_m = 0.0", "element[4].thickness_m", "greater than 0"),
+        ("index = 1.607", "index = 0.9", "element[4].index", "refractive index 0.9 is outside 1 to 10"),
+        ("thickness_m = 0.006", "thickness_m = -0.006", "element[4].thickness_m", "length -0.006 is outside 0 to"),
         (
             "thickness_m = 0.006",
             "thickness_mm = 6.0",
@@ -113,19 +114,26 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
         ("axes = [[1.0, 0.0, 0.0]", "axes = [[-1.0, 0.0, 0.0]", "frame.axes", "right-handed"),
         ("axes = [[1.0, 0.0, 0.0]", "axes = [[1.0, 0.1, 0.0]", "frame.axes", "right-handed"),
         ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "M1"]', "sets.A[1]", "M1 is a mirror, not a photodiode"),
+        ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "FIM"]', "sets.A[1]", "FIM is an injector, not a photodiode"),
+        ("aperture_m = 0.004", "index = 1.5", "element[2].index", "an injector (FIM) has no such key"),
         ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "PD12C"]', "sets.A[1]", "unknown element 'PD12C'; did you mean PD12"),
         ('A = ["PD1A", "PD12A"]', 'A = ["PD1A", "PD1A"]', "sets.A[1]", "'PD1A' is already sets.A[0]"),
         ('A = ["PD1A", "PD12A"]', 'A = ["PD1A"]', "sets.A", "3 laser outputs cannot give 6 read-outs"),
         ('"x", "eta", "phi"', '"x", "eta", "psi"', "read_out[2]", "'phi'"),
         ('"x", "eta", "phi"', '"x", "eta", "eta"', "read_out[2]", "'eta' is already read_out[1]"),
-        ("wavelength_m = 1.064e-6", "wavelength_m = 0", "wavelength_m", "greater than 0"),
+        ("wavelength_m = 1.064e-6", "wavelength_m = 0", "wavelength_m", "wavelength 0 is outside 1e-12 to 1000 m"),
         ("wavelength_m = 1.064e-6", "", "wavelength_m", "missing"),
         ("aperture_m = 0.018", "aperture_m = [0.018]", "element[4].aperture_m", "at least 2"),
-        ("aperture_m = 0.018", "aperture_m = -0.018", "element[4].aperture_m", "greater than 0"),
+        (
+            "aperture_m = 0.018",
+            "aperture_m = -0.018",
+            "element[4].aperture_m",
+            "length -0.018 is outside 1e-09 to 10000 m",
+        ),
         ("aperture_m = 0.018", "aperture_m = [0.018, 0.01]", "element[4].aperture_m", "W1 has no local_y"),
         ("aperture_m = 0.018", "local_y = [0, 0, 1]", "element[4].local_y", "no use for it without aperture_m"),
         ("aperture_m = 0.018", "beam_overlap_m = 1e-5", "element[4].beam_overlap_m", "window (W1) has no such key"),
-        ("clearance_m = 0.0015", "clearance_m = -1", "tolerances.clearance_m", "greater than or equal to 0"),
+        ("clearance_m = 0.0015", "clearance_m = -1", "tolerances.clearance_m", "length -1 is outside 0 to 10000 m"),
         ("clearance_m = 0.0015", "clearence_m = 1", "tolerances.clearence_m", "did you mean clearance_m?"),
         ("[tolerances]", "[grids]\nW1 = 7\n[tolerances]", "grids.W1", "element W1 gives its grid (900003) itself"),
         ("[tolerances]", "[grids]\nW9 = 7\n[tolerances]", "grids.W9", "unknown element 'W9'; did you mean W"),
@@ -269,3 +277,27 @@ def test_expansions_that_are_wrong(text: str, tmp_path: Path, old: str, new: str
 def test_a_test_mass_follows_one_temperature(text: str, tmp_path: Path) -> None:
     found = problems(text + EXPANSION + EXPANSION, tmp_path)
     assert "'TM1' is already" in found["test_mass_expansion[1].test_mass"]
+
+
+def test_a_layout_without_grids_is_judged_but_not_built(text: str, tmp_path: Path) -> None:
+    """The bench is often designed before its finite-element model."""
+    file = tmp_path / "optics.toml"
+    file.write_text("\n".join(line for line in text.splitlines() if not line.startswith("grid = ")))
+    bare = load_layout(file, needs_grids=False)[1]
+    assert all(e.grid is None for e in bare.elements)
+    assert not failures(check_layout(bare))
+    with pytest.raises(ConfigError) as caught:
+        load_layout(file)
+    assert len(caught.value.problems) == len(bare.bench)
+    assert ("element[2].grid", "missing; an injector (FIM) needs it") in caught.value.problems
+
+
+def test_a_plate_may_be_thin_but_not_of_nearly_no_thickness(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "optics.toml"
+    file.write_text(text.replace("thickness_m = 0.005", "thickness_m = 0.0", 1))
+    layout = load_layout(file)[1]
+    (thin,) = [e for e in layout.elements if e.is_plate and e.thickness_m == 0.0]
+    assert thin.kind == "beamsplitter"
+    file.write_text(text.replace("thickness_m = 0.005", "thickness_m = 1e-300", 1))
+    with pytest.raises(ConfigError, match="neither 0 nor at least 1e-12 m"):
+        load_layout(file)

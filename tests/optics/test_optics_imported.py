@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -297,3 +298,26 @@ def test_a_number_that_is_none_is_named(layout: OpticalLayout, S_BW: Matrix, nod
     message = f"row {output_labels(layout).names[7]}, column {input_labels(layout).names[20]} is not a finite number"
     with pytest.raises(InputError, match=re.escape(message)):
         imported(layout, broken, nodes)
+
+
+def test_digits_are_found_beside_numbers_that_are_nearly_nothing() -> None:
+    """What cancels to 1e-300 has no digits, and hides none of the others'."""
+    values = np.array([[1.25, -3.5e-4, 1e-300], [5e-324, 2.75e5, 0.0]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        error, words = printed_accuracy(values)
+    assert words == "3 significant digits"
+    assert error[0, 0] == pytest.approx(0.5e-2)
+    assert np.isfinite(error).all()
+
+
+def test_a_photodiode_column_of_nearly_nothing_is_judged_in_silence(layout: OpticalLayout, about_grids: Matrix) -> None:
+    """The slope of z2 by its own turn, against which others are taken."""
+    path = layout.paths[0]
+    S = about_grids.copy()
+    own = S[layout.rows(path), layout.columns(path.photodiode)]
+    at = np.unravel_index(np.argmax(np.abs(own[4:, 3:])), (1, 3))
+    S[layout.rows(path).start + 4, layout.columns(path.photodiode).start + 3 + at[1]] = 5e-324
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not np.allclose(row_factors(layout, S)[0], 1.0)

@@ -16,6 +16,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.optics.common_mode import rigid_motion
 from tedm_cli.optics.invariances import invariance_residuals
+from tedm_cli.optics.labels import input_labels, output_labels
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import (
     cross_matrix,
@@ -139,6 +140,31 @@ def test_a_damaged_entry_shows_in_its_residual(
     residuals = invariance_residuals(layout, damaged).named()
     assert residuals[name] > 1e-2 * size
     assert residuals["rigid_body"] > 1e-2 * size  # whatever entry is wrong, the bodies no longer move as one
+
+
+def test_residuals_do_not_depend_on_the_unit_of_length(layout: OpticalLayout, S_BW: FloatArray) -> None:
+    """The same bench and the same wrong matrix in millimetres."""
+    wrong = S_BW * (1.0 + 1e-3 * np.random.default_rng(2).normal(size=S_BW.shape))
+    k = 1e3
+    elements = tuple(
+        replace(
+            e,
+            ref_m=tuple(k * v for v in e.ref_m),
+            front_offset_m=k * e.front_offset_m,
+            thickness_m=k * e.thickness_m,
+            opl_offset_m=k * e.opl_offset_m,
+        )
+        for e in layout.elements
+    )
+    other = replace(layout, elements=elements)
+    rows, columns = (
+        np.array([k if unit == "m" else 1.0 for unit in labels.units])
+        for labels in (output_labels(layout), input_labels(layout))
+    )
+    found = invariance_residuals(other, rows[:, None] * wrong / columns).named()
+    expected = invariance_residuals(layout, wrong).named()
+    assert min(v for name, v in expected.items() if name not in ("slope_translation", "untouched_elements")) > 1e-5
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-13)
 
 
 def test_a_matrix_about_other_points_is_found_out(layout: OpticalLayout, S_BW: FloatArray) -> None:

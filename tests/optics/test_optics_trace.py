@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,11 +23,11 @@ thicknesses = st.floats(1e-3, 0.02)
 indices = st.floats(1.01, 2.5)
 
 
-def one_plate(normal: tuple[float, float, float], **plate: float) -> OpticalLayout:
+def one_plate(normal: tuple[float, float, float], kind: str = "window", **plate: float) -> OpticalLayout:
     """An injector at the origin along +x, a plate at x = 0.1 used in transmission, a photodiode."""
     elements = (
         Element("F", "injector", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
-        Element("W", "window", (0.1, 0.0, 0.0), normal, **plate),
+        Element("W", kind, (0.1, 0.0, 0.0), normal, **plate),
         Element("P", "photodiode", (DIODE_M, 0.0, 0.0), (-1.0, 0.0, 0.0), local_y=(0.0, 0.0, 1.0)),
     )
     path = BeamPath("P", "meas", (Step("F", "emit"), Step("W", "T"), Step("P", "detect")))
@@ -97,13 +98,13 @@ def test_rotation_of_any_amplitude(v: np.ndarray, theta: np.ndarray, scale: floa
     ("plate", "normal", "op", "fact"),
     [
         ({}, (0.0, 1.0, 0.0), "R", "parallel"),
-        ({}, (1.0, 0.0, 0.0), "R", "from behind"),
+        ({"kind": "mirror"}, (1.0, 0.0, 0.0), "R", "from behind"),
         ({"front_offset_m": 0.2}, (-1.0, 0.0, 0.0), "R", "behind the ray"),
         ({"thickness_m": 0.01, "index": 0.5}, (-0.6, 0.8, 0.0), "T", "totally reflected"),
     ],
 )
 def test_a_ray_that_misses_names_path_step_and_element(
-    plate: dict[str, float], normal: tuple[float, float, float], op: str, fact: str
+    plate: dict[str, Any], normal: tuple[float, float, float], op: str, fact: str
 ) -> None:
     layout = one_plate(normal, **plate)
     path = replace(layout.paths[0], steps=(Step("F", "emit"), Step("W", op), Step("P", "detect")))

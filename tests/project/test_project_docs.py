@@ -25,7 +25,7 @@ def test_links_in_documents_lead_somewhere() -> None:
 def test_readme_names_every_command() -> None:
     from typer.main import get_command
 
-    from tedm_cli.cli import app
+    from tedm_cli.cli.commands import app
 
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for name, command in get_command(app).commands.items():  # type: ignore[attr-defined]

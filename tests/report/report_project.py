@@ -14,6 +14,7 @@ from tedm_cli.config.cases import select_cases
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, FileKind
+from tedm_cli.contracts.spec import Values
 from tedm_cli.figures.style import style, svg
 from tedm_cli.files.provenance import Provenance, input_files
 from tedm_cli.files.store import create
@@ -85,7 +86,7 @@ def write_random(
 ) -> None:
     """A file of `kind` with the datasets in `given`, and made-up numbers and names everywhere else."""
     rng = np.random.default_rng(seed)
-    sizes = SIZES | kind.fixed_dims
+    sizes = SIZES | kind.fixed_dims | ({"element": 24} if kind is OPTICS else {})  # there of the bench
     with create(path, kind, trace) as writer:
         for pattern, spec in kind.datasets.items():
             for name in [pattern.format(set=s) for s in "AB"] if "{set}" in pattern else [pattern]:
@@ -94,10 +95,25 @@ def write_random(
                 if spec.dtype == "str" and not shape:
                     value = spec.long_name
                 elif spec.dtype == "str":
-                    value = [f"{name.rsplit('/', 1)[-1]}_{i}" for i in range(shape[0])]
+                    value = [made_up_word(spec.values, f"{name.rsplit('/', 1)[-1]}_{i}", i) for i in range(shape[0])]
                 elif spec.dtype == "int":
-                    value = np.arange(int(np.prod(shape)), dtype=np.int64).reshape(shape)
+                    value = whole_numbers(spec.values, shape, sizes)
                 writer.write(name, given.get(name, value), units=units.get(name, "1"))
+
+
+def made_up_word(rule: Values, name: str, i: int) -> str:
+    """A word that a contract knows, or a name and, where the contract wants one, its end."""
+    if rule.words:
+        return rule.words[i % len(rule.words)]
+    return f"{name}_{rule.ends[i % len(rule.ends)]}" if rule.ends else name
+
+
+def whole_numbers(rule: Values, shape: tuple[int, ...], sizes: Mapping[str, int]) -> np.ndarray:
+    """Ascending numbers as a contract wants them, and rows again and again where there are more of them than rows."""
+    if rule.starts_in:
+        return np.linspace(0, sizes[rule.starts_in], shape[0]).astype(np.int64)
+    numbers = np.arange(int(np.prod(shape)), dtype=np.int64).reshape(shape)
+    return numbers % sizes[rule.rows_of] if rule.rows_of else numbers + (rule.least or 0)
 
 
 def field_at_rest(rng: np.random.Generator) -> dict[str, Any]:
@@ -144,7 +160,9 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
         "/O_ideal": chain.O_ideal,
         "/D": chain.D,
         **{f"/N/{read.name}": read.N for read in chain.sets},
+        "/element/name": [e.name for e in layout.elements],
         "/label/element_dof": list(input_labels(layout).names),
+        "/label/test_mass_dof": list(input_labels(layout, layout.test_masses).names),
         "/label/read_out": list(labels.names),
         "/label/read_out_unit": list(labels.units),
         "/set/name": [read.name for read in chain.sets],

@@ -13,7 +13,7 @@ from report_project import AREAS, CASES, make_project, sketch
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, SENSITIVITY
-from tedm_cli.files.provenance import sha256_of
+from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.wording import ratio_text

@@ -10,7 +10,10 @@ from report_project import write_matrices
 
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
+from tedm_cli.figures.fonts import font_folder
 from tedm_cli.progress import silent
+from tedm_cli.report.document import Document, Figure, Section
+from tedm_cli.report.pdf import to_pdf
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import plot
 from tedm_cli.stages.reporting.report import report
@@ -110,3 +113,35 @@ def test_a_refusal_leaves_the_report_that_was_there(copy: Project) -> None:
     with pytest.raises(InputError):
         page(copy)
     assert (copy.build_dir / "report.html").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("added", "fact"),
+    [
+        ('<image href="https://example.org/logo.png" width="9" height="9"/>', "'https://example.org/logo.png'"),
+        ('<image xmlns:x="http://www.w3.org/1999/xlink" x:href="file:///etc/hosts"/>', "'file:///etc/hosts'"),
+        ('<image href="logo.png" width="9" height="9"/>', "'logo.png'"),
+        ('<rect style="fill: url(https://example.org/a#b)"/>', "url(https://example.org"),
+        ("<style>@import 'x.css'</style>", "@import"),
+        ("<script>alert(1)</script>", "holds a script"),
+        ('<rect onclick="alert(1)"/>', "holds a script (onclick)"),
+        ("<rect", "is no SVG figure"),
+    ],
+)
+def test_a_figure_that_asks_for_what_is_outside_of_it(copy: Project, added: str, fact: str) -> None:
+    """A logo pasted in with an editor: the page would ask for it whenever it is read, and no PDF can be set with it."""
+    path = copy.build_dir / "figures" / "case02.svg"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("</svg>", f"{added}</svg>"), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        page(copy)
+    assert caught.value.where == str(path)
+    assert fact in caught.value.fact
+    assert "tedm plot" in caught.value.hint
+
+
+def test_what_the_typesetter_refuses_is_one_error() -> None:
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><image href="https://example.org/a.png"/></svg>'
+    document = Document("t", "s", "1", (Section("a", "A", "A", (Figure("f1", "caption", svg, "a.svg"),)),))
+    with pytest.raises(InputError, match=r"the PDF cannot be set: .*example\.org"):
+        to_pdf(document, font_folder())

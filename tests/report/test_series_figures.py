@@ -13,7 +13,7 @@ from tedm_cli.contracts import CASE, SERIES
 from tedm_cli.errors import InputError
 from tedm_cli.figures.series import series_figure
 from tedm_cli.figures.spectra import case_figure
-from tedm_cli.files.provenance import sha256_of
+from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results

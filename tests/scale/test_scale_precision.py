@@ -19,6 +19,7 @@ from tedm_cli.distortion import RigidFit
 from tedm_cli.errors import InputError
 from tedm_cli.files.blocks import Blocks, PrecisionLossError, SomeNodes, narrowed, node_blocks
 from tedm_cli.files.provenance import Provenance, input_files
+from tedm_cli.files.seal import seal
 from tedm_cli.files.store import create, open_checked
 from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.unit_loads import UnitLoad
@@ -31,7 +32,7 @@ KIND = FileKind(
     "probe",
     1,
     "probe",
-    {"/x": Dataset(("area", "node", "xyz"), "real", "m", "x"), "/y": Dataset(("area",), "float", "m", "y")},
+    {"/x": Dataset("/x", ("area", "node", "xyz"), "real", "m", "x"), "/y": Dataset("/y", ("area",), "float", "m", "y")},
 )
 
 
@@ -81,6 +82,7 @@ def test_single_precision_where_the_contract_wants_double_is_refused(tmp_path: P
         del file["y"]
         file["y"] = np.zeros(2, dtype=np.float32)
         file["y"].attrs["units"] = attributes["units"]
+    seal(path)
     with pytest.raises(InputError, match="/y holds float32, wanted float"), open_checked(path, KIND):
         pass
 

@@ -43,6 +43,8 @@ def layout_lines(done: LayoutReport) -> list[str]:
         lines.append("the layout has no complete geometry: beams are not traced, S_BW is imported")
     if blind and layout.has_geometry:
         lines.append(f"no aperture_m, so neither hits nor obstruction judged: {', '.join(blind)}")
+    if done.without_grid:
+        lines.append(f"no grid yet, which build-distortion and build-optics need: {', '.join(done.without_grid)}")
     return lines
 
 
@@ -56,6 +58,7 @@ def layout_dict(done: LayoutReport) -> dict[str, Any]:
     return {
         "layout": str(done.path),
         "passed": all(f.passed or f.severity == "warning" for f in done.findings),
+        "without_grid": done.without_grid,
         "findings": [
             {
                 "check": f.check,

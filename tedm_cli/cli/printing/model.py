@@ -6,10 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from tedm_cli.nastran.unit_loads import UnitLoad
     from tedm_cli.stages.model.ingest import MassSummary
     from tedm_cli.stages.model.solve import SolveReport
 
 _ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
+_TURNED = 1e-3  # relative change of displacements by the drilling stiffness from which on it is spoken of
+_COARSE = 1e-4  # relative error of a temperature step in single precision that is worth a word
 _STIFF = 0.01  # relative change of displacements by bubble functions above which the mesh is called too stiff
 
 
@@ -40,6 +43,17 @@ def partial_lines(elements: list[int]) -> list[str]:
     return [f"note: {len(elements)} elements lack midside nodes; their mass follows their corners alone: {shown}"]
 
 
+def step_lines(load: UnitLoad) -> list[str]:
+    """A note on a step that single precision does not hold."""
+    if load.single_error <= _COARSE:
+        return []
+    return [
+        f"note: a solver that keeps temperatures in single precision applies the step of {load.load_K:g} K of"
+        f" '{load.label}' with an error of {100.0 * load.single_error:.2g} %, and [D] has it too; take a larger step,"
+        " or a reference temperature nearer to 0"
+    ]
+
+
 def solve_lines(path: Path, done: SolveReport) -> list[str]:
     """Size of the model, quality of the solution, and what the elements do badly."""
     s = done.static
@@ -59,6 +73,7 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
                 "note: the linear solids are too stiff in bending; leave IN and ISOP of their PSOLID blank (bubble"
                 " functions), take CHEXA20, CPENTA15 or CTETRA10, or more elements through the thickness"
             )
+    lines += _drilling_lines(done)
     if done.linear_tetrahedra:
         lines.append(
             f"note: {done.linear_tetrahedra:,} CTETRA4 have constant strain and are too stiff in bending, by an amount"
@@ -67,3 +82,15 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
     if s.unattached_grids:
         lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")
     return lines + [f"note: {note}" for note in done.notes]
+
+
+def _drilling_lines(done: SolveReport) -> list[str]:
+    change = done.drilling_change
+    if change is None or max(change.translation, change.rotation) <= _TURNED:
+        return []
+    return [
+        f"drilling: with PARAM,K6ROT a hundred times as large displacements change by up to {change.translation:.2g},"
+        f" rotations by up to {change.rotation:.2g}",
+        "note: the stiffness of shells about their normal has a part in the results, and no physics fixes it; spread"
+        " what stands on a shell over its foot (RBE2, RBE3), and compare solvers with the same PARAM,K6ROT",
+    ]

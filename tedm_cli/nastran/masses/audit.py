@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import mmap
 from collections.abc import Callable
-from contextlib import redirect_stdout
 from dataclasses import dataclass
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +14,8 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import CARDS, corner_count
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
+from tedm_cli.nastran.op2.walk import walked
+from tedm_cli.nastran.parameter_values import number_parameter
 
 _SAMPLE = 50  # elements of each card and property
 # pyNastran takes warped plates as flat, and sides as straight where there are midside nodes. What differs by more than
@@ -50,7 +50,7 @@ def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
     InputError : the masses of a sample differ by more than shape can explain.
     """
     e = geometry.elements
-    factor = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    factor = number_parameter(model, "WTMASS", 1.0, str(geometry.files[0]))
     _, kind = np.unique([f"{c}:{p}" for c, p in zip(e.type, e.property_id, strict=True)], return_inverse=True)
     order = np.argsort(kind, kind="stable")
     compared, largest, worst = 0, 0.0, ""
@@ -142,19 +142,11 @@ def weight_table(path: Path, place_of: Callable[[int], FloatArray]) -> WeightTab
     with open(path, "rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         if data.find(b"OGPW") < 0:
             return None
-    from pyNastran.op2.op2 import OP2
-
-    results = OP2(debug=None)
-    try:
-        with redirect_stdout(StringIO()):
-            results.set_results([])
-            results.read_op2(str(path), build_dataframe=False, skip_undefined_matrices=True)
-    except Exception as exc:  # damaged files make pyNastran raise almost anything
-        raise InputError(f"its grid point weight table cannot be read ({type(exc).__name__})", where=str(path)) from exc
-    if len(results.grid_point_weight) != 1:
+    with walked(path) as (walk, _):
+        found = walk.weights
+    if len(found) != 1:
         return None  # superelements have one each
-    table = next(iter(results.grid_point_weight.values()))
-    matrix = np.asarray(table.MO, dtype=float)
+    matrix = found[0].matrix
     mass = np.diag(matrix)[:3].copy()
     if not (np.isfinite(matrix).all() and (mass > 0.0).all()):
         raise InputError("its grid point weight table has no mass", where=str(path))
@@ -163,4 +155,4 @@ def weight_table(path: Path, place_of: Callable[[int], FloatArray]) -> WeightTab
     w = np.array([moment[1, 2] - moment[2, 1], moment[2, 0] - moment[0, 2], moment[0, 1] - moment[1, 0]])
     w /= 2.0 * mass.mean()
     inertia = matrix[3:, 3:] - mass.mean() * (w @ w * np.eye(3) - np.multiply.outer(w, w))
-    return WeightTable(path, mass, place_of(int(table.reference_point)) + w, inertia)
+    return WeightTable(path, mass, place_of(found[0].grid) + w, inertia)

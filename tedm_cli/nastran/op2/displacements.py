@@ -11,7 +11,8 @@ from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.frames import displacement_axes, rounded_off_axis
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
-from tedm_cli.nastran.op2.reader import GridMotion, SubcaseTable, clean_label, open_op2
+from tedm_cli.nastran.op2.reader import GridMotion, open_op2
+from tedm_cli.nastran.op2.walk import SubcaseTable, clean_label
 from tedm_cli.nastran.unit_loads import UnitLoad
 
 _LABEL_KEPT = 64  # Nastran writes no more than this of a LABEL

@@ -7,6 +7,7 @@ import struct
 from pathlib import Path
 
 from tedm_cli.errors import InputError
+from tedm_cli.regular_file import require_regular_file
 
 # The first record of an OP2 has 4 or 8 bytes (32 or 64 bit), in either byte order.
 _ORDERS = {struct.pack(f"{order}i", size): order for order in "<>" for size in (4, 8)}
@@ -19,6 +20,7 @@ def require_records(path: Path) -> None:
     ------
     InputError : missing, empty, not an OP2, cut off, a record whose lengths differ or are impossible.
     """
+    require_regular_file(path)
     if not path.is_file():
         raise InputError("no such OP2", where=str(path), hint="run `tedm solve`, or Nastran on the unit-load deck")
     if not path.stat().st_size:

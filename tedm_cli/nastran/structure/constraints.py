@@ -29,7 +29,8 @@ def read_constraints(model: Any, constraint: int | None, references: CardReferen
         else:
             components = card.components
         for node, digits in zip(nodes, components, strict=True):
-            pairs.update((int(node), int(digit)) for digit in str(digits) if digit != "0")
+            if node not in model.spoints:
+                pairs.update((int(node), int(digit)) for digit in str(digits) if digit != "0")
     table = np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
     return references.rows(table[:, 0], f"SPC set {constraint}"), table[:, 1]
 

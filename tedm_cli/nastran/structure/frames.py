@@ -9,6 +9,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.captured_output import fact_of
 from tedm_cli.nastran.frames import local_basis
 
 
@@ -33,8 +34,8 @@ def read_grids(model: Any, path: Path) -> tuple[IntArray, FloatArray, FloatArray
                 )
             )
         except Exception as error:  # of many kinds: loops, frames on one line
-            fact = " ".join(str(error).split()) or type(error).__name__
-            raise InputError(f"the coordinate systems cannot be resolved: {fact[:300]}", where=str(path)) from error
+            fact = fact_of(error, "")
+            raise InputError(f"the coordinate systems cannot be resolved: {fact}", where=str(path)) from error
     grid_id = np.array(sorted(model.nodes), dtype=np.int64)
     position = np.array([_position(model.nodes[grid]) for grid in grid_id], dtype=np.float64).reshape(-1, 3)
     used = np.array([model.nodes[grid].cd for grid in grid_id], dtype=np.int64)

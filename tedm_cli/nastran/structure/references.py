@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +25,14 @@ class CardReferences:
         """The deck's path, for messages."""
         return str(self._path)
 
-    def rows(self, ids: Any, who: str) -> IntArray:
+    def rows(self, ids: Any, who: str, owners: Sequence[int] = ()) -> IntArray:
+        """Rows of grid ids; `owners` are the elements, one for each row of `ids` [E, n]."""
         wanted = np.asarray(ids, dtype=np.int64)
         row = np.searchsorted(self._grid_id, wanted).clip(max=len(self._grid_id) - 1)
-        self._missing += [f"{who}: grid {grid}" for grid in np.unique(wanted[self._grid_id[row] != wanted])]
+        absent = self._grid_id[row] != wanted
+        for grid in np.unique(wanted[absent]):
+            owner = f" of element {owners[np.argwhere(absent & (wanted == grid))[0, 0]]}" if len(owners) else ""
+            self._missing.append(f"{who}: grid {grid}{owner}")
         return np.asarray(row, dtype=np.int64)
 
     def card(self, table: dict[int, Any], key: int, *kinds: str, who: str) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.card_names import WITHOUT_INFLUENCE
+from tedm_cli.nastran.parameter_values import parameter
 from tedm_cli.nastran.structure.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
 from tedm_cli.nastran.structure.solids import count_refused_solids
 
@@ -32,14 +33,14 @@ _MODELLED = {
     "TEMP",
     "TEMPD",
 }
-# Cards without influence on static thermal displacements: masses, plotting, sets, other solutions, and loads that no
-# subcase selects (a selection is refused).
+# Cards without influence on static thermal displacements: masses, plotting, sets, scalar points (what could be on them
+# is refused), other solutions, and loads that no subcase selects (a selection is refused).
 _WITHOUT_INFLUENCE = {
     *WITHOUT_INFLUENCE,
     *("FREQ", "FREQ1", "FREQ2", "FREQ3", "FREQ4", "FREQ5", "TABDMP1", "TSTEP", "EIGB", "EIGC", "DTI", "MONPNT1"),
     *("DLOAD", "RLOAD1", "RLOAD2", "TLOAD1", "TLOAD2", "DAREA", "DELAY", "DPHASE", "TABLED1", "TABLED2", "TABLED3"),
     *("TABLED4", "TABRND1", "RANDPS", "RANDT1", "DESVAR", "DRESP1", "DRESP2", "DCONSTR", "DOPTPRM"),
-    *("ENDDATA", "PARAM", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
+    *("ENDDATA", "PARAM", "SPOINT", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
     *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "PMASS", "NSM", "NSM1", "NSML", "NSML1", "NSMADD"),
     *("LOAD", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4"),
     *("GRAV", "ACCEL", "ACCEL1", "RFORCE"),
@@ -61,8 +62,10 @@ def refuse_unsupported(model: Any, path: Path) -> None:
     for constraints in model.spcs.values():
         for one in constraints:
             found["SPC with a displacement other than zero"] += one.type == "SPC" and any(one.enforced)
-    inertia_relief = model.params.get("INREL")
-    found["PARAM INREL"] += inertia_relief is not None and inertia_relief.values[0] != 0
+    for equations in model.mpcs.values():
+        for one in equations:
+            found["MPC with a scalar point"] += not model.spoints.keys().isdisjoint(one.nodes)
+    found["PARAM INREL"] += parameter(model, "INREL", str(path)) not in (None, "0")
     refused = [f"{name} ({count})" for name, count in sorted(found.items()) if count]
     if refused:
         raise InputError(f"not modelled by the embedded solver: {', '.join(refused)}", where=str(path), hint=_HINT)

@@ -25,7 +25,7 @@ def read_rods(model: Any, references: CardReferences) -> RodBlock:
             table[:, k] = [*_section(prop), mat.e, mat.g, mat.a, mat.tref]
     return RodBlock(
         element_id=np.array(ids, dtype=np.int64),
-        connectivity=references.rows([rod.nodes for rod in rods], "CROD, CONROD and CTUBE").reshape(-1, 2),
+        connectivity=references.rows([rod.nodes for rod in rods], "CROD, CONROD and CTUBE", ids).reshape(-1, 2),
         area=table[0],
         torsion_constant=table[1],
         youngs_modulus=table[2],

@@ -9,13 +9,12 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import ShellBlock
+from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.structure.references import CardReferences
 
-# Weight of the tie of rotations about the normal: PARAM K6ROT times 1e-6 of the membrane's shear stiffness (Nastran
-# Quick Reference Guide). In a curved shell of facets they take part in the bending of the next facet: the tie must be
-# stiff beside the square of thickness over radius, which Nastran's default of 100 is not. Where a deck says
-# nothing it is taken stiffer; the in-plane stiffness of a plate changes by less than 1e-3.
-_K6ROT, _K6ROT_UNIT = 1e4, 1e-6
+# Weight of the tie of rotations about the normal: PARAM K6ROT, by default 100, times 1e-6 of the membrane's shear
+# stiffness (Nastran Quick Reference Guide).
+_K6ROT, _K6ROT_UNIT = 100.0, 1e-6
 
 
 def read_shells(model: Any, references: CardReferences, card: str) -> ShellBlock:
@@ -39,11 +38,10 @@ def read_shells(model: Any, references: CardReferences, card: str) -> ShellBlock
         if second is not None:
             bending[k] = prop.twelveIt3 * thickness**3 / 12.0 * _plane_stress(second, references.where)
             shear[k] = np.inf if third is None else prop.tst * thickness * third.g
-    k6rot = model.params.get("K6ROT")
-    weight = _K6ROT_UNIT * (_K6ROT if k6rot is None else float(k6rot.values[0]))
+    weight = _K6ROT_UNIT * number_parameter(model, "K6ROT", _K6ROT, references.where)
     return ShellBlock(
         element_id=np.array([shell.eid for shell in shells], dtype=np.int64),
-        connectivity=references.rows([shell.nodes for shell in shells], card).reshape(-1, n),
+        connectivity=references.rows([s.nodes for s in shells], card, [s.eid for s in shells]).reshape(-1, n),
         membrane_stiffness=membrane,
         bending_stiffness=bending,
         shear_stiffness=shear,

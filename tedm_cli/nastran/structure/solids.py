@@ -49,7 +49,7 @@ def read_solids(model: Any, references: CardReferences) -> tuple[SolidBlock, ...
         SolidBlock(
             card=card,
             element_id=np.array([element.eid for element in elements], dtype=np.int64),
-            connectivity=references.rows([element.nodes for element in elements], card),
+            connectivity=references.rows([e.nodes for e in elements], card, [e.eid for e in elements]),
             material=np.searchsorted(pids, [element.pid for element in elements]),
             materials=materials,
             bubble=bubble,

@@ -20,9 +20,10 @@ from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.dynamics.sources import NoiseSource
 from tedm_cli.dynamics.stiffness import gravity_stiffness, mutual_stiffness
 from tedm_cli.errors import ConfigError, TedmError
-from tedm_cli.files.build_folder import SENSITIVITY
+from tedm_cli.files.build_folder import SENSITIVITY_FILE
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.results.field import FieldAtRest, read_field
 
 OTHER_TEST_MASS = "other test mass"
 ELECTROSTATICS = "electrostatics"
@@ -73,21 +74,16 @@ def project_loop(project: Project) -> Loop:
     file, config = load_dynamics(project.dynamics)
     where = "the default dynamics" if file is None else str(file.path)
     folder = Path() if project.dynamics is None else project.dynamics.parent
-    with open_checked(project.build_dir / SENSITIVITY, KIND) as sensitivity:
-        names = tuple(sensitivity.strings("/test_mass/name"))
+    with open_checked(project.build_dir / SENSITIVITY_FILE, KIND) as sensitivity:
+        names = tuple(sensitivity.strings(KIND.TEST_MASS_NAME))
         if len(names) != len(TEST_MASSES):
             fact = f"drag-free dynamics is of two test masses; this project has {len(names)}"
             raise ConfigError([("test_mass", fact)], where=str(project.model))
         test_masses = _test_masses(sensitivity)
-        source_names, gravity, mutual = _stiffness(sensitivity)
-        at_rest = np.concatenate(
-            [
-                np.concatenate(
-                    [sensitivity.array(f"/dc/{q}")[i].sum(axis=0) for q in ("acceleration", "angular_acceleration")]
-                )
-                for i in range(2)
-            ]
-        )
+        field = read_field(sensitivity)
+    source_names, gravity, mutual = _stiffness(field)
+    pulls = [q.sum(axis=1) for q in (field.acceleration, field.angular_acceleration)]
+    at_rest = np.concatenate(pulls, axis=1).reshape(-1)
     try:
         spacecraft = config.spacecraft.spacecraft(test_masses)
         electrostatic = config.stiffness.matrix(gravity.sum(axis=1))
@@ -103,8 +99,8 @@ def project_loop(project: Project) -> Loop:
 
 
 def _test_masses(file: Reader) -> list[DynamicTestMass]:
-    mass, side = file.array("/test_mass/mass"), file.array("/test_mass/side")
-    position, axes = file.array("/test_mass/position"), file.array("/test_mass/axes")
+    mass, side = file.array(KIND.TEST_MASS_MASS), file.array(KIND.TEST_MASS_SIDE)
+    position, axes = file.array(KIND.TEST_MASS_POSITION), file.array(KIND.TEST_MASS_AXES)
     squares = side**2
     inertia = mass[:, None] / 12.0 * (squares.sum(axis=1, keepdims=True) - squares)
     return [
@@ -112,14 +108,13 @@ def _test_masses(file: Reader) -> list[DynamicTestMass]:
     ]
 
 
-def _stiffness(file: Reader) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
+def _stiffness(field: FieldAtRest) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
     """Names and stiffness [2, n, 6, 6] of what moves with the spacecraft, and [12, 12] of the other test mass."""
-    names = file.strings("/source/name")
-    blocks = [file.array(f"/stiffness/{q}") for q in ("gamma_lin", "gamma_ang", "omega_lin", "omega_ang")]
-    fixed = [i for i, name in enumerate(names) if name != OTHER_TEST_MASS]
-    gravity = gravity_stiffness(*(b[:, fixed] for b in blocks))
-    mutual = mutual_stiffness(file.array("/stiffness/linearised"), list(gravity.sum(axis=1)))
-    return tuple(names[i] for i in fixed), gravity, mutual
+    fixed = [i for i, name in enumerate(field.source) if name != OTHER_TEST_MASS]
+    blocks = (field.stiffness[symbol].value[:, fixed] for symbol in ("Γ_lin", "Γ_ang", "Ω_lin", "Ω_ang"))
+    gravity = gravity_stiffness(*blocks)
+    mutual = mutual_stiffness(field.linearised.value, list(gravity.sum(axis=1)))
+    return tuple(field.source[i] for i in fixed), gravity, mutual
 
 
 def _controller(config: DynamicsConfig, plant: Plant, folder: Path) -> Controller:

@@ -9,6 +9,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.dynamics import TimeTable
+from tedm_cli.contracts import SIMULATION
 from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.in_time import WhiteDriven, noise_drive, realise, time_loop, together
 from tedm_cli.dynamics.loops import StateSpace
@@ -114,11 +115,11 @@ def _expected(
 
 def write_realisation(writer: Writer, r: RealisedLoop) -> None:
     """Put it into a simulation file."""
-    writer.write("/realisation/output", list(r.labels))
-    writer.write("/realisation/frequency", r.estimate.frequency_hz)
-    writer.write("/realisation/psd", r.estimate.psd, units="see /output/unit, squared per Hz")
-    writer.write("/realisation/exact", r.exact, units="see /output/unit, squared per Hz")
-    writer.write("/realisation/degrees_of_freedom", r.estimate.degrees_of_freedom)
-    writer.write("/realisation/rate", r.plan.rate_hz)
-    writer.write("/realisation/samples", r.plan.samples)
-    writer.write("/realisation/seed", r.plan.seed)
+    writer.write(SIMULATION.REALISATION_OUTPUT, list(r.labels))
+    writer.write(SIMULATION.REALISATION_FREQUENCY, r.estimate.frequency_hz)
+    writer.write(SIMULATION.REALISATION_PSD, r.estimate.psd, units="see /output/unit, squared per Hz")
+    writer.write(SIMULATION.REALISATION_EXACT, r.exact, units="see /output/unit, squared per Hz")
+    writer.write(SIMULATION.REALISATION_DEGREES_OF_FREEDOM, r.estimate.degrees_of_freedom)
+    writer.write(SIMULATION.REALISATION_RATE, r.plan.rate_hz)
+    writer.write(SIMULATION.REALISATION_SAMPLES, r.plan.samples)
+    writer.write(SIMULATION.REALISATION_SEED, r.plan.seed)

@@ -19,7 +19,14 @@ from tedm_cli.dynamics.judging import JudgedOutput, by_group, groups_of, judge_o
 from tedm_cli.dynamics.signals import OUTPUTS, unit
 from tedm_cli.dynamics.sources import NoiseSource
 from tedm_cli.errors import InputError
-from tedm_cli.files.build_folder import DYNAMICS, OPTICS, SENSITIVITY, provenance, require_input, simulation_file_name
+from tedm_cli.files.build_folder import (
+    DYNAMICS_FILE,
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
+    provenance,
+    require_input,
+    simulation_file_name,
+)
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Writer, create, open_checked
 from tedm_cli.noise.correlation import CorrelationCase, correlation
@@ -27,6 +34,7 @@ from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.requirements import Requirement, frequency_grid, in_band
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step, counter
+from tedm_cli.results.areas import write_areas
 from tedm_cli.stages.dynamics.loop import Loop, project_loop
 from tedm_cli.stages.dynamics.realisation import RealisedLoop, realise_loop, write_realisation
 from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
@@ -74,7 +82,7 @@ def simulate(
     ConfigError : requirements that do not fit, all at once.
     """
     file, config = load_cases(project.cases)
-    loop, source = project_loop(project), project.build_dir / DYNAMICS
+    loop, source = project_loop(project), project.build_dir / DYNAMICS_FILE
     _require_current(project, loop, source)
     rows = thermal_rows(project, loop.config.read_out.set)
     requirements = loop.config.applied_requirements()
@@ -101,7 +109,12 @@ def simulate(
         )
         path = output if output is not None else project.build_dir / simulation_file_name(case.id)
         matrix = config.case_table(case.id).matrix
-        inputs = [source, project.build_dir / SENSITIVITY, project.build_dir / OPTICS, *table_paths(project, config)]
+        inputs = [
+            source,
+            project.build_dir / SENSITIVITY_FILE,
+            project.build_dir / OPTICS_FILE,
+            *table_paths(project, config),
+        ]
         with create(path, KIND, provenance(configs, [*inputs, *([Path(matrix)] if matrix else [])])) as writer:
             write_simulation(writer, result, [r.requirement for r in requirements])
             if realised is not None:
@@ -112,7 +125,7 @@ def simulate(
 def _require_current(project: Project, loop: Loop, source: Path) -> None:
     """Refuse a dynamics.h5 of other sensitivities, read-outs or another configuration than those there now."""
     with open_checked(source, DYNAMICS_KIND) as file:
-        for used in input_files([project.build_dir / SENSITIVITY, project.build_dir / OPTICS, *loop.tables]):
+        for used in input_files([project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE, *loop.tables]):
             require_input(file, used)
         known = {c.sha256 for c in file.provenance().configs}
         now = {loop.file.sha256} if loop.file else set()
@@ -133,58 +146,54 @@ def _frequencies(config: CasesConfig, requirements: Sequence[Requirement]) -> Fl
 
 def write_simulation(writer: Writer, r: Simulation, requirements: Sequence[Requirement]) -> None:
     """Write the result of a case in closed loop; `requirements` are all that were applied."""
-    areas, b = r.rows.areas, r.budget
-    writer.write("/area/id", r.rows.area_id)
-    for column in ("name", "group", "shield", "side"):
-        writer.write(f"/area/{column}", [str(v) for v in getattr(areas, column)])
-    for key, value in (("id", r.case.id), ("title", r.case.title), ("role", r.case.role)):
-        writer.write(f"/case/{key}", value)
-    writer.write("/case/safety_factor", r.safety_factor)
-    writer.write("/temperature/model", r.temperature.words())
-    writer.write("/read_out/set", r.rows.set_name)
-    writer.write("/frequency", r.frequency_hz)
-    writer.write("/output/label", list(OUTPUTS))
-    writer.write("/output/unit", [unit(label) for label in OUTPUTS])
-    writer.write("/group/name", list(r.groups))
+    b = r.budget
+    write_areas(writer, r.rows.areas, r.rows.area_id)
+    writer.write(KIND.CASE_ID, r.case.id)
+    writer.write(KIND.CASE_TITLE, r.case.title)
+    writer.write(KIND.CASE_ROLE, r.case.role)
+    writer.write(KIND.CASE_SAFETY_FACTOR, r.safety_factor)
+    writer.write(KIND.TEMPERATURE_MODEL, r.temperature.words())
+    writer.write(KIND.READ_OUT_SET, r.rows.set_name)
+    writer.write(KIND.FREQUENCY, r.frequency_hz)
+    writer.write(KIND.OUTPUT_LABEL, list(OUTPUTS))
+    writer.write(KIND.OUTPUT_UNIT, [unit(label) for label in OUTPUTS])
+    writer.write(KIND.GROUP_NAME, list(r.groups))
     groups = by_group(b, r.sources)
     for o, label in enumerate(OUTPUTS):
         power = f"({unit(label)})^2/Hz"
-        writer.write(f"/psd/{label}", b.total[:, o], units=power)
+        writer.write(KIND.PSD.of(label), b.total[:, o], units=power)
         for g, group in enumerate(r.groups):
-            writer.write(f"/contribution/{group}/{label}", groups[:, o, g], units=power)
-        writer.write(f"/thermal/incoherent/{label}", b.incoherent[:, o], units=power)
-        writer.write(f"/thermal/gravity/{label}", b.gravity[:, o], units=power)
-    writer.write("/source/name", [s.name for s in r.sources])
-    writer.write("/source/group", [s.group for s in r.sources])
+            writer.write(KIND.CONTRIBUTION.of(group, label), groups[:, o, g], units=power)
+        writer.write(KIND.THERMAL_INCOHERENT.of(label), b.incoherent[:, o], units=power)
+        writer.write(KIND.THERMAL_GRAVITY.of(label), b.gravity[:, o], units=power)
+    writer.write(KIND.SOURCE_NAME, [s.name for s in r.sources])
+    writer.write(KIND.SOURCE_GROUP, [s.group for s in r.sources])
     _write_verdicts(writer, r)
-    writer.write("/requirement/name", [q.name for q in requirements])
-    writer.write("/requirement/source", [q.source for q in requirements])
-    writer.write("/requirement/unit", [f"{q.unit}/sqrt(Hz)" for q in requirements])
+    writer.write(KIND.REQUIREMENT_NAME, [q.name for q in requirements])
+    writer.write(KIND.REQUIREMENT_SOURCE, [q.source for q in requirements])
+    writer.write(KIND.REQUIREMENT_UNIT, [f"{q.unit}/sqrt(Hz)" for q in requirements])
     amplitude = np.full((len(requirements), len(r.frequency_hz)), np.nan)
     for i, q in enumerate(requirements):
         inside = in_band(q, r.frequency_hz)
         amplitude[i, inside] = q.amplitude(r.frequency_hz[inside])
-    writer.write("/requirement/amplitude", amplitude, units="see /requirement/unit")
+    writer.write(KIND.REQUIREMENT_AMPLITUDE, amplitude, units="see /requirement/unit")
 
 
 def _write_verdicts(writer: Writer, r: Simulation) -> None:
     verdicts, n = [j.verdict for j in r.judged], len(r.judged)
-    writer.write("/verdict/requirement", [v.requirement for v in verdicts])
-    writer.write("/verdict/output", [v.output for v in verdicts])
-    writer.write("/verdict/ratio", [v.ratio for v in verdicts])
-    writer.write("/verdict/binding_frequency", [v.binding_hz for v in verdicts])
-    writer.write("/verdict/noise", [v.noise for v in verdicts], units="see /output/unit, per sqrt(Hz)")
-    writer.write("/verdict/limit", [v.limit for v in verdicts], units="see /output/unit, per sqrt(Hz)")
-    writer.write("/verdict/passed", [int(v.passed) for v in verdicts])
-    writer.write("/verdict/incoherent", [j.incoherent for j in r.judged])
-    sizes = (len(r.groups), len(r.sources), len(r.rows.areas), len(r.groups), len(r.groups))
-    names = (
-        "verdict/group_share",
-        "verdict/source_share",
-        "verdict/area_share",
-        "improvement/silenced",
-        "improvement/factor",
-    )
-    keys = ("share", "source_share", "area_share", "silenced", "factor")
-    for name, key, size in zip(names, keys, sizes, strict=True):
-        writer.write(f"/{name}", np.array([getattr(j, key) for j in r.judged]).reshape(n, size))
+    writer.write(KIND.VERDICT_REQUIREMENT, [v.requirement for v in verdicts])
+    writer.write(KIND.VERDICT_OUTPUT, [v.output for v in verdicts])
+    writer.write(KIND.VERDICT_RATIO, [v.ratio for v in verdicts])
+    writer.write(KIND.VERDICT_BINDING_FREQUENCY, [v.binding_hz for v in verdicts])
+    writer.write(KIND.VERDICT_NOISE, [v.noise for v in verdicts], units="see /output/unit, per sqrt(Hz)")
+    writer.write(KIND.VERDICT_LIMIT, [v.limit for v in verdicts], units="see /output/unit, per sqrt(Hz)")
+    writer.write(KIND.VERDICT_PASSED, [int(v.passed) for v in verdicts])
+    writer.write(KIND.VERDICT_INCOHERENT, [j.incoherent for j in r.judged])
+    for dataset, key, size in (
+        (KIND.VERDICT_GROUP_SHARE, "share", len(r.groups)),
+        (KIND.VERDICT_SOURCE_SHARE, "source_share", len(r.sources)),
+        (KIND.VERDICT_AREA_SHARE, "area_share", len(r.rows.areas)),
+        (KIND.IMPROVEMENT_SILENCED, "silenced", len(r.groups)),
+        (KIND.IMPROVEMENT_FACTOR, "factor", len(r.groups)),
+    ):
+        writer.write(dataset, np.array([getattr(j, key) for j in r.judged]).reshape(n, size))

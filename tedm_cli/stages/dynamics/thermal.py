@@ -14,12 +14,20 @@ from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
 from tedm_cli.dynamics.budget import ThermalInput
 from tedm_cli.dynamics.signals import COORDINATES, STRAY, TEST_MASSES
 from tedm_cli.errors import InputError, PhysicsError, UsageError
-from tedm_cli.files.build_folder import DISTORTION, OPTICS, SENSITIVITY, require_same_input
+from tedm_cli.files.build_folder import (
+    DISTORTION_FILE,
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
+    require_same_areas,
+    require_same_input,
+)
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.temperature import TemperatureModel
-from tedm_cli.results.areas import read_area_table
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.optics import read_read_outs
+from tedm_cli.results.self_gravity import read_self_gravity
 
 _AXES = 1e-9  # of the layout frame against those of a test mass
 
@@ -48,8 +56,8 @@ class ThermalRows:
 
 def read_out_set(project: Project, wanted: str | None) -> str:
     """The set of photodiodes that the controller hears: the wanted one, or the first; `UsageError` where it is not."""
-    with open_checked(project.build_dir / OPTICS, OPTICS_KIND) as optics:
-        return _chosen(optics.strings("/set/name"), wanted)
+    with open_checked(project.build_dir / OPTICS_FILE, OPTICS_KIND) as optics:
+        return _chosen(optics.strings(OPTICS_KIND.SET_NAME), wanted)
 
 
 def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
@@ -61,14 +69,13 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
     PhysicsError : read-outs along other axes than those of each test mass.
     """
     _, layout = load_layout(project.optics)
-    s_path, o_path = project.build_dir / SENSITIVITY, project.build_dir / OPTICS
+    s_path, o_path = project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE
     with open_checked(s_path, SENSITIVITY_KIND) as s, open_checked(o_path, OPTICS_KIND) as o:
-        require_same_input(DISTORTION, s, o)
-        areas = read_area_table(s)
-        if o.strings("/area/name") != s.strings("/area/name"):
-            raise InputError("hold different thermal areas", where=f"{s_path} and {o_path}")
-        names = dict(zip(s.strings("/test_mass/name"), TEST_MASSES, strict=True))
-        axes = s.array("/test_mass/axes")
+        require_same_input(DISTORTION_FILE, s, o)
+        require_same_areas(s, o)
+        areas = read_areas(s)
+        names = dict(zip(s.strings(SENSITIVITY_KIND.TEST_MASS_NAME), TEST_MASSES, strict=True))
+        axes = s.array(SENSITIVITY_KIND.TEST_MASS_AXES)
         for i, name in enumerate(names):
             off = float(np.abs(axes[i] - layout.axes).max())
             if name in [e.name for e in layout.test_masses] and off > _AXES:
@@ -79,18 +86,19 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
                 )
         k = len(areas)
         acceleration, read_out = np.zeros((len(STRAY), k)), np.zeros((len(COORDINATES), k))
-        for label, row in zip(s.strings("/row/label"), s.array("/S"), strict=True):
+        gravity, read_outs = read_self_gravity(s), read_read_outs(o)
+        for label, row in zip(gravity.label, gravity.S, strict=True):
             name, _, rest = label.partition("_")
             acceleration[STRAY.index(f"{names[name]}_{rest}")] = row
-        chosen = _chosen(o.strings("/set/name"), wanted_set)
-        for label, row in zip(o.strings("/label/read_out"), o.array(f"/N/{chosen}"), strict=True):
+        chosen = _chosen(read_outs.sets, wanted_set)
+        for label, row in zip(read_outs.label, read_outs.N[chosen], strict=True):
             name, _, rest = label.rpartition("_")
             if name in names:
                 read_out[COORDINATES.index(f"{names[name]}_{rest}")] = row
         for what, rows in ((f"{s_path}: /S", acceleration), (f"{o_path}: /N/{chosen}", read_out)):
             if not np.isfinite(rows).all():
                 raise InputError("has values that are not finite", where=what)
-        return ThermalRows(areas, s.array("/area/id"), acceleration, read_out, chosen)
+        return ThermalRows(areas, s.array(SENSITIVITY_KIND.AREA_ID), acceleration, read_out, chosen)
 
 
 def _chosen(sets: list[str], wanted: str | None) -> str:

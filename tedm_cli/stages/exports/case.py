@@ -9,7 +9,7 @@ from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.exports.case import case_matrices, case_notes
 from tedm_cli.exports.write import write_matrices
-from tedm_cli.files.build_folder import case_file_name
+from tedm_cli.files.build_folder import case_file_name, require_up_to_date
 from tedm_cli.files.store import open_checked
 from tedm_cli.matrix_files.named import Format
 
@@ -20,7 +20,7 @@ def export_cases(build_dir: Path, case_ids: Sequence[str], fmt: Format, output: 
     Raises
     ------
     UsageError : one file for several cases.
-    InputError : there is no case file, one is missing, or breaks its contract.
+    InputError : there is no case file, one is missing, stale, or breaks its contract.
     """
     there = sorted(build_dir.glob("case*.h5"))
     wanted = [build_dir / case_file_name(i) for i in dict.fromkeys(case_ids)] or there
@@ -35,6 +35,7 @@ def export_cases(build_dir: Path, case_ids: Sequence[str], fmt: Format, output: 
     for path in wanted:
         place = destination(build_dir, path.stem, fmt, output, len(wanted))
         with open_checked(path, CASE) as file:
+            require_up_to_date(file)
             paths += write_matrices(*place, case_matrices(file), fmt, case_notes(file))
     return paths
 

@@ -13,7 +13,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.correlation_file import matrix_csv
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError, UsageError
-from tedm_cli.files.build_folder import case_file_name
+from tedm_cli.files.build_folder import case_file_name, require_up_to_date
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
 from tedm_cli.noise.differences import no_output
@@ -47,7 +47,7 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
     Raises
     ------
     UsageError : no such output.
-    InputError : there is no case file, or it breaks its contract; `output` is a file.
+    InputError : there is no case file, it is stale or breaks its contract; `output` is a file.
     """
     path = build_dir / case_file_name(case_id)
     if not path.exists():
@@ -56,13 +56,14 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
     if folder.is_file():
         raise InputError("is a file; wanted a folder", where=str(folder))
     with open_checked(path, CASE) as file:
-        labels = file.strings("/output/label")
+        require_up_to_date(file)
+        labels = file.strings(CASE.OUTPUT_LABEL)
         unknown = [label for label in wanted if label not in labels]
         if unknown:
             raise UsageError(no_output(unknown[0], labels), where=str(path))
-        chosen = list(dict.fromkeys(wanted or file.strings("/verdict/output") or labels))
-        active = file.array("/case/block") >= 0
-        names = [n for n, a in zip(file.strings("/area/name"), active.tolist(), strict=True) if a]
+        chosen = list(dict.fromkeys(wanted or file.strings(CASE.VERDICT_OUTPUT) or labels))
+        active = file.array(CASE.CASE_BLOCK) >= 0
+        names = [n for n, a in zip(file.strings(CASE.AREA_NAME), active.tolist(), strict=True) if a]
         done = []
         for label in chosen:
             for bound in BOUNDS:
@@ -75,18 +76,18 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
 
 
 def _describe(file: Reader, case_id: str, o: int, label: str, bound: str, folder: Path) -> Extremal:
-    frequency = float(file.array("/contribution/frequency")[o])
-    f = int(np.abs(file.array("/frequency") - frequency).argmin())
+    frequency = float(file.array(CASE.CONTRIBUTION_FREQUENCY)[o])
+    f = int(np.abs(file.array(CASE.FREQUENCY) - frequency).argmin())
     psds = read_bound(file, bound, [label])[0], read_psd(file, [label])[0]
     amplitude, of_case = (float(np.sqrt(psd[f])) for psd in psds)
-    unit = file.strings("/output/unit")[o]
+    unit = file.strings(CASE.OUTPUT_UNIT)[o]
     name = f"{label}_{bound}"
     return Extremal(folder / f"{name}.csv", f"{case_id}_{name}", label, bound, frequency, amplitude, of_case, unit)
 
 
 def _matrix(file: Reader, o: int, bound: str, frequency_hz: float) -> FloatArray:
     """Correlation [k, k] that reaches the bound of output `o`; rows of silent areas mean nothing."""
-    vectors = file.array(f"/extremal/{bound}")[o]
+    vectors = file.array(CASE.EXTREMAL.of(bound))[o]
     if not bound.startswith("known_blocks"):
         return extremal_matrix(vectors)
     found = read_correlation(file)

@@ -9,6 +9,7 @@ from pathlib import Path
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.exports.tables import TABLES
 from tedm_cli.exports.write import write_matrices
+from tedm_cli.files.build_folder import require_up_to_date
 from tedm_cli.files.store import open_checked
 from tedm_cli.matrix_files.named import Format, NamedMatrix
 
@@ -29,7 +30,7 @@ def export(build_dir: Path, what: Sequence[str], fmt: Format, output: Path | Non
     Raises
     ------
     UsageError : an unknown kind, or a single file for CSV.
-    InputError : there is nothing to export, or a file is missing or breaks its contract.
+    InputError : there is nothing to export, or a file is missing, stale or breaks its contract.
     """
     unknown = [name for name in what if name not in TABLES]
     if unknown:
@@ -50,6 +51,7 @@ def export(build_dir: Path, what: Sequence[str], fmt: Format, output: Path | Non
     for name in kinds:
         kind, matrices = TABLES[name]
         with open_checked(build_dir / f"{name}.h5", kind) as file:
+            require_up_to_date(file)
             by_kind[name] = matrices(file)
     if output is not None and single:
         by_kind = {output.stem: [m for matrices in by_kind.values() for m in matrices]}

@@ -10,14 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.contracts import CASE as CASE_KIND
-from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
-from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
-from tedm_cli.contracts import UNIT_LOADS as UNIT_LOADS_KIND
+from tedm_cli.contracts import CASE, DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import UsageError
 from tedm_cli.exports.node_terms import gradient, superposed
 from tedm_cli.exports.vtu import MeshArray, array_name, distinct, write_vtu
-from tedm_cli.files.build_folder import DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS, require_input
+from tedm_cli.files.build_folder import DISTORTION_FILE, OPTICS_FILE, SENSITIVITY_FILE, UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.progress import Step, counter
@@ -78,12 +75,12 @@ def export_mesh(build_dir: Path, output: Path | None, wanted: WantedArrays, step
     if path.suffix.lower() != ".vtu":
         raise UsageError(f"{path} does not end in .vtu", hint="-o names the file; --of chooses an output")
     with contextlib.ExitStack() as stack:
-        unit = stack.enter_context(open_checked(build_dir / UNIT_LOADS, UNIT_LOADS_KIND))
+        unit = stack.enter_context(open_checked(build_dir / UNIT_LOADS_FILE, UNIT_LOADS))
         wanted = _completed(build_dir, wanted)
         distortion = None
-        if wanted or (build_dir / DISTORTION).exists():
-            distortion = stack.enter_context(open_checked(build_dir / DISTORTION, DISTORTION_KIND))
-            require_input(distortion, input_files([build_dir / UNIT_LOADS])[0])
+        if wanted or (build_dir / DISTORTION_FILE).exists():
+            distortion = stack.enter_context(open_checked(build_dir / DISTORTION_FILE, DISTORTION))
+            require_input(distortion, input_files([build_dir / UNIT_LOADS_FILE])[0])
         mesh = mesh_geometry(unit, distortion)
         on_points, on_cells = mesh.on_points, distinct(mesh.on_cells)
         if distortion is not None and wanted:
@@ -100,7 +97,7 @@ def _completed(build_dir: Path, wanted: WantedArrays) -> WantedArrays:
         worst = worst_of_cases(list(case_files(build_dir).values()))
         if worst is not None:
             return WantedArrays((UNIFORM, worst.area), (worst.output,), (worst.case,))
-        return WantedArrays((UNIFORM,)) if (build_dir / DISTORTION).exists() else wanted
+        return WantedArrays((UNIFORM,)) if (build_dir / DISTORTION_FILE).exists() else wanted
     if wanted.cases and not wanted.outputs:
         found = [worst_of_cases([case_file(build_dir, case)]) for case in wanted.cases]
         outputs = tuple(dict.fromkeys(worst.output for worst in found if worst is not None))
@@ -113,9 +110,9 @@ def _completed(build_dir: Path, wanted: WantedArrays) -> WantedArrays:
 def _asked_arrays(
     build_dir: Path, unit: Reader, distortion: Reader, wanted: WantedArrays, step: Step
 ) -> list[MeshArray]:
-    areas = distortion.strings("/area/name")
+    areas = distortion.strings(DISTORTION.AREA_NAME)
     loads = {name: _weights(name, areas) for name in wanted.areas}
-    file = input_files([build_dir / DISTORTION])[0]
+    file = input_files([build_dir / DISTORTION_FILE])[0]
     outputs = [read_output(build_dir, label, distortion, file) for label in dict.fromkeys(wanted.outputs)]
     terms = [*_area_terms(outputs, loads), *_case_terms(build_dir, outputs, wanted.cases)]
     fields = _fields(unit, distortion, loads, [t.weights for t in terms if t.output.elements is None], step)
@@ -128,7 +125,7 @@ def _asked_arrays(
             continue
         for term in own:
             values = np.bincount(grids, output.elements @ term.weights, fields.grids).astype(np.float64)
-            output.require_sum(values, term.weights, build_dir / OPTICS)
+            output.require_sum(values, term.weights, build_dir / OPTICS_FILE)
             arrays.append(MeshArray(term.name, values, term.unit, term.meaning + _rest(term), total=True))
     return arrays
 
@@ -149,15 +146,21 @@ def _fields(
 ) -> _Fields:
     """Every different field once, and [D] read once for all of them."""
     different = {w.tobytes(): w for w in (*loads.values(), *more)}
-    k, n, _ = distortion.dataset("/D/translation").shape
+    k, n, _ = distortion.dataset(DISTORTION.D_TRANSLATION).shape
     weights, own = (np.array([*rows]).reshape(-1, k) for rows in (different.values(), loads.values()))
-    lever = distortion.dataset("/D/rotation")
+    lever = distortion.dataset(DISTORTION.D_ROTATION)
     used, shown = (np.count_nonzero(w.any(axis=0)) for w in (weights, own))
     advance = counter(step, used * (n + lever.shape[1]) + shown * n, "reading displacements")
     return _Fields(
-        dict(zip(different, superposed(distortion.dataset("/D/translation"), weights, advance), strict=True)),
+        dict(zip(different, superposed(distortion.dataset(DISTORTION.D_TRANSLATION), weights, advance), strict=True)),
         dict(zip(different, superposed(lever, weights, advance), strict=True)),
-        dict(zip(loads, superposed(unit.dataset("/rotation"), own, advance, unit.array("/area/load_K")), strict=True)),
+        dict(
+            zip(
+                loads,
+                superposed(unit.dataset(UNIT_LOADS.ROTATION), own, advance, unit.array(UNIT_LOADS.AREA_LOAD_K)),
+                strict=True,
+            )
+        ),
         n,
     )
 
@@ -175,11 +178,11 @@ def _displacements(loads: dict[str, FloatArray], fields: _Fields) -> list[MeshAr
 
 def _gravity_arrays(build_dir: Path, output: Output, terms: Sequence[_Term], fields: _Fields) -> list[MeshArray]:
     """The gradient of an output, and its terms: gradient times displacement, grid by grid."""
-    path = build_dir / SENSITIVITY
-    with open_checked(path, SENSITIVITY_KIND) as file:
-        slope = gradient(file.dataset("/operator/G"), output.rows)
-        turning = gradient(file.dataset("/operator/G_rotation"), output.rows)
-        node = file.array("/operator/offset_node")
+    path = build_dir / SENSITIVITY_FILE
+    with open_checked(path, SENSITIVITY) as file:
+        slope = gradient(file.dataset(SENSITIVITY.OPERATOR_G), output.rows)
+        turning = gradient(file.dataset(SENSITIVITY.OPERATOR_G_ROTATION), output.rows)
+        node = file.array(SENSITIVITY.OPERATOR_OFFSET_NODE)
     label, unit = output.label, output.unit
     arrays = [MeshArray(array_name("gradient", label), slope, f"{unit} per m", f"{label} by translation of the grid")]
     if len(node):
@@ -226,8 +229,8 @@ def _case_terms(build_dir: Path, outputs: Sequence[Output], cases: Sequence[str]
     found = []
     for case in dict.fromkeys(cases):
         path = case_file(build_dir, case)
-        with open_checked(path, CASE_KIND) as file:
-            number = file.string("/case/id")
+        with open_checked(path, CASE) as file:
+            number = file.string(CASE.CASE_ID)
             for o in outputs:
                 require_input(file, _source(build_dir, o))
                 weights, hz = case_weights(file, o.label, o.g)
@@ -237,7 +240,7 @@ def _case_terms(build_dir: Path, outputs: Sequence[Output], cases: Sequence[str]
 
 
 def _source(build_dir: Path, output: Output) -> InputFile:
-    return input_files([build_dir / (SENSITIVITY if output.elements is None else OPTICS)])[0]
+    return input_files([build_dir / (SENSITIVITY_FILE if output.elements is None else OPTICS_FILE)])[0]
 
 
 def _rest(term: _Term) -> str:

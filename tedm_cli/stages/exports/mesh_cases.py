@@ -68,11 +68,11 @@ def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, f
 
     The frequency is that of the case's grid next to the output's binding frequency.
     """
-    o = file.strings("/output/label").index(
-        known_name(f"output of {file.path.name}", label, file.strings("/output/label"))
+    o = file.strings(CASE.OUTPUT_LABEL).index(
+        known_name(f"output of {file.path.name}", label, file.strings(CASE.OUTPUT_LABEL))
     )
-    frequency = file.array("/frequency")
-    at = int(np.abs(np.log(frequency / file.array("/contribution/frequency")[o])).argmin())
-    amplitude = file.array("/temperature/asd")[file.array("/temperature/spectrum"), at]
+    frequency = file.array(CASE.FREQUENCY)
+    at = int(np.abs(np.log(frequency / file.array(CASE.CONTRIBUTION_FREQUENCY)[o])).argmin())
+    amplitude = file.array(CASE.TEMPERATURE_ASD)[file.array(CASE.TEMPERATURE_SPECTRUM), at]
     hz, found = float(frequency[at]), read_correlation(file)
     return share_weights(g, amplitude, found.matrix, found.delay_s, hz), hz

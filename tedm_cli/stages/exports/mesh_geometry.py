@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray, IntArray
+from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.errors import InputError
 from tedm_cli.exports.mesh import Cells, element_cells, label_of_cells, vertices
 from tedm_cli.exports.vtu import MeshArray, Names
@@ -31,16 +32,18 @@ class MeshGeometry:
 
 def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
     """Elements, then concentrated masses and (with `distortion`) optical elements, each as a cell at its grid."""
-    card = np.array(unit.strings("/element/type"), dtype=str)
-    cells, left = element_cells(card, unit.array("/element/node_offset"), unit.array("/element/node_index"))
+    card = np.array(unit.strings(UNIT_LOADS.ELEMENT_TYPE), dtype=str)
+    cells, left = element_cells(
+        card, unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET), unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX)
+    )
     row = np.concatenate([np.zeros(0, dtype=np.int64), *(c.row for c in cells)])
-    heavy = unit.array("/mass/concentrated_node")
+    heavy = unit.array(UNIT_LOADS.MASS_CONCENTRATED_NODE)
     optical: list[str] = []
     grid = np.zeros(0, dtype=np.int64)
     if distortion is not None:
-        optical, grid = distortion.strings("/optical/name"), optical_grids(unit, distortion)
+        optical, grid = distortion.strings(DISTORTION.OPTICAL_NAME), optical_grids(unit, distortion)
     cells += [vertices(node) for node in (heavy, grid) if len(node)]
-    types = [*card[row].tolist(), *unit.strings("/mass/concentrated_card"), *[OPTICAL] * len(grid)]
+    types = [*card[row].tolist(), *unit.strings(UNIT_LOADS.MASS_CONCENTRATED_CARD), *[OPTICAL] * len(grid)]
     type_names = sorted(set(types), key=lambda name: (name == OPTICAL, name))
     number = {name: i for i, name in enumerate(type_names)}
 
@@ -48,35 +51,45 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
         parts = [np.broadcast_to(concentrated, len(heavy)), np.broadcast_to(other, len(grid))]
         return np.concatenate([unit.array(path)[row], *parts])
 
-    ids = unit.array("/grid/id")
+    ids = unit.array(UNIT_LOADS.GRID_ID)
     label, (groups, group_of) = _area_of_grids(unit), _groups(unit)
     area = np.concatenate([np.zeros(0, dtype=np.int64), *(label_of_cells(c.nodes, label) for c in cells)])
     which = np.concatenate([np.full(len(row) + len(heavy), -1), np.arange(len(grid))])
     on_cells = [
         MeshArray(
             "element_id",
-            column("/element/id", unit.array("/mass/concentrated_id"), ids[grid]),
+            column(UNIT_LOADS.ELEMENT_ID, unit.array(UNIT_LOADS.MASS_CONCENTRATED_ID), ids[grid]),
             "1",
             "Nastran element id; of optical elements the id of their grid",
         ),
         MeshArray("element_type", np.array([number[t] for t in types]), "1", "Nastran card"),
-        MeshArray("property_id", column("/element/property_id", 0, 0), "1", "Nastran property id; 0: none"),
+        MeshArray("property_id", column(UNIT_LOADS.ELEMENT_PROPERTY_ID, 0, 0), "1", "Nastran property id; 0: none"),
         MeshArray("element_area", area, "1", "thermal area of most of the element's grids; -1: none"),
         MeshArray("element_group", group_of[area], "1", "group of that thermal area; -1: none"),
         MeshArray(
-            "element_mass", column("/element/mass", unit.array("/mass/concentrated"), 0.0), "kg", "mass", total=True
+            "element_mass",
+            column(UNIT_LOADS.ELEMENT_MASS, unit.array(UNIT_LOADS.MASS_CONCENTRATED), 0.0),
+            "kg",
+            "mass",
+            total=True,
         ),
         MeshArray(
             "density",
-            column("/element/density", np.nan, np.nan),
+            column(UNIT_LOADS.ELEMENT_DENSITY, np.nan, np.nan),
             "kg/m^3",
             "density of the material; nan: no single one",
         ),
         MeshArray(
-            "expansion", column("/element/expansion", np.nan, np.nan), "1/K", "thermal expansion of the material"
+            "expansion",
+            column(UNIT_LOADS.ELEMENT_EXPANSION, np.nan, np.nan),
+            "1/K",
+            "thermal expansion of the material",
         ),
         MeshArray(
-            "section", column("/element/section", 0.0, 0.0), "m or m^2", "thickness of plates, cross-section of lines"
+            "section",
+            column(UNIT_LOADS.ELEMENT_SECTION, 0.0, 0.0),
+            "m or m^2",
+            "thickness of plates, cross-section of lines",
         ),
         MeshArray("optical_element", which, "1", "optical element; -1: none"),
     ]
@@ -84,9 +97,9 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
         MeshArray("grid_id", ids, "1", "Nastran grid id"),
         MeshArray("area_index", label, "1", "thermal area; -1: none"),
         MeshArray("group_index", group_of[label], "1", "group of the thermal area; -1: none"),
-        MeshArray("mass", unit.array("/mass/lumped"), "kg", "lumped mass of the grid", total=True),
+        MeshArray("mass", unit.array(UNIT_LOADS.MASS_LUMPED), "kg", "lumped mass of the grid", total=True),
     ]
-    areas, group = unit.strings("/area/name"), unit.strings("/area/group")
+    areas, group = unit.strings(UNIT_LOADS.AREA_NAME), unit.strings(UNIT_LOADS.AREA_GROUP)
     names = [
         *(Names(array, areas, group) for array in ("element_area", "area_index")),
         *(Names(array, groups, groups) for array in ("element_group", "group_index")),
@@ -94,12 +107,12 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
         Names("optical_element", optical, optical),
     ]
     left_out = dict(sorted(Counter(card[left].tolist()).items()))
-    return MeshGeometry(unit.array("/grid/position"), cells, on_points, on_cells, names, left_out)
+    return MeshGeometry(unit.array(UNIT_LOADS.GRID_POSITION), cells, on_points, on_cells, names, left_out)
 
 
 def optical_grids(unit: Reader, distortion: Reader) -> IntArray:
     """Rows of the grids [E] that carry the optical elements."""
-    ids, wanted = unit.array("/grid/id"), distortion.array("/optical/grid")
+    ids, wanted = unit.array(UNIT_LOADS.GRID_ID), distortion.array(DISTORTION.OPTICAL_GRID)
     rows = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
     if (ids[rows] != wanted).any():
         raise InputError(
@@ -112,14 +125,14 @@ def optical_grids(unit: Reader, distortion: Reader) -> IntArray:
 
 def _area_of_grids(unit: Reader) -> IntArray:
     """Row of the thermal area of each grid [N], -1: none."""
-    offset = unit.array("/area/node_offset")
-    label = np.full(unit.dataset("/grid/id").shape[0], -1)
-    label[unit.array("/area/node_index")] = np.repeat(np.arange(len(offset) - 1), np.diff(offset))
+    offset = unit.array(UNIT_LOADS.AREA_NODE_OFFSET)
+    label = np.full(unit.dataset(UNIT_LOADS.GRID_ID).shape[0], -1)
+    label[unit.array(UNIT_LOADS.AREA_NODE_INDEX)] = np.repeat(np.arange(len(offset) - 1), np.diff(offset))
     return label
 
 
 def _groups(unit: Reader) -> tuple[list[str], IntArray]:
     """Names of the groups, and the group of each area [k], with -1 behind the last for what is in none."""
-    group = unit.strings("/area/group")
+    group = unit.strings(UNIT_LOADS.AREA_GROUP)
     names = list(dict.fromkeys(group))
     return names, np.array([*(names.index(g) for g in group), -1])

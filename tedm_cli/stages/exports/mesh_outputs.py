@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.contracts import OPTICS as OPTICS_KIND
-from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
+from tedm_cli.contracts import OPTICS, SENSITIVITY
 from tedm_cli.errors import InputError, UsageError
-from tedm_cli.files.build_folder import OPTICS, SENSITIVITY, require_input
+from tedm_cli.files.build_folder import OPTICS_FILE, SENSITIVITY_FILE, require_input
 from tedm_cli.files.provenance import InputFile
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.differences import terms
@@ -73,11 +72,11 @@ class Output:
 def output_labels(build_dir: Path) -> list[str]:
     """Names of the outputs in the files that are there: self-gravity, then the read-out by set."""
     found: list[str] = []
-    if (build_dir / SENSITIVITY).exists():
-        with open_checked(build_dir / SENSITIVITY, SENSITIVITY_KIND) as file:
+    if (build_dir / SENSITIVITY_FILE).exists():
+        with open_checked(build_dir / SENSITIVITY_FILE, SENSITIVITY) as file:
             found += read_self_gravity(file).label
-    if (build_dir / OPTICS).exists():
-        with open_checked(build_dir / OPTICS, OPTICS_KIND) as file:
+    if (build_dir / OPTICS_FILE).exists():
+        with open_checked(build_dir / OPTICS_FILE, OPTICS) as file:
             found += read_read_outs(file).names
     return found
 
@@ -92,7 +91,7 @@ def read_output(build_dir: Path, label: str, distortion: Reader, distortion_file
     """
     known = output_labels(build_dir)
     if not known:
-        with open_checked(build_dir / SENSITIVITY, SENSITIVITY_KIND):
+        with open_checked(build_dir / SENSITIVITY_FILE, SENSITIVITY):
             pass  # says how to make it
     pair = terms(label)
     if label in known or pair is None:
@@ -106,15 +105,15 @@ def read_output(build_dir: Path, label: str, distortion: Reader, distortion_file
 
 
 def _single(build_dir: Path, label: str, distortion: Reader, distortion_file: InputFile) -> Output:
-    path = build_dir / SENSITIVITY
+    path = build_dir / SENSITIVITY_FILE
     if path.exists():
-        with open_checked(path, SENSITIVITY_KIND) as file:
+        with open_checked(path, SENSITIVITY) as file:
             gravity = read_self_gravity(file)
             if label in gravity.label:
                 require_input(file, distortion_file)
                 row = gravity.label.index(label)
                 return Output(label, gravity.unit[row].removesuffix("/K"), gravity.S[row], ((1.0, row),))
-    with open_checked(build_dir / OPTICS, OPTICS_KIND) as file:
+    with open_checked(build_dir / OPTICS_FILE, OPTICS) as file:
         require_input(file, distortion_file)
         return _read_out(read_read_outs(file), label, read_bench_motion(distortion).element)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -30,6 +29,7 @@ from tedm_cli.gravity.accuracy import (
 from tedm_cli.gravity.compensation import field_of_compensation_masses
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.tables.csv_table import csv_line
 
 if TYPE_CHECKING:
     from tedm_cli.figures.accuracy import Convergence, Isolines
@@ -92,11 +92,10 @@ def accuracy(project: Project, number: str, output_dir: Path | None) -> Accuracy
 
 def _csv_text(notes: list[str], columns: dict[str, FloatArray]) -> str:
     stream = io.StringIO()
-    stream.writelines(f"# {note}\n" for note in notes)
-    out = csv.writer(stream, lineterminator="\n")
-    out.writerow(columns)
+    stream.writelines(f"# {' '.join(note.split())}\n" for note in notes)
+    stream.write(csv_line(columns))
     for row in zip(*(c.ravel() for c in columns.values()), strict=True):
-        out.writerow("" if np.isnan(v) else repr(float(v)) for v in row)
+        stream.write(csv_line("" if np.isnan(v) else repr(float(v)) for v in row))
     return stream.getvalue()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,11 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
-from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
+from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.files.blocks import Blocks, SomeNodes
-from tedm_cli.files.build_folder import DISTORTION, UNIT_LOADS, require_input
-from tedm_cli.files.provenance import input_files, sha256_of
+from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, require_input
+from tedm_cli.files.provenance import input_files
+from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.gravity.audit import MODELS, MeshAudit, Motion, audit_mesh
 from tedm_cli.gravity.masses import MassDistribution
@@ -24,6 +23,7 @@ from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.stages.common import check_test_masses
+from tedm_cli.tables.csv_table import csv_line
 
 
 @dataclass(frozen=True)
@@ -104,17 +104,17 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
     `output` gets one row per element (CSV), `figure` the elements' sizes against their gaps (SVG).
     """
     _, config = load_model(project.model)
-    source, moves = project.build_dir / UNIT_LOADS, project.build_dir / DISTORTION
+    source, moves = project.build_dir / UNIT_LOADS_FILE, project.build_dir / DISTORTION_FILE
     test_masses, tolerance = config.test_masses(), config.gravity.quadrature_tolerance
     g = config.gravity.gravitational_constant_m3_kg_s2
-    with open_checked(source, UNIT_KIND) as unit:
-        check_test_masses(test_masses, unit.array("/grid/position"), where=str(project.model))
+    with open_checked(source, UNIT_LOADS) as unit:
+        check_test_masses(test_masses, unit.array(UNIT_LOADS.GRID_POSITION), where=str(project.model))
         masses = mass_of(unit)
         elements = sum(len(block.id) for block in masses.elements)
         advance = counter(step, len(test_masses) * elements, "auditing elements")
-        ids, properties = unit.array("/element/id"), unit.array("/element/property_id")
+        ids, properties = unit.array(UNIT_LOADS.ELEMENT_ID), unit.array(UNIT_LOADS.ELEMENT_PROPERTY_ID)
     if moves.exists():
-        with open_checked(moves, DISTORTION_KIND) as distortion:
+        with open_checked(moves, DISTORTION) as distortion:
             require_input(distortion, input_files([source])[0])
             motion = element_motion(distortion, masses)
             found = audit_mesh(masses, test_masses, motion, tolerance=tolerance, G=g, advance=advance)
@@ -142,7 +142,7 @@ def _draw(done: AuditSummary, path: Path, source: Path) -> None:
 
 def element_motion(distortion: Reader, masses: MassDistribution) -> Motion:
     """Displacements, read for a few elements at a time; the last ones are kept, since they are asked for again."""
-    d, rotation = distortion.dataset("/D/translation"), distortion.dataset("/D/rotation")
+    d, rotation = distortion.dataset(DISTORTION.D_TRANSLATION), distortion.dataset(DISTORTION.D_ROTATION)
     kept: list[tuple[IntArray, FloatArray, FloatArray]] = []
 
     def motion(nodes: IntArray, lever: FloatArray) -> FloatArray:
@@ -174,9 +174,8 @@ def _write_csv(done: AuditSummary, path: Path) -> None:
     head += [f"score_{model}" for model in MODELS]
     head += [f"{model}_{label} ({unit})" for model in MODELS for label, unit in zip(a.label, a.unit, strict=True)]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(head)
+        stream.write(csv_line(head))
         for e in done.worst(len(a.element_id)):
             place = [a.element_id[e], a.card[e], done.property_id[e], f"{a.size[e]:.6g}"]
             numbers = [*a.gap[:, e], *a.score[:, e], *a.error[:, :, e].ravel()]
-            writer.writerow([*place, *(f"{v:.6g}" for v in numbers)])
+            stream.write(csv_line([*place, *(f"{v:.6g}" for v in numbers)]))

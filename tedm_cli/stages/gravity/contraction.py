@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.contracts import DISTORTION, SENSITIVITY
 from tedm_cli.errors import InputError
 from tedm_cli.files.blocks import BLOCK_NODES, node_blocks
 from tedm_cli.files.store import Reader, Writer
@@ -22,19 +23,29 @@ def self_gravity_sensitivity(
 
     An element's mass acts on all its grids, so no block of G is complete before the last element.
     """
-    offset_nodes = distortion.array("/D/offset_node")
+    offset_nodes = distortion.array(DISTORTION.D_OFFSET_NODE)
     if not np.array_equal(offset_nodes, lever_nodes):
         raise InputError(
             "lacks the rotations of the grids that carry offset masses",
             where=str(distortion.path),
             hint=f"rebuild it with `{distortion.kind.made_by}`",
         )
-    writer.write("/operator/offset_node", offset_nodes)
+    writer.write(SENSITIVITY.OPERATOR_OFFSET_NODE, offset_nodes)
     parts = (
-        ("/D/rotation", [s.rotation for s in found], "/operator/G_rotation", "m/s^2 (a) or 1/s^2 (omegadot) per rad"),
-        ("/D/translation", [s.operator for s in found], "/operator/G", "1/s^2 (a) or 1/(m s^2) (omegadot)"),
+        (
+            DISTORTION.D_ROTATION,
+            [s.rotation for s in found],
+            SENSITIVITY.OPERATOR_G_ROTATION,
+            "m/s^2 (a) or 1/s^2 (omegadot) per rad",
+        ),
+        (
+            DISTORTION.D_TRANSLATION,
+            [s.operator for s in found],
+            SENSITIVITY.OPERATOR_G,
+            "1/s^2 (a) or 1/(m s^2) (omegadot)",
+        ),
     )
-    areas = distortion.dataset("/D/translation").shape[0]
+    areas = distortion.dataset(DISTORTION.D_TRANSLATION).shape[0]
     total = np.zeros((6 * len(found), areas))
     work = sum(part[0].shape[2] for _, part, _, _ in parts) * areas
     advance = counter(step, work, "contracting S = -G D")

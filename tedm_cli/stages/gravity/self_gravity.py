@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -19,9 +17,10 @@ from tedm_cli.files.store import replacing
 from tedm_cli.gravity.field import SelfGravity, self_gravity, self_gravity_by_source
 from tedm_cli.gravity.kernel import first_inside, inside_fact
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
-from tedm_cli.tables.csv_table import Row, read_table
+from tedm_cli.quantities import FAR_COORDINATE, POINT_MASS
+from tedm_cli.tables.csv_table import Row, csv_line, read_table
 
-HEADER = ("x_m", "y_m", "z_m", "mass_kg")
+COLUMNS = {**dict.fromkeys(("x_m", "y_m", "z_m"), FAR_COORDINATE), "mass_kg": POINT_MASS}
 #: Unit of every quantity of `SelfGravity`, and the ending that says it in the name of a key or column.
 FIELD_UNITS = {
     "acceleration": ("m/s^2", "m_s2"),
@@ -81,12 +80,9 @@ def point_self_gravity(project: Project, points: Path, *, per_source: bool, outp
 
 
 def read_sources(path: Path, test_masses: list[TestMass]) -> PointSources:
-    """Read `x_m,y_m,z_m,mass_kg` (basic frame), refusing masses that are not positive and sources in a test mass."""
-    rows = read_table(path, HEADER)
-    for row in rows:
-        if row.number["mass_kg"] <= 0.0:
-            raise InputError(f"mass_kg must be positive, found {row.number['mass_kg']:g}", where=f"{path}:{row.line}")
-    position = np.array([[row.number[c] for c in HEADER[:3]] for row in rows])
+    """Read `x_m,y_m,z_m,mass_kg` (basic frame), refusing implausible numbers and sources in a test mass."""
+    rows = read_table(path, COLUMNS)
+    position = np.array([[row.number[c] for c in list(COLUMNS)[:3]] for row in rows])
     for tm in test_masses:
         local = to_test_mass_frame(tm, position)
         inside = first_inside(local, tm.side_m)
@@ -139,24 +135,23 @@ def _quantities(field: SelfGravity, index: int | None = None) -> dict[str, Any]:
 
 def _csv_text(done: PointField) -> str:
     """Per source: a line per source and test mass; else a line per component."""
-    stream = io.StringIO()
-    out = csv.writer(stream, lineterminator="\n")
+    lines: list[list[object]] = []
     if done.by_source is not None:
         columns = [f"{k}_{''.join(i)}_{FIELD_UNITS[k][1]}" for k in FIELD_UNITS for i in _components(k)]
-        out.writerow(["line", *HEADER, "test_mass", *columns])
+        lines.append(["line", *COLUMNS, "test_mass", *columns])
         for n, line in enumerate(done.sources.line):
             for tm, field in zip(done.test_masses, done.by_source, strict=True):
                 values = np.concatenate([getattr(field, k)[n].ravel() for k in FIELD_UNITS])
                 place = [*done.sources.position[n], done.sources.mass[n]]
-                out.writerow([line, *(repr(float(v)) for v in place), tm.name, *(repr(float(v)) for v in values)])
-        return stream.getvalue()
-    out.writerow(["test_mass", "quantity", "component", "unit", "value"])
+                lines.append([line, *(repr(float(v)) for v in place), tm.name, *(repr(float(v)) for v in values)])
+        return "".join(map(csv_line, lines))
+    lines.append(["test_mass", "quantity", "component", "unit", "value"])
     for tm, field in zip(done.test_masses, done.total, strict=True):
         for quantity, unit, value in totals(tm, field):
             axes = _components(quantity) if quantity in FIELD_UNITS else list("xyz")
             for component, v in zip(axes, value.ravel(), strict=True):
-                out.writerow([tm.name, quantity, component, unit, repr(float(v))])
-    return stream.getvalue()
+                lines.append([tm.name, quantity, component, unit, repr(float(v))])
+    return "".join(map(csv_line, lines))
 
 
 def totals(tm: TestMass, field: SelfGravity) -> list[tuple[str, str, FloatArray]]:

@@ -14,10 +14,15 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.compensation import compensation_file, compensation_masses
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
-from tedm_cli.contracts import SENSITIVITY as KIND
-from tedm_cli.contracts import UNIT_LOADS as UNIT_KIND
-from tedm_cli.files.build_folder import DISTORTION, SENSITIVITY, UNIT_LOADS, provenance, require_input
+from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
+from tedm_cli.files.build_folder import (
+    DISTORTION_FILE,
+    SENSITIVITY_FILE,
+    UNIT_LOADS_FILE,
+    provenance,
+    require_input,
+    require_same_areas,
+)
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
@@ -74,15 +79,16 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
     """Field of structure, other test mass and compensation masses on each test mass, and S = -G D, streamed."""
     config_file, config = load_model(project.model)
     blocks, block_file = compensation_masses(project, config), compensation_file(project, config)
-    masses_file, distortion_file = project.build_dir / UNIT_LOADS, project.build_dir / DISTORTION
-    out = out_path(project, SENSITIVITY, output)
+    masses_file, distortion_file = project.build_dir / UNIT_LOADS_FILE, project.build_dir / DISTORTION_FILE
+    out = out_path(project, SENSITIVITY_FILE, output)
     trace = provenance([config_file], [masses_file, distortion_file, *([] if block_file is None else [block_file])])
     with (
-        open_checked(masses_file, UNIT_KIND) as unit,
-        open_checked(distortion_file, DISTORTION_KIND) as distortion,
-        create(out, KIND, trace) as writer,
+        open_checked(masses_file, UNIT_LOADS) as unit,
+        open_checked(distortion_file, DISTORTION) as distortion,
+        create(out, SENSITIVITY, trace) as writer,
     ):
         require_input(distortion, trace.inputs[0])
+        require_same_areas(unit, distortion)
         return _build(config, blocks, unit, distortion, writer, out, project.model, step)
 
 
@@ -99,15 +105,15 @@ def _build(
     test_masses = config.test_masses()
     g = config.gravity.gravitational_constant_m3_kg_s2
     copy_areas(distortion, writer)
-    writer.write("/area/centroid", unit.array("/area/centroid"))
-    writer.write("/grid/id", unit.array("/grid/id"))
-    writer.write("/test_mass/name", [t.name for t in test_masses])
-    writer.write("/test_mass/position", [t.position_m for t in test_masses])
-    writer.write("/test_mass/side", [t.side_m for t in test_masses])
-    writer.write("/test_mass/mass", [t.mass_kg for t in test_masses])
-    writer.write("/test_mass/axes", [t.axes for t in test_masses])
+    writer.write(SENSITIVITY.AREA_CENTROID, unit.array(UNIT_LOADS.AREA_CENTROID))
+    writer.write(SENSITIVITY.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
+    writer.write(SENSITIVITY.TEST_MASS_NAME, [t.name for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_POSITION, [t.position_m for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_SIDE, [t.side_m for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_MASS, [t.mass_kg for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_AXES, [t.axes for t in test_masses])
     model, tolerance = config.gravity.mass_model, config.gravity.quadrature_tolerance
-    check_test_masses(test_masses, unit.array("/grid/position"), where=str(where))
+    check_test_masses(test_masses, unit.array(UNIT_LOADS.GRID_POSITION), where=str(where))
     masses = mass_of(unit, lumped=model == "lumped")
     elements = sum(len(block.id) for block in masses.elements)
     advance = counter(step, len(test_masses) * elements, "summing the structure")
@@ -116,29 +122,29 @@ def _build(
     )
     mutual = _mutual(test_masses, g, config.gravity.other_test_mass_points)
     sources = _sources(found, test_masses, blocks, mutual, config)
-    writer.write("/source/name", sources.names)
-    writer.write("/source/quadrature_error", np.array(sources.error).T)
-    writer.write("/source/points", np.array(sources.points).T)
-    writer.write("/source/mass_model", model)
-    writer.write("/dc/acceleration", sources.stack("acceleration"))
-    writer.write("/dc/angular_acceleration", sources.stack("angular_acceleration"))
-    writer.write("/stiffness/gamma_lin", sources.stack("gamma_lin"))
-    writer.write("/stiffness/omega_lin", sources.stack("omega_lin"))
-    writer.write("/stiffness/gamma_ang", sources.stack("gamma_ang"))
-    writer.write("/stiffness/omega_ang", sources.stack("omega_ang"))
+    writer.write(SENSITIVITY.SOURCE_NAME, sources.names)
+    writer.write(SENSITIVITY.SOURCE_QUADRATURE_ERROR, np.array(sources.error).T)
+    writer.write(SENSITIVITY.SOURCE_POINTS, np.array(sources.points).T)
+    writer.write(SENSITIVITY.SOURCE_MASS_MODEL, model)
+    writer.write(SENSITIVITY.DC_ACCELERATION, sources.stack("acceleration"))
+    writer.write(SENSITIVITY.DC_ANGULAR_ACCELERATION, sources.stack("angular_acceleration"))
+    writer.write(SENSITIVITY.STIFFNESS_GAMMA_LIN, sources.stack("gamma_lin"))
+    writer.write(SENSITIVITY.STIFFNESS_OMEGA_LIN, sources.stack("omega_lin"))
+    writer.write(SENSITIVITY.STIFFNESS_GAMMA_ANG, sources.stack("gamma_ang"))
+    writer.write(SENSITIVITY.STIFFNESS_OMEGA_ANG, sources.stack("omega_ang"))
     _write_motion(writer, test_masses, sources, mutual)
     by_area = _by_area(unit, found)
-    writer.write("/area_contribution/acceleration", by_area["acceleration"])
-    writer.write("/area_contribution/angular_acceleration", by_area["angular_acceleration"])
-    writer.write("/area_contribution/gamma_lin", by_area["gamma_lin"])
-    verdicts = _verdicts(test_masses, sources, by_area, distortion.strings("/area/group"), config)
+    writer.write(SENSITIVITY.AREA_CONTRIBUTION_ACCELERATION, by_area["acceleration"])
+    writer.write(SENSITIVITY.AREA_CONTRIBUTION_ANGULAR_ACCELERATION, by_area["angular_acceleration"])
+    writer.write(SENSITIVITY.AREA_CONTRIBUTION_GAMMA_LIN, by_area["gamma_lin"])
+    verdicts = _verdicts(test_masses, sources, by_area, distortion.strings(DISTORTION.AREA_GROUP), config)
     _write_verdicts(writer, verdicts)
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
-    writer.write("/row/label", labels)
-    writer.write("/row/unit", units)
+    writer.write(SENSITIVITY.ROW_LABEL, labels)
+    writer.write(SENSITIVITY.ROW_UNIT, units)
     sensitivity = self_gravity_sensitivity(found, masses.lever_node, distortion, writer, step)
-    writer.write("/S", sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
-    names = distortion.strings("/area/name")
+    writer.write(SENSITIVITY.S, sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
+    names = distortion.strings(DISTORTION.AREA_NAME)
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
     return SensitivitySummary(
         out,
@@ -212,16 +218,20 @@ def _write_motion(
     ]
     stiffness = linearised_motion(test_masses, rest, {pair: field for pair, (field, _) in mutual.items()})
     outputs, motions = motion_labels(test_masses)
-    writer.write("/stiffness/linearised", stiffness, units="1/s^2, m/s^2/rad, 1/(m s^2) or 1/(s^2 rad), by the labels")
-    writer.write("/label/tm_output", outputs)
-    writer.write("/label/tm_output_unit", ["m/s^2" if "_a_" in name else "rad/s^2" for name in outputs])
-    writer.write("/label/tm_motion", motions)
-    writer.write("/label/tm_motion_unit", ["m" if name[-2:] in ("_x", "_y", "_z") else "rad" for name in motions])
+    writer.write(
+        SENSITIVITY.STIFFNESS_LINEARISED, stiffness, units="1/s^2, m/s^2/rad, 1/(m s^2) or 1/(s^2 rad), by the labels"
+    )
+    writer.write(SENSITIVITY.LABEL_TM_OUTPUT, outputs)
+    writer.write(SENSITIVITY.LABEL_TM_OUTPUT_UNIT, ["m/s^2" if "_a_" in name else "rad/s^2" for name in outputs])
+    writer.write(SENSITIVITY.LABEL_TM_MOTION, motions)
+    writer.write(
+        SENSITIVITY.LABEL_TM_MOTION_UNIT, ["m" if name[-2:] in ("_x", "_y", "_z") else "rad" for name in motions]
+    )
 
 
 def _by_area(unit: Reader, found: list[StructureGravity]) -> dict[str, FloatArray]:
     """Field at rest by the mass that each area's grids carry, quantity by quantity, [test mass, area, ...]."""
-    offset, index = unit.array("/area/node_offset"), unit.array("/area/node_index")
+    offset, index = unit.array(UNIT_LOADS.AREA_NODE_OFFSET), unit.array(UNIT_LOADS.AREA_NODE_INDEX)
     grids = [index[start:stop] for start, stop in itertools.pairwise(offset)]
 
     def sums(share: FloatArray) -> list[FloatArray]:
@@ -251,12 +261,12 @@ def _verdicts(
 
 
 def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
-    writer.write("/dc_verdict/test_mass", [v.test_mass for v in verdicts])
-    writer.write("/dc_verdict/quantity", [v.quantity for v in verdicts])
-    writer.write("/dc_verdict/subsystem", [v.subsystem for v in verdicts])
-    writer.write("/dc_verdict/unit", [v.unit for v in verdicts])
-    writer.write("/dc_verdict/value", [v.value for v in verdicts], units="see /dc_verdict/unit")
-    writer.write("/dc_verdict/lower", [v.lower for v in verdicts], units="see /dc_verdict/unit")
-    writer.write("/dc_verdict/upper", [v.upper for v in verdicts], units="see /dc_verdict/unit")
-    writer.write("/dc_verdict/ratio", [v.ratio for v in verdicts])
-    writer.write("/dc_verdict/passed", [int(v.passed) for v in verdicts])
+    writer.write(SENSITIVITY.DC_VERDICT_TEST_MASS, [v.test_mass for v in verdicts])
+    writer.write(SENSITIVITY.DC_VERDICT_QUANTITY, [v.quantity for v in verdicts])
+    writer.write(SENSITIVITY.DC_VERDICT_SUBSYSTEM, [v.subsystem for v in verdicts])
+    writer.write(SENSITIVITY.DC_VERDICT_UNIT, [v.unit for v in verdicts])
+    writer.write(SENSITIVITY.DC_VERDICT_VALUE, [v.value for v in verdicts], units="see /dc_verdict/unit")
+    writer.write(SENSITIVITY.DC_VERDICT_LOWER, [v.lower for v in verdicts], units="see /dc_verdict/unit")
+    writer.write(SENSITIVITY.DC_VERDICT_UPPER, [v.upper for v in verdicts], units="see /dc_verdict/unit")
+    writer.write(SENSITIVITY.DC_VERDICT_RATIO, [v.ratio for v in verdicts])
+    writer.write(SENSITIVITY.DC_VERDICT_PASSED, [int(v.passed) for v in verdicts])

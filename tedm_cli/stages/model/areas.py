@@ -17,7 +17,7 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
-from tedm_cli.files.provenance import sha256_of
+from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck

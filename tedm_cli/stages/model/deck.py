@@ -11,8 +11,10 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.store import replacing
+from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.unit_deck import read_source, unit_deck
 from tedm_cli.nastran.unit_deck_check import verify_unit_deck
+from tedm_cli.regular_file import require_regular_file
 
 
 @dataclass(frozen=True)
@@ -35,18 +37,16 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         raise ConfigError(missing, where=str(file.path))
     out = output if output is not None else project.resolve(table.deck)
     bdf = project.resolve(str(table.bdf))
+    require_regular_file(bdf)
     if not bdf.is_file():
         raise InputError("no such model", where=str(bdf), hint="correct model.bdf")
     with replacing(out) as temporary:
         source = read_source(
-            bdf,
-            temporary,
-            table.constraints_of_subcase,
-            cross_reference=config.areas.has_boxes(),
-            allow_missing_enddata=table.allow_missing_enddata,
+            bdf, temporary, table.constraints_of_subcase, allow_missing_enddata=table.allow_missing_enddata
         )
         if out.resolve() in [f.resolve() for f in source.sections.files]:
             raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
+        model_geometry(source.model, list(source.sections.files))  # a wrong unit is said before anything is solved
         areas = configured_areas(project, config, source.model, source.grids)
         require_partition(areas, where=str(bdf))
         deck = unit_deck(source, areas.areas, table.uniform_label, table.reference_temperature_K)

@@ -10,12 +10,11 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import DISTORTION as KIND
-from tedm_cli.contracts import UNIT_LOADS as SOURCE
+from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.distortion import RigidFit, plausible_translation, superposition_excess, superposition_residual
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.blocks import SomeNodes, node_blocks
-from tedm_cli.files.build_folder import DISTORTION, UNIT_LOADS, provenance
+from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, provenance
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
@@ -40,24 +39,24 @@ class DistortionSummary:
 def build_distortion(project: Project, output: Path | None, step: Step) -> DistortionSummary:
     """Scale the unit loads to one kelvin, gather the optical elements, and check superposition and plausibility."""
     optics_file, layout = load_layout(project.optics)
-    source = project.build_dir / UNIT_LOADS
-    out = out_path(project, DISTORTION, output)
+    source = project.build_dir / UNIT_LOADS_FILE
+    out = out_path(project, DISTORTION_FILE, output)
     with (
-        open_checked(source, SOURCE) as unit,
-        create(out, KIND, provenance([optics_file], [source])) as writer,
+        open_checked(source, UNIT_LOADS) as unit,
+        create(out, DISTORTION, provenance([optics_file], [source])) as writer,
     ):
         rows, names = _optical_rows(unit, layout, project.optics)
-        writer.write("/grid/id", unit.array("/grid/id"))
+        writer.write(DISTORTION.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
         copy_areas(unit, writer)
-        writer.write("/optical/name", names)
-        writer.write("/optical/grid", unit.array("/grid/id")[rows])
-        writer.write("/optical/position", unit.array("/grid/position")[rows])
+        writer.write(DISTORTION.OPTICAL_NAME, names)
+        writer.write(DISTORTION.OPTICAL_GRID, unit.array(UNIT_LOADS.GRID_ID)[rows])
+        writer.write(DISTORTION.OPTICAL_POSITION, unit.array(UNIT_LOADS.GRID_POSITION)[rows])
         result = _scale_areas(unit, writer, rows, names, out, step)
     return result
 
 
 def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[IntArray, list[str]]:
-    ids = unit.array("/grid/id")
+    ids = unit.array(UNIT_LOADS.GRID_ID)
     elements = [e for e in layout.elements if e.grid is not None]
     wanted = np.array([e.grid for e in elements], dtype=np.int64)
     rows = np.clip(np.searchsorted(ids, wanted), 0, len(ids) - 1)
@@ -70,7 +69,7 @@ def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[Int
 def _scale_areas(
     unit: Reader, writer: Writer, rows: IntArray, names: list[str], out: Path, step: Step
 ) -> DistortionSummary:
-    areas = unit.strings("/area/name")
+    areas = unit.strings(UNIT_LOADS.AREA_NAME)
     found = _stream(unit, writer, rows, step)
     _check_plausible(unit, areas, found.largest)
     flat = [n for j, n in enumerate(names) if not np.any(found.optical_rotation[:, j])]
@@ -81,11 +80,11 @@ def _scale_areas(
             hint="a grid of solids alone has no rotation; tie the element's grid with RBE2 or RBE3",
         )
     _check_turning(unit, found.stiff)
-    writer.write("/D_opt/translation", found.optical_translation)
-    writer.write("/D_opt/rotation", found.optical_rotation)
-    writer.write("/check/max_translation", found.largest)
-    writer.write("/check/rigid_translation", found.rigid_translation)
-    writer.write("/check/rigid_rotation", found.rigid_rotation)
+    writer.write(DISTORTION.D_OPT_TRANSLATION, found.optical_translation)
+    writer.write(DISTORTION.D_OPT_ROTATION, found.optical_rotation)
+    writer.write(DISTORTION.CHECK_MAX_TRANSLATION, found.largest)
+    writer.write(DISTORTION.CHECK_RIGID_TRANSLATION, found.rigid_translation)
+    writer.write(DISTORTION.CHECK_RIGID_ROTATION, found.rigid_rotation)
     superposition = _superposition(unit, writer, found, rows)
     worst = int(found.largest.argmax())
     return DistortionSummary(
@@ -125,15 +124,19 @@ class _Reductions:
 
 def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reductions:
     """Write [D] area by area and piece by piece; what is held does not grow with the number of areas times grids."""
-    areas, load = unit.strings("/area/name"), unit.array("/area/load_K")
-    fit = RigidFit(unit.array("/grid/position"), unit.array("/mass/lumped"), unit.array("/mass/centre_of_gravity"))
-    source, turns = unit.dataset("/translation"), unit.dataset("/rotation")
+    areas, load = unit.strings(UNIT_LOADS.AREA_NAME), unit.array(UNIT_LOADS.AREA_LOAD_K)
+    fit = RigidFit(
+        unit.array(UNIT_LOADS.GRID_POSITION),
+        unit.array(UNIT_LOADS.MASS_LUMPED),
+        unit.array(UNIT_LOADS.MASS_CENTRE_OF_GRAVITY),
+    )
+    source, turns = unit.dataset(UNIT_LOADS.TRANSLATION), unit.dataset(UNIT_LOADS.ROTATION)
     count, n_nodes, _ = source.shape
     offset_nodes = lever_nodes_of(unit)
-    writer.write("/D/offset_node", offset_nodes)
+    writer.write(DISTORTION.D_OFFSET_NODE, offset_nodes)
     as_held = bool(np.all(load == 1.0))  # then nothing is divided, and single precision stays exact
-    target = writer.allocate("/D/translation", source.shape, single=as_held and source.single)
-    turning = writer.allocate("/D/rotation", (count, len(offset_nodes), 3))
+    target = writer.allocate(DISTORTION.D_TRANSLATION, source.shape, single=as_held and source.single)
+    turning = writer.allocate(DISTORTION.D_ROTATION, (count, len(offset_nodes), 3))
     optics, levers = SomeNodes(rows), SomeNodes(offset_nodes)
     moving, turned = np.zeros((2, len(offset_nodes)), dtype=bool)
     optical_t, optical_r = np.zeros((2, count, len(rows), 3))
@@ -182,7 +185,7 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
 def _check_turning(unit: Reader, rows: IntArray) -> None:
     """A lever needs the rotation of its grid; a grid that moves and never turns has none."""
     if rows.size:
-        ids = unit.array("/grid/id")[rows]
+        ids = unit.array(UNIT_LOADS.GRID_ID)[rows]
         shown = ", ".join(map(str, ids[:8])) + (" ..." if ids.size > 8 else "")
         raise PhysicsError(
             f"grids that carry offset masses or elements, but never rotate under any load: {shown}",
@@ -192,7 +195,7 @@ def _check_turning(unit: Reader, rows: IntArray) -> None:
 
 
 def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> None:
-    scale = plausible_translation(unit.array("/element/expansion"), unit.array("/grid/position"))
+    scale = plausible_translation(unit.array(UNIT_LOADS.ELEMENT_EXPANSION), unit.array(UNIT_LOADS.GRID_POSITION))
     still = [a for a, m in zip(areas, largest, strict=True) if m == 0]
     if still:
         raise PhysicsError(f"areas whose unit load moves nothing: {', '.join(still[:5])}", where=str(unit.path))
@@ -207,20 +210,20 @@ def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> Non
 
 def _superposition(unit: Reader, writer: Writer, found: _Reductions, rows: IntArray) -> float | None:
     """Write and judge what the areas' sum leaves of the uniform load: translations, and the rotations that are used."""
-    if not unit.has("/uniform/translation"):
+    if not unit.has(UNIT_LOADS.UNIFORM_TRANSLATION):
         return None
-    load = unit.number("/uniform/load_K")
-    uniform, turn = unit.array("/uniform/translation") / load, unit.array("/uniform/rotation") / load
+    load = unit.number(UNIT_LOADS.UNIFORM_LOAD_K)
+    uniform, turn = unit.array(UNIT_LOADS.UNIFORM_TRANSLATION) / load, unit.array(UNIT_LOADS.UNIFORM_ROTATION) / load
     optics = found.optical_rotation.sum(axis=0)
     translation = superposition_residual(found.total, uniform)
-    writer.write("/check/superposition_translation", translation)
-    writer.write("/check/superposition_optics", superposition_residual(optics, turn[rows]))
+    writer.write(DISTORTION.CHECK_SUPERPOSITION_TRANSLATION, translation)
+    writer.write(DISTORTION.CHECK_SUPERPOSITION_OPTICS, superposition_residual(optics, turn[rows]))
     size = found.size + np.linalg.norm(uniform, axis=1)
     _judge(unit, "translation", found.total - uniform, size, np.arange(len(size)), translation, 0.0)
     used = np.concatenate([rows, found.lever_rows])
     turned = np.concatenate([np.linalg.norm(found.optical_rotation, axis=2).sum(axis=0), found.turn_size])
     total = np.concatenate([optics, found.total_turn])
-    extent = float(np.ptp(unit.array("/grid/position"), axis=0).max())
+    extent = float(np.ptp(unit.array(UNIT_LOADS.GRID_POSITION), axis=0).max())
     turned += np.linalg.norm(turn[used], axis=1)
     if used.size:
         rotation = superposition_residual(total, turn[used])
@@ -237,7 +240,7 @@ def _judge(
     worst = int(excess.argmax())
     raise PhysicsError(
         f"the areas' unit loads sum to something else than the uniform load: the {what} of grid"
-        f" {unit.array('/grid/id')[rows[worst]]} is off by {np.linalg.norm(gap[worst]):.2g}"
+        f" {unit.array(UNIT_LOADS.GRID_ID)[rows[worst]]} is off by {np.linalg.norm(gap[worst]):.2g}"
         f" {'rad' if what == 'rotation' else 'm'}/K, {excess[worst]:.2g} times what single precision allows"
         f" ({(excess > 1.0).sum()} of {len(excess)} grids; relative difference {residual:.2g})",
         where=str(unit.path),

@@ -15,16 +15,17 @@ from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas,
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import UNIT_LOADS as KIND
+from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.blocks import PrecisionLossError
-from tedm_cli.files.build_folder import UNIT_LOADS, provenance
+from tedm_cli.files.build_folder import UNIT_LOADS_FILE, provenance
 from tedm_cli.files.store import Writer, create
 from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
 from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.fortran_records import require_records
+from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.plausible import is_mass_tensor
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
@@ -36,6 +37,8 @@ from tedm_cli.stages.model.masses import check_grids_outside, check_weight_table
 
 @dataclass(frozen=True)
 class IngestSummary:
+    """What was read. `coarsest`: the unit load whose step suffers most where a solver has temperatures of 4 bytes."""
+
     path: Path
     grids: int
     elements: int
@@ -44,6 +47,7 @@ class IngestSummary:
     has_uniform: bool
     partial: list[int]
     notes: list[str]
+    coarsest: UnitLoad
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
     centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
     table = area_attributes([a.label for a in areas], centroids, config.areas, where=str(project.model))
-    out = out_path(project, UNIT_LOADS, output)
+    out = out_path(project, UNIT_LOADS_FILE, output)
     links = rigid_links(model, geometry)
 
     def motions() -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
@@ -91,14 +95,14 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
             yield load, t, r
 
     def write(single: bool) -> None:
-        with create(out, KIND, trace) as writer:
+        with create(out, UNIT_LOADS, trace) as writer:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
             _write_areas(writer, geometry, areas, centroids)
-            writer.write("/area/name", table.name)
-            writer.write("/area/group", table.group)
-            writer.write("/area/shield", table.shield)
-            writer.write("/area/side", table.side)
+            writer.write(UNIT_LOADS.AREA_NAME, table.name)
+            writer.write(UNIT_LOADS.AREA_GROUP, table.group)
+            writer.write(UNIT_LOADS.AREA_SHIELD, table.shield)
+            writer.write(UNIT_LOADS.AREA_SIDE, table.side)
             write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
 
     try:
@@ -114,6 +118,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         loads.uniform is not None,
         geometry.elements.partial,
         passed_over(model),
+        max(wanted, key=lambda load: load.single_error),
     )
 
 
@@ -127,15 +132,15 @@ def write_motions(
 ) -> None:
     """Write the displacements of one subcase after the other, in whatever order the results hold them."""
     shape = (len(loads.areas), n_nodes, 3)
-    translation = writer.allocate("/translation", shape, single=single)
-    rotation = writer.allocate("/rotation", shape, single=single)
+    translation = writer.allocate(UNIT_LOADS.TRANSLATION, shape, single=single)
+    rotation = writer.allocate(UNIT_LOADS.ROTATION, shape, single=single)
     number = {a.label: i for i, a in enumerate(loads.areas)}
     count = len(loads.areas) + (loads.uniform is not None)
     for done, (load, t, r) in enumerate(motions, start=1):
         if load is loads.uniform:
-            writer.write("/uniform/translation", t, single=single)
-            writer.write("/uniform/rotation", r, single=single)
-            writer.write("/uniform/load_K", load.load_K)
+            writer.write(UNIT_LOADS.UNIFORM_TRANSLATION, t, single=single)
+            writer.write(UNIT_LOADS.UNIFORM_ROTATION, r, single=single)
+            writer.write(UNIT_LOADS.UNIFORM_LOAD_K, load.load_K)
         else:
             translation[number[load.label]], rotation[number[load.label]] = t, r
         step(done, count, "reading displacements")
@@ -147,7 +152,7 @@ def _masses(
     """Geometry and masses, checked against pyNastran and the solver, and then without the test masses' own parts."""
     whole = model_geometry(model, files)
     sample = check_sample(model, whole)
-    wtmass = float(model.params["WTMASS"].values[0]) if "WTMASS" in model.params else 1.0
+    wtmass = number_parameter(model, "WTMASS", 1.0, str(files[0]))
     tables = check_weight_tables(results, whole, wtmass)
     geometry, removed = without_test_masses(whole, config, where)
     properties = properties_of(geometry)
@@ -181,37 +186,37 @@ def _check_subcase_table(table: Mapping[str, int], labels: Sequence[str], *, whe
 
 def _write_geometry(writer: Writer, geometry: ModelGeometry) -> None:
     e = geometry.elements
-    writer.write("/grid/id", geometry.grid_id)
-    writer.write("/grid/position", geometry.position_m)
-    writer.write("/element/id", e.id)
-    writer.write("/element/type", e.type)
-    writer.write("/element/property_id", e.property_id)
-    writer.write("/element/node_offset", e.node_offset)
-    writer.write("/element/node_index", e.node_index)
-    writer.write("/element/lever", e.lever)
-    writer.write("/element/weight", e.weight)
-    writer.write("/element/mass", e.mass_kg)
-    writer.write("/element/density", e.density)
-    writer.write("/element/expansion", e.expansion)
-    writer.write("/element/section", e.section)
+    writer.write(UNIT_LOADS.GRID_ID, geometry.grid_id)
+    writer.write(UNIT_LOADS.GRID_POSITION, geometry.position_m)
+    writer.write(UNIT_LOADS.ELEMENT_ID, e.id)
+    writer.write(UNIT_LOADS.ELEMENT_TYPE, e.type)
+    writer.write(UNIT_LOADS.ELEMENT_PROPERTY_ID, e.property_id)
+    writer.write(UNIT_LOADS.ELEMENT_NODE_OFFSET, e.node_offset)
+    writer.write(UNIT_LOADS.ELEMENT_NODE_INDEX, e.node_index)
+    writer.write(UNIT_LOADS.ELEMENT_LEVER, e.lever)
+    writer.write(UNIT_LOADS.ELEMENT_WEIGHT, e.weight)
+    writer.write(UNIT_LOADS.ELEMENT_MASS, e.mass_kg)
+    writer.write(UNIT_LOADS.ELEMENT_DENSITY, e.density)
+    writer.write(UNIT_LOADS.ELEMENT_EXPANSION, e.expansion)
+    writer.write(UNIT_LOADS.ELEMENT_SECTION, e.section)
 
 
 def _write_masses(writer: Writer, geometry: ModelGeometry, properties: MassProperties) -> None:
-    writer.write("/mass/lumped", geometry.lumped_kg)
-    writer.write("/mass/concentrated_card", geometry.concentrated.card)
-    writer.write("/mass/concentrated_id", geometry.concentrated.id)
-    writer.write("/mass/concentrated", geometry.concentrated.kg)
-    writer.write("/mass/concentrated_node", geometry.concentrated.node)
-    writer.write("/mass/concentrated_lever", geometry.concentrated.lever)
-    writer.write("/mass/total", properties.mass_kg)
-    writer.write("/mass/centre_of_gravity", properties.centre_m)
-    writer.write("/mass/inertia", properties.inertia_kg_m2)
+    writer.write(UNIT_LOADS.MASS_LUMPED, geometry.lumped_kg)
+    writer.write(UNIT_LOADS.MASS_CONCENTRATED_CARD, geometry.concentrated.card)
+    writer.write(UNIT_LOADS.MASS_CONCENTRATED_ID, geometry.concentrated.id)
+    writer.write(UNIT_LOADS.MASS_CONCENTRATED, geometry.concentrated.kg)
+    writer.write(UNIT_LOADS.MASS_CONCENTRATED_NODE, geometry.concentrated.node)
+    writer.write(UNIT_LOADS.MASS_CONCENTRATED_LEVER, geometry.concentrated.lever)
+    writer.write(UNIT_LOADS.MASS_TOTAL, properties.mass_kg)
+    writer.write(UNIT_LOADS.MASS_CENTRE_OF_GRAVITY, properties.centre_m)
+    writer.write(UNIT_LOADS.MASS_INERTIA, properties.inertia_kg_m2)
 
 
 def _write_areas(writer: Writer, geometry: ModelGeometry, areas: Sequence[UnitLoad], centroids: FloatArray) -> None:
-    writer.write("/area/id", [a.subcase for a in areas])
-    writer.write("/area/load_K", [a.load_K for a in areas])
-    writer.write("/area/mass", [geometry.lumped_kg[a.rows].sum() for a in areas])
-    writer.write("/area/centroid", centroids)
-    writer.write("/area/node_offset", np.cumsum([0, *(len(a.rows) for a in areas)]))
-    writer.write("/area/node_index", np.concatenate([a.rows for a in areas]))
+    writer.write(UNIT_LOADS.AREA_ID, [a.subcase for a in areas])
+    writer.write(UNIT_LOADS.AREA_LOAD_K, [a.load_K for a in areas])
+    writer.write(UNIT_LOADS.AREA_MASS, [geometry.lumped_kg[a.rows].sum() for a in areas])
+    writer.write(UNIT_LOADS.AREA_CENTROID, centroids)
+    writer.write(UNIT_LOADS.AREA_NODE_OFFSET, np.cumsum([0, *(len(a.rows) for a in areas)]))
+    writer.write(UNIT_LOADS.AREA_NODE_INDEX, np.concatenate([a.rows for a in areas]))

@@ -11,10 +11,12 @@ from pathlib import Path
 from tedm_cli.config.model import ModelTable, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
+from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import SolidBlock
+from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.op2.writer import write_op2
-from tedm_cli.nastran.reading import passed_over, read_deck
+from tedm_cli.nastran.reading import cross_reference, passed_over, read_deck
 from tedm_cli.nastran.run import run_nastran
 from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.progress import Step
@@ -31,6 +33,7 @@ class SolveReport:
     others : number of bars, rods, CQUAD4 and CTRIA3.
     bending_change : relative change of the displacements if all linear hexahedra and pentahedra had bubble functions;
         None where they all have them.
+    drilling_change : how far a larger K6ROT would move the grids; None without shells, or with K6ROT of zero.
     linear_tetrahedra : number of tetrahedra of four grids.
     peak_bytes : largest memory that the process has held.
     notes : what of the deck was not read.
@@ -41,6 +44,7 @@ class SolveReport:
     others: dict[str, int]
     n_cases: int
     bending_change: float | None
+    drilling_change: DrillingChange | None
     linear_tetrahedra: int
     peak_bytes: int
     static: StaticReport
@@ -61,12 +65,17 @@ def solve_deck(
     Raises
     ------
     InputError
-        If the deck cannot be read or holds what the solver does not model.
+        If the deck cannot be read, holds what the solver does not model, or is one whose results `ingest` would refuse
+        for its units or masses.
     PhysicsError
         If the structure is not held or the solution is not accurate.
     """
     model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata)
+    notes = passed_over(model)
     structure, cases = solver_structure(model, deck)
+    cross_reference(model, deck)
+    model_geometry(model, [deck])  # a wrong unit is said before anything is solved
+    del model
     labels = {case.id: case.label for case in cases}
     solution = StaticSolution(structure, progress=progress)
     motions = solution.solve(cases)
@@ -87,10 +96,11 @@ def solve_deck(
         },
         n_cases=len(cases),
         bending_change=solution.bending_change(),
+        drilling_change=solution.drilling_change(),
         linear_tetrahedra=solids.get("CTETRA4", 0),
         peak_bytes=_peak_bytes(),
         static=solution.report,
-        notes=passed_over(model),
+        notes=notes,
     )
 
 
@@ -126,6 +136,8 @@ def solve_elsewhere(
     The OP2 and the number of its subcases. Raises what `solve` and `run_nastran` do.
     """
     deck, out, table = _deck_and_op2(project, output)
+    model = read_deck(deck, allow_missing_enddata=table.allow_missing_enddata)
+    model_geometry(model, [deck])  # a wrong unit is said before anything is solved
     return out, run_nastran(command, deck, out, say, allow_missing_enddata=table.allow_missing_enddata)
 
 

@@ -5,20 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tedm_cli.config.cases import load_cases
+from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
-from tedm_cli.contracts import CASE as KIND
+from tedm_cli.contracts import CASE
 from tedm_cli.errors import ConfigError, InputError, TedmError
-from tedm_cli.files.build_folder import OPTICS, SENSITIVITY, case_file_name, provenance
+from tedm_cli.files.build_folder import OPTICS_FILE, SENSITIVITY_FILE, case_file_name, provenance
 from tedm_cli.files.store import create
-from tedm_cli.noise.case_run import CaseResult, run_case
-from tedm_cli.noise.correlation import correlation
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.case_run import CaseResult, judged_outputs, run_case
+from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.stages.noise.log_spectrum import require_speckit
-from tedm_cli.stages.noise.realisation import realise_case, write_realisation
+from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
+
+_REFUSED_TOO = "; refused too: "
 
 
 def run_cases(
@@ -26,53 +29,71 @@ def run_cases(
     case_ids: Sequence[str],
     output: Path | None,
     step: Step,
-    done: Callable[[Path, CaseResult], None] = lambda path, result: None,
+    done: Callable[[Path, CaseResult, Realised | None], None] = lambda path, result, realised: None,
+    tell: Callable[[TedmError], None] = lambda error: None,
 ) -> None:
-    """Run the cases and write one file each; `done` is told of each.
+    """Run the cases and write one file each; `done` is told of each, with its realisation where one is asked for.
 
-    A case that does not fit the model does not keep the others from being run: what it raises is raised at the end.
+    All are held against the model before the first is run. Those that do not fit keep no other from being run: `tell`
+    is told of all their problems at once, before, and the same is raised at the end.
     """
     file, config = load_cases(project.cases)
     if config.realisation is not None and config.realisation.spectrum == "log":
         require_speckit()
-    sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
+    sources = [project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE]
     criteria = config.criteria()
     outputs = read_outputs(*sources).with_differences(criteria.requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
-    refused: dict[str, TedmError] = {}
-    for number, case_id in enumerate(case_ids, start=1):
-        step(number - 1, len(case_ids), "running cases")
-        try:
-            case = config.case(case_id, where=str(project.cases))
-            correlation(case, outputs.areas)
-        except TedmError as error:
-            refused[case_id] = error
-            continue
-        try:
-            result = run_case(case, outputs, temperature, frequency, criteria)
-        except ConfigError as error:  # of the requirements, which are the same for every case
-            raise ConfigError(error.problems, where=str(project.cases)) from error
+    try:  # what is wrong with requirements is wrong in every case
+        judged_outputs(criteria, outputs, frequency)
+    except ConfigError as error:
+        raise ConfigError(error.problems, where=str(project.cases)) from error
+    fitting, refused = _checked(config, case_ids, outputs.areas, project.cases)
+    known = len(refused)
+    problem = _together(refused, project.cases) if refused else None
+    if problem is not None and fitting:
+        tell(problem)
+    for number, (case, found) in enumerate(fitting):
+        step(number, len(fitting), "running cases")
+        result = run_case(case, outputs, temperature, frequency, criteria, found)
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
             realised = realise_case(result, config, step, path.parent)
         except InputError as error:
-            refused[case_id] = error
+            refused[case.id] = error
             continue
         matrix = config.case_table(case.id).matrix
         inputs = [*sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
-        with create(path, KIND, provenance([file], inputs)) as writer:
+        with create(path, CASE, provenance([file], inputs)) as writer:
             write_case(writer, result, outputs.area_id, [r.requirement for r in criteria.requirements])
             if realised is not None:
                 write_realisation(writer, realised)
-        done(path, result)
-    step(len(case_ids), len(case_ids), "running cases")
-    if refused:
-        raise _together(refused, project.cases)
+        done(path, result, realised)
+    step(len(fitting), len(fitting), "running cases")
+    if len(refused) > known:
+        problem = _together(refused, project.cases)
+    if problem is not None:
+        raise problem
+
+
+def _checked(
+    config: CasesConfig, case_ids: Sequence[str], areas: AreaTable, where: Path
+) -> tuple[list[tuple[CorrelationCase, Correlation]], dict[str, TedmError]]:
+    """The cases that fit the model with their correlations, and what is wrong with each of the others, by id."""
+    fitting: list[tuple[CorrelationCase, Correlation]] = []
+    refused: dict[str, TedmError] = {}
+    for case_id in case_ids:
+        try:
+            case = config.case(case_id, where=str(where))
+            fitting.append((case, correlation(case, areas)))
+        except TedmError as error:
+            refused[case_id] = error
+    return fitting, refused
 
 
 def _together(refused: dict[str, TedmError], where: Path) -> TedmError:
-    """One error for all cases that were refused: every problem of a configuration, else the first error."""
+    """One error for all cases that were refused: all problems of a configuration, or the first error and the rest."""
     first, *others = refused.values()
     if not others:
         return first
@@ -80,5 +101,7 @@ def _together(refused: dict[str, TedmError], where: Path) -> TedmError:
     if len(configuration) == len(refused):
         problems = [(f"case {i}: {path}", fact) for i, e in configuration.items() for path, fact in e.problems]
         return ConfigError(problems, where=str(where))
-    first.hint = f"{first.hint}; refused too: case {', '.join(list(refused)[1:])}".removeprefix("; ")
+    more = "; ".join(f"case {i}: {' '.join(str(e).split())}" for i, e in list(refused.items())[1:])
+    own = first.hint.split(_REFUSED_TOO)[0]
+    first.hint = f"{own}{_REFUSED_TOO}{more}" if own else f"{_REFUSED_TOO}{more}".removeprefix("; ")
     return first

@@ -13,7 +13,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
-from tedm_cli.files.store import Writer, open_checked
+from tedm_cli.files.store import Writer
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.realisation import expected_psd, output_blocks, realise, resolved
@@ -99,31 +99,11 @@ def _log(
 
 def write_realisation(writer: Writer, r: Realised) -> None:
     """Put it into a case file."""
-    writer.write("/realisation/frequency", r.estimate.frequency_hz)
-    writer.write("/realisation/psd", r.estimate.psd, units="see /output/unit, squared per Hz")
-    writer.write("/realisation/exact", r.exact, units="see /output/unit, squared per Hz")
-    writer.write("/realisation/degrees_of_freedom", r.estimate.degrees_of_freedom)
-    writer.write("/realisation/method", r.method)
-    writer.write("/realisation/rate", r.rate_hz)
-    writer.write("/realisation/samples", r.samples)
-    writer.write("/realisation/seed", r.seed)
-
-
-def read_realisation(path: Path) -> Realised | None:
-    """The realisation in a case file, None when it has none."""
-    with open_checked(path, CASE) as file:
-        if not file.has("/realisation/psd"):
-            return None
-        estimate = Estimate(
-            file.array("/realisation/frequency"),
-            file.array("/realisation/psd"),
-            file.array("/realisation/degrees_of_freedom"),
-        )
-        return Realised(
-            estimate,
-            file.array("/realisation/exact"),
-            file.number("/realisation/rate"),
-            int(file.number("/realisation/samples")),
-            int(file.number("/realisation/seed")),
-            file.string("/realisation/method") if file.has("/realisation/method") else "welch",
-        )
+    writer.write(CASE.REALISATION_FREQUENCY, r.estimate.frequency_hz)
+    writer.write(CASE.REALISATION_PSD, r.estimate.psd, units="see /output/unit, squared per Hz")
+    writer.write(CASE.REALISATION_EXACT, r.exact, units="see /output/unit, squared per Hz")
+    writer.write(CASE.REALISATION_DEGREES_OF_FREEDOM, r.estimate.degrees_of_freedom)
+    writer.write(CASE.REALISATION_METHOD, r.method)
+    writer.write(CASE.REALISATION_RATE, r.rate_hz)
+    writer.write(CASE.REALISATION_SAMPLES, r.samples)
+    writer.write(CASE.REALISATION_SEED, r.seed)

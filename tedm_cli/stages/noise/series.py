@@ -21,18 +21,19 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
-from tedm_cli.contracts import SERIES as KIND
+from tedm_cli.contracts import SERIES
 from tedm_cli.errors import ConfigError, InputError, TedmError, UsageError
-from tedm_cli.files.build_folder import OPTICS, SENSITIVITY, provenance, series_file_name
+from tedm_cli.files.build_folder import OPTICS_FILE, SENSITIVITY_FILE, provenance, series_file_name
 from tedm_cli.files.store import Writer, create
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import judged_outputs
 from tedm_cli.noise.columns import columns_of_areas
-from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler
+from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler, pieces
 from tedm_cli.noise.series import SeriesVerdict, Trend, judge_estimate, rows_by_column
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
+from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
 from tedm_cli.results.areas import write_areas
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.stages.noise.log_spectrum import log_estimate, require_speckit
@@ -99,6 +100,10 @@ def select_series(project: Project, wanted: Sequence[str]) -> list[str]:
     _, config = load_cases(project.cases)
     names = [table.name for table in config.series]
     if list(wanted) == ["all"]:
+        if not names:
+            raise UsageError(
+                "describes no time series", where=str(project.cases), hint="describe them in tables [[series]]"
+            )
         wanted = names
     for name in wanted:
         if name not in names:
@@ -123,7 +128,7 @@ def run_series(
     A series that is refused does not keep the others from being run: the first refusal is raised at the end.
     """
     file, config = load_cases(project.cases)
-    sources = [project.build_dir / SENSITIVITY, project.build_dir / OPTICS]
+    sources = [project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE]
     outputs = read_outputs(*sources).with_differences(config.applied_requirements())
     try:
         judged_outputs(config.criteria(), outputs, config.frequency_hz())
@@ -140,7 +145,7 @@ def run_series(
             path.parent.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=path.parent) as scratch:
                 sampled = _sample(source, table, outputs, f"{project.cases}: series {table.name}", scratch)
-                with create(path, KIND, trace) as writer:
+                with create(path, SERIES, trace) as writer:
                     result = _finish(writer, path, source, sampled, table, outputs, config)
         except TedmError as error:
             refused[table.name] = error
@@ -157,7 +162,7 @@ def run_series(
 def _sample(source: Path, table: SeriesTable, outputs: ModelOutputs, where: str, scratch: IO[bytes]) -> _Sampled:
     """Read, check, propagate and resample the series of a table."""
     moving = ~_constant(table, outputs.areas, where)
-    with open_wide(source, "time_s") as wide:
+    with open_wide(source, "time_s", TIME_STAMP, TEMPERATURE) as wide:
         index = columns_of_areas(wide.columns, outputs.areas, moving, where=str(source))
         rows = rows_by_column(outputs.rows, index, wide.columns)
         stamps = Stamps(wide.place, regular=table.method != "linear", max_gap_s=table.max_gap_s)
@@ -166,9 +171,10 @@ def _sample(source: Path, table: SeriesTable, outputs: ModelOutputs, where: str,
         for time, values in _propagated(wide, stamps, rows, table.remove):
             if table.resample_s is not None and resampler is None:
                 resampler = _resampler(table, stamps, len(time), str(source))
-            made = values if resampler is None else resampler.push(time, values)
-            trend.add(made)
-            scratch.write(np.ascontiguousarray(made).tobytes())
+            for some, part in pieces(time, values, stamps.first_s, table.resample_s, where):
+                made = part if resampler is None else resampler.push(some, part)
+                trend.add(made)
+                scratch.write(np.ascontiguousarray(made).tobytes())
     if trend.count < 2:
         raise InputError(f"{stamps.count} rows make {trend.count} samples; that is no series", where=str(source))
     step = table.resample_s if table.resample_s is not None else stamps.mean_step_s
@@ -235,17 +241,19 @@ def _finish(
     n, rate = sampled.samples, 1.0 / sampled.step_s
     units = list(outputs.units)
     lowest = table.lowest_hz if table.lowest_hz is not None else config.lowest_band_hz()
-    welch = Welch(sampled.n_out, rate, segment_length(rate, lowest)) if table.spectrum == "welch" else None
-    if welch is not None and n < welch.segment:
+    segment = segment_length(rate, lowest)
+    if table.spectrum == "welch" and n < segment:
         raise InputError(
             f"{n:,} samples of {sampled.step_s:.6g} s ({n / rate:.6g} s) are too few for a spectrum from {lowest:g} Hz,"
-            f" which takes {welch.segment:,}",
+            f" which takes {segment:,}",
             where=str(source),
-            hint=f"take a longer series, or lowest_hz = {lowest * welch.segment / n * 1.01:.2g} or more",
+            hint=f"take a longer series, or lowest_hz = {lowest * segment / n * 1.01:.2g} or more",
         )
-    time = writer.allocate("/time", (n,))
+    welch = Welch(sampled.n_out, rate, segment) if table.spectrum == "welch" else None
+    time = writer.allocate(SERIES.TIME, (n,))
     series = [
-        writer.allocate(f"/series/{label}", (n,), units=unit) for label, unit in zip(outputs.labels, units, strict=True)
+        writer.allocate(SERIES.SERIES.of(label), (n,), units=unit)
+        for label, unit in zip(outputs.labels, units, strict=True)
     ]
     square, peak = np.zeros(sampled.n_out), np.zeros(sampled.n_out)
     for first, block in sampled.blocks(table.remove):
@@ -307,24 +315,24 @@ def _treatment(table: SeriesTable) -> str:
 
 def _write(writer: Writer, r: SeriesResult, outputs: ModelOutputs, column: list[str]) -> None:
     write_areas(writer, outputs.areas, outputs.area_id)
-    writer.write("/temperature/column", column)
-    writer.write("/temperature/source", f"{r.name}: {r.source.name}")
-    writer.write("/temperature/treatment", r.treatment)
-    writer.write("/output/label", r.labels)
-    writer.write("/output/unit", r.units)
-    writer.write("/output/kind", outputs.kinds)
-    writer.write("/output/rms", r.rms, units="see /output/unit")
-    writer.write("/output/peak", r.peak, units="see /output/unit")
-    writer.write("/frequency", r.estimate.frequency_hz)
-    writer.write("/degrees_of_freedom", r.estimate.degrees_of_freedom)
+    writer.write(SERIES.TEMPERATURE_COLUMN, column)
+    writer.write(SERIES.TEMPERATURE_SOURCE, f"{r.name}: {r.source.name}")
+    writer.write(SERIES.TEMPERATURE_TREATMENT, r.treatment)
+    writer.write(SERIES.OUTPUT_LABEL, r.labels)
+    writer.write(SERIES.OUTPUT_UNIT, r.units)
+    writer.write(SERIES.OUTPUT_KIND, outputs.kinds)
+    writer.write(SERIES.OUTPUT_RMS, r.rms, units="see /output/unit")
+    writer.write(SERIES.OUTPUT_PEAK, r.peak, units="see /output/unit")
+    writer.write(SERIES.FREQUENCY, r.estimate.frequency_hz)
+    writer.write(SERIES.DEGREES_OF_FREEDOM, r.estimate.degrees_of_freedom)
     for o, (label, unit) in enumerate(zip(r.labels, r.units, strict=True)):
-        writer.write(f"/psd/{label}", r.estimate.psd[o], units=f"({unit})^2/Hz")
+        writer.write(SERIES.PSD.of(label), r.estimate.psd[o], units=f"({unit})^2/Hz")
     worst = [v.worst for v in r.verdicts]
-    writer.write("/verdict/safety_factor", r.safety_factor)
-    writer.write("/verdict/requirement", [v.requirement for v in worst])
-    writer.write("/verdict/output", [v.output for v in worst])
-    writer.write("/verdict/ratio", [v.ratio for v in worst])
-    writer.write("/verdict/binding_frequency", [v.binding_hz for v in worst])
-    writer.write("/verdict/passed", [int(v.passed) for v in worst])
-    writer.write("/verdict/band_rms", [v.band_rms for v in r.verdicts], units="unit of the output")
-    writer.write("/verdict/band_limit", [v.band_limit for v in r.verdicts], units="unit of the output")
+    writer.write(SERIES.VERDICT_SAFETY_FACTOR, r.safety_factor)
+    writer.write(SERIES.VERDICT_REQUIREMENT, [v.requirement for v in worst])
+    writer.write(SERIES.VERDICT_OUTPUT, [v.output for v in worst])
+    writer.write(SERIES.VERDICT_RATIO, [v.ratio for v in worst])
+    writer.write(SERIES.VERDICT_BINDING_FREQUENCY, [v.binding_hz for v in worst])
+    writer.write(SERIES.VERDICT_PASSED, [int(v.passed) for v in worst])
+    writer.write(SERIES.VERDICT_BAND_RMS, [v.band_rms for v in r.verdicts], units="unit of the output")
+    writer.write(SERIES.VERDICT_BAND_LIMIT, [v.band_limit for v in r.verdicts], units="unit of the output")

@@ -9,10 +9,9 @@ import numpy as np
 
 from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import DISTORTION as DISTORTION_KIND
-from tedm_cli.contracts import OPTICS as KIND
+from tedm_cli.contracts import DISTORTION, OPTICS
 from tedm_cli.errors import InputError
-from tedm_cli.files.build_folder import DISTORTION, OPTICS, provenance
+from tedm_cli.files.build_folder import DISTORTION_FILE, OPTICS_FILE, provenance
 from tedm_cli.files.store import create, open_checked
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.expansion import face_motion
@@ -45,11 +44,11 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
     layout = config.layout
     findings = check_layout(layout) if layout.has_geometry else ()
     refuse_failures(findings, project.optics)
-    source = project.build_dir / DISTORTION
-    out = out_path(project, OPTICS, output)
+    source = project.build_dir / DISTORTION_FILE
+    out = out_path(project, OPTICS_FILE, output)
     with (
-        open_checked(source, DISTORTION_KIND) as distortion,
-        create(out, KIND, provenance([config.file], [source, *config.matrices])) as writer,
+        open_checked(source, DISTORTION) as distortion,
+        create(out, OPTICS, provenance([config.file], [source, *config.matrices])) as writer,
     ):
         names = [e.name for e in layout.bench]
         bench = read_bench_motion(distortion)
@@ -62,7 +61,7 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         position = bench.position_m
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged
-        face = face_motion(layout, distortion.strings("/area/name"))
+        face = face_motion(layout, distortion.strings(DISTORTION.AREA_NAME))
         chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
@@ -72,42 +71,42 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
             laser_labels(layout),
             read_out_labels(layout),
         )
-        writer.write("/S_BW", matrix, units="m or rad per m or rad, see /label")
-        writer.write("/P", chain.P, units="m or rad per m or rad, see /label")
-        writer.write("/O_ideal", chain.O_ideal, units="m or rad per m or rad, see /label")
-        writer.write("/D", chain.D, units="m/K or rad/K, see /label/laser_output_unit")
-        writer.write("/motion", chain.motion, units="m/K or rad/K, see /label/element_dof")
-        writer.write("/rigid_motion", chain.rigid.motion, units="m/K or rad/K, see /label/element_dof")
-        writer.write("/common_mode/motion", chain.rigid.amplitude, units="m/K (three), rad/K (three)")
-        writer.write("/common_mode/about", chain.rigid.about)
+        writer.write(OPTICS.S_BW, matrix, units="m or rad per m or rad, see /label")
+        writer.write(OPTICS.P, chain.P, units="m or rad per m or rad, see /label")
+        writer.write(OPTICS.O_IDEAL, chain.O_ideal, units="m or rad per m or rad, see /label")
+        writer.write(OPTICS.D, chain.D, units="m/K or rad/K, see /label/laser_output_unit")
+        writer.write(OPTICS.MOTION, chain.motion, units="m/K or rad/K, see /label/element_dof")
+        writer.write(OPTICS.RIGID_MOTION, chain.rigid.motion, units="m/K or rad/K, see /label/element_dof")
+        writer.write(OPTICS.COMMON_MODE_MOTION, chain.rigid.amplitude, units="m/K (three), rad/K (three)")
+        writer.write(OPTICS.COMMON_MODE_ABOUT, chain.rigid.about)
         per_kelvin = "m/K or rad/K, see /label/read_out_unit"
         for read in chain.sets:
-            writer.write(f"/N/{read.name}", read.N, units=per_kelvin)
-            writer.write(f"/N_rigid/{read.name}", read.N_rigid, units=per_kelvin)
-            writer.write(f"/N_distortion/{read.name}", read.N_distortion, units=per_kelvin)
-            writer.write(f"/inverse/{read.name}", read.inverse, units="m or rad per m or rad, see /label")
-            writer.write(f"/gain/{read.name}", read.gain, units="m or rad per m or rad, see /label")
-        writer.write("/label/ray_output", outputs.names)
-        writer.write("/label/ray_output_unit", outputs.units)
-        writer.write("/label/element_dof", inputs.names)
-        writer.write("/label/laser_output", laser.names)
-        writer.write("/label/laser_output_unit", laser.units)
-        writer.write("/label/test_mass_dof", input_labels(layout, layout.test_masses).names)
-        writer.write("/label/read_out", read_out.names)
-        writer.write("/label/read_out_unit", read_out.units)
-        writer.write("/set/name", [read.name for read in chain.sets])
-        writer.write("/set/condition", [read.law.condition for read in chain.sets])
-        writer.write("/rank", chain.rank)
-        writer.write("/singular_values", chain.singular_values)
-        writer.write("/residual/name", [j.name for j in judged])
-        writer.write("/residual/value", [j.value for j in judged])
-        writer.write("/residual/limit", [j.limit for j in judged])
-        writer.write("/origin/S_BW", matrices.origins[0])
-        writer.write("/origin/P", matrices.origins[1])
-        writer.write("/element/name", [e.name for e in layout.elements])
-        writer.write("/element/pivot", layout.pivots_m(position))
-        writer.write("/optical/name", names)
-        writer.write("/reference_point_offset", offsets)
+            writer.write(OPTICS.N.of(read.name), read.N, units=per_kelvin)
+            writer.write(OPTICS.N_RIGID.of(read.name), read.N_rigid, units=per_kelvin)
+            writer.write(OPTICS.N_DISTORTION.of(read.name), read.N_distortion, units=per_kelvin)
+            writer.write(OPTICS.INVERSE.of(read.name), read.inverse, units="m or rad per m or rad, see /label")
+            writer.write(OPTICS.GAIN.of(read.name), read.gain, units="m or rad per m or rad, see /label")
+        writer.write(OPTICS.LABEL_RAY_OUTPUT, outputs.names)
+        writer.write(OPTICS.LABEL_RAY_OUTPUT_UNIT, outputs.units)
+        writer.write(OPTICS.LABEL_ELEMENT_DOF, inputs.names)
+        writer.write(OPTICS.LABEL_LASER_OUTPUT, laser.names)
+        writer.write(OPTICS.LABEL_LASER_OUTPUT_UNIT, laser.units)
+        writer.write(OPTICS.LABEL_TEST_MASS_DOF, input_labels(layout, layout.test_masses).names)
+        writer.write(OPTICS.LABEL_READ_OUT, read_out.names)
+        writer.write(OPTICS.LABEL_READ_OUT_UNIT, read_out.units)
+        writer.write(OPTICS.SET_NAME, [read.name for read in chain.sets])
+        writer.write(OPTICS.SET_CONDITION, [read.law.condition for read in chain.sets])
+        writer.write(OPTICS.RANK, chain.rank)
+        writer.write(OPTICS.SINGULAR_VALUES, chain.singular_values)
+        writer.write(OPTICS.RESIDUAL_NAME, [j.name for j in judged])
+        writer.write(OPTICS.RESIDUAL_VALUE, [j.value for j in judged])
+        writer.write(OPTICS.RESIDUAL_LIMIT, [j.limit for j in judged])
+        writer.write(OPTICS.ORIGIN_S_BW, matrices.origins[0])
+        writer.write(OPTICS.ORIGIN_P, matrices.origins[1])
+        writer.write(OPTICS.ELEMENT_NAME, [e.name for e in layout.elements])
+        writer.write(OPTICS.ELEMENT_PIVOT, layout.pivots_m(position))
+        writer.write(OPTICS.OPTICAL_NAME, names)
+        writer.write(OPTICS.REFERENCE_POINT_OFFSET, offsets)
     return OpticsSummary(
         out,
         (matrix.shape[0], matrix.shape[1]),

@@ -10,9 +10,9 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import OPTICS as KIND
+from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
-from tedm_cli.files.build_folder import OPTICS
+from tedm_cli.files.build_folder import OPTICS_FILE
 from tedm_cli.files.store import open_checked
 from tedm_cli.optics.shares import SetComparison, beam_terms, compare_sets, motion_terms, shares
 from tedm_cli.results.areas import read_areas
@@ -86,8 +86,8 @@ def explain(
     ------
     UsageError : there is no such read-out, set or area; what there is, is listed.
     """
-    path = project.build_dir / OPTICS
-    with open_checked(path, KIND) as file:
+    path = project.build_dir / OPTICS_FILE
+    with open_checked(path, OPTICS) as file:
         r, condition = read_read_outs(file), read_quality(file).condition
         sets, names = r.sets, r.label
         chosen = known_name("set", set_name, sets) if set_name is not None else sets[0]

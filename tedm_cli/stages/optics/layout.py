@@ -20,13 +20,19 @@ class LayoutReport:
     layout: OpticalLayout
     findings: tuple[Finding, ...]
 
+    @property
+    def without_grid(self) -> list[str]:
+        """Elements of the bench that no grid carries yet."""
+        return [e.name for e in self.layout.bench if e.grid is None]
+
 
 def inspect_layout(project: Project) -> LayoutReport:
     """Check the project's layout; nothing is raised for what fails, see `refuse_failures`.
 
-    A layout without geometry, whose S_BW is imported, has nothing to be checked.
+    A layout without geometry, whose S_BW is imported, has nothing to be checked. Grids may be missing: the bench is
+    often designed before the finite-element model.
     """
-    _, layout = load_layout(project.optics)
+    _, layout = load_layout(project.optics, needs_grids=False)
     return LayoutReport(project.optics, layout, check_layout(layout) if layout.has_geometry else ())
 
 

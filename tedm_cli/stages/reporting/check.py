@@ -8,7 +8,7 @@ from typing import Any
 
 from tedm_cli import __version__
 from tedm_cli.errors import InputError
-from tedm_cli.files.provenance import sha256_of
+from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import kind_of, open_checked
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from tedm_cli.contracts import OPTICS
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
@@ -96,7 +97,7 @@ def bench(layout: OpticalLayout) -> Figure:
 def optical_sensitivity(layout: OpticalLayout, optics: Reader) -> Figure:
     from tedm_cli.figures.heat_maps import sensitivity_map
 
-    return sensitivity_map(layout, optics.array("/S_BW"))
+    return sensitivity_map(layout, optics.array(OPTICS.S_BW))
 
 
 def read_out_by_area(optics: Reader, areas: AreaTable) -> Figure:

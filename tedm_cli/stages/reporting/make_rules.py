@@ -1,7 +1,13 @@
-"""make-rules: what Make has to know of a project, so that it rebuilds what depends on a change and nothing else."""
+"""make-rules: what Make has to know of a project, so that it rebuilds what depends on a change and nothing else.
+
+Make splits names at blanks, expands `$`, and reads `#`, `%`, `:` and others as its own signs, some of them twice on
+their way from a variable to a rule; there is no way to write them all. So names with such signs are refused.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from tedm_cli.areas.configured import area_csv
@@ -11,38 +17,69 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_tables import table_paths
+from tedm_cli.errors import ConfigError
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import replacing
 
+_PLAIN = re.compile(r"[\w./+,@^-]*")  # letters and digits of any script
+_RENAME = "letters, digits and _ - . / + , @ ^ are fine; the commands by themselves, without make, take any name"
+
+
+class _Variables:
+    """Variables of Make, and what cannot be said to it."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.problems: list[tuple[str, str]] = []
+
+    def files(self, name: str, key: str, paths: Iterable[Path | None]) -> None:
+        """A variable of file names; `key`: where the configuration names them."""
+        words = [str(path) for path in paths if path is not None]
+        for word in words:
+            odd = _PLAIN.sub("", word)
+            if odd or word.startswith("-"):
+                what = "a blank" if odd[:1] == " " else repr(odd[0]) if odd else "'-' at its beginning"
+                self.problems.append((key, f"the file name {word!r} has {what}, which Make cannot take"))
+        self.lines.append(f"{name} := {' '.join(words)}".rstrip(" "))
+
+    def word(self, name: str, value: str) -> None:
+        """A variable with an identifier or nothing."""
+        self.lines.append(f"{name} := {value}".rstrip(" "))
+
 
 def make_rules(project: Project, output: Path | None) -> Path:
-    """Write the variables of one project; `SOLVED_BY_TEDM` is empty where the user's own results are named."""
+    """Write the variables of one project; `SOLVED_BY_TEDM` is empty where the user's own results are named.
+
+    Raises
+    ------
+    ConfigError : a name that Make cannot take; all of them at once.
+    """
     _, model = load_model(project.model)
     _, cases = load_cases(project.cases)
-    deck = project.resolve(model.model.deck)
-    results = [project.resolve(p) for p in model.model.op2]
     own = all("{build_dir}" in p for p in (model.model.deck, *model.model.op2))
+    bdf = None if model.model.bdf is None else project.resolve(model.model.bdf)
     listed = area_csv(project, model)
-    sources = [*([] if model.model.bdf is None else [project.resolve(model.model.bdf)]), *([listed] if listed else [])]
-    blocks = compensation_file(project, model)
-    lines = [
-        f"MODEL_TOML := {project.model}",
-        f"OPTICS_TOML := {project.optics}",
-        f"CASES_TOML := {project.cases}",
-        f"MODEL_SOURCES := {' '.join(str(s) for s in sources) if own else ''}",
-        f"AREAS_CSV := {listed or ''}",
-        f"UNIT_DECK := {deck}",
-        f"OP2 := {' '.join(str(r) for r in results)}",
-        f"SOLVED_BY_TEDM := {'yes' if own else ''}",
-        f"GRAVITY_SOURCES := {'' if blocks is None else blocks}",
-        f"OPTICS_SOURCES := {' '.join(str(f) for f in load_optics(project.optics).matrices)}",
-        f"CASE_SOURCES := {' '.join(str(p) for p in (*cases.tables, *cases.matrices))}",
-        f"SPECTRA := {' '.join(str(p) for p in table_paths(project, cases))}",
-        f"CASE_IDS := {' '.join(cases.ids)}",
-        f"CASE_FILES := {' '.join(str(project.build_dir / case_file_name(c)) for c in cases.ids)}",
-    ]
-    lines += [f"CASE_ID_{case_file_name(c)} := {c}" for c in cases.ids]
+    case_files = [project.build_dir / case_file_name(c) for c in cases.ids]
+    make = _Variables()
+    make.files("MODEL_TOML", "model", [project.model])
+    make.files("OPTICS_TOML", "optics", [project.optics])
+    make.files("CASES_TOML", "cases", [project.cases])
+    make.files("MODEL_SOURCES", "model.bdf", [bdf, listed] if own else [])
+    make.files("AREAS_CSV", "model.areas_csv", [listed])
+    make.files("UNIT_DECK", "model.deck", [project.resolve(model.model.deck)])
+    make.files("OP2", "model.op2", [project.resolve(p) for p in model.model.op2])
+    make.word("SOLVED_BY_TEDM", "yes" if own else "")
+    make.files("GRAVITY_SOURCES", "gravity.compensation_masses", [compensation_file(project, model)])
+    make.files("OPTICS_SOURCES", "imported", load_optics(project.optics).matrices)
+    make.files("CASE_SOURCES", "requirement, case", [*cases.tables, *cases.matrices])
+    make.files("SPECTRA", "temperature", table_paths(project, cases))
+    make.word("CASE_IDS", " ".join(cases.ids))
+    make.files("CASE_FILES", "the build folder", case_files)
+    for case_id, path in zip(cases.ids, case_files, strict=True):
+        make.word(f"CASE_ID_{path.name}", case_id)
+    if make.problems:
+        raise ConfigError(list(dict.fromkeys(make.problems)), where=str(project.file.path), hint=_RENAME)
     out = output if output is not None else project.build_dir / "rules.mk"
     with replacing(out) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+        temporary.write_text("\n".join(make.lines) + "\n", encoding="utf-8", newline="\n")
     return out

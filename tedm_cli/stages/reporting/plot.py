@@ -7,17 +7,21 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tedm_cli.config.project import Project
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import replacing
+from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
-from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, kinds_of
+from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, NamedImprovement, kinds_of
 from tedm_cli.results.wording import quantity
 from tedm_cli.stages.reporting import draw
 from tedm_cli.stages.reporting.plot_optics import area_specs, optics_specs
@@ -72,8 +76,10 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         add(
             "ratios.svg",
             "verdict",
-            "Ratio of noise to requirement in every case, the safety factor included; grey bars: range of that ratio"
-            " over the orders and corners of the temperature filter that were tried.",
+            "Ratio of noise to requirement in every case, the safety factor included"
+            + "; grey bars: range of that ratio over the orders and corners of the temperature filter that were tried"
+            * any(_worst_filters(cases, kind) for kind in kinds)
+            + ".",
             all_cases,
             partial(draw.ratios, cases, kinds),
         )
@@ -93,16 +99,19 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             f"cases_{kind}.svg",
             "all cases",
             f"Every case by itself: {title}, amplitude spectral density with the safety factor applied, of the output"
-            " with the largest ratio. Hatched: where the requirement is violated; the light area holds every"
-            " correlation of the areas that are active in the case.",
+            " with the largest ratio. "
+            + "Hatched: where the requirement is violated. "
+            * any(not c.worst(kind).passed for c in cases if c.of_kind(kind))
+            + "The light area holds every correlation of the areas that are active in the case.",
             all_cases,
             partial(draw.each_case, cases, kind),
         )
         add(
             f"certainty_{kind}.svg",
             "certainty",
-            f"How sure the verdicts on the {title} are: ratio to the requirement of each case, and what it would"
-            " be with any correlation between its blocks, any correlation of its areas, and other temperature filters.",
+            f"How sure the verdicts on the {title} are: ratio to the requirement of each case, and what it would be"
+            " with any correlation between its blocks, any correlation of its areas"
+            + (", and other temperature filters." if _worst_filters(cases, kind) else ", or none that is negative."),
             all_cases,
             partial(draw.certainty, cases, kind),
         )
@@ -119,9 +128,10 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
                 f"improvement_{which}.svg",
                 "improvement",
                 f"What would lower the ratio of {judged.output} in case {case.id}. Above: the worst areas improved,"
-                " each the one that helps most after those before it, or the best ones matched. Below: the factor"
-                " on the temperature amplitude of one group, the others unchanged, that just meets the requirement;"
-                " right: the amplitude spectral density assumed at the frequency that binds, times that factor.",
+                " each the one that helps most after those before it, or the best blocks matched. Below: the factor"
+                " on the temperature amplitude of one group, the others unchanged, that just meets the requirement"
+                + _levels_words(judged.improvement)
+                + ".",
                 (only,),
                 partial(draw.improvement, case, judged),
             )
@@ -142,8 +152,8 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     add(
         "field_at_rest.svg",
         "field",
-        "Field at rest over the limit of its allocation, for the inertial sensor of each test mass (IS), the rest of"
-        " the LTP, and both together; theta, eta and phi turn about x, y and z.",
+        f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(results.sensitivity))};"
+        " theta, eta and phi turn about x, y and z.",
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
         partial(draw.field_at_rest, results.sensitivity),
     )
@@ -163,6 +173,27 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             partial(draw.case, case),
         )
     return specs
+
+
+def _worst_filters(cases: list[CaseNoise], kind: str) -> bool:
+    """Whether the worst output of a case was tried with other temperature filters: there is a low-pass."""
+    return any(c.worst(kind).filter_ratio is not None for c in cases if c.of_kind(kind))
+
+
+def _levels_words(improvement: NamedImprovement) -> str:
+    """What stands right of the groups: a level where the areas of a group have one, its product where a factor does."""
+    shown = [group for group, level in improvement.group_level.items() if level > 0.0]
+    if not shown:
+        return ""
+    times = ", times that factor" * any(np.isfinite(improvement.group_factor[group]) for group in shown)
+    return f"; right: the amplitude spectral density assumed at the frequency that binds{times}"
+
+
+def _judged_at_rest(verdicts: Sequence[DcVerdict]) -> str:
+    """What the field at rest is judged by: the parts need `[gravity.subsystems]`."""
+    if all(v.whole for v in verdicts):
+        return "the inertial sensor of each test mass and the rest of the LTP together"
+    return "the inertial sensor of each test mass (IS), the rest of the LTP, and both together"
 
 
 def _flight_words(case: CaseNoise, kind: str) -> str:

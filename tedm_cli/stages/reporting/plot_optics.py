@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.noise.areas import AreaTable
@@ -133,7 +134,7 @@ def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, unit: str) -> Figur
 
 def _area_spec(results: Results, areas: AreaTable, area: int, remark: str) -> FigureSpec:
     file = results.optics
-    number, name = int(file.array("/area/id")[area]), str(areas.name[area])
+    number, name = int(file.array(OPTICS.AREA_ID)[area]), str(areas.name[area])
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", name)  # names come from the user's files
     return FigureSpec(
         f"bench_area{number:02d}_{safe}.svg",

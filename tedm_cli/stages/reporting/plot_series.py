@@ -22,8 +22,9 @@ def series_specs(results: Results) -> list[FigureSpec]:
             FigureSpec(
                 series_file_name(name).replace(".h5", ".svg"),
                 "series",
-                f"Time series {summary.source}, {summary.treatment}: the output"
-                " of each quantity that is worst. Left: smallest and largest values, without the safety factor; right:"
+                f"Time series {summary.source}, {summary.treatment}: of each"
+                f" quantity the output {'that is worst' if summary.verdicts else 'of the largest rms'}."
+                " Left: smallest and largest values, without the safety factor; right:"
                 f" estimated amplitude spectral density times the safety factor"
                 f" {summary.safety_factor:g}, with its interval at {100 * confidence[name]:g} %.",
                 (f"{used.path.name} {used.sha256}",),

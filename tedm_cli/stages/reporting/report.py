@@ -10,8 +10,7 @@ from typing import Literal
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.errors import UsageError
-from tedm_cli.files.build_folder import UNIT_LOADS as UNIT_LOADS_FILE
-from tedm_cli.files.build_folder import require_input
+from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import open_checked, replacing
 from tedm_cli.report.contents import ReportFigure, ReportInputs, document_of

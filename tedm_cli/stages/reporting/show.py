@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import Reader, kind_of, open_checked
 
 
@@ -17,7 +18,7 @@ def show_dict(path: Path) -> dict[str, Any]:
             "file": str(path),
             "kind": kind.name,
             "made_by": kind.made_by,
-            "attributes": {k: v if isinstance(v, str) else int(v) for k, v in file.attributes.items()},
+            "attributes": file.attributes,
             "configurations": [{"path": str(c.path), "sha256": c.sha256} for c in provenance.configs],
             "inputs": [{"path": str(i.path), "sha256": i.sha256} for i in provenance.inputs],
             "datasets": [
@@ -31,24 +32,24 @@ def show_dict(path: Path) -> dict[str, Any]:
 def _main_numbers(file: Reader) -> dict[str, Any]:
     """The few numbers a person opens each kind of file for."""
     if file.kind.name == "unit_loads":
-        return {"mass_kg": file.number("/mass/total"), "areas": len(file.strings("/area/name"))}
+        return {"mass_kg": file.number(UNIT_LOADS.MASS_TOTAL), "areas": len(file.strings(CASE.AREA_NAME))}
     if file.kind.name == "distortion":
-        residual = "/check/superposition_translation"
+        residual = DISTORTION.CHECK_SUPERPOSITION_TRANSLATION
         return {"superposition_residual": file.number(residual) if file.has(residual) else None}
     if file.kind.name == "sensitivity":
-        total = file.array("/dc/acceleration").sum(axis=1)
+        total = file.array(SENSITIVITY.DC_ACCELERATION).sum(axis=1)
         return {
             f"{name}_a_m_s2": [float(v) for v in a]
-            for name, a in zip(file.strings("/test_mass/name"), total, strict=True)
+            for name, a in zip(file.strings(SENSITIVITY.TEST_MASS_NAME), total, strict=True)
         }
     if file.kind.name == "optics":
-        sets = zip(file.strings("/set/name"), file.array("/set/condition"), strict=True)
-        return {"rank": int(file.number("/rank")), **{f"condition_{n}": float(c) for n, c in sets}}
+        sets = zip(file.strings(OPTICS.SET_NAME), file.array(OPTICS.SET_CONDITION), strict=True)
+        return {"rank": int(file.number(OPTICS.RANK)), **{f"condition_{n}": float(c) for n, c in sets}}
     verdicts = zip(
-        file.strings("/verdict/output"),
-        file.strings("/verdict/requirement"),
-        file.array("/verdict/ratio"),
-        file.array("/verdict/passed"),
+        file.strings(CASE.VERDICT_OUTPUT),
+        file.strings(CASE.VERDICT_REQUIREMENT),
+        file.array(CASE.VERDICT_RATIO),
+        file.array(CASE.VERDICT_PASSED),
         strict=True,
     )
     return {f"{o} {q}": f"ratio {r:.4g}, {'pass' if p else 'FAIL'}" for o, q, r, p in verdicts}

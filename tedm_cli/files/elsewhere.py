@@ -1,0 +1,43 @@
+"""Parts of an HDF5 file that are kept in other files: the sums and paths of a file say nothing of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import h5py
+
+
+def links_elsewhere(file: Any, *, soft: bool) -> list[str]:
+    """The links of an open file that lead to another, in words; with `soft` also those that lead to a path in it.
+
+    They are not followed. Without external links a soft link cannot leave the file.
+    """
+    found: list[str] = []
+
+    def visit(name: bytes | str, info: Any) -> None:
+        path = name.decode("utf-8", "replace") if isinstance(name, bytes) else name
+        if info.type == h5py.h5l.TYPE_SOFT:
+            found.extend([f"/{path} is a soft link, wanted the data themselves"] * soft)
+        elif info.type != h5py.h5l.TYPE_HARD:
+            found.append(f"/{path} is a link to another file, wanted the data themselves")
+
+    file.id.links.visit(visit, info=True)
+    return found
+
+
+def kept_elsewhere(dataset: Any) -> str:
+    """Why the values of a dataset are not in its file; empty when they are."""
+    if dataset.is_virtual:
+        return "is a virtual dataset, wanted the data themselves"
+    if dataset.external:
+        return f"keeps its values in another file ({dataset.external[0][0]}), wanted the data themselves"
+    if not dataset.size:
+        return ""
+    if dataset.chunks is None:
+        whole = dataset.id.get_storage_size() >= dataset.size * dataset.dtype.itemsize
+    else:
+        chunks = 1
+        for length, chunk in zip(dataset.shape, dataset.chunks, strict=True):
+            chunks *= -(-length // chunk)
+        whole = dataset.id.get_num_chunks() >= chunks
+    return "" if whole else "lacks values: it was not written to its end"

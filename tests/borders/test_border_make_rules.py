@@ -1,0 +1,165 @@
+"""Names of files on their way to Make: rules that build, or one refusal. Nothing is ever run."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from border_tools import CONFIGS, ROOT, SMALL, Project, replace, untouched
+
+from tedm_cli.control_characters import control_fact
+
+make = pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
+
+#: names that Make or a shell would read in their own ways
+HOSTILE = [
+    "a b.bdf", "a\tb.bdf", "a\nb.bdf", "a\rb.bdf", "a b.bdf", "$(shell touch pwned).bdf", "${shell touch pwned}.bdf",
+    "$$(touch pwned).bdf", "`touch pwned`.bdf", "a#b.bdf", "a%b.bdf", "a:b.bdf", "a;touch pwned;.bdf", "a|b.bdf",
+    "a&b.bdf", "a=b.bdf", "a*b.bdf", "a?b.bdf", "a[b].bdf", "a\\b.bdf", "a'b.bdf", 'a"b.bdf', "a(b).bdf", "a<b>.bdf",
+    "a!b.bdf", "~root.bdf", "a{b,c}.bdf", "a\x1b[2Jb.bdf", "a‮b.bdf", "a\u2028b.bdf", "a\x7fb.bdf",
+]  # fmt: skip
+PLAIN = ["Änderung-7_ü.bdf", "模型.bdf", "a,b+c@d^e.bdf", "..a..bdf"]
+KEYS = {"bdf": "model.bdf", "areas_csv": "model.areas_csv", "deck": "model.deck", "op2": "model.op2"}
+
+
+@pytest.fixture
+def fresh(tmp_path: Path) -> Project:
+    """The small sample, not yet ingested."""
+    folder = tmp_path / "project"
+    folder.mkdir()
+    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small.bdf", "ltp_small_areas.csv"):
+        shutil.copy(SMALL / name, folder)
+    for name in ("optics.toml", "cases.toml"):
+        shutil.copy(CONFIGS / name, folder)
+    (folder / "tedm.toml").write_text('title = "small sample"\n')
+    return Project(folder)
+
+
+def quoted(text: str) -> str:
+    """As a basic string of TOML."""
+    return '"' + "".join(c if c.isalnum() or c in "._-{}/" else f"\\U{ord(c):08x}" for c in text) + '"'
+
+
+def solved_by_tedm(project: Project) -> None:
+    """Deck and results are made here, from the model and its areas."""
+    replace(project.model, '"unit_loads.bdf"', '"{build_dir}/unit_loads.bdf"')
+    replace(project.model, '"unit_loads.op2"', '"{build_dir}/unit_loads.op2"')
+
+
+def run_make(project: Project, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Make in an environment that is there already."""
+    venv = project.folder.parent / "venv"
+    (venv / "bin").mkdir(parents=True, exist_ok=True)
+    script = venv / "bin" / "tedm"
+    script.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m tedm_cli.cli "$@"\n')
+    script.chmod(0o755)
+    (venv / ".tedm-installed").touch()
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))}
+    variables = [f"CONFIGS={project.folder}", f"BUILD={project.build}", f"VENV={venv}"]
+    return subprocess.run(
+        ["make", "--no-print-directory", *arguments, *variables],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize("key", KEYS)
+def test_a_name_that_make_cannot_take(fresh: Project, name: str, key: str) -> None:
+    value = f"[{quoted(name)}]" if key == "op2" else quoted(name)
+    if key == "bdf":
+        solved_by_tedm(fresh)
+    lines = fresh.model.read_text().splitlines(keepends=True)
+    place = next(i for i, line in enumerate(lines) if line.startswith(f"{key} = "))
+    fresh.model.write_text("".join([*lines[:place], f"{key} = {value}\n", *lines[place + 1 :]]))
+    with untouched(fresh.folder):
+        if control_fact(name, "\t\n"):  # no configuration may hold these
+            fresh.run("make-rules").refused(3, KEYS[key], "holds the control character", hint="delete the character")
+        else:
+            fresh.run("make-rules").refused(3, KEYS[key], "which Make cannot take", hint="the commands by themselves")
+
+
+@make
+@pytest.mark.parametrize("name", ["$(shell touch pwned).bdf", "a b.bdf", "`touch pwned`.bdf", "a;touch pwned;.bdf"])
+def test_make_runs_nothing_and_says_why(fresh: Project, name: str) -> None:
+    (fresh.folder / "ltp_small.bdf").rename(fresh.folder / name)
+    solved_by_tedm(fresh)
+    replace(fresh.model, '"ltp_small.bdf"', quoted(name))
+    for arguments in (["-n", "all"], ["all"]):
+        done = run_make(fresh, *arguments)
+        assert done.returncode == 2
+        assert "error: " in done.stderr
+        assert "which Make cannot take" in done.stderr
+        assert not list(fresh.folder.parent.rglob("pwned"))
+        assert not (ROOT / "pwned").exists()
+    assert not fresh.build.exists()
+
+
+@make
+def test_plain_names_build_and_are_watched(fresh: Project) -> None:
+    """Names of any script are prerequisites: what is up to date stays, what is touched is made again."""
+    bdf, areas, deck, op2 = PLAIN
+    for old, name in (
+        ("ltp_small.bdf", bdf),
+        ("ltp_small_areas.csv", areas),
+        ("unit_loads.bdf", deck),
+        ("unit_loads.op2", op2),
+    ):
+        (fresh.folder / old).rename(fresh.folder / name)
+        replace(fresh.model, f'"{old}"', f'"{name}"')
+    target = str(fresh.build / "unit_loads.h5")
+    first = run_make(fresh, target)
+    assert first.returncode == 0, first.stderr
+    assert "ingest" in first.stdout
+    assert "ingest" not in run_make(fresh, "-n", target).stdout
+    for name in (areas, deck, op2):
+        later = (fresh.build / "unit_loads.h5").stat().st_mtime + 5
+        os.utime(fresh.folder / name, (later, later))
+        assert "ingest" in run_make(fresh, "-n", target).stdout
+        os.utime(fresh.folder / name, (later - 3600, later - 3600))
+
+
+@make
+def test_a_note_beside_the_configuration(fresh: Project) -> None:
+    """A file that the project does not name is nothing to Make, whatever its name."""
+    (fresh.folder / "my notes $(shell touch pwned).toml").write_text("")
+    done = run_make(fresh, "-n", "all")
+    assert done.returncode == 0, done.stderr
+    assert not (ROOT / "pwned").exists()
+
+
+@make
+def test_a_configuration_file_that_was_renamed(fresh: Project) -> None:
+    assert run_make(fresh, "-n", "all").returncode == 0
+    (fresh.folder / "optics.toml").rename(fresh.folder / "bench.toml")
+    (fresh.folder / "tedm.toml").write_text('title = "small sample"\noptics = "bench.toml"\n')
+    later = (fresh.build / "rules.mk").stat().st_mtime + 5
+    os.utime(fresh.folder / "tedm.toml", (later, later))
+    done = run_make(fresh, "-n", "all")
+    assert done.returncode == 0, done.stderr
+    assert "bench.toml" in (fresh.build / "rules.mk").read_text()
+
+
+@make
+@pytest.mark.parametrize("variable", ["CONFIGS", "BUILD"])
+def test_folders_with_blanks_are_refused_by_make(fresh: Project, variable: str) -> None:
+    done = subprocess.run(
+        ["make", "-n", "all", f"{variable}=a b"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert f"{variable} = 'a b': Make takes no names with blanks" in done.stderr
+
+
+@make
+def test_a_solver_with_quotes(fresh: Project) -> None:
+    """The command comes to the shell as one word."""
+    solved_by_tedm(fresh)
+    done = run_make(fresh, "-n", "all", "NASTRAN=sh -c 'exec x' {deck}")
+    assert "--run 'sh -c '\\''exec x'\\'' {deck}'" in done.stdout, done.stderr

@@ -1,0 +1,53 @@
+"""What goes out to other programs is made from the configuration and the results that are there now."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from border_tools import Project, replace, tedm, untouched
+
+EXPORTS = {
+    "optics": ("export", "optics"),
+    "sensitivity": ("export", "sensitivity"),
+    "distortion": ("export", "distortion"),
+    "case": ("export-case", "3"),
+    "extremal": ("export-extremal", "3"),
+}
+#: a configuration, the exports of files that were made with it, and how they are made again
+CHANGES = [
+    ("cases.toml", {"case", "extremal"}, "tedm run-case 3"),
+    ("optics.toml", {"optics", "distortion"}, "tedm build-"),
+    ("model.toml", {"sensitivity"}, "tedm build-"),
+]
+
+
+@pytest.mark.parametrize(("name", "stale", "hint"), CHANGES, ids=[c[0] for c in CHANGES])
+@pytest.mark.parametrize("kind", EXPORTS)
+def test_a_changed_configuration(small: Project, name: str, stale: set[str], hint: str, kind: str) -> None:
+    path = small.folder / name
+    path.write_text(path.read_text() + "# one comment more\n")
+    if kind not in stale:
+        tedm(*EXPORTS[kind], "-d", small.build).ok()
+        return
+    with untouched(small.folder):
+        tedm(*EXPORTS[kind], "-d", small.build).refused(4, "is stale", f"{name} as it is now", hint=hint)
+
+
+@pytest.mark.parametrize("kind", ["optics", "sensitivity", "case", "extremal"])
+def test_results_that_were_made_anew(small: Project, kind: str) -> None:
+    replace(small.model, "mid_half_width_m = 0.005", "mid_half_width_m = 0.006")
+    small.stage("ingest").ok()
+    small.stage("build-distortion").ok()
+    with untouched(small.folder):
+        tedm(*EXPORTS[kind], "-d", small.build).refused(4, "is stale", "as it is now", hint="rebuild it with")
+    tedm("export", "distortion", "-d", small.build).ok()
+
+
+@pytest.mark.parametrize("kind", EXPORTS)
+def test_a_build_folder_by_itself(small: Project, tmp_path: Path, kind: str) -> None:
+    """What is gone proves nothing: results can be exported where their sources are not."""
+    alone = tmp_path / "elsewhere" / "build"
+    shutil.copytree(small.build, alone)
+    tedm(*EXPORTS[kind], "-d", alone).ok()
