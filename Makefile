@@ -76,13 +76,13 @@ ifneq ($(filter all $(BUILD)/%,$(MAKECMDGOALS)),)
 include $(BUILD)/rules.mk
 endif
 
-$(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) | $(RUN_STAMP)
+$(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) | $(RUN_STAMP)
 	$(TEDM) make-rules $(OPTIONS)
 
 # A configuration file that the project no longer names may be gone.
-$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML): ;
+$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML): ;
 
-all: $(BUILD)/report.html
+all: $(BUILD)/report.html $(SIMULATION_FILES)
 	@echo "open $(BUILD)/report.html"
 
 # The shipped sample; a project that names another model never asks for it.
@@ -123,6 +123,16 @@ $(1): $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(CASES_TOML) $(CASE_SOURCES) $
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))
+
+# Of a project with two test masses: its loop, and every case in it.
+$(BUILD)/dynamics.h5: $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(DYNAMICS_TOML) $(DYNAMICS_SOURCES)
+	$(TEDM) build-dynamics $(OPTIONS)
+
+define SIMULATION_RULE
+$(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
+	$$(TEDM) simulate $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
+endef
+$(foreach file,$(SIMULATION_FILES),$(eval $(call SIMULATION_RULE,$(file))))
 
 $(BUILD)/figures.stamp: $(CASE_FILES) $(wildcard $(BUILD)/series_*.h5)
 	$(TEDM) plot $(OPTIONS)

@@ -67,11 +67,11 @@ class DynamicsFile(FileKind):
         "the same of the other test mass alone",
         TM_FRAME,
     )
-    M = Dataset("/M", ("body", "body_column"), "float", None, "mass matrix of M q'' = K q + U w")
-    K = Dataset("/K", ("body", "body_column"), "float", None, "stiffness of the 18 degrees of freedom")
-    U = Dataset("/U", ("body", "input"), "float", None, "inputs of the 18 degrees of freedom")
-    E = Dataset("/E", ("coordinate", "input"), "float", None, "p'' by w: p'' = K_p p + E w")
-    K_P = Dataset("/K_p", ("coordinate", "coordinate_column"), "float", None, "p'' by p")
+    MATRIX_M = Dataset("/matrix/M", ("body", "body_column"), "float", None, "mass matrix of M q'' = K q + U w")
+    MATRIX_K = Dataset("/matrix/K", ("body", "body_column"), "float", None, "stiffness of the 18 degrees of freedom")
+    MATRIX_U = Dataset("/matrix/U", ("body", "input"), "float", None, "inputs of the 18 degrees of freedom")
+    MATRIX_E = Dataset("/matrix/E", ("coordinate", "input"), "float", None, "p'' by w: p'' = K_p p + E w")
+    MATRIX_K_P = Dataset("/matrix/K_p", ("coordinate", "coordinate_column"), "float", None, "p'' by p")
     CONTROLLER_ORIGIN = Dataset("/controller/origin", (), "str", "1", "the default loops, or the file of one's own")
     CONTROLLER_PERIOD = Dataset("/controller/period", (), "float", "s", "sampling period; 0: continuous")
     CONTROLLER_DELAY = Dataset(
@@ -83,8 +83,8 @@ class DynamicsFile(FileKind):
     CONTROLLER_B = Dataset("/controller/B", ("state", "coordinate"), "float", None, "by the read-outs y = p + n")
     CONTROLLER_C = Dataset("/controller/C", ("input", "state"), "float", None, "commands u = C x + D y")
     CONTROLLER_D = Dataset("/controller/D", ("input", "coordinate"), "float", None, "commands u = C x + D y")
-    ACTUATION = Dataset(
-        "/actuation",
+    MATRIX_ACTUATION = Dataset(
+        "/matrix/actuation",
         ("input", "loop"),
         "float",
         None,
@@ -143,8 +143,8 @@ class DynamicsFile(FileKind):
     NOISE_ORIGIN = Dataset("/noise/origin", ("noise",), "str", "1", "where the level is from")
     NOISE_GAIN = Dataset("/noise/gain", ("disturbance", "noise"), "float", None, "disturbances by the sources")
     READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller hears")
-    AT_REST = Dataset(
-        "/at_rest", ("tm_motion",), "float", None, "accelerations at rest that the actuation levels are from"
+    TEST_MASS_AT_REST = Dataset(
+        "/test_mass/at_rest", ("tm_motion",), "float", None, "accelerations at rest that the actuation levels are from"
     )
 
 

@@ -78,11 +78,11 @@ def _write_bodies(writer: Writer, loop: Loop) -> None:
     writer.write(KIND.STIFFNESS_SOURCE, list(loop.source_names))
     writer.write(KIND.STIFFNESS_BY_SOURCE, loop.by_source, units="1/s^2 and SI with m, rad")
     writer.write(KIND.STIFFNESS_MUTUAL, plant.mutual, units="1/s^2 and SI with m, rad")
-    for dataset, matrix in zip((KIND.M, KIND.K, KIND.U), plant.eighteen(), strict=True):
+    for dataset, matrix in zip((KIND.MATRIX_M, KIND.MATRIX_K, KIND.MATRIX_U), plant.eighteen(), strict=True):
         writer.write(dataset, matrix, units=_MIXED)
-    writer.write(KIND.E, plant.E, units=_MIXED)
-    writer.write(KIND.K_P, plant.K, units=_MIXED)
-    writer.write(KIND.AT_REST, loop.at_rest, units="m/s^2 (a), rad/s^2 (omegadot)")
+    writer.write(KIND.MATRIX_E, plant.E, units=_MIXED)
+    writer.write(KIND.MATRIX_K_P, plant.K, units=_MIXED)
+    writer.write(KIND.TEST_MASS_AT_REST, loop.at_rest, units="m/s^2 (a), rad/s^2 (omegadot)")
 
 
 def _write_controller(writer: Writer, loop: Loop) -> None:
@@ -97,7 +97,7 @@ def _write_controller(writer: Writer, loop: Loop) -> None:
     writer.write(KIND.CONTROLLER_C, -system.c, units=_MIXED)
     writer.write(KIND.CONTROLLER_D, -system.d, units=_MIXED)
     if isinstance(controller, ScalarLoops):
-        writer.write(KIND.ACTUATION, controller.actuation, units=_MIXED)
+        writer.write(KIND.MATRIX_ACTUATION, controller.actuation, units=_MIXED)
 
 
 def _write_stability(writer: Writer, loop: Loop, found: Stability) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Strict, validate
+from tedm_cli.config.dynamics_problem import ControllerTable, Problem, SpectrumFields, load_problem
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
 from tedm_cli.dynamics.budget import ThermalInput, budget
 from tedm_cli.dynamics.controller import LOOPS, Controller, ScalarLoops
@@ -25,125 +23,6 @@ from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.temperature import ShapedSpectrum
 
-Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
-Matrix = list[list[float]]
-
-
-class BodyTable(Strict):
-    """The spacecraft without its test masses; basic frame."""
-
-    mass_kg: float
-    inertia_kg_m2: Annotated[list[Vector], Field(min_length=3, max_length=3)]
-    centre_of_mass_m: Vector
-
-
-class MassTable(Strict):
-    """A test mass: principal moments, nominal centre and axes (rows), basic frame."""
-
-    name: str
-    mass_kg: float
-    inertia_kg_m2: Vector
-    position_m: Vector
-    axes: Annotated[list[Vector], Field(min_length=3, max_length=3)]
-
-
-class StiffnessTable(Strict):
-    """`fixed` [2, 6, 6] of what moves with the spacecraft, `mutual` [12, 12] of the other test mass."""
-
-    fixed: list[Matrix]
-    mutual: Matrix
-    rows: list[str] | None = None
-    columns: list[str] | None = None
-
-
-class SensitivityTable(Strict):
-    """S and N per kelvin of the areas, with the names of their rows."""
-
-    S: Matrix
-    S_rows: list[str]
-    N: Matrix
-    N_rows: list[str]
-    area: list[str]
-
-
-class ShapeTable(Strict):
-    """Corner frequencies of the default loops, relative to their crossover."""
-
-    integral: float = 15.0
-    lead: float = 3.5
-    rolloff: float = 10.0
-
-
-class LoopTable(Strict):
-    """One default loop."""
-
-    crossover_hz: Annotated[float, Field(gt=0.0)]
-    delay_s: Annotated[float, Field(ge=0.0)]
-
-
-class ControllerTable(Strict):
-    """The default controller with its loops, or A, B, C, D (u = C x + D y) with the names of inputs and outputs."""
-
-    kind: Literal["default", "state_space"] = "default"
-    shape: ShapeTable = ShapeTable()
-    loops: dict[str, LoopTable] = Field(default_factory=dict)
-    A: Matrix = Field(default_factory=list)
-    B: Matrix = Field(default_factory=list)
-    C: Matrix = Field(default_factory=list)
-    D: Matrix = Field(default_factory=list)
-    inputs: list[str] = Field(default_factory=list)
-    outputs: list[str] = Field(default_factory=list)
-    delay_s: Annotated[float, Field(ge=0.0)] = 0.0
-    dt_s: Annotated[float, Field(gt=0.0)] | None = None
-
-
-class SpectrumFields(Strict):
-    """level² (1 + (corner_hz/f)^slope); a table of amplitudes; or the low-pass of temperatures."""
-
-    form: Literal["power", "table", "low_pass"]
-    level: float = 1.0
-    corner_hz: float = 0.0
-    slope: float = 0.0
-    reference_hz: float = 1e-3
-    order: float = 2.0
-    frequency_hz: list[float] = Field(default_factory=list)
-    amplitude: list[float] = Field(default_factory=list)
-
-
-class SourceTable(Strict):
-    """An independent noise: `input` maps disturbances to gains."""
-
-    name: str
-    group: str
-    input: dict[str, float]
-    psd: SpectrumFields
-
-
-class TemperatureTable(Strict):
-    """Correlation R of the areas, and the spectrum of each by name."""
-
-    R: Matrix
-    area_spectrum: list[str]
-    spectrum: dict[str, SpectrumFields]
-
-
-class Problem(Strict):
-    """A whole problem. Results that a file holds beside it are not read."""
-
-    title: str = ""
-    spacecraft: BodyTable
-    test_mass: Annotated[list[MassTable], Field(min_length=2, max_length=2)]
-    stiffness: StiffnessTable
-    sensitivity: SensitivityTable | None = None
-    controller: ControllerTable = ControllerTable()
-    source: list[SourceTable] = Field(default_factory=list)
-    temperature: TemperatureTable | None = None
-    frequency_hz: Annotated[list[float], Field(min_length=1)]
-    result: Any = None
-    free_response: Any = None
-    matrices: Any = None
-    figure_6_2: Any = None
-
 
 def solve_problem(path: Path) -> dict[str, Any]:
     """PSDs of all outputs, their parts by group, and the margins, as plain numbers.
@@ -154,7 +33,7 @@ def solve_problem(path: Path) -> dict[str, Any]:
     ConfigError : keys or values that are not as `Problem` says.
     PhysicsError : bodies that cannot be, an unstable loop.
     """
-    table = validate(Problem, _json(path), where=str(path))
+    table = load_problem(path)
     try:
         plant = _plant(table)
         controller = _controller(table.controller, plant)
@@ -194,18 +73,6 @@ def _refused(problems: list[tuple[str, str]]) -> ConfigError:
 
 def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
-
-
-def _json(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
-    except (ValueError, RecursionError) as exc:
-        raise InputError(f"is not JSON: {exc}", where=str(path)) from exc
-    if not isinstance(data, dict):
-        raise InputError("is no JSON object", where=str(path))
-    return data
 
 
 def _array(value: Any, shape: tuple[int, ...], name: str) -> FloatArray:

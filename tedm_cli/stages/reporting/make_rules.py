@@ -13,12 +13,14 @@ from pathlib import Path
 from tedm_cli.areas.configured import area_csv
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.compensation import compensation_file
+from tedm_cli.config.dynamics import load_dynamics
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_tables import table_paths
+from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.errors import ConfigError
-from tedm_cli.files.build_folder import case_file_name
+from tedm_cli.files.build_folder import case_file_name, simulation_file_name
 from tedm_cli.files.store import replacing
 
 _PLAIN = re.compile(r"[\w./+,@^-]*")  # letters and digits of any script
@@ -73,9 +75,18 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("OPTICS_SOURCES", "imported", load_optics(project.optics).matrices)
     make.files("CASE_SOURCES", "requirement, case", [*cases.tables, *cases.matrices])
     make.files("SPECTRA", "temperature", table_paths(project, cases))
+    dynamics = load_dynamics(project.dynamics)[1]
+    beside = Path() if project.dynamics is None else project.dynamics.parent
+    make.files("DYNAMICS_TOML", "dynamics", [project.dynamics])
+    make.files("DYNAMICS_SOURCES", "dynamics", [beside / name for name in dynamics.file_names()])
+    two = len(model.test_mass) == len(TEST_MASSES)
+    simulations = [project.build_dir / simulation_file_name(c) for c in cases.ids] if two else []
+    make.files("SIMULATION_FILES", "the build folder", simulations)
     make.word("CASE_IDS", " ".join(cases.ids))
     make.files("CASE_FILES", "the build folder", case_files)
     for case_id, path in zip(cases.ids, case_files, strict=True):
+        make.word(f"CASE_ID_{path.name}", case_id)
+    for case_id, path in zip(cases.ids, simulations, strict=False):
         make.word(f"CASE_ID_{path.name}", case_id)
     if make.problems:
         raise ConfigError(list(dict.fromkeys(make.problems)), where=str(project.file.path), hint=_RENAME)
