@@ -9,6 +9,7 @@ import pytest
 from dynamics_models import EXAMPLE, controlled, example, example_plant
 from scipy import linalg
 
+from tedm_cli.dynamics.closed_loop import responses
 from tedm_cli.dynamics.controller import LOOPS, actuation, default_loops
 from tedm_cli.dynamics.stability import stability
 from tedm_cli.dynamics.state_space import loop_system
@@ -94,8 +95,10 @@ def test_a_problem_that_is_none_is_refused(tmp_path) -> None:
         problem(spacecrafts=1)
     with pytest.raises(InputError, match=r"stiffness\.mutual is 1 x 1"):
         problem(stiffness=example()["stiffness"] | {"mutual": [[1.0]]})
-    with pytest.raises(InputError, match="above 0"):
+    with pytest.raises(ConfigError, match="frequency 0 is outside"):
         problem(frequency_hz=[0.0, 1e-3])
+    with pytest.raises(InputError, match="above 0"):
+        list(responses(example_plant(), None, np.array([0.0])))
     (tmp_path / "broken.json").write_text("{")
     with pytest.raises(InputError, match="is not JSON"):
         solve_problem(tmp_path / "broken.json")
