@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.dynamics import closed_loop
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
 from benchmarks.noise import realisation
 from benchmarks.optics import against_optiland, derivative
@@ -80,6 +81,8 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "solver, 66,256 grids: assembly / factorisation": assembly,
     "tedm --help / python -c pass": command_line,
 }
+if find_spec("control"):
+    BENCHMARKS["closed loop, 4,096 frequencies x 114 noises x 75 outputs / python-control"] = closed_loop
 if find_spec("choclo"):
     BENCHMARKS |= {
         f"F and gradient, 66,000 points {where}, threads: {threads} / choclo": partial(against_choclo, *limits, threads)
