@@ -65,7 +65,8 @@ def export_case(
 
 @app.command("export-state-space")
 def export_state_space(
-    case: Annotated[list[str], typer.Argument(metavar="CASE...", help="Cases, or all.")],
+    case: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Cases, or all.")] = None,
+    loop: Annotated[bool, typer.Option("--loop", help="The drag-free loop, from named inputs to outputs.")] = False,
     tolerance: Annotated[
         float, typer.Option("--tolerance", help="Largest relative deviation of the spectra's amplitudes.")
     ] = 0.01,
@@ -79,13 +80,24 @@ def export_state_space(
     output: _Folder = None,
     quiet: Quiet = False,
 ) -> None:
-    """Write the noise of cases as A, B, C, D.
+    """Write the noise of cases, or the drag-free loop, as A, B, C, D.
 
     Linear systems driven by white noise, with the filters that shape it and the static gain, for end-to-end simulators.
     """
+    from tedm_cli.errors import UsageError
     from tedm_cli.stages.exports.state_space import Wanted
     from tedm_cli.stages.exports.state_space import export_state_space as stage
 
+    if not case and not loop:
+        raise UsageError("name a case, or all, or --loop", hint="tedm export-state-space 3")
+    if loop:
+        from tedm_cli.stages.exports.closed_loop import export_closed_loop
+
+        whole = export_closed_loop(build_dir, fmt.value, output, 1 + len(case or []))
+        size = f"{whole.states} states, {whole.inputs} inputs, {whole.outputs} outputs"
+        say(quiet, *(str(path) for path in whole.paths), f"drag-free loop: {size}")
+    if not case:
+        return
     project = open_project(config, build_dir, 0)
     for done in stage(project, case, fmt.value, output, Wanted(tolerance, rate_hz, temperatures)):
         say(

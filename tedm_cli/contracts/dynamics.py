@@ -147,10 +147,60 @@ class DynamicsFile(FileKind):
         "/test_mass/at_rest", ("tm_motion",), "float", None, "accelerations at rest that the actuation levels are from"
     )
 
+    THERMAL_AREA = Dataset("/thermal/area", ("area",), "str", "1", "thermal areas", values=NAMES)
+    THERMAL_V = Dataset(
+        "/thermal/V",
+        ("disturbance", "area"),
+        "float",
+        None,
+        "disturbances per kelvin of an area: S in s_, N of the read-outs in n_",
+    )
+    SYSTEM_STATE = Dataset(
+        "/system/state",
+        ("state_of_loop",),
+        "str",
+        "1",
+        "p, its rates, states of the controller",
+        values=NAMES,
+        optional=True,
+    )
+    SYSTEM_STATE_UNIT = Dataset(
+        "/system/state_unit", ("state_of_loop",), "str", "1", "unit of the states", optional=True
+    )
+    SYSTEM_INPUT = Dataset(
+        "/system/input",
+        ("input_of_loop",),
+        "str",
+        "1",
+        "disturbances, and second derivatives of the read-out noise that Δg holds",
+        values=NAMES,
+        optional=True,
+    )
+    SYSTEM_INPUT_UNIT = Dataset(
+        "/system/input_unit", ("input_of_loop",), "str", "1", "unit of the inputs", optional=True
+    )
+    SYSTEM_OUTPUT = Dataset(
+        "/system/output", ("output",), "str", "1", "outputs of the closed loop", values=NAMES, optional=True
+    )
+    SYSTEM_OUTPUT_UNIT = Dataset("/system/output_unit", ("output",), "str", "1", "unit of the outputs", optional=True)
+    SYSTEM_A = Dataset(
+        "/system/A",
+        ("state_of_loop", "state_of_loop_column"),
+        "float",
+        None,
+        "closed loop x' = A x + B d, y = C x + D d; not of a sampled controller",
+        optional=True,
+    )
+    SYSTEM_B = Dataset(
+        "/system/B", ("state_of_loop", "input_of_loop"), "float", None, "states by inputs", optional=True
+    )
+    SYSTEM_C = Dataset("/system/C", ("output", "state_of_loop"), "float", None, "outputs by states", optional=True)
+    SYSTEM_D = Dataset("/system/D", ("output", "input_of_loop"), "float", None, "outputs by inputs", optional=True)
+
 
 DYNAMICS = DynamicsFile(
     "dynamics",
-    1,
+    2,
     "tedm build-dynamics",
     fixed_dims={
         "xyz": 3,

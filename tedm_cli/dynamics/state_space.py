@@ -16,10 +16,11 @@ from tedm_cli.dynamics.closed_loop import output_map
 from tedm_cli.dynamics.controller import Controller
 from tedm_cli.dynamics.loops import StateSpace
 from tedm_cli.dynamics.plant import Plant
-from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS
+from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, N_COORDINATES, N_INPUTS, unit
 
 SECOND_DERIVATIVES = ("nddot_TM1_x", "nddot_TM2_x")
 SYSTEM_INPUTS = (*DISTURBANCES, *SECOND_DERIVATIVES)
+SYSTEM_INPUT_UNITS = (*(unit(name) for name in DISTURBANCES), *("m s^-2" for _ in SECOND_DERIVATIVES))
 _P, _V = slice(0, N_COORDINATES), slice(N_COORDINATES, 2 * N_COORDINATES)
 _NOISE = slice(N_INPUTS, N_INPUTS + N_COORDINATES)
 
@@ -29,6 +30,14 @@ class LoopSystem:
     """x' = A x + B d, outputs = C x + D d: inputs `SYSTEM_INPUTS`, outputs `signals.OUTPUTS`, SI units."""
 
     system: StateSpace
+
+    @property
+    def states(self) -> tuple[list[str], list[str]]:
+        """Names and units of the states: p, `d_` its rates, `control_` those of the controller and its delays."""
+        control = len(self.system.a) - 2 * N_COORDINATES
+        names = [*COORDINATES, *(f"d_{n}" for n in COORDINATES), *(f"control_{i + 1}" for i in range(control))]
+        units = [unit(n) for n in COORDINATES]
+        return names, [*units, *(f"{u}/s" for u in units), *(["1"] * control)]
 
     def response(self, s: ComplexArray) -> ComplexArray:
         """[F, 75, 45] by `DISTURBANCES`, second derivatives put back."""

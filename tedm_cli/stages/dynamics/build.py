@@ -11,16 +11,18 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DYNAMICS as KIND
 from tedm_cli.dynamics.closed_loop import loop_transfer
 from tedm_cli.dynamics.controller import ScalarLoops
+from tedm_cli.dynamics.in_time import thermal_columns
 from tedm_cli.dynamics.own_controller import StateSpaceController
-from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, INPUTS, unit
+from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, INPUTS, OUTPUTS, unit
 from tedm_cli.dynamics.sources import columns
 from tedm_cli.dynamics.stability import Stability, stability
+from tedm_cli.dynamics.state_space import SYSTEM_INPUT_UNITS, SYSTEM_INPUTS, loop_system
 from tedm_cli.errors import TedmError
 from tedm_cli.files.build_folder import DYNAMICS_FILE, OPTICS_FILE, SENSITIVITY_FILE, provenance
 from tedm_cli.files.store import Writer, create
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.dynamics.loop import Loop, project_loop
-from tedm_cli.stages.dynamics.thermal import read_out_set
+from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
 
 _MIXED = "SI, by the units of rows and columns in /label"
 _OPEN_LOOP_HZ = (1e-6, 5.0)
@@ -44,7 +46,7 @@ def build_dynamics(project: Project, output: Path | None) -> DynamicsSummary:
     except TedmError as error:
         error.where = error.where or loop.where
         raise
-    heard = read_out_set(project, loop.config.read_out.set)
+    rows = thermal_rows(project, loop.config.read_out.set)
     out = out_path(project, DYNAMICS_FILE, output)
     inputs = [project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE, *loop.tables]
     with create(out, KIND, provenance([loop.file] if loop.file else [], inputs)) as writer:
@@ -52,7 +54,8 @@ def build_dynamics(project: Project, output: Path | None) -> DynamicsSummary:
         _write_controller(writer, loop)
         _write_stability(writer, loop, found)
         _write_noise(writer, loop)
-        writer.write(KIND.READ_OUT_SET, heard)
+        _write_thermal(writer, rows)
+        _write_system(writer, loop)
     return DynamicsSummary(out, loop, found)
 
 
@@ -131,3 +134,29 @@ def _write_noise(writer: Writer, loop: Loop) -> None:
     writer.write(KIND.NOISE_SPECTRUM, [s.spectrum.words() for s in loop.sources])
     writer.write(KIND.NOISE_ORIGIN, [s.origin for s in loop.sources])
     writer.write(KIND.NOISE_GAIN, columns(loop.sources), units=_MIXED)
+
+
+def _write_thermal(writer: Writer, rows: ThermalRows) -> None:
+    writer.write(KIND.READ_OUT_SET, rows.set_name)
+    writer.write(KIND.THERMAL_AREA, list(rows.areas.name))
+    writer.write(KIND.THERMAL_V, thermal_columns(rows.acceleration, rows.read_out), units=_MIXED)
+
+
+def _write_system(writer: Writer, loop: Loop) -> None:
+    """The closed loop as one system; a sampled controller has none that is continuous."""
+    if isinstance(loop.controller, StateSpaceController) and loop.controller.dt_s is not None:
+        return
+    whole = loop_system(loop.plant, loop.controller)
+    names, units = whole.states
+    writer.write(KIND.SYSTEM_STATE, names)
+    writer.write(KIND.SYSTEM_STATE_UNIT, units)
+    writer.write(KIND.SYSTEM_INPUT, list(SYSTEM_INPUTS))
+    writer.write(KIND.SYSTEM_INPUT_UNIT, list(SYSTEM_INPUT_UNITS))
+    writer.write(KIND.SYSTEM_OUTPUT, list(OUTPUTS))
+    writer.write(KIND.SYSTEM_OUTPUT_UNIT, [unit(name) for name in OUTPUTS])
+    for dataset, matrix in zip(
+        (KIND.SYSTEM_A, KIND.SYSTEM_B, KIND.SYSTEM_C, KIND.SYSTEM_D),
+        (whole.system.a, whole.system.b, whole.system.c, whole.system.d),
+        strict=True,
+    ):
+        writer.write(dataset, matrix, units=_MIXED.replace("/label", "/system"))

@@ -54,12 +54,6 @@ class ThermalRows:
         return ThermalInput(self.acceleration, self.read_out, correlation.factor, amplitude)
 
 
-def read_out_set(project: Project, wanted: str | None) -> str:
-    """The set of photodiodes that the controller hears: the wanted one, or the first; `UsageError` where it is not."""
-    with open_checked(project.build_dir / OPTICS_FILE, OPTICS_KIND) as optics:
-        return _chosen(optics.strings(OPTICS_KIND.SET_NAME), wanted)
-
-
 def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
     """S and N of a project in the order of the loop.
 
