@@ -42,6 +42,9 @@ def replace(path: Path, old: str, new: str) -> None:
         ("ENDDATA", "SPOINT,500,THRU,99999999\nENDDATA", "500 THRU 99999999 names more ids"),
         ("123     10      11      12", "123     00      11      12", "RBE2 52 has a zero or a blank among its grids"),
         ("ENDDATA", "INCLUDE ''\nENDDATA", "INCLUDE names no file"),
+        ("ENDDATA", "INCLUDE '/'\nENDDATA", r":\d+: INCLUDE of /, which is a folder, not a regular file"),
+        ("ENDDATA", "         ENDDATA", "has no ENDDATA"),
+        ("TEMPERATURE(LOAD)", "TEMPERATURE(LOA D)", r"TEMPERATURE\(LOA D\) is not known here"),
         ("ENDDATA", "INCLUDE '" + 300 * "x" + "'\nENDDATA", "INCLUDE names no file"),
     ],
 )
