@@ -16,8 +16,10 @@ _KINDS = {
 }
 
 
-def require_regular_file(path: Path) -> None:
+def require_regular_file(path: Path, *, named_at: str = "") -> None:
     """Refuse a path to what is there and is no regular file, before it is opened; what is missing its reader tells.
+
+    `named_at`: the place of the INCLUDE that names it, if one does.
 
     Raises
     ------
@@ -28,8 +30,9 @@ def require_regular_file(path: Path) -> None:
     except (OSError, ValueError):
         return
     if kind != stat.S_IFREG:
+        fact = f"is {_KINDS.get(kind, 'something')}, not a regular file"
         raise InputError(
-            f"is {_KINDS.get(kind, 'something')}, not a regular file",
-            where=str(path),
+            f"INCLUDE of {path}, which {fact}" if named_at else fact,
+            where=named_at or str(path),
             hint="inputs are read more than once: write what it holds into a file, and name that",
         )

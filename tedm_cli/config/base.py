@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import math
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,9 +85,10 @@ def read_toml(path: Path, *, hint: str = "") -> tuple[ConfigFile, dict[str, Any]
             f"cannot read the configuration ({fact})", where=str(path), hint=hint if is_lost else ""
         ) from exc
     try:
-        text = raw.decode("utf-8")
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as exc:
-        raise ConfigError([("", f"not valid TOML: {exc}")], where=str(path)) from exc
+        hint = "save it as UTF-8; it begins as UTF-16 does" if raw[:2] in (BOM_UTF16_LE, BOM_UTF16_BE) else ""
+        raise ConfigError([("", f"not valid TOML: {exc}")], where=str(path), hint=hint) from exc
     return ConfigFile(path, text, hashlib.sha256(raw).hexdigest()), parsed_toml(text, where=str(path))
 
 

@@ -84,6 +84,16 @@ def require_input(file: Reader, used: InputFile) -> None:
             )
 
 
+def require_configuration(file: Reader, config: Path) -> None:
+    """Refuse `file` when it was made with another version of the project's `config`; what is gone proves nothing."""
+    if config.is_file() and sha256_of(config) not in {c.sha256 for c in file.provenance().configs}:
+        raise InputError(
+            f"is stale: not made from {config} as it is now",
+            where=str(file.path),
+            hint=f"rebuild it with `{file.kind.made_by}`",
+        )
+
+
 def require_up_to_date(file: Reader) -> None:
     """Refuse `file` when its configurations or inputs have changed since, or its inputs stem from results that have.
 

@@ -14,6 +14,7 @@ from typing import Any
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.card_names import REFUSED, WITHOUT_INFLUENCE
 from tedm_cli.nastran.comments import has_lost_fields
+from tedm_cli.nastran.deck_lines import ends_data
 
 _MOST_IDS = 10_000_000  # a range is written out as it is read
 _LARGEST_EXPONENT = 300
@@ -61,7 +62,7 @@ class BulkChecks:
 
     def _named(self, lines: Sequence[str], places: Any = None) -> Any:
         """Split lines into cards, and refuse names that are not read, and a deck that may have been cut off."""
-        ends = [i for i, line in enumerate(lines) if line.lstrip()[:7].upper() == "ENDDATA"]
+        ends = [i for i, line in enumerate(lines) if ends_data(line)]
         if ends:  # pyNastran knows it in column 1 alone
             lines = [*lines[: ends[0]], lines[ends[0]].lstrip(), *lines[ends[0] + 1 :]]
         out = self._split(lines, places)

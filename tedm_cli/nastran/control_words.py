@@ -51,6 +51,7 @@ REFUSED = {
     **dict.fromkeys(("M2GG", "M2PP"), _MATRIX),
 }
 _KNOWN = ("SUBCASE", "PARAM", "TEMPERATURE", *REFUSED, *HELD, *KEPT, *LOADS, *NOT_LINEAR, *IDLE, *OUTPUT)
+_SETS = ("TEMPERATURE", "SPC", "MPC")  # whose value is the id of a set
 _TEMPERATURES = ("LOAD", "INITIAL", "MATERIAL", "BOTH", "HSUBCASE", "HTIME")
 _SHOWN = 60  # letters of a word or a value in a message
 _NAME_AND_REST = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)(.*)", re.S)
@@ -121,12 +122,15 @@ def read_statements(lines: Sequence[Line]) -> list[Statement]:
     return out
 
 
-def refuse_missing_equals(statements: Sequence[Statement]) -> None:
-    """Refuse selections without their equals sign, which solvers read and pyNastran passes over."""
+def check_selections(statements: Sequence[Statement]) -> None:
+    """Refuse selections without their equals sign, which solvers read and pyNastran passes over, and sets of no id."""
     for s in statements:
         if s.word in ("TEMPERATURE", "LABEL", *HELD) and s.separator != "=":
             fact = f"{s.word} {s.value[:_SHOWN]}: has no equals sign"
             raise InputError(fact, where=s.place, hint=f"write {s.word} = ...")
+        if s.word in _SETS and not re.fullmatch("[0-9]+", s.value):
+            fact = f"{s.word} = {s.value[:_SHOWN]}: is no id of a set"
+            raise InputError(fact, where=s.place, hint="write its number alone, and one command to a line")
 
 
 def _split(lines: Sequence[Line]) -> list[Statement]:
@@ -151,7 +155,7 @@ def _statement(text: str, lines: tuple[Line, ...]) -> Statement:
     rest = _REST.fullmatch(named[2]) if named else None
     if named is None or rest is None:
         return Statement(text.split()[0], "", "", "", lines)
-    qualifier = re.sub(r"\s", "", rest[1] or "").upper()
+    qualifier = ",".join(" ".join(part.split()) for part in (rest[1] or "").upper().split(","))
     return Statement(_canonical(named[1].upper()), qualifier, rest[2].strip(), rest[3], lines)
 
 

@@ -111,7 +111,7 @@ def read_sections(path: Path) -> Sections:
         raise _no_begin(path)
     if cend is None or cend > begin:
         raise _no_cend(path)
-    end = next((i for i in range(begin + 1, len(lines)) if re.match(r"ENDDATA\b", words[i])), len(lines))
+    end = next((i for i in range(begin + 1, len(lines)) if ends_data(lines[i].text)), len(lines))
     for i in range(begin, end):
         if re.match(r"BEGIN\b", words[i]) and (i > begin or not re.fullmatch(r"BEGIN[\s,]*(BULK)?", words[i])):
             raise InputError(
@@ -128,6 +128,11 @@ def read_sections(path: Path) -> Sections:
         left_over=tuple(line for line, word in zip(lines[end + 1 :], words[end + 1 :], strict=True) if word),
         newline="\r\n" if lines[0].text.endswith("\r\n") else "\n",
     )
+
+
+def ends_data(line: str) -> bool:
+    """Whether a line is ENDDATA; behind the first field, of 8 columns, the word is a field of the card before."""
+    return re.match(r"[ \t]{0,7}ENDDATA\b", line, re.I) is not None
 
 
 def _expand(main: Path, files: list[Path]) -> Iterator[Line]:
@@ -221,7 +226,7 @@ def _resolve(name: str, main: Path, parent: Path, place: str) -> Path:
                 found.setdefault((folder / spelled).resolve(), folder / spelled)
                 break
     if not found:
-        require_regular_file(main.parent / system_name(name))
+        require_regular_file(main.parent / system_name(name), named_at=place)
         raise InputError(f"INCLUDE of a file that does not exist: {main.parent / system_name(name)}", where=place)
     if len(found) > 1:
         raise InputError(

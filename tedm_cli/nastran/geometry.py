@@ -70,11 +70,18 @@ def id_list(ids: Any, most: int = 8) -> str:
 
 
 def grids(model: Any, files: list[Path]) -> Grids:
-    """Grids of a model that need not be cross-referenced; `InputError` where it holds no grids or no elements."""
+    """Grids of a model that need not be cross-referenced; `InputError`: no grids, no elements, or grids of a fluid."""
     where = str(files[0])
     if not model.nodes or not model.elements:
         raise InputError("holds no grids or no elements", where=where)
     ids = np.array(sorted(model.nodes), dtype=np.int64)
+    fluid = [i for i in ids.tolist() if model.nodes[i].Cd() == -1]
+    if fluid:
+        raise InputError(
+            f"{len(fluid)} GRID with CD = -1, which hold a pressure and do not move: {id_list(fluid)}",
+            where=where,
+            hint="leave the fluid out of the deck, or give the grids a frame",
+        )
     corners = {n for e in model.elements.values() for n in element_nodes(e, model.spoints)}
     rows = rows_of(ids, np.array(sorted(corners), dtype=np.int64), where=where, what="an element")
     structural = np.zeros(len(ids), dtype=bool)

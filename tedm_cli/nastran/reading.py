@@ -181,7 +181,7 @@ def _included(lines: list[str], folder: Path, place: str) -> Path:
     except (OSError, ValueError) as exc:  # a name that no file can have
         raise InputError(f"INCLUDE names no file: {name[:80]}", where=place) from exc
     if not there:
-        require_regular_file(included)
+        require_regular_file(included, named_at=place)
         raise InputError(f"INCLUDE of a file that does not exist: {included}", where=place)
     return included
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.control_words import HELD, LOADS, NOT_LINEAR, Statement, read_statements, refuse_missing_equals
+from tedm_cli.nastran.control_words import HELD, LOADS, NOT_LINEAR, Statement, check_selections, read_statements
 from tedm_cli.nastran.deck_lines import read_head
 from tedm_cli.nastran.executive import STATICS, solution
 from tedm_cli.nastran.parameters import check_parameter
@@ -28,7 +28,7 @@ def check_unit_load_control(model: Any, path: Path) -> None:
     where, head = str(path), read_head(path)
     _check_heat(model, where)
     statements = read_statements(head.control)
-    refuse_missing_equals(statements)
+    check_selections(statements)
     subcases: dict[str, dict[str, Statement]] = {}
     above: dict[str, Statement] = {}
     current = above

@@ -16,6 +16,7 @@ from tedm_cli.files.build_folder import (
     OPTICS_FILE,
     SENSITIVITY_FILE,
     case_file_name,
+    require_configuration,
     require_input,
     require_same_areas,
     require_same_input,
@@ -66,6 +67,7 @@ def open_results(project: Project) -> Iterator[Results]:
     with contextlib.ExitStack() as stack:
         sensitivity = stack.enter_context(open_checked(sources[0], SENSITIVITY))
         optics = stack.enter_context(open_checked(sources[1], OPTICS))
+        require_configuration(sensitivity, project.model)
         require_same_input("distortion.h5", sensitivity, optics)
         distortion = stack.enter_context(open_checked(build / DISTORTION_FILE, DISTORTION))
         distortion_file = input_files([build / DISTORTION_FILE])[0]
@@ -91,13 +93,8 @@ def open_results(project: Project) -> Iterator[Results]:
 
 def _layout(project: Project, optics: Reader) -> OpticalLayout:
     """The project's layout; refused when the matrices were made with another one."""
-    file, layout = load_layout(project.optics)
-    if file.sha256 not in {c.sha256 for c in optics.provenance().configs}:
-        raise InputError(
-            f"is stale: not made from {project.optics} as it is now",
-            where=str(optics.path),
-            hint=f"rebuild it with `{optics.kind.made_by}`",
-        )
+    _, layout = load_layout(project.optics)
+    require_configuration(optics, project.optics)
     return layout
 
 

@@ -9,9 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS, SENSITIVITY
 from tedm_cli.errors import InputError
-from tedm_cli.files.build_folder import DISTORTION_FILE, require_same_areas, require_same_input
+from tedm_cli.files.build_folder import (
+    DISTORTION_FILE,
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
+    require_configuration,
+    require_same_areas,
+    require_same_input,
+)
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.outputs import Outputs
@@ -29,9 +37,18 @@ class ModelOutputs(Outputs):
     area_id: IntArray = field(kw_only=True)
 
 
-def read_outputs(sensitivity: Path, optics: Path) -> ModelOutputs:
-    """Gather the rows of both families; refuse files that stem from different distortion matrices."""
+def read_outputs(project: Project) -> ModelOutputs:
+    """Gather the rows of both families from the build folder of a project.
+
+    Raises
+    ------
+    InputError : files that stem from different distortion matrices, or were made with another configuration than the
+        project has now.
+    """
+    sensitivity, optics = project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE
     with open_checked(sensitivity, SENSITIVITY) as s, open_checked(optics, OPTICS) as o:
+        require_configuration(s, project.model)
+        require_configuration(o, project.optics)
         require_same_input(DISTORTION_FILE, s, o)
         require_same_areas(s, o)
         areas = read_areas(s)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -130,6 +133,16 @@ def test_figure_formats(tiny: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(label in (tiny.folder / "a.svg").read_text() for label in ("LEFT", "RIGHT", "x (m)", "from +z"))
     with untouched(tiny.folder):
         tiny.run("areas", "--figure", tiny.folder / "a.pdf").refused(2, ".svg or .png")
+
+
+@pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "bogus"])
+def test_figures_need_no_backend_of_the_user(tiny: Project, backend: str) -> None:
+    """Notebooks name theirs in the environment of their terminals; in a new process, as matplotlib looks once."""
+    figure = tiny.folder / "out.svg"
+    command = [sys.executable, "-m", "tedm_cli.cli", "areas", "-c", tiny.folder / "tedm.toml", "--figure", figure]
+    done = subprocess.run(command, env=os.environ | {"MPLBACKEND": backend}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert figure.is_file()
 
 
 def test_what_is_shown_is_what_is_ingested(chain: Project) -> None:

@@ -78,7 +78,7 @@ def test_a_matrix_a_delay_and_a_difference_end_to_end(small: Project) -> None:
 
 
 def test_the_parts_by_optical_element_sum_to_the_read_out_noise(small: Project) -> None:
-    outputs = read_outputs(small.build / "sensitivity.h5", small.build / "optics.h5")
+    outputs = read_outputs(load_project(small.folder / "tedm.toml", small.build))
     assert set(outputs.parts_of_read_outs) == {label for label in outputs.labels if label[:2] in ("A_", "B_")}
     for label, parts_of_read_outs in outputs.parts_of_read_outs.items():
         parts, whole = parts_of_read_outs.by_element, outputs.rows[outputs.labels.index(label)]
@@ -90,9 +90,7 @@ def test_distortion_alone_is_what_explain_calls_so(small: Project) -> None:
     """Uncorrelated areas of one level: its noise is the root of the sum of squares that `explain` prints."""
     small.run("run-case", "6").ok()
     explained = json.loads(small.run("explain", "TM1_x", "--json").ok().out)
-    row = (
-        read_outputs(small.build / "sensitivity.h5", small.build / "optics.h5").parts_of_read_outs["A_TM1_x"].distortion
-    )
+    row = read_outputs(load_project(small.folder / "tedm.toml", small.build)).parts_of_read_outs["A_TM1_x"].distortion
     assert np.linalg.norm(row) == pytest.approx(explained["read_outs"][0]["distortion"]["size"], rel=1e-12, abs=0)
     with h5py.File(small.build / "case06.h5") as file:
         output = [v.decode() for v in file["/verdict/output"]]

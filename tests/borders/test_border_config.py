@@ -189,6 +189,15 @@ def test_control_characters_are_refused_by_place(tiny: Project, text: str, place
     tiny.run("check-layout").refused(3, f"tedm.toml: {place}: ", f"the control character {code}")
 
 
+def test_a_byte_order_mark_is_no_part_of_a_configuration(tiny: Project) -> None:
+    """Editors write one; of UTF-16 it says what is wrong."""
+    for path in tiny.folder.glob("*.toml"):
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    tiny.run("ingest").ok()
+    tiny.model.write_text(tiny.model.read_text(encoding="utf-8-sig"), encoding="utf-16")
+    tiny.run("ingest").refused(3, "model.toml: not valid TOML", hint="save it as UTF-8")
+
+
 def test_titles_may_have_lines_and_tabs(tiny: Project) -> None:
     (tiny.folder / "tedm.toml").write_text(
         f'title = """two\n\tlines"""\noptics = "{CONFIGS / "optics.toml"}"\n', encoding="utf-8"

@@ -105,3 +105,19 @@ def test_the_uniform_load_is_a_step_on_every_area(tiny: Project) -> None:
     tiny.run("ingest").ok()
     replace(tiny.deck, "TEMP           3      10      1.      11      1.      12      1.\n", "")
     tiny.run("ingest").refused(4, "subcase 3 (uniform load 'UNIFORM'): does not warm 3 of 4 grids of area 'RIGHT'")
+
+
+def test_links_that_lead_nowhere(tiny: Project) -> None:
+    """A deck to be written takes the place of a link to itself; one to be read is missing."""
+    tiny.deck.unlink()
+    tiny.deck.symlink_to(tiny.deck.name)
+    tiny.run("ingest").refused(4, "unit_loads.bdf: no such deck")
+    tiny.run("write-deck").ok()
+    assert tiny.deck.is_file()
+
+
+@pytest.mark.parametrize("reader", ["solve", "ingest"])
+@pytest.mark.parametrize("value", ["1SUBCASE 1", "1.5", "ALL"])
+def test_a_selection_is_the_id_of_a_set(tiny: Project, reader: str, value: str) -> None:
+    replace(tiny.deck, "SPC = 1\n", f"SPC = {value}\n")
+    tiny.run(reader).refused(4, "unit_loads.bdf:", f"SPC = {value}: is no id of a set", hint="its number alone")

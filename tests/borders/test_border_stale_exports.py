@@ -35,6 +35,17 @@ def test_a_changed_configuration(small: Project, name: str, stale: set[str], hin
         tedm(*EXPORTS[kind], "-d", small.build).refused(4, "is stale", f"{name} as it is now", hint=hint)
 
 
+@pytest.mark.parametrize("command", [("run-case", "3"), ("run-case", "all"), ("export-state-space", "3")])
+@pytest.mark.parametrize(("name", "hint"), [("model.toml", "build-sensitivity"), ("optics.toml", "build-optics")])
+def test_cases_of_another_configuration(small: Project, name: str, hint: str, command: tuple[str, ...]) -> None:
+    """As when two projects share a build folder, or a test mass was moved and only the case run again."""
+    (small.folder / name).write_text((small.folder / name).read_text() + "# one comment more\n")
+    with untouched(small.folder):
+        small.run(*command).refused(4, "is stale", f"{name} as it is now", hint=f"rebuild it with `tedm {hint}`")
+    (small.folder / name).unlink()
+    small.run(*command).ok()
+
+
 @pytest.mark.parametrize("kind", ["optics", "sensitivity", "case", "extremal"])
 def test_results_that_were_made_anew(small: Project, kind: str) -> None:
     replace(small.model, "mid_half_width_m = 0.005", "mid_half_width_m = 0.006")

@@ -34,9 +34,17 @@ def replace(path: Path, old: str, new: str) -> None:
         ("GRID,1,,0.0", "GRID,1,,nan", "GRID 1: nan is no number"),
         ("GRID,1,,0.0", "GRID,1,,-Inf", "GRID 1: -Inf is no number"),
         ("GRID,1,,0.0", "GRID,1,,1.+400", "GRID 1: 1.+400 is no number"),
+        (
+            "GRID,1,,0.0,0.0,0.0,",
+            "GRID,1,,0.0,0.0,0.0,-1",
+            "1 GRID with CD = -1, which hold a pressure and do not move: 1$",
+        ),
         ("ENDDATA", "SPOINT,500,THRU,99999999\nENDDATA", "500 THRU 99999999 names more ids"),
         ("123     10      11      12", "123     00      11      12", "RBE2 52 has a zero or a blank among its grids"),
         ("ENDDATA", "INCLUDE ''\nENDDATA", "INCLUDE names no file"),
+        ("ENDDATA", "INCLUDE '/'\nENDDATA", r":\d+: INCLUDE of /, which is a folder, not a regular file"),
+        ("ENDDATA", "         ENDDATA", "has no ENDDATA"),
+        ("TEMPERATURE(LOAD)", "TEMPERATURE(LOA D)", r"TEMPERATURE\(LOA D\) is not known here"),
         ("ENDDATA", "INCLUDE '" + 300 * "x" + "'\nENDDATA", "INCLUDE names no file"),
     ],
 )

@@ -11,7 +11,7 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import LoadCase
-from tedm_cli.nastran.control_words import LOADS, NOT_LINEAR, read_statements, refuse_missing_equals
+from tedm_cli.nastran.control_words import LOADS, NOT_LINEAR, check_selections, read_statements
 from tedm_cli.nastran.deck_lines import read_head
 from tedm_cli.nastran.unit_load_control import check_parameters
 
@@ -45,7 +45,7 @@ def selected_sets(model: Any, path: Path) -> SelectedSets:
     """
     where = str(path)
     statements = read_statements(read_head(path).control)
-    refuse_missing_equals(statements)
+    check_selections(statements)
     check_parameters(model, statements, where)
     if model.sol != 101:
         raise InputError(f"SOL {model.sol} is not the linear static solution SOL 101", where=where)

@@ -83,7 +83,7 @@ def export_state_space(
     ids = select_cases(project.cases, case_ids)
     places = [destination(project.build_dir, f"{_stem(i)}_state_space", fmt, output, len(ids)) for i in ids]
     file, config = load_cases(project.cases)
-    outputs = read_outputs(project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE)
+    outputs = read_outputs(project)
     outputs = outputs.with_differences(config.applied_requirements())
     inputs = _Inputs(project, file, config, outputs, temperature_model(project, config, outputs.areas))
     return [_export(inputs, case_id, fmt, place, wanted) for case_id, place in zip(ids, places, strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,7 +45,7 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         source = read_source(
             bdf, temporary, table.constraints_of_subcase, allow_missing_enddata=table.allow_missing_enddata
         )
-        if out.resolve() in [f.resolve() for f in source.sections.files]:
+        if os.path.realpath(out) in [os.path.realpath(f) for f in source.sections.files]:  # no complaint of link loops
             raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
         model_geometry(source.model, list(source.sections.files))  # a wrong unit is said before anything is solved
         areas = configured_areas(project, config, source.model, source.grids)

@@ -42,7 +42,7 @@ def run_cases(
         require_speckit()
     sources = [project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE]
     criteria = config.criteria()
-    outputs = read_outputs(*sources).with_differences(criteria.requirements)
+    outputs = read_outputs(project).with_differences(criteria.requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
     try:  # what is wrong with requirements is wrong in every case

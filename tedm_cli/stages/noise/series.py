@@ -129,7 +129,7 @@ def run_series(
     """
     file, config = load_cases(project.cases)
     sources = [project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE]
-    outputs = read_outputs(*sources).with_differences(config.applied_requirements())
+    outputs = read_outputs(project).with_differences(config.applied_requirements())
     try:
         judged_outputs(config.criteria(), outputs, config.frequency_hz())
     except ConfigError as error:
