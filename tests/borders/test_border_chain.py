@@ -192,3 +192,7 @@ def test_what_cannot_be_solved_is_said_of_the_deck(tiny: Project, old: str, new:
     replace(tiny.deck, "SPC = 1", "$ SPC = 1")
     with untouched(tiny.folder):
         tiny.run("solve").refused(5, "unit_loads.bdf: ", fact)
+
+
+def test_one_block_is_one_block(small: Project) -> None:
+    assert " in 1 block; ratio" in small.run("run-case", 1).ok().out
