@@ -140,6 +140,23 @@ def test_deck_is_refused(tiny: Project, name: str) -> None:
     refuse(tiny, 4, "unit_loads.bdf", *pieces)
 
 
+@pytest.mark.parametrize(
+    ("density", "note"),
+    [
+        ("", "1 CHEXA of property 2 weigh nothing: their material has no density"),
+        ("2.7", "1 CHEXA of property 2 have a density of 2.7 kg/m3"),
+        ("50.", ""),
+    ],
+)
+def test_elements_that_weigh_next_to_nothing_are_told(tiny: Project, density: str, note: str) -> None:
+    replace(tiny.deck, "CHEXA,2,1,", "CHEXA,2,2,")
+    replace(tiny.deck, "ENDDATA", f"PSOLID,2,2\nMAT1,2,7.+10,,.33,{density},2.3-5\nENDDATA")
+    told = tiny.run("ingest").ok()
+    assert [line.removeprefix("note: ") for line in (told.out + told.err).splitlines() if "CHEXA" in line] == (
+        [note] if note else []
+    )
+
+
 def test_missing_deck(tiny: Project) -> None:
     tiny.deck.unlink()
     refuse(tiny, 4, "unit_loads.bdf", hint="write-deck")
