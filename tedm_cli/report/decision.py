@@ -191,18 +191,20 @@ def _few(names: Sequence[str]) -> str:
 
 
 def _field_card(dc: Sequence[DcVerdict]) -> VerdictCard:
-    passed, whole = sum(v.passed for v in dc), [v for v in dc if v.whole]
+    whole = [v for v in dc if v.whole]
     worst = worst_at_rest(dc)
+    met = all(v.passed for v in dc)
+    told = [
+        sum(bool(v.passed) == met for v in which) for which in (dc, whole)
+    ]  # those within where all are, else those not
     together = (
-        f" ({sum(v.passed for v in whole)} of {len(whole)} for inertial sensor and rest of the LTP together)"
-        if len(whole) < len(dc)
-        else ""
+        f" ({told[1]} of {len(whole)} for inertial sensor and rest of the LTP together)" if len(whole) < len(dc) else ""
     )
-    met = passed == len(dc)
     lead: Text = (
         "the ",
         Link("field at rest", "field"),
-        f" is within its allocation in {passed} of {count(len(dc), 'quantity', 'quantities')}{together}; the worst is"
+        f" is {'within' if met else 'outside'} its allocation in {told[0]} of"
+        f" {count(len(dc), 'quantity', 'quantities')}{together}; the worst is"
         f" {symbol(worst.quantity)} of {worst.test_mass} by {worst.subsystem}, {sci(worst.value)}"
         f" {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit (nominal frame of the test"
         " mass).",
