@@ -23,6 +23,7 @@ from tedm_cli.results.unit_loads import lever_nodes_of
 from tedm_cli.stages.common import copy_areas, out_path
 
 IMPLAUSIBLE = 100.0  # times the free growth of the whole model
+LONGEST_LEVER = 10.0  # from an optical element to its grid, in diagonals of the model
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,13 @@ def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[Int
 
 
 def _check_levers(layout: OpticalLayout, position: FloatArray, rows: IntArray, where: Path) -> None:
-    """An element further from its own grid than the model is long is in other units, or in another frame."""
+    """An element that is many lengths of the model away from its own grid is in other units, or in another frame."""
     lever = np.linalg.norm(reference_offsets(layout, position[rows]), axis=1)
     extent = float(np.linalg.norm(np.ptp(position, axis=0)))
     problems = [
         (f"element[{layout.index(e.name)}].ref_m", f"{e.name} is {r:.4g} m away from its grid {e.grid}")
         for e, r in zip(layout.bench, lever, strict=True)
-        if r > extent
+        if r > LONGEST_LEVER * extent
     ]
     if problems:
         hint = f"the model is {extent:.4g} m across; lengths must be in metres, and [frame] is in the basic frame"
