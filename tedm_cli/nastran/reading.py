@@ -217,7 +217,8 @@ def _guided(path: Path) -> Iterator[None]:
     def bounded(values: Sequence[Any]) -> Any:
         problem = range_problem(" ".join(str(value) for value in values).upper().replace(",", " ").split())
         if problem:
-            raise InputError(f"SET of the case control: {problem}", where=str(path), hint="write SET n = ALL")
+            hint = "write SET n = ALL" if "more ids" in problem else ""
+            raise InputError(f"SET of the case control: {problem}", where=str(path), hint=hint)
         return expanded(values)
 
     pybdf.get_include_filename, subcase.expand_thru_case_control = _include_file, bounded
