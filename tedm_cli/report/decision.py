@@ -176,12 +176,17 @@ def _improvement(case: CaseNoise, j: JudgedOutput) -> Text:
         said.append("no group alone can meet it")
     said.append(f"all groups together would need {ratio_text(m.all_factor)} of their temperature noise")
     for way, (verb, _) in WAYS.items():
-        enough = next((int(n) for n, r in zip(m.count, m.ratio[way], strict=True) if r <= 1.0), None)
-        if enough is not None and enough <= len(m.chosen[way]):
+        chosen = m.chosen[way]
+        enough = next((min(int(n), len(chosen)) for n, r in zip(m.count, m.ratio[way], strict=True) if r <= 1.0), 0)
+        if enough:
             what = count(enough, "block" if way == MATCHED else "area")
-            said.append(f"{verb} {what} ({_few(m.chosen[way][:enough])}) is enough")
+            said.append(f"{verb} {what} ({_few(chosen[:enough])}) is enough")
+        elif way == SILENCED and chosen:
+            most = min(int(m.count[-1]), len(chosen))  # fewer where no other would help
+            what = f"the {most} worst areas" if most > 1 else chosen[0]
+            said.append(f"{verb} {what} leaves {ratio_text(float(m.ratio[way][-1]))}")
         elif way == SILENCED:
-            said.append(f"{verb} the {int(m.count[-1])} worst areas leaves {ratio_text(float(m.ratio[way][-1]))}")
+            said.append("silencing a single area does not lower it")
     text = "; ".join(said)
     return (f"{text[:1].upper()}{text[1:]}. ", Link("Table", "change"))
 
