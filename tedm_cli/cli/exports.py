@@ -85,6 +85,7 @@ def export_state_space(
     Linear systems driven by white noise, with the filters that shape it and the static gain, for end-to-end simulators.
     """
     from tedm_cli.errors import UsageError
+    from tedm_cli.results.wording import count
     from tedm_cli.stages.exports.state_space import Wanted
     from tedm_cli.stages.exports.state_space import export_state_space as stage
 
@@ -103,8 +104,9 @@ def export_state_space(
         say(
             quiet,
             *(str(path) for path in done.paths),
-            f"case {done.case_id}: {done.states} states, {done.inputs} white noises of one-sided PSD 1/Hz; amplitudes"
-            f" within {done.filter_deviation:.2g} of the configured ones, outputs within {done.output_deviation:.2g} of"
+            f"case {done.case_id}: {count(done.states, 'state')}, {count(done.inputs, 'white noise')} of one-sided PSD"
+            f" 1/Hz; amplitudes within {done.filter_deviation:.2g} of the configured ones, outputs within"
+            f" {done.output_deviation:.2g} of"
             f" {done.compared_with}",
         )
 

@@ -143,7 +143,9 @@ def _vector_problems(at: str, e: ElementTable) -> Problems:
     out: Problems = []
     for key, vector in (("normal", e.normal), ("local_y", e.local_y)):
         if vector is not None and abs((length := float(np.linalg.norm(vector))) - 1.0) > UNIT_TOLERANCE:
-            out.append((f"{at}.{key}", f"not a unit vector: its length is {length:.12g}"))
+            unit = [float(c) for c in np.array(vector) / length] if length > 0.0 else None
+            meant = f"; {e.name} may mean {unit}" if unit else ""
+            out.append((f"{at}.{key}", f"not a unit vector: its length is {length:.12g}{meant}"))
     if (
         e.local_y is not None
         and e.normal is not None

@@ -195,10 +195,12 @@ def _require_outside(
 
 
 def _touches(name: int, card: str, test_mass: TestMass) -> None:
+    plate = card.startswith(("CQUAD", "CTRIA", "CSHEAR"))
     raise PhysicsError(
         f"{card} {name} reaches into or touches the test mass (edge lengths {test_mass.side_m.tolist()} m)",
         where=f"test mass {test_mass.name!r}",
-        hint="leave the test mass itself out of the source model, or correct its position and size",
+        hint="leave the test mass itself out of the source model, or correct its position and size"
+        + (", or the thickness of the plate" if plate else ""),
     )
 
 

@@ -6,6 +6,7 @@ import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass
 from io import StringIO
 from typing import Any
 
@@ -30,16 +31,10 @@ _PLAIN = tuple(
         (r"(\w+) = (.+) \(field #(\d+)\) on card must be (.+?)(?: \(.*\))?\.?", r"field \3 (\1) is \2, and must be \4"),
         (r"This is not a valid msc BDF.*", "has no CEND or no BEGIN BULK line"),
         (r"key=SUBCASE value=(\d+) already exists", r"SUBCASE \1 occurs twice"),
-        (r"(nid=\S+) is not a GRID, .*required by (\w+ \w+=\S+).*", r"\2 names \1, which is no grid"),
-        (r"(nids=\[.*?\]) are not a GRID, .*required by (\w+ \w+=\S+).*", r"\2 names \1, which are no grids"),
-        (r"Invalid Material ID: *(mid=\S+) .*required by (\w+ \w+=\S+).*", r"\2 names \1, which is no material"),
-        (r"(pid=\S+) not found, .*required by (\w+ \w+=[^\s.]+).*", r"\2 names \1, which is no property"),
-        (r"(cid=\S+) not found, .*required by (\w+ \w+=[^\s.]+).*", r"\2 names \1, which is no coordinate system"),
         (r"len\((?:\w+ )?card\) ?= ?(\d+).*", r"has \1 fields, which the card does not have"),
         (r"maximum recursion depth exceeded.*", "its coordinate systems refer to each other in a loop"),
         (r"v=\[.*\] norm\(v\)=0\.0.*", "its three points lie on a line"),
         (r"node_ids = \[(.*)\]", r"its grids are \1, and some of these are none"),
-        (r"self\.(\w+) IDs are not unique=\[(.*)\]", r"\1 \2 occurs twice"),
         (r"\w+\.sid=(\d+) old=.*", r"set \1 is there twice"),
         (r"'?(.*?)'? is not an integer; line:.*", r"'\1' is no whole number"),
         (r"card_name='?(.*?)'? was misparsed.*", r"a line begins with \1, which is no card"),
@@ -47,6 +42,17 @@ _PLAIN = tuple(
         (r"invalid literal for int\(\) with base \d+: '?(.*?)'?", r"'\1' is no whole number"),
         (r"could not convert string to float: '?(.*?)'?", r"'\1' is no number"),
         (r"\w+='?(.*?)'? is not 16 characters long.*", r"\1 has more digits than a field"),
+    )
+)
+# References to what is not there: pattern of its number and of the card that names it, and what it is.
+_MISSING = tuple(
+    (re.compile(pattern + r".*? required by (\w+) \w+=(\d+).*"), kind)
+    for pattern, kind in (
+        (r"nid=(\d+) is not a GRID,", "grid"),
+        (r"nids=\[([\d ,]+)\] are not a GRID,", "grids"),
+        (r"Invalid Material ID: *mid=(\d+)", "material"),
+        (r"pid=(\d+) not found,", "property"),
+        (r"cid=(\d+) not found,", "coordinate system"),
     )
 )
 # What says nothing to whoever has the deck alone.
@@ -62,7 +68,10 @@ def fact_of(exc: Exception, chatter: str) -> str:
     """What is wrong with a deck by pyNastran's report: its first telling line in plain words, and the card or line."""
     lines = [line.strip() for line in str(exc).splitlines() if line.strip(" =-*")]
     telling = [line for line in lines if not line.startswith(("There are cross-reference", "There are duplicate"))]
-    said = re.sub(r"(\\n|\s)+", " ", telling[0]).removeprefix("KeyError: ").strip(" '\"") if telling else ""
+    found = complaint_of(exc)
+    if found is not None:
+        return found.fact
+    said = _plain_line(telling[0]) if telling else ""
     fact = next((match.expand(words) for form, words in _PLAIN if (match := form.fullmatch(said))), said)[:160]
     printed = re.search(r"problem adding \['(\w+)', '(\w+)'", chatter)
     card = " ".join(printed.groups()) if printed else _card_of(exc)
@@ -71,6 +80,43 @@ def fact_of(exc: Exception, chatter: str) -> str:
         fact = "is not as Nastran writes it" if card or line else "it is not as Nastran writes decks"
     place = card or line
     return f"{place}: {fact}" if place and not fact.startswith(f"{place} ") else fact
+
+
+@dataclass(frozen=True)
+class Complaint:
+    """What is wrong with a card of the deck; `cards` is its name, or those of two cards of the same number."""
+
+    cards: tuple[str, ...]
+    number: int
+    fact: str
+
+
+def complaint_of(exc: Exception) -> Complaint | None:
+    """A card that refers to what is not there, or whose number another card has; None of any other complaint."""
+    lines = [line.strip() for line in str(exc).splitlines() if line.strip(" =-*")]
+    if any(re.match(r"old_?\w*=$|self\.\w+ IDs are not unique=", line) for line in lines):
+        found = [match for line in lines if (match := re.match(r"([A-Z]\w+)\*? +(\d+)", line))]
+        if len(found) > 1:
+            (old, number), (new, _) = found[0].groups(), found[1].groups()
+            name = old if old == new else f"{old} and {new}"
+            return Complaint(
+                (old, new), int(number), f"{name} {number}: the number is given twice, with different fields"
+            )
+    for i, line in enumerate(lines):
+        for form, kind in _MISSING:
+            match = form.fullmatch(_plain_line(line))
+            if match is not None:
+                missing, name, number = match.groups()
+                # pyNastran gives a material's number for that of some properties; the card itself follows
+                card = next((m for after in lines[i:] if (m := re.match(rf"card={name}\*? +(\d+)", after))), None)
+                number = card[1] if card is not None else number
+                fact = f"{name} {number} names {kind} {missing[:60]}, which the deck does not have"
+                return Complaint((name,), int(number), fact)
+    return None
+
+
+def _plain_line(line: str) -> str:
+    return re.sub(r"(\\n|\s)+", " ", line).removeprefix("KeyError: ").strip(" '\"")
 
 
 def _control_line_of(exc: BaseException) -> str:

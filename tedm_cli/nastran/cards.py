@@ -223,9 +223,12 @@ def range_problem(words: Sequence[str]) -> str:
     """What is wrong with the ranges (THRU) among the words of a list of ids."""
     for i in range(1, len(words) - 1):
         first, last = words[i - 1], words[i + 1]
-        if words[i] == "THRU" and first.isdecimal() and last.isdecimal() and int(last) - int(first) > _MOST_IDS:
-            return f"{first} THRU {last} names more ids than can be read"
-    return ""
+        if words[i] == "THRU" and first.isdecimal() and last.isdecimal():
+            if int(last) - int(first) > _MOST_IDS:
+                return f"{first} THRU {last} names more ids than can be read"
+            if int(last) < int(first):  # pyNastran would keep the first number alone
+                return f"{first} THRU {last} runs backwards"
+    return "THRU lacks its last number" if words and words[-1] == "THRU" else ""
 
 
 def _has_underscore(text: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -235,3 +235,13 @@ def _resolve(name: str, main: Path, parent: Path, place: str) -> Path:
             hint="Nastran versions differ in which they take: rename one, or write an absolute path",
         )
     return next(iter(found.values()))
+
+
+def card_places(files: Iterable[Path], name: str, number: int) -> list[str]:
+    """File and line of every bulk data card of this name whose first field is `number`, in the order of the files."""
+    card = re.compile(rf"\s*{name}\*?(?:\s*,\s*|\s+){number}(?![^\s,$])", re.IGNORECASE)
+    found = []
+    for file in files:
+        with file.open(encoding="latin-1") as lines:
+            found += [f"{file}:{i}" for i, line in enumerate(lines, start=1) if card.match(line)]
+    return found

@@ -6,6 +6,7 @@ millimetres, tonnes or pounds.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -22,6 +23,8 @@ _MOST_KG = 1e6
 _LEAST_KG_PER_CUBED_EXTENT = 1e-4
 _THICKEST = 1e2  # m, of plates, tubes and their diameters; of what is as large as the model, and no unit is wrong
 _MOST_EXPANSION = 1e-2  # 1/K; polymers have 3e-4
+_LIGHTEST = 10.0  # kg/m3; honeycomb has 16 and more
+_STRUCTURE = ("CHEXA", "CPENTA", "CTETRA", "CPYRAM", "CQUAD", "CTRIA", "CBAR", "CBEAM", "CROD", "CONROD", "CTUBE")
 _ROUNDING = 1e-6  # of an inertia: what has no width has no inertia about its length
 _ROUNDING_OF_LEVER = 1e-3  # of a mass on a lever: small fields have as few as four digits
 _SI = "lengths must be in metres, masses in kilograms"
@@ -106,6 +109,25 @@ def check_units(position: FloatArray, elements: Elements, total_kg: float, where
         )
     if total_kg < _LEAST_KG_PER_CUBED_EXTENT * extent**3:
         raise InputError(f"the model has {total_kg:.4g} kg on a length of {extent:.4g} m", where=where, hint=_SI)
+
+
+def light_elements(elements: Elements) -> list[str]:
+    """Remarks on elements that weigh nothing, or less than any material of a structure; one for each property.
+
+    They may be meant so, with their mass elsewhere; a density left out or in g/cm3 looks the same.
+    """
+    heavy = (elements.density >= _LIGHTEST) | np.isnan(elements.density) | (elements.added_kg > 0.0)
+    light = [i for i in np.flatnonzero(~heavy) if elements.type[i].startswith(_STRUCTURE)]
+    groups = Counter(
+        (int(elements.property_id[i]), elements.type[i], float(elements.density[i]))
+        for i in light
+        if elements.density[i] > 0.0 or not elements.mass_kg[i] > 0.0  # the mass may be non-structural
+    )
+    return [
+        f"{number:,} {card} of property {pid} "
+        + (f"have a density of {density:.4g} kg/m3" if density else "weigh nothing: their material has no density")
+        for (pid, card, density), number in sorted(groups.items())
+    ]
 
 
 def is_mass_tensor(inertia: FloatArray, scale: float = 0.0) -> bool:

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.captured_output import captured_output, card_lines_of, fact_of
+from tedm_cli.nastran.captured_output import captured_output, card_lines_of, complaint_of, fact_of
 from tedm_cli.nastran.card_names import REFUSED
 from tedm_cli.nastran.cards import LARGEST_INTEGER, BulkChecks, range_problem
 from tedm_cli.nastran.control_words import read_statements
-from tedm_cli.nastran.deck_lines import read_head, system_name
+from tedm_cli.nastran.deck_lines import card_places, read_head, system_name
 from tedm_cli.nastran.parameters import refuse_misspelt
 from tedm_cli.nastran.plausible import check_plausible
 from tedm_cli.regular_file import require_regular_file
@@ -54,9 +54,9 @@ def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata
         except InputError:
             raise
         except Exception as exc:  # malformed decks make pyNastran raise almost anything, and classes of its own
-            fact = fact_of(exc, chatter.getvalue())
-            where = checks.place_of(card_lines_of(exc))
-            raise InputError(f"pyNastran cannot read the deck: {fact}", where=where) from exc
+            raise _unread(
+                exc, chatter.getvalue(), checks.place_of(card_lines_of(exc)), deck_files(model, path)
+            ) from exc
     large = [int(n) for n in model.subcases if int(n) > LARGEST_INTEGER]
     if large:
         raise InputError(f"SUBCASE {large[0]}: is larger than any id", where=str(path))
@@ -73,8 +73,19 @@ def cross_reference(model: Any, path: Path) -> None:
         try:
             _cross_reference(model)
         except Exception as exc:
-            fact = fact_of(exc, chatter.getvalue())
-            raise InputError(f"pyNastran cannot read the deck: {fact}", where=str(path)) from exc
+            raise _unread(exc, chatter.getvalue(), str(path), deck_files(model, path)) from exc
+
+
+def _unread(exc: Exception, chatter: str, where: str, files: Sequence[Path]) -> InputError:
+    """What pyNastran says of a deck as an error, at the line of the card that it is about."""
+    complaint = complaint_of(exc)
+    if complaint is None:
+        return InputError(f"pyNastran cannot read the deck: {fact_of(exc, chatter)}", where=where)
+    places = [card_places(files, card, complaint.number) for card in complaint.cards]
+    if not all(places):
+        return InputError(complaint.fact, where=where)
+    first = f" (first in {places[0][0]})" if len(places) > 1 else ""
+    return InputError(complaint.fact + first, where=places[-1][-1] if first else places[0][0])
 
 
 def _cross_reference(model: Any) -> None:
@@ -206,7 +217,8 @@ def _guided(path: Path) -> Iterator[None]:
     def bounded(values: Sequence[Any]) -> Any:
         problem = range_problem(" ".join(str(value) for value in values).upper().replace(",", " ").split())
         if problem:
-            raise InputError(f"SET of the case control: {problem}", where=str(path), hint="write SET n = ALL")
+            hint = "write SET n = ALL" if "more ids" in problem else ""
+            raise InputError(f"SET of the case control: {problem}", where=str(path), hint=hint)
         return expanded(values)
 
     pybdf.get_include_filename, subcase.expand_thru_case_control = _include_file, bounded

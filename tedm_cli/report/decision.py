@@ -176,12 +176,17 @@ def _improvement(case: CaseNoise, j: JudgedOutput) -> Text:
         said.append("no group alone can meet it")
     said.append(f"all groups together would need {ratio_text(m.all_factor)} of their temperature noise")
     for way, (verb, _) in WAYS.items():
-        enough = next((int(n) for n, r in zip(m.count, m.ratio[way], strict=True) if r <= 1.0), None)
-        if enough is not None and enough <= len(m.chosen[way]):
+        chosen = m.chosen[way]
+        enough = next((min(int(n), len(chosen)) for n, r in zip(m.count, m.ratio[way], strict=True) if r <= 1.0), 0)
+        if enough:
             what = count(enough, "block" if way == MATCHED else "area")
-            said.append(f"{verb} {what} ({_few(m.chosen[way][:enough])}) is enough")
+            said.append(f"{verb} {what} ({_few(chosen[:enough])}) is enough")
+        elif way == SILENCED and chosen:
+            most = min(int(m.count[-1]), len(chosen))  # fewer where no other would help
+            what = f"the {most} worst areas" if most > 1 else chosen[0]
+            said.append(f"{verb} {what} leaves {ratio_text(float(m.ratio[way][-1]))}")
         elif way == SILENCED:
-            said.append(f"{verb} the {int(m.count[-1])} worst areas leaves {ratio_text(float(m.ratio[way][-1]))}")
+            said.append("silencing a single area does not lower it")
     text = "; ".join(said)
     return (f"{text[:1].upper()}{text[1:]}. ", Link("Table", "change"))
 
@@ -191,18 +196,20 @@ def _few(names: Sequence[str]) -> str:
 
 
 def _field_card(dc: Sequence[DcVerdict]) -> VerdictCard:
-    passed, whole = sum(v.passed for v in dc), [v for v in dc if v.whole]
+    whole = [v for v in dc if v.whole]
     worst = worst_at_rest(dc)
+    met = all(v.passed for v in dc)
+    told = [
+        sum(bool(v.passed) == met for v in which) for which in (dc, whole)
+    ]  # those within where all are, else those not
     together = (
-        f" ({sum(v.passed for v in whole)} of {len(whole)} for inertial sensor and rest of the LTP together)"
-        if len(whole) < len(dc)
-        else ""
+        f" ({told[1]} of {len(whole)} for inertial sensor and rest of the LTP together)" if len(whole) < len(dc) else ""
     )
-    met = passed == len(dc)
     lead: Text = (
         "the ",
         Link("field at rest", "field"),
-        f" is within its allocation in {passed} of {count(len(dc), 'quantity', 'quantities')}{together}; the worst is"
+        f" is {'within' if met else 'outside'} its allocation in {told[0]} of"
+        f" {count(len(dc), 'quantity', 'quantities')}{together}; the worst is"
         f" {symbol(worst.quantity)} of {worst.test_mass} by {worst.subsystem}, {sci(worst.value)}"
         f" {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit (nominal frame of the test"
         " mass).",

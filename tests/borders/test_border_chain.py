@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
-from border_tools import STAGES, Project, replace, snapshot, tedm
+from border_tools import STAGES, Project, replace, snapshot, tedm, untouched
 
 from tedm_cli.contracts import KINDS
 
@@ -163,3 +163,36 @@ def test_a_requirement_that_fails_is_a_result(small: Project) -> None:
     outcome = small.run("run-case", "3", "--fail-on-violation")
     assert outcome.code == 5
     assert "case 3" in outcome.err
+
+
+def test_an_optical_element_in_millimetres(small: Project) -> None:
+    replace(small.folder / "optics.toml", "ref_m = [0.088, 0.096, 0.0]", "ref_m = [88.0, 96.0, 0.0]")
+    with untouched(small.folder):
+        small.run("build-distortion").refused(
+            3, "optics.toml: element[3].ref_m: FIR is 130.1 m away from its grid 900002", hint="in metres"
+        )
+
+
+def test_the_length_of_a_lever_is_printed(small: Project) -> None:
+    """3 mm along x and 4 mm along y are 5 mm."""
+    replace(small.folder / "optics.toml", "origin_m = [0.0, 0.0, 0.0]", "origin_m = [0.003, 0.004, 0.0]")
+    small.run("build-distortion").ok()
+    assert "up to 0.005 m from" in small.run("build-optics").out
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fact"),
+    [
+        ("SPC1", "$ SPC1", "the structure is not held"),
+        ("CHEXA,1,1,1,2,3,4,5,6\n,7,8", "CHEXA,1,1,5,6,7,8,1,2\n,3,4", "Jacobian that is not positive: 1"),
+    ],
+)
+def test_what_cannot_be_solved_is_said_of_the_deck(tiny: Project, old: str, new: str, fact: str) -> None:
+    replace(tiny.deck, old, new)
+    replace(tiny.deck, "SPC = 1", "$ SPC = 1")
+    with untouched(tiny.folder):
+        tiny.run("solve").refused(5, "unit_loads.bdf: ", fact)
+
+
+def test_one_block_is_one_block(small: Project) -> None:
+    assert " in 1 block; ratio" in small.run("run-case", 1).ok().out

@@ -74,7 +74,11 @@ DECKS = {
         "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,0.,2.\nENDDATA",
         ["CORD2R 5: its three points lie on a line"],
     ),
-    "CONM2 nowhere": ("ENDDATA", "CONM2,77,333,,1.\nENDDATA", ["333", "CONM2 eid=77"]),
+    "CONM2 nowhere": (
+        "ENDDATA",
+        "CONM2,77,333,,1.\nENDDATA",
+        ["unit_loads.bdf:52: CONM2 77 names grid 333, which the deck does not have"],
+    ),
     "CMASS2 of one direction": ("ENDDATA", "CMASS2,77,3.,3,1\nENDDATA", ["CMASS 77", "3, 0, 0"]),
     "superelement": ("ENDDATA", "SESET,1,1,2\nENDDATA", ["SESET"]),
     **{
@@ -109,9 +113,27 @@ DECKS = {
     "unknown element": ("ENDDATA", "CNOVEL,5,1,2,3\nENDDATA", ["CNOVEL"]),
     "force": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  LOAD = 7\n", ["subcase 2", "LOAD = 7"]),
     "two supports": ("  LABEL = RIGHT\n", "  LABEL = RIGHT\n  SPC = 7\n", ["different SPC", "7 in subcase 2"]),
-    "unknown corner": (",11,12", ",11,13", ["nid=13", "CHEXA eid=2"]),
-    "unknown material": ("PSOLID,1,1", "PSOLID,1,5", ["mid=5", "PSOLID pid=1"]),
-    "grid twice": ("ENDDATA", "GRID,1,,5.,5.,5.\nENDDATA", ["GRID 1"]),
+    "unknown corner": (",11,12", ",11,13", ["unit_loads.bdf:31: CHEXA 2 names grid 13, which the deck does not have"]),
+    "unknown material": ("PSOLID,1,1", "PSOLID,1,5", ["unit_loads.bdf:33: PSOLID 1 names material 5, which"]),
+    "material of a bar": ("ENDDATA", "PBAR,7,9,.1\nENDDATA", ["unit_loads.bdf:52: PBAR 7 names material 9, which"]),
+    "grid twice": (
+        "ENDDATA",
+        "GRID,1,,5.,5.,5.\nENDDATA",
+        [
+            "unit_loads.bdf:52: GRID 1: the number is given twice, with different fields (first in ",
+            "unit_loads.bdf:17)",
+        ],
+    ),
+    "range backwards": (
+        "ENDDATA",
+        "SPC1,1,123,4,THRU,1\nENDDATA",
+        ["unit_loads.bdf:52: SPC1 1: 4 THRU 1 runs backwards"],
+    ),
+    "range from nowhere": ("ENDDATA", "SPC1,1,123,THRU,4\nENDDATA", ["unit_loads.bdf:52: SPC1 1: 123 THRU 4 runs"]),
+    "range without end": ("ENDDATA", "SPC1,1,123,4,THRU\nENDDATA", ["unit_loads.bdf:52: SPC1 1: THRU lacks its last"]),
+    "SET backwards": ("SPC = 1", "SPC = 1\nSET 1 = 9 THRU 2", ["SET of the case control: 9 THRU 2 runs backwards"]),
+    "element twice": ("ENDDATA", "CROD,2,1,1,2\nENDDATA", ["unit_loads.bdf:52: CHEXA and CROD 2: the number"]),
+    "material twice": ("ENDDATA", "MAT1,1,7.+9,,.3\nENDDATA", ["unit_loads.bdf:52: MAT1 1: the number"]),
     "letters for an id": ("GRID,2,,", "GRID,two,,", ["GRID two"]),
     "missing include": ("SPC1,1", "INCLUDE 'parts/grids.inc'\nSPC1,1", ["unit_loads.bdf:35", "parts/grids.inc"]),
     "open include": ("SPC1,1", "INCLUDE 'grids.inc\nSPC1,1", ["unit_loads.bdf:35", "closing quote"]),
@@ -124,6 +146,23 @@ def test_deck_is_refused(tiny: Project, name: str) -> None:
     old, new, pieces = DECKS[name]
     replace(tiny.deck, old, new)
     refuse(tiny, 4, "unit_loads.bdf", *pieces)
+
+
+@pytest.mark.parametrize(
+    ("density", "note"),
+    [
+        ("", "1 CHEXA of property 2 weigh nothing: their material has no density"),
+        ("2.7", "1 CHEXA of property 2 have a density of 2.7 kg/m3"),
+        ("50.", ""),
+    ],
+)
+def test_elements_that_weigh_next_to_nothing_are_told(tiny: Project, density: str, note: str) -> None:
+    replace(tiny.deck, "CHEXA,2,1,", "CHEXA,2,2,")
+    replace(tiny.deck, "ENDDATA", f"PSOLID,2,2\nMAT1,2,7.+10,,.33,{density},2.3-5\nENDDATA")
+    told = tiny.run("ingest").ok()
+    assert [line.removeprefix("note: ") for line in (told.out + told.err).splitlines() if "CHEXA" in line] == (
+        [note] if note else []
+    )
 
 
 def test_missing_deck(tiny: Project) -> None:

@@ -300,8 +300,9 @@ def test_element_that_reaches_into_the_test_mass_is_named(card: str, nodes: np.n
 def test_plate_thicker_than_its_gap_touches() -> None:
     nodes = np.array([[0.024, -0.01, -0.01], [0.024, 0.01, -0.01], [0.024, 0.01, 0.01], [0.024, -0.01, 0.01]])
     structure_gravity(model(nodes, [("CQUAD4", [0, 1, 2, 3])], thickness=0.001), CUBE, tolerance=1e-3)
-    with pytest.raises(PhysicsError, match="CQUAD4 1 reaches"):
+    with pytest.raises(PhysicsError, match="CQUAD4 1 reaches") as caught:
         structure_gravity(model(nodes, [("CQUAD4", [0, 1, 2, 3])], thickness=0.0025), CUBE, tolerance=1e-3)
+    assert "thickness" in caught.value.hint
 
 
 def test_a_plate_that_clears_an_edge_of_the_test_mass_is_no_error() -> None:

@@ -181,7 +181,7 @@ def test_nothing_is_printed(
 ) -> None:
     loads(tmp_path, PLAIN + "\nCONM2,60,3,0,1.5")
     for twice in ("GRID,1,,5.,5.,5.", "CROD,90001,99,3,3"):
-        with pytest.raises(InputError, match="cannot read the deck"):
+        with pytest.raises(InputError, match="the number is given twice"):
             loads(tmp_path, f"{PLAIN}\n{twice}")
     assert capfd.readouterr() == ("", "")
     assert not recwarn.list

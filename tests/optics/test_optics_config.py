@@ -106,6 +106,13 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
         ("front_offset_m = 0.023\n", "", "element[0].front_offset_m", "missing; a test_mass (TM1) needs it"),
         ('kind = "mirror"\n', 'kind = "mirror"\nindex = 1.5\n', "element[14]", "needs both thickness_m and index"),
         ("normal = [1.0, 0.0, 0.0]", "normal = [1.0, 0.001, 0.0]", "element[0].normal", "length is 1.0000005"),
+        (
+            "normal = [1.0, 0.0, 0.0]",
+            "normal = [3.0, 0.0, 4.0]",
+            "element[0].normal",
+            "length is 5; TM1 may mean [0.6, 0.0, 0.8]",
+        ),
+        ("normal = [1.0, 0.0, 0.0]", "normal = [0.0, 0.0, 0.0]", "element[0].normal", "its length is 0"),
         ("normal = [1.0, 0.0, 0.0]", "normal = [1.0, 0.0]", "element[0].normal", "at least 3"),
         ("local_y = [0.0, 0.0, 1.0]", "local_y = [1.0, 0.0, 0.0]", "element[0].local_y", "not perpendicular"),
         ("local_y = [0.0, 0.0, 1.0]", "local_y = [0.0, 0.0, 2.0]", "element[0].local_y", "length is 2"),

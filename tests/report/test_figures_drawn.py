@@ -6,6 +6,7 @@ import dataclasses
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -62,6 +63,16 @@ def test_all_figures_of_the_results(figures: dict[str, Figure]) -> None:
         "case02.svg",
         "case4b.svg",
     }
+
+
+def test_every_figure_is_documented_by_its_name(figures: dict[str, Figure]) -> None:
+    docs = Path(__file__).parents[2] / "docs"
+    text = "".join((docs / name).read_text(encoding="utf-8") for name in ("figures.md", "optics.md"))
+    stands_for = {"QUANTITY": f"({'|'.join(QUANTITIES)}|angle)", "NN": r"\w+", "NAME": r"\w+"}
+    forms = [re.escape(name) for name in re.findall(r"`(\w+\.svg)`", text)]
+    for word, pattern in stands_for.items():
+        forms = [form.replace(word, pattern) for form in forms]
+    assert [name for name in figures if not any(re.fullmatch(form, name) for form in forms)] == []
 
 
 def test_spectra_and_bars_have_units_on_their_axes(figures: dict[str, Figure]) -> None:

@@ -13,7 +13,7 @@ from tedm_cli.report.decision import decision_section, limited_by, summary
 from tedm_cli.report.document import Table, VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs
 from tedm_cli.results.deciding import deciding, without_repeats
-from tedm_cli.results.noise import WAYS, CaseNoise, JudgedOutput, Limit, NamedImprovement
+from tedm_cli.results.noise import SILENCED, WAYS, CaseNoise, JudgedOutput, Limit, NamedImprovement
 
 AREAS = AreaTable(
     name=np.array(["S1", "S2", "B1"]),
@@ -135,6 +135,29 @@ def test_what_would_help() -> None:
     margin = plain(dict(card(case("1", "likely", judged(0.25))).facts)["Margin"])
     assert "4.00 times as large" in margin
     assert "safety factor of 8.00" in margin
+
+
+@pytest.mark.parametrize(
+    ("chosen", "ratios", "said"),
+    [
+        (["S1", "S2", "B1"], [4.0, 3.0, 0.5], "silencing 3 areas (S1; S2; B1) is enough"),
+        (["S1", "S2", "B1"], [4.0, 3.0, 1.5], "silencing the 3 worst areas leaves 1.50"),
+        (["S1"], [4.0, 1.5, 1.5], "silencing S1 leaves 1.50"),
+        ([], [4.0, 4.0, 4.0], "silencing a single area does not lower it"),
+    ],
+)
+def test_no_more_areas_are_silenced_than_help(chosen: list[str], ratios: list[float], said: str) -> None:
+    """Ratios are told up to 10 areas, also where fewer areas help or are there."""
+    j = judged(4.0)
+    improvement = replace(
+        j.improvement,
+        count=np.array([0, 1, 10]),
+        ratio=j.improvement.ratio | {SILENCED: np.array(ratios)},
+        chosen=j.improvement.chosen | {SILENCED: chosen},
+    )
+    facts = card(case("1", "likely", replace(j, improvement=improvement))).facts
+    text = plain(dict(facts)["What would help"]).replace(". Table", ";")
+    assert f"; {said};" in text
 
 
 def test_outputs_that_say_the_same_are_told_once() -> None:

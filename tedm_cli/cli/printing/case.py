@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.results.wording import count
 
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
@@ -50,7 +51,7 @@ def _units(result: CaseResult) -> list[tuple[str, str]]:
 def _setting(result: CaseResult) -> str:
     return (
         f"temperature: {result.source.temperature.words()}; {int(result.active.sum())} of {len(result.active)} areas in"
-        f" {len(result.blocks)} blocks; ratio = safety factor {result.safety_factor:g} x noise / limit"
+        f" {count(len(result.blocks), 'block')}; ratio = safety factor {result.safety_factor:g} x noise / limit"
     )
 
 

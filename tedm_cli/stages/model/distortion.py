@@ -12,16 +12,18 @@ from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.distortion import RigidFit, plausible_translation, superposition_excess, superposition_residual
-from tedm_cli.errors import InputError, PhysicsError
+from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.blocks import SomeNodes, node_blocks
 from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, provenance
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.progress import Step
 from tedm_cli.results.unit_loads import lever_nodes_of
 from tedm_cli.stages.common import copy_areas, out_path
 
 IMPLAUSIBLE = 100.0  # times the free growth of the whole model
+LONGEST_LEVER = 10.0  # from an optical element to its grid, in diagonals of the model
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,22 @@ def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[Int
     absent = [f"{e.name} (grid {e.grid})" for e, r in zip(elements, rows, strict=True) if ids[r] != e.grid]
     if absent:
         raise InputError(f"optical elements whose grid the model lacks: {', '.join(absent)}", where=str(where))
+    _check_levers(layout, unit.array(UNIT_LOADS.GRID_POSITION), rows, where)
     return rows, [e.name for e in elements]
+
+
+def _check_levers(layout: OpticalLayout, position: FloatArray, rows: IntArray, where: Path) -> None:
+    """An element that is many lengths of the model away from its own grid is in other units, or in another frame."""
+    lever = np.linalg.norm(reference_offsets(layout, position[rows]), axis=1)
+    extent = float(np.linalg.norm(np.ptp(position, axis=0)))
+    problems = [
+        (f"element[{layout.index(e.name)}].ref_m", f"{e.name} is {r:.4g} m away from its grid {e.grid}")
+        for e, r in zip(layout.bench, lever, strict=True)
+        if r > LONGEST_LEVER * extent
+    ]
+    if problems:
+        hint = f"the model is {extent:.4g} m across; lengths must be in metres, and [frame] is in the basic frame"
+        raise ConfigError(problems, where=str(where), hint=hint)
 
 
 def _scale_areas(
@@ -198,7 +215,11 @@ def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> Non
     scale = plausible_translation(unit.array(UNIT_LOADS.ELEMENT_EXPANSION), unit.array(UNIT_LOADS.GRID_POSITION))
     still = [a for a, m in zip(areas, largest, strict=True) if m == 0]
     if still:
-        raise PhysicsError(f"areas whose unit load moves nothing: {', '.join(still[:5])}", where=str(unit.path))
+        raise PhysicsError(
+            f"areas whose unit load moves nothing: {', '.join(still[:5])}",
+            where=str(unit.path),
+            hint="do the materials of their elements have an expansion, and are their grids free to move?",
+        )
     worst = int(largest.argmax())
     if scale > 0 and largest[worst] > IMPLAUSIBLE * scale:
         raise PhysicsError(

@@ -26,7 +26,7 @@ from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
 from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.fortran_records import require_records
 from tedm_cli.nastran.parameter_values import number_parameter
-from tedm_cli.nastran.plausible import is_mass_tensor
+from tedm_cli.nastran.plausible import is_mass_tensor, light_elements
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
@@ -117,7 +117,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         masses,
         loads.uniform is not None,
         geometry.elements.partial,
-        passed_over(model),
+        passed_over(model) + light_elements(geometry.elements),
         max(wanted, key=lambda load: load.single_error),
     )
 

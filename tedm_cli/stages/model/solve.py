@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tedm_cli.config.model import ModelTable, load_model
 from tedm_cli.config.project import Project
-from tedm_cli.errors import ConfigError
+from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import SolidBlock
@@ -77,13 +77,16 @@ def solve_deck(
     model_geometry(model, [deck])  # a wrong unit is said before anything is solved
     del model
     labels = {case.id: case.label for case in cases}
-    solution = StaticSolution(structure, progress=progress)
-    motions = solution.solve(cases)
-    write_op2(
-        op2,
-        structure.grid_id,
-        ((number, labels[number], structure.in_displacement_frames(motion)) for number, motion in motions),
-    )
+    try:
+        solution = StaticSolution(structure, progress=progress)
+        motions = solution.solve(cases)
+        write_op2(
+            op2,
+            structure.grid_id,
+            ((number, labels[number], structure.in_displacement_frames(motion)) for number, motion in motions),
+        )
+    except PhysicsError as exc:  # the solver knows elements and grids, and no file
+        raise PhysicsError(exc.fact, where=exc.where or str(deck), hint=exc.hint) from exc
     solids = {_kind(block): len(block.element_id) for block in structure.solids}
     return SolveReport(
         n_grids=structure.n_grids,

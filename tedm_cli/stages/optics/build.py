@@ -115,6 +115,6 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         judged,
         matrices.origins,
         matrices.differences,
-        float(np.abs(offsets).max()),
+        float(np.linalg.norm(offsets, axis=1).max()),
         failures(findings, "warning"),
     )
