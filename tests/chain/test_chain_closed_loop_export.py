@@ -23,6 +23,7 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.stages.dynamics.build import build_dynamics
 from tedm_cli.stages.dynamics.loop import project_loop
 from tedm_cli.stages.exports.closed_loop import export_closed_loop
+from tedm_cli.stages.optics.build import build_optics
 
 F = np.array([2e-4, 1e-3, 7e-3, 3e-2])
 
@@ -80,6 +81,15 @@ def test_temperatures_of_the_exported_loop_are_sensitivities_of_the_project(clos
     assert not v[: rows.index("n_SC_theta")].any()  # temperatures push no thruster
 
 
+def _another(layout: Path, folder: Path) -> Path:
+    """The same layout with another wavelength, beside the files that it names."""
+    shutil.copytree(layout.parent, folder / "layout")
+    changed = folder / "layout" / layout.name
+    text = changed.read_text(encoding="utf-8")
+    changed.write_text(text.replace("wavelength_m = 1.064e-6", "wavelength_m = 1.55e-6"), encoding="utf-8")
+    return changed
+
+
 def command(*arguments: str) -> int:
     with (
         mock.patch.object(sys, "argv", ["tedm", "export-state-space", *arguments]),
@@ -100,8 +110,7 @@ def test_the_command_writes_the_loop_and_refuses_a_stale_one(
     assert target.exists()
     assert command("-d", str(build)) == 2
     assert "--loop" in capsys.readouterr().err
-    with open(build / "optics.h5", "ab") as file:
-        file.write(b"0")
+    build_optics(replace(closed, build_dir=build, optics=_another(closed.optics, tmp_path)), None)
     with pytest.raises(InputError, match="stale"):
         export_closed_loop(build, "npz", None)
     (build / "dynamics.h5").unlink()
@@ -126,3 +135,11 @@ def test_a_sampled_controller_has_no_continuous_system(closed: Project, tmp_path
     build_dynamics(project, None)
     with pytest.raises(InputError, match="sampled controller has no continuous state space"):
         export_closed_loop(build, "npz", None)
+
+
+def test_a_loop_of_another_configuration_is_refused(closed: Project, tmp_path: Path) -> None:
+    moved = tmp_path / "model.toml"
+    moved.write_text(closed.model.read_text(encoding="utf-8") + "# moved\n", encoding="utf-8")
+    with pytest.raises(InputError, match="stale") as refused:
+        build_dynamics(replace(closed, model=moved), tmp_path / "dynamics.h5")
+    assert refused.value.hint == "rebuild it with `tedm build-sensitivity`"

@@ -18,6 +18,7 @@ from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
     OPTICS_FILE,
     SENSITIVITY_FILE,
+    require_configuration,
     require_same_areas,
     require_same_input,
 )
@@ -59,7 +60,8 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
 
     Raises
     ------
-    InputError : files of different distortion matrices or areas; sensitivities that are not finite.
+    InputError : files of different distortion matrices or areas, or of other configurations than the project's now;
+        sensitivities that are not finite.
     PhysicsError : read-outs along other axes than those of each test mass.
     """
     _, layout = load_layout(project.optics)
@@ -67,6 +69,8 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
     with open_checked(s_path, SENSITIVITY_KIND) as s, open_checked(o_path, OPTICS_KIND) as o:
         require_same_input(DISTORTION_FILE, s, o)
         require_same_areas(s, o)
+        require_configuration(s, project.model)
+        require_configuration(o, project.optics)
         areas = read_areas(s)
         names = dict(zip(s.strings(SENSITIVITY_KIND.TEST_MASS_NAME), TEST_MASSES, strict=True))
         axes = s.array(SENSITIVITY_KIND.TEST_MASS_AXES)
