@@ -9,7 +9,16 @@ import numpy as np
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Section, State, Strong, Text, VerdictCard
-from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY, POSSIBLE, Pair, by_requirement, deciding, worst_of
+from tedm_cli.results.deciding import (
+    DIAGNOSTIC,
+    LIKELY,
+    POSSIBLE,
+    Pair,
+    by_requirement,
+    deciding,
+    possible_of,
+    worst_of,
+)
 from tedm_cli.results.field import symbol, worst_at_rest
 from tedm_cli.results.noise import MATCHED, SILENCED, WAYS, CaseNoise, JudgedOutput, Limit
 from tedm_cli.results.wording import and_text, count, mhz_text, percent, ratio_text, sci, span, unit_text
@@ -45,7 +54,7 @@ def summary(section: Section) -> Text:
 
 def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable) -> VerdictCard:
     likely = [p for p in pairs if p[0].role == LIKELY]
-    possible = [p for p in pairs if p[0].role != DIAGNOSTIC] or list(pairs)
+    possible = possible_of(pairs)
     case, j = deciding(pairs)
     state: State = "met" if j.passed else "violated" if case.role == LIKELY or not likely else "open"
     word = {"met": "Met", "violated": "Violated", "open": "At risk"}[state]
