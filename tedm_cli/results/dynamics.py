@@ -43,6 +43,11 @@ class ControlLoop:
     peak_sensitivity: float
     open_loop: ComplexArray
 
+    @property
+    def crosses(self) -> bool:
+        """Whether its gain is 1 anywhere."""
+        return bool(np.isfinite(self.crossover_hz))
+
 
 @dataclass(frozen=True, eq=False)
 class LoopStability:
@@ -101,6 +106,11 @@ class LoopOutput:
     def thermal_asd(self) -> FloatArray:
         """[F], of the temperatures, gravity and read-out with their phases."""
         return self.group_asd[THERMAL]
+
+    @property
+    def feels_temperatures(self) -> bool:
+        """Whether there is anything of the temperatures in it."""
+        return bool(self.thermal_asd.any() or self.incoherent_asd.any())
 
     def largest(self, most: int, least: float) -> list[tuple[str, float]]:
         """The groups of the largest shares, those of at least `least`."""
@@ -176,25 +186,39 @@ class ClosedLoop:
         return deciding(pairs) if pairs else None
 
 
+def read_closed_loop(dynamics: Reader | None, simulations: Sequence[Reader]) -> ClosedLoop | None:
+    """The loop and its cases, from their open files; None where they have not been made."""
+    if dynamics is None:
+        return None
+    return ClosedLoop(read_stability(dynamics), tuple(read_simulation(file) for file in simulations))
+
+
 def read_stability(file: Reader) -> LoopStability:
     """Loops and margins of an open dynamics file."""
     own = not file.has(DYNAMICS.MATRIX_ACTUATION)
     family = {} if own else {name: title for title, names in FAMILIES.items() for name in names}
-    names = file.strings(DYNAMICS.LOOP_NAME)
-    columns = [
-        file.array(d).tolist()
-        for d in (
-            DYNAMICS.LOOP_CROSSOVER,
-            DYNAMICS.LOOP_PHASE_MARGIN,
-            DYNAMICS.LOOP_GAIN_MARGIN,
-            DYNAMICS.LOOP_GAIN_REDUCTION,
-            DYNAMICS.LOOP_PEAK_SENSITIVITY,
-        )
-    ]
-    open_loop = file.array(DYNAMICS.LOOP_OPEN_REAL) + 1j * file.array(DYNAMICS.LOOP_OPEN_IMAGINARY)
+    numbers = zip(
+        file.strings(DYNAMICS.LOOP_NAME),
+        file.array(DYNAMICS.LOOP_CROSSOVER),
+        file.array(DYNAMICS.LOOP_PHASE_MARGIN),
+        file.array(DYNAMICS.LOOP_GAIN_MARGIN),
+        file.array(DYNAMICS.LOOP_GAIN_REDUCTION),
+        file.array(DYNAMICS.LOOP_PEAK_SENSITIVITY),
+        file.array(DYNAMICS.LOOP_OPEN_REAL) + 1j * file.array(DYNAMICS.LOOP_OPEN_IMAGINARY),
+        strict=True,
+    )
     loops = [
-        ControlLoop(name, family.get(name, AT_READ_OUTS), *numbers, response)
-        for name, numbers, response in zip(names, zip(*columns, strict=True), open_loop, strict=True)
+        ControlLoop(
+            name,
+            family.get(name, AT_READ_OUTS),
+            float(crossover),
+            float(phase),
+            float(gain),
+            float(less),
+            float(peak),
+            x,
+        )
+        for name, crossover, phase, gain, less, peak, x in numbers
     ]
     poles = file.array(DYNAMICS.POLE_REAL)
     return LoopStability(
@@ -242,50 +266,52 @@ def _read_judged(file: Reader) -> tuple[LoopOutput, ...]:
     unit = dict(zip(file.strings(SIMULATION.OUTPUT_LABEL), file.strings(SIMULATION.OUTPUT_UNIT), strict=True))
     groups, sources = file.strings(SIMULATION.GROUP_NAME), file.strings(SIMULATION.SOURCE_NAME)
     areas = file.strings(SIMULATION.AREA_NAME)
-    number = {
-        key: file.array(dataset)
-        for key, dataset in {
-            "ratio": SIMULATION.VERDICT_RATIO,
-            "binding_hz": SIMULATION.VERDICT_BINDING_FREQUENCY,
-            "noise": SIMULATION.VERDICT_NOISE,
-            "limit": SIMULATION.VERDICT_LIMIT,
-            "incoherent": SIMULATION.VERDICT_INCOHERENT,
-        }.items()
-    }
-    named = {
-        key: (names, file.array(dataset))
-        for key, (names, dataset) in {
-            "share": (groups, SIMULATION.VERDICT_GROUP_SHARE),
-            "silenced": (groups, SIMULATION.IMPROVEMENT_SILENCED),
-            "factor": (groups, SIMULATION.IMPROVEMENT_FACTOR),
-            "source_share": (sources, SIMULATION.VERDICT_SOURCE_SHARE),
-            "area_share": (areas, SIMULATION.VERDICT_AREA_SHARE),
-        }.items()
-    }
-    passed = file.array(SIMULATION.VERDICT_PASSED)
-    judged = []
-    pairs = zip(file.strings(SIMULATION.VERDICT_OUTPUT), file.strings(SIMULATION.VERDICT_REQUIREMENT), strict=True)
-    for v, (output, requirement) in enumerate(pairs):
-        judged.append(
-            LoopOutput(
-                output=output,
-                kind=kind(output),
-                unit=unit[output],
-                requirement=requirement,
-                passed=bool(passed[v]),
-                asd=_asd(file, SIMULATION.PSD.of(output)),
-                group_asd={g: _asd(file, SIMULATION.CONTRIBUTION.of(g, output)) for g in groups},
-                gravity_asd=_asd(file, SIMULATION.THERMAL_GRAVITY.of(output)),
-                incoherent_asd=_asd(file, SIMULATION.THERMAL_INCOHERENT.of(output)),
-                **{key: float(values[v]) for key, values in number.items()},
-                **{key: _by_name(names, values[v]) for key, (names, values) in named.items()},
-            )
+    ratio, binding_hz, noise, limit, passed, incoherent = (
+        file.array(d)
+        for d in (
+            SIMULATION.VERDICT_RATIO,
+            SIMULATION.VERDICT_BINDING_FREQUENCY,
+            SIMULATION.VERDICT_NOISE,
+            SIMULATION.VERDICT_LIMIT,
+            SIMULATION.VERDICT_PASSED,
+            SIMULATION.VERDICT_INCOHERENT,
         )
-    return tuple(judged)
+    )
+    share, silenced, factor = (
+        file.array(d)
+        for d in (SIMULATION.VERDICT_GROUP_SHARE, SIMULATION.IMPROVEMENT_SILENCED, SIMULATION.IMPROVEMENT_FACTOR)
+    )
+    source_share, area_share = file.array(SIMULATION.VERDICT_SOURCE_SHARE), file.array(SIMULATION.VERDICT_AREA_SHARE)
+    pairs = zip(file.strings(SIMULATION.VERDICT_OUTPUT), file.strings(SIMULATION.VERDICT_REQUIREMENT), strict=True)
+    return tuple(
+        LoopOutput(
+            output=output,
+            kind=kind(output),
+            unit=unit[output],
+            requirement=requirement,
+            ratio=float(ratio[v]),
+            binding_hz=float(binding_hz[v]),
+            noise=float(noise[v]),
+            limit=float(limit[v]),
+            passed=bool(passed[v]),
+            asd=_asd(file, SIMULATION.PSD.of(output)),
+            group_asd={g: _asd(file, SIMULATION.CONTRIBUTION.of(g, output)) for g in groups},
+            gravity_asd=_asd(file, SIMULATION.THERMAL_GRAVITY.of(output)),
+            incoherent_asd=_asd(file, SIMULATION.THERMAL_INCOHERENT.of(output)),
+            share=_by_name(groups, share[v]),
+            silenced=_by_name(groups, silenced[v]),
+            factor=_by_name(groups, factor[v]),
+            source_share=_by_name(sources, source_share[v]),
+            area_share=_by_name(areas, area_share[v]),
+            incoherent=float(incoherent[v]),
+        )
+        for v, (output, requirement) in enumerate(pairs)
+    )
 
 
 def _asd(file: Reader, path: str) -> FloatArray:
-    return np.sqrt(file.array(path))
+    asd: FloatArray = np.sqrt(file.array(path))
+    return asd
 
 
 def _by_name(names: Sequence[str], values: FloatArray) -> dict[str, float]:
