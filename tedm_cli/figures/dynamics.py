@@ -181,9 +181,10 @@ def budget_figure(case: SimulatedCase, j: LoopOutput) -> Figure:
         low, high = case.budget_range(j)
         bands(axes, limits)
         axes.plot(case.frequency_hz * 1e3, factor * j.asd, color=_TOTAL, linewidth=4.4, alpha=0.45, label="total")
-        looks = iter((colour, DASHES[i % len(DASHES)]) for i, colour in enumerate(_SOURCES * len(seen)))
+        others = [name for name in j.group_asd if name != THERMAL]  # a group has one look in all budgets
         for name in seen:
-            colour, dashes = (VERMILION, "-") if name == THERMAL else next(looks)
+            i = -1 if name == THERMAL else others.index(name)
+            colour, dashes = (VERMILION, "-") if i < 0 else (_SOURCES[i % len(_SOURCES)], DASHES[i % len(DASHES)])
             curve = factor * j.group_asd[name]
             axes.plot(case.frequency_hz * 1e3, curve, color=colour, linestyle=dashes, linewidth=1.6,
                       label=fitted(name, 1.5, 8.5))  # fmt: skip

@@ -30,14 +30,21 @@ _SMALL = 0.05  # shares of the power below this are not named
 
 
 def decision_section(
-    cases: Sequence[CaseNoise], areas: AreaTable, dc: Sequence[DcVerdict], figures: dict[str, list[Figure]]
+    cases: Sequence[CaseNoise],
+    areas: AreaTable,
+    dc: Sequence[DcVerdict],
+    closed_loop: Paragraph,
+    figures: dict[str, list[Figure]],
 ) -> Section:
-    """A card for each requirement and one for the field at rest, the worst first, then what they rest on."""
+    """A card for each requirement and one for the field at rest, the worst first, then what they rest on.
+
+    `closed_loop` is what is to be said of the drag-free loop here.
+    """
     cards = [_card(limit, pairs, areas) for limit, pairs in by_requirement(cases)]
     nothing = [] if cards else [Paragraph("The configuration names no requirement on noise: none is judged.")]
     cards.append(_field_card(dc))
     cards.sort(key=lambda card: _ORDER.index(card.state))
-    blocks: tuple[Block, ...] = (*nothing, *cards, *figures["verdict"], Facts(tuple(_setting(cases))))
+    blocks: tuple[Block, ...] = (*nothing, *cards, closed_loop, *figures["verdict"], Facts(tuple(_setting(cases))))
     return Section("verdict", "Decision", "Decision", blocks)
 
 
