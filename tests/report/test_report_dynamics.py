@@ -15,7 +15,10 @@ from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.dynamics import AT_READ_OUTS, ClosedLoop, LoopOutput, SimulatedCase, read_closed_loop
 from tedm_cli.results.wording import percent, ratio_text
+from tedm_cli.stages.dynamics.build import build_dynamics
+from tedm_cli.stages.reporting.check import check_folder
 from tedm_cli.stages.reporting.report import report
+from tedm_cli.stages.reporting.show import show_dict
 
 IDS = ["1", "2", "4b"]
 FIGURES: dict[str, list[object]] = {"closed loop": []}
@@ -168,3 +171,33 @@ def test_a_report_without_the_loop_says_so(copy: Project) -> None:
     text = report(copy, None, ["md"])[0].read_text(encoding="utf-8")
     assert "has not been run" in text
     assert "closed loop" not in text.lower()
+
+
+def test_show_and_check_know_every_file_of_the_folder(finished: Project, closed: ClosedLoop) -> None:
+    """`docs/dynamics.md` says that `show` lists the noise sources with where they are from."""
+    shown = {path.name: show_dict(path) for path in sorted(finished.build_dir.glob("*.h5"))}
+    assert {d["kind"] for d in shown.values()} >= {"dynamics", "simulation", "case"}
+    assert all(d["main"] for d in shown.values())
+    loop = shown["dynamics.h5"]["main"]
+    assert loop["smallest_phase_margin_deg"] == min(x.phase_deg for x in closed.stability.loops)
+    assert {name for name in loop if name.startswith("noise ")} == {
+        f"noise {name}" for name in closed.cases[0].judged[0].source_share
+    }
+    assert "PRL 116, 231101 (2016)" in loop["noise optical_x1"]
+    verdicts = shown["simulation01.h5"]["main"]
+    assert set(verdicts) == {f"{output} {requirement}" for output, requirement in closed.pairs()}
+    found = {c.path.name: (c.kind, c.problems) for c in check_folder(finished.build_dir)}
+    assert found["dynamics.h5"] == ("dynamics", [])
+    assert found["simulation4b.h5"] == ("simulation", [])
+
+
+def test_check_finds_a_loop_and_simulations_stale(copy: Project) -> None:
+    """What is made from a loop of another configuration is stale, though nothing else has changed."""
+    file = copy.build_dir.parent / "dynamics.toml"
+    file.write_text("[read_out]\nset = 'A'\n", encoding="utf-8")
+    build_dynamics(replace(copy, dynamics=file), None)
+    file.write_text("[read_out]\nset = 'B'\n", encoding="utf-8")
+    found = {c.path.name: c.problems for c in check_folder(copy.build_dir)}
+    assert [problem for problem in found["dynamics.h5"] if "dynamics.toml" in problem]
+    assert [problem for problem in found["simulation01.h5"] if "dynamics.h5" in problem]
+    assert found["case01.h5"] == []
