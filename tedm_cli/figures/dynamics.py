@@ -58,15 +58,21 @@ def loops_figure(stability: LoopStability) -> Figure:
             phase = _at(figure, _LEFT, top - _GAIN - _BETWEEN - _PHASE, _BODE, _PHASE)
             near = _at(figure, _LEFT + _BODE + _GAP, top - _NYQUIST, _NYQUIST * 1.5, _NYQUIST)
             figure.text(0.08 / WIDTH, (top + 0.08) / height, capital(name), fontsize=9.5)
-            looks = [
-                {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i % len(DASHES)], "linewidth": 2.6 - 0.3 * i}
-                for i in range(len(loops))
-            ]
+            looks = [_look(i) for i in range(len(loops))]
             _bode(gain, phase, stability.frequency_hz, loops, looks, span)
             _nyquist(near, loops, looks)
             top += _TITLE - tall[name]
         heading(figure, "Loops of the controller, each broken while the others are closed")
         return figure
+
+
+def _look(i: int) -> dict[str, Any]:
+    """Of loop number `i`: later ones are narrower, so that those below them show."""
+    return {
+        "color": COLOURS[i % len(COLOURS)],
+        "linestyle": DASHES[i % len(DASHES)],
+        "linewidth": max(2.6 - 0.3 * i, 1.0),
+    }
 
 
 def _at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:

@@ -18,8 +18,8 @@ from tedm_cli.figures.dynamics import budget_figure, loops_figure, thermal_figur
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.figures.style import style
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, SimulatedCase, read_closed_loop
-from tedm_cli.stages.reporting.plot_dynamics import budget_words, dynamics_specs
+from tedm_cli.results.dynamics import AT_READ_OUTS, ClosedLoop, LoopOutput, SimulatedCase, read_closed_loop
+from tedm_cli.stages.reporting.plot_dynamics import budget_words, dynamics_specs, loop_words
 
 
 def loop_of(project: Project) -> ClosedLoop:
@@ -146,6 +146,28 @@ def test_a_caption_of_temperatures_below_the_axis_does_not_name_them(closed: Clo
     loud = replace(j, group_asd={**j.group_asd, "thermal": j.asd})
     assert "temperatures" in budget_words(case, loud)
     assert "thermal" in curves(budget_figure(case, loud).axes[0])
+
+
+def test_loops_of_a_controller_of_ones_own_are_one_family(closed: ClosedLoop) -> None:
+    """They are broken at the read-outs; some of them never cross gain 1, and have no dot."""
+    loops = [replace(x, family=AT_READ_OUTS) for x in closed.stability.loops]
+    loops[0] = replace(loops[0], crossover_hz=np.nan, phase_deg=np.inf)
+    own = replace(closed.stability, loops=tuple(loops))
+    figure = loops_figure(own)
+    assert len(figure.axes) == 3
+    assert sum(line.get_marker() == "o" for line in figure.axes[0].get_lines()) == len(loops) - 1
+    assert all(line.get_linewidth() > 0.0 for axes in figure.axes for line in axes.get_lines())
+    assert "drag-free" not in loop_words(own)
+    assert "dot" in loop_words(own)
+    quiet = replace(own, loops=tuple(replace(x, crossover_hz=np.nan, phase_deg=np.inf) for x in loops))
+    assert "dot at" not in loop_words(quiet)
+    assert "phase margin" not in loop_words(quiet)
+    for stability in (own, quiet):
+        figure = loops_figure(stability)
+        with style():
+            box = figure.get_tightbbox()
+        width, tall = figure.get_size_inches()
+        assert (box.x0 >= 0, box.y0 >= 0, box.x1 <= width, box.y1 <= tall) == (True,) * 4
 
 
 def test_one_case_in_closed_loop_is_drawn_and_one_without_temperatures_has_no_figure_of_them(copy: Project) -> None:

@@ -29,7 +29,7 @@ def dynamics_specs(results: Results) -> list[FigureSpec]:
     loop = (f"{results.dynamics_file.path.name} {results.dynamics_file.sha256}",)
     specs = [
         FigureSpec(
-            "loop_margins.svg", SECTION, _loop_words(found.stability), loop, partial(draw.loop_margins, found.stability)
+            "loop_margins.svg", SECTION, loop_words(found.stability), loop, partial(draw.loop_margins, found.stability)
         )
     ]
     worst = found.worst_likely()
@@ -48,7 +48,8 @@ def dynamics_specs(results: Results) -> list[FigureSpec]:
     return specs
 
 
-def _loop_words(stability: LoopStability) -> str:
+def loop_words(stability: LoopStability) -> str:
+    """Caption of the margins."""
     families = stability.families()
     which = f" ({and_text(list(families))})" if set(families) <= set(FAMILIES) else ""
     crossed = any(x.crosses for x in stability.loops)
