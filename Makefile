@@ -82,7 +82,7 @@ $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAM
 # A configuration file that the project no longer names may be gone.
 $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML): ;
 
-all: $(BUILD)/report.html $(SIMULATION_FILES)
+all: $(BUILD)/report.html
 	@echo "open $(BUILD)/report.html"
 
 # The shipped sample; a project that names another model never asks for it.
@@ -134,7 +134,7 @@ $(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
 endef
 $(foreach file,$(SIMULATION_FILES),$(eval $(call SIMULATION_RULE,$(file))))
 
-$(BUILD)/figures.stamp: $(CASE_FILES) $(wildcard $(BUILD)/series_*.h5)
+$(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(wildcard $(BUILD)/series_*.h5)
 	$(TEDM) plot $(OPTIONS)
 	@touch $@
 

@@ -121,7 +121,7 @@ def _case_panel(axes: Axes, case: CaseNoise, kind: str, width: float) -> None:
         markeredgewidth=1.4,
         label=f"largest ratio, {mhz_text(worst.binding_hz)}",
     )
-    _scales(axes, case.frequency_hz, low, high, worst.unit, f"{factor:g} × noise")
+    scales(axes, case.frequency_hz, low, high, worst.unit, f"{factor:g} × noise")
     state = ": met" if worst.passed else ": VIOLATED"
     room = width - text_width(state, 8.5)
     verdict = f": {ratio_text(worst.ratio)} × limit at {mhz_text(worst.binding_hz)}"
@@ -177,7 +177,7 @@ def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
             axes.plot(
                 np.array(band) * 1e3, [result.amplitude] * 2, color=FLIGHT, linewidth=3.2, alpha=0.75, label=label
             )
-        _scales(axes, f, low, high, worst[0].unit, f"safety factor {shown[0].safety_factor:g} × noise")
+        scales(axes, f, low, high, worst[0].unit, f"safety factor {shown[0].safety_factor:g} × noise")
         outputs = [j.output for j in worst]
         title = f"{capital(quantity(kind, outputs))}, the worst output of every case"
         heading(figure, title)
@@ -231,7 +231,7 @@ def temperature_figure(spectra: TemperatureSpectra) -> Figure:
                 linewidth=2.0,
                 label=name,
             )
-        _scales(axes, spectra.frequency_hz, low, high, "K", "temperature")
+        scales(axes, spectra.frequency_hz, low, high, "K", "temperature")
         axes.set_title("Temperature noise of the thermal areas (no safety factor)")
         rows = len(spectra.name)
         inches(figure, left=1.0, right=0.25, top=0.4, bottom=0.75 + 0.19 * rows)
@@ -239,7 +239,8 @@ def temperature_figure(spectra: TemperatureSpectra) -> Figure:
         return figure
 
 
-def _scales(axes: Axes, frequency_hz: FloatArray, low: float, high: float, unit: str, what: str) -> None:
+def scales(axes: Axes, frequency_hz: FloatArray, low: float, high: float, unit: str, what: str) -> None:
+    """Logarithmic axes of amplitude spectral densities `what` in `unit` per √Hz, from `low` to `high`."""
     axes.set_yscale("log")
     axes.set_ylim(low, high)
     label = f"{what} ({unit_text(unit)}/√Hz)"

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tedm_cli.report.document import Block, Cell, Figure, Folded, Paragraph, Row, Section, Table, columns, row
+from tedm_cli.report.document import (
+    Block,
+    Cell,
+    Figure,
+    Folded,
+    Paragraph,
+    Row,
+    Section,
+    Table,
+    columns,
+    row,
+    verdict_cell,
+)
 from tedm_cli.report.evidence import case_head
 from tedm_cli.results.deciding import without_repeats
 from tedm_cli.results.noise import CaseNoise
@@ -60,7 +72,7 @@ def _verdicts(cases: Sequence[CaseNoise]) -> Table:
             rows.append(
                 row(
                     j.output,
-                    Cell("pass" if j.passed else "FAIL", "met" if j.passed else "violated"),
+                    verdict_cell(j.passed),
                     ratio_text(j.ratio),
                     f"{j.binding_hz * 1e3:.3g}",
                     j.requirement,

@@ -11,12 +11,14 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.cases import cases_section, spectra_section
 from tedm_cli.report.decision import decision_section, summary
 from tedm_cli.report.document import Document, Figure, Paragraph, Section
+from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words
 from tedm_cli.report.evidence import change_section, sure_section, why_section
 from tedm_cli.report.field import field_section
 from tedm_cli.report.model import model_section
 from tedm_cli.report.optics import optics_section
 from tedm_cli.report.provenance import ReportFile, provenance_section
 from tedm_cli.report.series import series_section
+from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.field import FieldAtRest
 from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.noise import CaseNoise
@@ -36,7 +38,10 @@ class ReportFigure:
 
 @dataclass(frozen=True)
 class ReportInputs:
-    """All that a report is made from; `files` are all result files in the order of the chain."""
+    """All that a report is made from; `files` are all result files in the order of the chain.
+
+    `closed_loop` is None where there are not two `test_masses`, or where it has not been simulated.
+    """
 
     title: str
     model: ModelSize
@@ -47,6 +52,8 @@ class ReportInputs:
     areas: AreaTable
     cases: list[CaseNoise]
     series: dict[str, SeriesSummary]
+    test_masses: int
+    closed_loop: ClosedLoop | None
     files: list[ReportFile]
     figures: list[ReportFigure]
 
@@ -60,7 +67,9 @@ def document_of(inputs: ReportInputs) -> Document:
     """
     areas = inputs.areas
     figures = _figures(inputs.figures)
-    sections = [decision_section(inputs.cases, areas, inputs.field.verdicts, figures)]
+    ids = [case.id for case in inputs.cases]
+    said = closed_loop_words(inputs.closed_loop, inputs.test_masses, ids)
+    sections = [decision_section(inputs.cases, areas, inputs.field.verdicts, said, figures)]
     if any(c.judged for c in inputs.cases):
         sections += [
             why_section(inputs.cases, areas, figures),
@@ -70,6 +79,8 @@ def document_of(inputs: ReportInputs) -> Document:
     sections.append(cases_section(inputs.cases, figures))
     if figures["cases"]:
         sections.append(spectra_section(figures))
+    if inputs.closed_loop is not None:
+        sections.append(closed_loop_section(inputs.closed_loop, ids, figures))
     if inputs.series:
         sections.append(series_section(inputs.series, figures))
     text = (

@@ -9,7 +9,16 @@ import numpy as np
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Section, State, Strong, Text, VerdictCard
-from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY, POSSIBLE, Pair, by_requirement, deciding, worst_of
+from tedm_cli.results.deciding import (
+    DIAGNOSTIC,
+    LIKELY,
+    POSSIBLE,
+    Pair,
+    by_requirement,
+    deciding,
+    possible_of,
+    worst_of,
+)
 from tedm_cli.results.field import symbol, worst_at_rest
 from tedm_cli.results.noise import MATCHED, SILENCED, WAYS, CaseNoise, JudgedOutput, Limit
 from tedm_cli.results.wording import and_text, count, mhz_text, percent, ratio_text, sci, span, unit_text
@@ -21,14 +30,21 @@ _SMALL = 0.05  # shares of the power below this are not named
 
 
 def decision_section(
-    cases: Sequence[CaseNoise], areas: AreaTable, dc: Sequence[DcVerdict], figures: dict[str, list[Figure]]
+    cases: Sequence[CaseNoise],
+    areas: AreaTable,
+    dc: Sequence[DcVerdict],
+    closed_loop: Paragraph,
+    figures: dict[str, list[Figure]],
 ) -> Section:
-    """A card for each requirement and one for the field at rest, the worst first, then what they rest on."""
+    """A card for each requirement and one for the field at rest, the worst first, then what they rest on.
+
+    `closed_loop` is what is to be said of the drag-free loop here.
+    """
     cards = [_card(limit, pairs, areas) for limit, pairs in by_requirement(cases)]
     nothing = [] if cards else [Paragraph("The configuration names no requirement on noise: none is judged.")]
     cards.append(_field_card(dc))
     cards.sort(key=lambda card: _ORDER.index(card.state))
-    blocks: tuple[Block, ...] = (*nothing, *cards, *figures["verdict"], Facts(tuple(_setting(cases))))
+    blocks: tuple[Block, ...] = (*nothing, *cards, closed_loop, *figures["verdict"], Facts(tuple(_setting(cases))))
     return Section("verdict", "Decision", "Decision", blocks)
 
 
@@ -45,7 +61,7 @@ def summary(section: Section) -> Text:
 
 def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable) -> VerdictCard:
     likely = [p for p in pairs if p[0].role == LIKELY]
-    possible = [p for p in pairs if p[0].role != DIAGNOSTIC] or list(pairs)
+    possible = possible_of(pairs)
     case, j = deciding(pairs)
     state: State = "met" if j.passed else "violated" if case.role == LIKELY or not likely else "open"
     word = {"met": "Met", "violated": "Violated", "open": "At risk"}[state]

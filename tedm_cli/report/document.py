@@ -160,6 +160,11 @@ def row(*cells: str | Cell, kind: Literal["", "sum", "failed", "head"] = "") -> 
     return Row(tuple(c if isinstance(c, Cell) else Cell(c) for c in cells), kind)
 
 
+def verdict_cell(passed: bool) -> Cell:
+    """A verdict in a word."""
+    return Cell("pass" if passed else "FAIL", "met" if passed else "violated")
+
+
 def columns(*titles: str, text: Sequence[int] = ()) -> tuple[Column, ...]:
     """Columns by their titles; those in `text` hold words, the others numbers."""
     return tuple(Column(title, i in text) for i, title in enumerate(titles))

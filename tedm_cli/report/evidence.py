@@ -95,12 +95,12 @@ def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -
             b = j.bound_ratio
             bounds = [
                 _ratio_span(b["known_blocks_minimum"], b["known_blocks"]),
-                _ratio(b["maximum_non_negative"]),
+                ratio_cell(b["maximum_non_negative"]),
                 _ratio_span(b["minimum"], b["maximum"]),
             ]
             factor = case.safety_factor
             allowed = ratio_text(factor * j.improvement.all_factor)
-            rows.append(row(j.output, _ratio(j.ratio), *filters, *bounds, _ratio(j.ratio / factor), allowed))
+            rows.append(row(j.output, ratio_cell(j.ratio), *filters, *bounds, ratio_cell(j.ratio / factor), allowed))
     text = (
         "A verdict rests on assumptions. Here is what each ratio of noise to requirement would be with others, one"
         " changed at a time. Order: of the temperature filter, from the smallest to the largest ratio over the corners"
@@ -112,7 +112,8 @@ def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -
     return Section("sure", "How sure: other assumptions", "How sure", (*figures["certainty"], Paragraph(text), *table))
 
 
-def _ratio(value: float) -> Cell:
+def ratio_cell(value: float) -> Cell:
+    """A ratio to a requirement; above 1 it is violated."""
     return Cell(ratio_text(value), "violated" if value > 1.0 else "met")
 
 
@@ -145,21 +146,23 @@ def _by_group(j: JudgedOutput, areas: AreaTable) -> Table:
     rows = []
     for group, factor in j.improvement.group_factor.items():
         level = j.improvement.group_level[group]
-        if np.isnan(factor):
-            allowed, shown = "cannot alone", ""
-        elif np.isinf(factor):
-            allowed, shown = "not felt", ""
-        else:
-            allowed = ratio_text(factor)
-            shown = "" if np.isnan(level) else power_text(factor * level, 3)
-        state = None if np.isinf(factor) else "violated" if np.isnan(factor) or factor < 1.0 else "met"
+        shown = power_text(factor * level, 3) if np.isfinite(factor) and not np.isnan(level) else ""
         now = "differ" if np.isnan(level) else power_text(level, 3)
-        rows.append(row(group, f"{(areas.group == group).sum()}", now, Cell(allowed, state), shown))  # type: ignore[arg-type]
+        rows.append(row(group, f"{(areas.group == group).sum()}", now, factor_cell(factor), shown))
     everything = ratio_text(j.improvement.all_factor) if np.isfinite(j.improvement.all_factor) else "not felt"
     rows.append(row("all together", f"{len(areas)}", "", everything, "", kind="sum"))
     at = mhz_text(j.binding_hz)
     head = columns("Group", "Areas", f"Now at {at}\n(K/√Hz)", "Factor\n(1)", "Allowed\n(K/√Hz)", text=(0,))
     return Table(head, tuple(rows), "Required temperature stability")
+
+
+def factor_cell(factor: float) -> Cell:
+    """The factor on one group's amplitude that just meets a requirement; infinite: not felt, NaN: not by it alone."""
+    if np.isinf(factor):
+        return Cell("not felt")
+    if np.isnan(factor):
+        return Cell("cannot alone", "violated")
+    return Cell(ratio_text(factor), "violated" if factor < 1.0 else "met")
 
 
 def _by_area(j: JudgedOutput) -> Table:
@@ -171,7 +174,7 @@ def _by_area(j: JudgedOutput) -> Table:
     for i, n in enumerate(m.count.tolist()):
         cells: list[str | Cell] = [f"{n}"]
         for ways in families:
-            cells += [_ratio(float(m.ratio[way][i])) for way in ways]
+            cells += [ratio_cell(float(m.ratio[way][i])) for way in ways]
             cells.append("; ".join(m.chosen[ways[0]][before:n]) or ("" if n == 0 else "no other helps"))
         before = n
         rows.append(row(*cells))

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tedm_cli.report.document import Block, Cell, Facts, Figure, Heading, Paragraph, Section, Table, columns, row
+from tedm_cli.report.document import (
+    Block,
+    Facts,
+    Figure,
+    Heading,
+    Paragraph,
+    Section,
+    Table,
+    columns,
+    row,
+    verdict_cell,
+)
 from tedm_cli.results.series import SeriesSummary
 from tedm_cli.results.wording import mhz_text, ratio_text, sci, unit_text
 
@@ -32,7 +43,7 @@ def _verdicts(s: SeriesSummary) -> Block:
     rows = [
         row(
             v.output,
-            Cell("pass" if v.passed else "FAIL", "met" if v.passed else "violated"),
+            verdict_cell(v.passed),
             ratio_text(v.ratio),
             mhz_text(v.binding_hz),
             v.requirement,

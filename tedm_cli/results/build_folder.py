@@ -7,12 +7,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from tedm_cli.config.cases import CasesConfig, load_cases
+from tedm_cli.config.dynamics import load_dynamics
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY, SERIES
+from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, SERIES, SIMULATION
+from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
+    DYNAMICS_FILE,
     OPTICS_FILE,
     SENSITIVITY_FILE,
     case_file_name,
@@ -21,6 +24,7 @@ from tedm_cli.files.build_folder import (
     require_same_areas,
     require_same_input,
     series_file_name,
+    simulation_file_name,
 )
 from tedm_cli.files.provenance import ConfigFile, InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
@@ -31,7 +35,9 @@ from tedm_cli.optics.layout import OpticalLayout
 class Results:
     """Results that fit together, open, what they were made with, and the hashes of what is drawn.
 
-    `series` are those of the configuration that have been run, by name.
+    `series` are those of the configuration that have been run, by name. `dynamics` is None where there are not two test
+    masses, or where the loop or its cases have not been made; `simulations` are the cases that have, in the order of
+    the configuration.
     """
 
     distortion: Reader
@@ -46,6 +52,11 @@ class Results:
     config: CasesConfig
     series: dict[str, Reader]
     series_files: dict[str, InputFile]
+    two_test_masses: bool
+    dynamics: Reader | None
+    dynamics_file: InputFile | None
+    simulations: list[Reader]
+    simulation_files: list[InputFile]
 
 
 @contextlib.contextmanager
@@ -77,18 +88,53 @@ def open_results(project: Project) -> Iterator[Results]:
         cases = []
         for case_id, path in zip(config.ids, paths, strict=True):
             case = stack.enter_context(open_checked(path, CASE))
-            require_current(case, case_id, used, file)
+            require_current(case, case_id, used, [file])
             cases.append(case)
         series = {}
         for name in (table.name for table in config.series if (build / series_file_name(table.name)).exists()):
             series[name] = stack.enter_context(open_checked(build / series_file_name(name), SERIES))
             hint = f"rebuild it with `tedm run-series {name}`, or delete it"
-            _require_made_from(series[name], used, file, hint)
-        require_same_areas(sensitivity, optics, distortion, *cases, *series.values())
+            _require_made_from(series[name], used, [file], hint)
+        two = len(sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)) == len(TEST_MASSES)
+        dynamics, simulations = _open_dynamics(project, config.ids, used, file, stack) if two else (None, [])
+        require_same_areas(sensitivity, optics, distortion, *cases, *series.values(), *simulations)
         yield Results(
             distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
+            two, dynamics, None if dynamics is None else input_files([dynamics.path])[0], simulations,
+            list(input_files([reader.path for reader in simulations])),
         )  # fmt: skip
+
+
+def _open_dynamics(
+    project: Project, ids: Sequence[str], used: Sequence[InputFile], config: ConfigFile, stack: contextlib.ExitStack
+) -> tuple[Reader | None, list[Reader]]:
+    """The loop and the cases in it, as far as they have been made; refused where they are not made from what is there.
+
+    `used` are the sensitivities and the optics, `config` is the cases file.
+    """
+    path = project.build_dir / DYNAMICS_FILE
+    paths = {i: path.with_name(simulation_file_name(i)) for i in ids}
+    paths = {i: p for i, p in paths.items() if p.exists()}
+    if not path.exists() or not paths:
+        return None, []
+    own, table = load_dynamics(project.dynamics)
+    configs = [own] if own else []
+    tables = [own.path.parent / name for name in table.file_names()] if own else []
+    dynamics = stack.enter_context(open_checked(path, DYNAMICS))
+    used = [*used, *input_files(tables)]
+    hint = f"rebuild it with `{DYNAMICS.made_by}`"
+    _require_made_from(dynamics, used, configs, hint)
+    if not configs and (named := dynamics.provenance().configs):
+        raise InputError(
+            f"is stale: made from {named[0].path}, which the project no longer names", where=str(path), hint=hint
+        )
+    used = [*used[:2], *input_files([path])]
+    simulations = []
+    for case_id, made in paths.items():
+        simulations.append(stack.enter_context(open_checked(made, SIMULATION)))
+        require_current(simulations[-1], case_id, used, [*configs, config])
+    return dynamics, simulations
 
 
 def _layout(project: Project, optics: Reader) -> OpticalLayout:
@@ -98,20 +144,23 @@ def _layout(project: Project, optics: Reader) -> OpticalLayout:
     return layout
 
 
-def require_current(case: Reader, case_id: str, used: Sequence[InputFile], config: ConfigFile) -> None:
-    """Refuse a case that was run on other results or with another configuration, or that is another case."""
-    hint = f"rebuild it with `tedm run-case {case_id}`"
-    _require_made_from(case, used, config, f"{hint}, or all cases with `tedm run-case all`")
+def require_current(case: Reader, case_id: str, used: Sequence[InputFile], configs: Sequence[ConfigFile]) -> None:
+    """Refuse a case that was run on other results or with other configurations, or that is another case.
+
+    It is a case by itself or in closed loop.
+    """
+    hint = f"rebuild it with `{case.kind.made_by} {case_id}`"
+    _require_made_from(case, used, configs, f"{hint}, or all cases with `{case.kind.made_by} all`")
     if case.string(CASE.CASE_ID) != case_id:
         raise InputError(f"holds case {case.string(CASE.CASE_ID)}, not {case_id}", where=str(case.path), hint=hint)
 
 
-def _require_made_from(file: Reader, used: Sequence[InputFile], config: ConfigFile, hint: str) -> None:
-    """Refuse a file that was made from other sensitivities, or with another configuration, than those there now."""
+def _require_made_from(file: Reader, used: Sequence[InputFile], configs: Sequence[ConfigFile], hint: str) -> None:
+    """Refuse a file that was made from other inputs, or with other configurations, than those there now."""
     provenance = file.provenance()
     made_from = {(i.path.name, i.sha256) for i in provenance.inputs}
     made_from |= {(c.path.name, c.sha256) for c in provenance.configs}
-    now = {i.path: i.sha256 for i in used} | {config.path: config.sha256}
+    now = {i.path: i.sha256 for i in used} | {c.path: c.sha256 for c in configs}
     for path, sha256 in now.items():
         if (path.name, sha256) not in made_from:
             raise InputError(f"is stale: not made from {path} as it is now", where=str(file.path), hint=hint)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -16,6 +17,27 @@ LIKELY, POSSIBLE, DIAGNOSTIC = "likely", "possible", "diagnostic"
 _ALIKE = 1e-6  # relative difference of outputs that are told once
 
 
+class InRole(Protocol):
+    """A case, by itself or in closed loop."""
+
+    @property
+    def role(self) -> str: ...
+
+
+class Judged(Protocol):
+    """An output against a requirement."""
+
+    @property
+    def ratio(self) -> float: ...
+
+    @property
+    def passed(self) -> bool: ...
+
+
+C = TypeVar("C", bound=InRole)
+J = TypeVar("J", bound=Judged)
+
+
 def by_requirement(cases: Sequence[CaseNoise]) -> list[tuple[Limit, list[Pair]]]:
     """Every requirement that judges something, with all that it judges."""
     found = []
@@ -26,12 +48,17 @@ def by_requirement(cases: Sequence[CaseNoise]) -> list[tuple[Limit, list[Pair]]]
     return found
 
 
-def worst_of(pairs: Sequence[Pair]) -> Pair:
+def worst_of(pairs: Sequence[tuple[C, J]]) -> tuple[C, J]:
     """The case and output with the largest ratio."""
     return first_largest(pairs, [j.ratio for _, j in pairs])
 
 
-def deciding(pairs: Sequence[Pair]) -> Pair:
+def possible_of(pairs: Sequence[tuple[C, J]]) -> list[tuple[C, J]]:
+    """Those of cases that can occur; all where there are diagnostic ones only."""
+    return [p for p in pairs if p[0].role != DIAGNOSTIC] or list(pairs)
+
+
+def deciding(pairs: Sequence[tuple[C, J]]) -> tuple[C, J]:
     """What a verdict hangs on: the worst of the likely cases if they violate it, or else of all that are possible.
 
     Diagnostic cases decide only where there are no others.
@@ -39,7 +66,7 @@ def deciding(pairs: Sequence[Pair]) -> Pair:
     likely = [p for p in pairs if p[0].role == LIKELY]
     if any(not j.passed for _, j in likely):
         return worst_of(likely)
-    return worst_of([p for p in pairs if p[0].role != DIAGNOSTIC] or pairs)
+    return worst_of(possible_of(pairs))
 
 
 def worth_showing(cases: Sequence[CaseNoise], kind: str) -> list[Pair]:
@@ -47,7 +74,7 @@ def worth_showing(cases: Sequence[CaseNoise], kind: str) -> list[Pair]:
     merged = without_repeats(cases)
     pairs = [(c, j) for c in merged for j in c.of_kind(kind)]
     first = deciding(pairs)
-    worst = worst_of([p for p in pairs if p[0].role != DIAGNOSTIC] or pairs)
+    worst = worst_of(possible_of(pairs))
     return [first] if worst[0] is first[0] else [first, worst]
 
 

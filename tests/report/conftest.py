@@ -8,7 +8,7 @@ from unittest import mock
 
 import pytest
 from matplotlib.figure import Figure
-from report_project import make_project
+from report_project import close_loop, make_project
 
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.figures.spec import FigureSpec
@@ -25,6 +25,7 @@ from tedm_cli.stages.reporting.plot import figure_specs, plot
 def plotted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str, Figure]]:
     """A project with its figures, and the figures as they were drawn, by the names of their files."""
     project = make_project(tmp_path_factory.mktemp("finished"))
+    close_loop(project)
     figures: dict[str, Figure] = {}
 
     def recording(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,8 @@ from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
+from tedm_cli.stages.dynamics.build import build_dynamics
+from tedm_cli.stages.dynamics.simulate import simulate
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 
@@ -199,6 +201,10 @@ def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] |
         "/test_mass/name": MASSES,
         "/source/name": ["structure", "other test mass", "compensation masses"],
         "/source/mass_model": "quadrature",
+        "/test_mass/mass": [1.928, 1.928],
+        "/test_mass/side": np.full((2, 3), 0.046),
+        "/test_mass/position": np.array([[0.188, 0.0, 0.0], [-0.188, 0.0, 0.0]]),
+        "/test_mass/axes": np.array([layout.axes, layout.axes]),
         **field_at_rest(rng),
         "/label/tm_output": MOTION_ROWS,
         "/label/tm_output_unit": [unit for _ in MASSES for unit in ("m/s^2", "rad/s^2") for _ in "xyz"],
@@ -220,6 +226,12 @@ def make_project(folder: Path, cases: str = CASES, changed: Mapping[str, Any] | 
     write_matrices(project, changed=changed)
     run_cases(project, select_cases(project.cases, ["all"]), None, silent)
     return project
+
+
+def close_loop(project: Project, case_ids: Sequence[str] = ("1", "2", "4b")) -> None:
+    """The default loop around the made-up test masses, and the cases in it."""
+    build_dynamics(project, None)
+    simulate(project, case_ids, None, silent)
 
 
 def sketch(project: Project) -> None:

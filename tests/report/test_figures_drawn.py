@@ -62,6 +62,9 @@ def test_all_figures_of_the_results(figures: dict[str, Figure]) -> None:
         "case01.svg",
         "case02.svg",
         "case4b.svg",
+        "loop_margins.svg",
+        *(f"budget_{output}_case01.svg" for output in ("delta_g", "TM1_a_x", "TM2_a_x", "TM1_x")),
+        "closed_loop_thermal_case01.svg",
     }
 
 

@@ -10,7 +10,7 @@ import pytest
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.decision import decision_section, limited_by, summary
-from tedm_cli.report.document import Table, VerdictCard, plain
+from tedm_cli.report.document import Paragraph, Table, VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs
 from tedm_cli.results.deciding import deciding, without_repeats
 from tedm_cli.results.noise import SILENCED, WAYS, CaseNoise, JudgedOutput, Limit, NamedImprovement
@@ -25,6 +25,7 @@ FREQUENCY = np.array([1e-3, 1e-2])
 LIMIT = Limit("lpf_readout_item", "a thesis", "m", (1e-3, 1e-2), np.ones(2))
 PASSED_DC = DcVerdict("TM1", "a_x", "IS+LTP", 1e-10, -1e-9, 1e-9)
 FIGURES = {"verdict": [], "improvement": []}
+LOOP = Paragraph("The loop has not been closed.", quiet=True)
 BOUNDS = ("minimum", "known_blocks_minimum", "known_blocks", "maximum_non_negative", "maximum")
 
 
@@ -57,7 +58,7 @@ def case(case_id: str, role: str, *outputs: JudgedOutput) -> CaseNoise:
 
 
 def card(*cases: CaseNoise) -> VerdictCard:
-    found = decision_section(cases, AREAS, [PASSED_DC], FIGURES)  # type: ignore[arg-type]
+    found = decision_section(cases, AREAS, [PASSED_DC], LOOP, FIGURES)  # type: ignore[arg-type]
     return next(b for b in found.blocks if isinstance(b, VerdictCard) and b.name == LIMIT.name)
 
 
@@ -86,11 +87,11 @@ def test_the_worst_card_comes_first_and_the_summary_names_all() -> None:
     cases = [case("1", "likely", judged(2.0))]
     failed_dc = replace(PASSED_DC, value=3e-9)
     for dc, names in ((PASSED_DC, [LIMIT.name, "field at rest"]), (failed_dc, [LIMIT.name, "field at rest"])):
-        section = decision_section(cases, AREAS, [dc], FIGURES)  # type: ignore[arg-type]
+        section = decision_section(cases, AREAS, [dc], LOOP, FIGURES)  # type: ignore[arg-type]
         cards = [b for b in section.blocks if isinstance(b, VerdictCard)]
         assert [c.name for c in cards] == names
         assert all(name in plain(summary(section)) for name in names)
-    section = decision_section([case("1", "likely", judged(0.2))], AREAS, [failed_dc], FIGURES)  # type: ignore[arg-type]
+    section = decision_section([case("1", "likely", judged(0.2))], AREAS, [failed_dc], LOOP, FIGURES)  # type: ignore[arg-type]
     assert next(b for b in section.blocks if isinstance(b, VerdictCard)).name == "field at rest"
 
 

@@ -255,7 +255,7 @@ def test_provenance_names_every_file_with_its_hash(finished: Project, page: Page
     pairs = {tuple(row) for row in page.rows if len(row) == 2}
     for path in finished.build_dir.glob("*.h5"):
         assert (path.name, sha256_of(path)) in pairs
-        assert path.name.startswith("case") or (path.name, "tedm made up") in pairs
+        assert path.name.startswith(("case", "dynamics", "simulation")) or (path.name, "tedm made up") in pairs
 
 
 def test_project_without_requirements(with_cases: Callable[[str], Project]) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from unittest import mock
 
 import pytest
-from report_project import write_matrices
+from report_project import close_loop, write_matrices
 
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
@@ -14,6 +16,10 @@ from tedm_cli.figures.fonts import font_folder
 from tedm_cli.progress import silent
 from tedm_cli.report.document import Document, Figure, Section
 from tedm_cli.report.pdf import to_pdf
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.dynamics import read_simulation
+from tedm_cli.stages.dynamics.build import build_dynamics
+from tedm_cli.stages.dynamics.simulate import simulate
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import plot
 from tedm_cli.stages.reporting.report import report
@@ -89,6 +95,7 @@ def test_missing_figure(copy: Project) -> None:
 def test_figures_of_earlier_results(copy: Project) -> None:
     write_matrices(copy, seed=2)
     run_cases(copy, ["1", "2", "4b"], None, silent)
+    close_loop(copy)
     with pytest.raises(InputError) as caught:
         page(copy)
     assert caught.value.where.endswith(".svg")
@@ -145,3 +152,72 @@ def test_what_the_typesetter_refuses_is_one_error() -> None:
     document = Document("t", "s", "1", (Section("a", "A", "A", (Figure("f1", "caption", svg, "a.svg"),)),))
     with pytest.raises(InputError, match=r"the PDF cannot be set: .*example\.org"):
         to_pdf(document, font_folder())
+
+
+def touched(path: Path) -> None:
+    path.write_text(path.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+
+
+@STAGES
+def test_a_loop_of_other_sensitivities(copy: Project, stage: Stage) -> None:
+    write_matrices(copy, seed=2)
+    run_cases(copy, ["1", "2", "4b"], None, silent)
+    with pytest.raises(InputError) as caught:
+        stage(copy)
+    assert caught.value.where.endswith("dynamics.h5")
+    assert "sensitivity.h5 as it is now" in caught.value.fact
+    assert "tedm build-dynamics" in caught.value.hint
+
+
+@STAGES
+def test_a_loop_of_another_configuration(copy: Project, stage: Stage) -> None:
+    """The project names a dynamics file, or another, or none any more, since the loop was closed."""
+    file = copy.build_dir.parent / "dynamics.toml"
+    file.write_text("[read_out]\nset = 'A'\n", encoding="utf-8")
+    named = dataclasses.replace(copy, dynamics=file)
+    with pytest.raises(InputError, match=r"dynamics\.toml as it is now") as caught:
+        stage(named)
+    assert "tedm build-dynamics" in caught.value.hint
+    build_dynamics(named, None)
+    simulate(named, ["1", "2", "4b"], None, silent)
+    with pytest.raises(InputError, match="no longer names") as caught:
+        stage(copy)
+    assert caught.value.where.endswith("dynamics.h5")
+    assert "tedm build-dynamics" in caught.value.hint
+
+
+@STAGES
+def test_a_simulation_in_another_loop(copy: Project, stage: Stage) -> None:
+    """The same loop built by another command line is another file."""
+    with mock.patch("sys.argv", ["tedm", "build-dynamics", "--anew"]):
+        build_dynamics(copy, None)
+    simulate(copy, ["1"], None, silent)
+    with pytest.raises(InputError, match=r"dynamics\.h5 as it is now") as caught:
+        stage(copy)
+    assert caught.value.where.endswith("simulation02.h5")
+    assert "tedm simulate 2`" in caught.value.hint
+
+
+@STAGES
+def test_a_simulation_of_another_cases_file(copy: Project, stage: Stage) -> None:
+    touched(copy.cases)
+    run_cases(copy, ["1", "2", "4b"], None, silent)
+    with pytest.raises(InputError, match=r"cases\.toml as it is now") as caught:
+        stage(copy)
+    assert caught.value.where.endswith("simulation01.h5")
+    assert "tedm simulate 1`, or all cases with `tedm simulate all`" in caught.value.hint
+
+
+def test_a_loop_that_is_not_closed_is_no_fault(copy: Project) -> None:
+    """Without dynamics.h5, simulations of any age are not looked at."""
+    (copy.build_dir / "dynamics.h5").unlink()
+    with open_results(copy) as results:
+        assert results.two_test_masses
+        assert results.dynamics is None
+        assert results.simulations == []
+
+
+def test_cases_that_have_not_been_simulated_are_not_there(copy: Project) -> None:
+    (copy.build_dir / "simulation02.h5").unlink()
+    with open_results(copy) as results:
+        assert [read_simulation(file).id for file in results.simulations] == ["1", "4b"]

@@ -154,7 +154,7 @@ def _stored(inputs: _Inputs, case_id: str, path: Path) -> FloatArray:
     """The PSDs [n_out, F] of a case file, which must be of the present sensitivities and configuration."""
     with open_checked(path, CASE) as stored:
         sources = [inputs.project.build_dir / name for name in (SENSITIVITY_FILE, OPTICS_FILE)]
-        require_current(stored, case_id, input_files(sources), inputs.file)
+        require_current(stored, case_id, input_files(sources), [inputs.file])
         return read_psd(stored, inputs.outputs.labels)
 
 

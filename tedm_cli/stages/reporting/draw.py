@@ -12,6 +12,7 @@ from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.case_file import read_temperature
+from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.optics import read_out_maps
@@ -86,6 +87,24 @@ def series(file: Reader, requirements: Sequence[AppliedRequirement], confidence:
     from tedm_cli.figures.series import series_figure
 
     return series_figure(read_series(file, requirements, confidence))
+
+
+def loop_margins(stability: LoopStability) -> Figure:
+    from tedm_cli.figures.dynamics import loops_figure
+
+    return loops_figure(stability)
+
+
+def budget(case: SimulatedCase, j: LoopOutput) -> Figure:
+    from tedm_cli.figures.dynamics import budget_figure
+
+    return budget_figure(case, j)
+
+
+def closed_loop_thermal(case: SimulatedCase, j: LoopOutput) -> Figure:
+    from tedm_cli.figures.dynamics import thermal_figure
+
+    return thermal_figure(case, j)
 
 
 def bench(layout: OpticalLayout) -> Figure:

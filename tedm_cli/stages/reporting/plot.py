@@ -24,6 +24,7 @@ from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, NamedImprovement, kinds_of
 from tedm_cli.results.wording import quantity
 from tedm_cli.stages.reporting import draw
+from tedm_cli.stages.reporting.plot_dynamics import dynamics_specs
 from tedm_cli.stages.reporting.plot_optics import area_specs, optics_specs
 from tedm_cli.stages.reporting.plot_series import series_specs
 
@@ -157,6 +158,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
         partial(draw.field_at_rest, results.sensitivity),
     )
+    specs += dynamics_specs(results)
     specs += optics_specs(results)
     specs += series_specs(results)
     interval = f"{100 * REALISATION_CONFIDENCE:g} % interval"

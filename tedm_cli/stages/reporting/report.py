@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import UsageError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
@@ -22,6 +22,7 @@ from tedm_cli.report.provenance import ReportFile
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
+from tedm_cli.results.dynamics import read_closed_loop
 from tedm_cli.results.field import read_field
 from tedm_cli.results.model import read_distortion_size, read_model_size
 from tedm_cli.results.optics import read_quality, read_read_outs
@@ -96,8 +97,10 @@ def _document(project: Project) -> Document:
         ]
         readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
         readers += results.series.values()
+        readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
         hashes = [*upstream, results.sensitivity_file, results.optics_file, *results.case_files]
         hashes += results.series_files.values()
+        hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
         return document_of(
             ReportInputs(
                 title=project.title,
@@ -109,6 +112,8 @@ def _document(project: Project) -> Document:
                 areas=read_areas(results.sensitivity),
                 cases=cases,
                 series={name: read_series_summary(file) for name, file in results.series.items()},
+                test_masses=len(results.sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)),
+                closed_loop=read_closed_loop(results.dynamics, results.simulations),
                 files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
                 figures=figures,
             )

@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tedm_cli.contracts import CASE, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
+import numpy as np
+
+from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import Reader, kind_of, open_checked
+from tedm_cli.results.dynamics import read_stability
 
 
 def show_dict(path: Path) -> dict[str, Any]:
@@ -45,6 +48,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
     if file.kind.name == "optics":
         sets = zip(file.strings(OPTICS.SET_NAME), file.array(OPTICS.SET_CONDITION), strict=True)
         return {"rank": int(file.number(OPTICS.RANK)), **{f"condition_{n}": float(c) for n, c in sets}}
+    if file.kind.name == "dynamics":
+        return _loop(file)
     verdicts = zip(
         file.strings(CASE.VERDICT_OUTPUT),
         file.strings(CASE.VERDICT_REQUIREMENT),
@@ -53,3 +58,21 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         strict=True,
     )
     return {f"{o} {q}": f"ratio {r:.4g}, {'pass' if p else 'FAIL'}" for o, q, r, p in verdicts}
+
+
+def _loop(file: Reader) -> dict[str, Any]:
+    """How stable the loop is, and each noise source with its level and where that is from."""
+    found = read_stability(file)
+    sources = zip(
+        file.strings(DYNAMICS.NOISE_NAME),
+        file.strings(DYNAMICS.NOISE_GROUP),
+        file.strings(DYNAMICS.NOISE_SPECTRUM),
+        file.strings(DYNAMICS.NOISE_ORIGIN),
+        strict=True,
+    )
+    return {
+        "poles": found.poles,
+        "slowest_pole_rad_s": found.slowest_rad_s,
+        "smallest_phase_margin_deg": min((x.phase_deg for x in found.loops if np.isfinite(x.phase_deg)), default=None),
+        **{f"noise {name}": f"{spectrum} ({group}; {origin})" for name, group, spectrum, origin in sources},
+    }
