@@ -20,7 +20,14 @@ from dynamics_models import EXAMPLE, example
 from tedm_cli.files import store
 
 UNSTABLE = 'inputs = ["TM1_x"]\noutputs = ["SC_Fx"]\nD = [[1.0]]\n'
-FAST = '[[requirement]]\nname = "lpf_acceleration"\noutputs = ["delta_g"]\napplies_to = "differential"\n[time]\nsamples = 16384\n'
+FAST = """
+[[requirement]]
+name = "lpf_acceleration"
+outputs = ["delta_g"]
+applies_to = "differential"
+[time]
+samples = 16384
+"""
 
 
 def configure(project: Project, text: str) -> None:
