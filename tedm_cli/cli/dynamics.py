@@ -75,6 +75,10 @@ def simulate(
 
         if case:
             raise UsageError("--problem takes no case")
+        unused = {"--output": output is not None, "--time": in_time, "--fail-on-violation": fail_on_violation}
+        given = [option for option, is_given in unused.items() if is_given]
+        if given:
+            raise UsageError(f"--problem prints its results alone and takes no {given[0]}")
         print(json.dumps(solve_problem(problem)))
         return
     from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines

@@ -80,6 +80,8 @@ def read_controller(path: Path) -> StateSpaceController:
 
 def _matrix(value: Any, path: Path, name: str) -> FloatArray:
     try:
+        if np.iscomplexobj(value):
+            raise ValueError("complex")
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as exc:
         raise InputError(f"{name} is no matrix of real numbers", where=str(path)) from exc

@@ -14,6 +14,7 @@ from tedm_cli.config.base import IDENTIFIER, Bounded, Direction, Place, Strict, 
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
 from tedm_cli.dynamics.controller import LOOPS
+from tedm_cli.dynamics.judging import THERMAL
 from tedm_cli.dynamics.loops import INTEGRAL, LEAD, ROLL_OFF, Loop, LoopShape
 from tedm_cli.dynamics.presets import (
     ACTUATION_STABILITY,
@@ -22,7 +23,7 @@ from tedm_cli.dynamics.presets import (
     lpf_spacecraft,
     thruster_sources,
 )
-from tedm_cli.dynamics.signals import TEST_MASSES
+from tedm_cli.dynamics.signals import DISTURBANCES, TEST_MASSES
 from tedm_cli.dynamics.sources import NoiseSource, PowerLaw, SpectrumTable
 from tedm_cli.dynamics.stiffness import electrostatic_to_total
 from tedm_cli.errors import ConfigError
@@ -36,6 +37,7 @@ Stiffness = Annotated[float, Bounded(q.STIFFNESS)]
 Six = Annotated[list[Stiffness], Field(min_length=6, max_length=6)]
 CornerRatio = Annotated[float, Bounded(q.CORNER_RATIO)]
 Coefficient = Annotated[float, Bounded(q.TRANSFER_COEFFICIENT)]
+_DISTURBED = ("w_ and an input (w_SC_Fx)", "n_ and a coordinate (n_TM1_x)", "s_ and an acceleration (s_TM1_a_x)")
 _SPECTRUM = {"frequency_hz": q.FREQUENCY, "amplitude": q.NOISE_LEVEL}
 
 
@@ -204,7 +206,7 @@ class SpectrumFields(Strict):
             return PowerLaw(float(self.level or 0.0), self.corner_hz, self.slope)
         rows = read_table(folder / self.table, _SPECTRUM)
         frequency, amplitude = (tuple(row.number[c] for row in rows) for c in _SPECTRUM)
-        return SpectrumTable(frequency, amplitude, self.table)
+        return SpectrumTable(frequency, amplitude, str(folder / self.table))
 
 
 class SourceTable(SpectrumFields):
@@ -218,6 +220,20 @@ class SourceTable(SpectrumFields):
     group: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
     gains: dict[str, Annotated[float, Bounded(q.NOISE_GAIN)]] = Field(default_factory=dict)
     origin: str = "configured"
+
+    @field_validator("gains")
+    @classmethod
+    def _known(cls, value: dict[str, float]) -> dict[str, float]:
+        unknown = [name for name in value if name not in DISTURBANCES]
+        if unknown:
+            raise ValueError(f"{unknown[0]!r} is no disturbance: {', '.join(_DISTURBED)}")
+        return value
+
+    @model_validator(mode="after")
+    def _not_the_temperatures(self) -> SourceTable:
+        if (self.group or self.name) == THERMAL:
+            raise ValueError(f"the group {THERMAL!r} is of the temperatures of a case; give it another name")
+        return self
 
 
 class ThrusterTable(SpectrumFields):
@@ -242,6 +258,14 @@ class NoiseTable(Strict):
     actuation_stability: Annotated[float, Bounded(q.RELATIVE_NOISE)] = ACTUATION_STABILITY
     source: list[SourceTable] = Field(default_factory=list)
     thruster: list[ThrusterTable] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _each_once(self) -> NoiseTable:
+        names = [source.name for source in self.source]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"source {twice[0]} is there twice")
+        return self
 
     def sources(
         self, spacecraft: Spacecraft, test_masses: list[DynamicTestMass], at_rest: FloatArray, folder: Path, where: str

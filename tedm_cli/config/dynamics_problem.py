@@ -6,10 +6,11 @@ import json
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator, model_validator
 
 from tedm_cli import quantities as q
 from tedm_cli.config.base import Axes, Bounded, Frequency, Mass, Place, Strict, validate
+from tedm_cli.dynamics.judging import THERMAL
 from tedm_cli.errors import InputError
 from tedm_cli.regular_file import require_regular_file
 
@@ -109,6 +110,13 @@ class SourceTable(Strict):
     input: dict[str, Annotated[float, Bounded(q.NOISE_GAIN)]]
     psd: SpectrumFields
 
+    @field_validator("group")
+    @classmethod
+    def _not_the_temperatures(cls, value: str) -> str:
+        if value == THERMAL:
+            raise ValueError(f"{THERMAL!r} is of the temperatures; give it another name")
+        return value
+
 
 class TemperatureTable(Strict):
     """Correlation R of the areas, and the spectrum of each by name."""
@@ -134,6 +142,12 @@ class Problem(Strict):
     free_response: Any = None
     matrices: Any = None
     figure_6_2: Any = None
+
+    @model_validator(mode="after")
+    def _both_or_none(self) -> Problem:
+        if (self.sensitivity is None) != (self.temperature is None):
+            raise ValueError("needs both sensitivity and temperature, or neither")
+        return self
 
 
 def load_problem(path: Path) -> Problem:

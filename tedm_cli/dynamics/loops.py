@@ -89,7 +89,7 @@ class Loop:
     def coefficients(self) -> tuple[FloatArray, FloatArray]:
         """Numerator and denominator of C(s), highest power first."""
         if self.transfer is not None:
-            return np.array(self.transfer[0]), np.array(self.transfer[1])
+            return np.array(np.trim_zeros(self.transfer[0], "f") or (0.0,)), np.array(self.transfer[1])
         w, gain, shape = self._corner, self._gain, self.shape
         lag = 1.0 / (shape.roll_off * w)
         zeros = (w / shape.integral, w / shape.lead)

@@ -55,8 +55,8 @@ class StateSpaceController:
                 )
             if not np.isfinite(matrix).all():
                 raise PhysicsError(f"{name} of the controller has values that are not finite")
-        if self.delay_s < 0.0 or (self.dt_s is not None and self.dt_s <= 0.0):
-            raise PhysicsError("delay_s of the controller must not be negative, and dt_s must be positive")
+        if not 0.0 <= self.delay_s < np.inf or (self.dt_s is not None and not 0.0 < self.dt_s < np.inf):
+            raise PhysicsError("delay_s of the controller must be finite and not negative, dt_s finite and positive")
 
     @property
     def loops(self) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import PurePath
 
 import numpy as np
 
@@ -70,8 +71,8 @@ class SpectrumTable:
         return out
 
     def words(self) -> str:
-        """The table and its range."""
-        return f"table {self.name}, {self.frequency_hz[0]:g} to {self.frequency_hz[-1]:g} Hz"
+        """The table, without its folder, and its range."""
+        return f"table {PurePath(self.name).name}, {self.frequency_hz[0]:g} to {self.frequency_hz[-1]:g} Hz"
 
 
 @dataclass(frozen=True)

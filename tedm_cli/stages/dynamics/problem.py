@@ -42,7 +42,7 @@ def solve_problem(path: Path) -> dict[str, Any]:
         found = budget(plant, controller, sources, _thermal(table, frequency), frequency)
         margins = stability(plant, controller)
     except TedmError as error:
-        error.where = error.where or str(path)
+        error.where = f"{path}: {error.where}" if error.where else str(path)
         raise
     groups = by_group(found, sources)
     return {

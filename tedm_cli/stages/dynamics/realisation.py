@@ -57,10 +57,24 @@ def realise_loop(
 
     Raises
     ------
-    InputError : a sampled controller, areas with delays, fewer samples than a segment.
+    InputError : nothing to realise, a rate too low for the band, a sampled controller, areas with delays, fewer samples
+        than a segment.
     PhysicsError : a spectrum that no filter reaches.
     """
     plan, lowest = loop.config.time, band_hz[0]
+    if not labels:
+        raise InputError(
+            "no requirement applies, and only outputs that are judged are realised in time",
+            where=loop.where,
+            hint="add a [[requirement]], or leave --time out",
+        )
+    if lowest >= _HIGHEST * plan.rate_hz:
+        raise InputError(
+            f"time.rate_hz: {plan.rate_hz:g} Hz tells of nothing above {_HIGHEST * plan.rate_hz:g} Hz, and the"
+            f" requirements begin at {lowest:g} Hz",
+            where=loop.where,
+            hint=f"sample at more than {lowest / _HIGHEST:g} Hz",
+        )
     if isinstance(loop.controller, StateSpaceController) and loop.controller.dt_s is not None:
         raise InputError(
             "a sampled controller has no realisation in time here",

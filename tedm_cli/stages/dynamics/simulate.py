@@ -18,7 +18,7 @@ from tedm_cli.dynamics.budget import Budget, budget
 from tedm_cli.dynamics.judging import JudgedOutput, by_group, groups_of, judge_outputs, judged_labels
 from tedm_cli.dynamics.signals import OUTPUTS, unit
 from tedm_cli.dynamics.sources import NoiseSource
-from tedm_cli.errors import InputError
+from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.build_folder import (
     DYNAMICS_FILE,
     OPTICS_FILE,
@@ -87,7 +87,11 @@ def simulate(
     rows = thermal_rows(project, loop.config.read_out.set)
     requirements = loop.config.applied_requirements()
     frequency = _frequencies(config, [r.requirement for r in requirements])
-    judged = judged_labels(requirements, frequency)
+    try:
+        judged = judged_labels(requirements, frequency)
+    except ConfigError as error:
+        error.where = loop.where
+        raise
     temperature = temperature_model(project, config, rows.areas)
     configs = [file, *([loop.file] if loop.file else [])]
     for number, case_id in enumerate(case_ids):

@@ -13,7 +13,7 @@ from tedm_cli.contracts import OPTICS as OPTICS_KIND
 from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
 from tedm_cli.dynamics.budget import ThermalInput
 from tedm_cli.dynamics.signals import COORDINATES, STRAY, TEST_MASSES
-from tedm_cli.errors import InputError, PhysicsError, UsageError
+from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
     OPTICS_FILE,
@@ -88,7 +88,7 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
         for label, row in zip(gravity.label, gravity.S, strict=True):
             name, _, rest = label.partition("_")
             acceleration[STRAY.index(f"{names[name]}_{rest}")] = row
-        chosen = _chosen(read_outs.sets, wanted_set)
+        chosen = _chosen(read_outs.sets, wanted_set, project)
         for label, row in zip(read_outs.label, read_outs.N[chosen], strict=True):
             name, _, rest = label.rpartition("_")
             if name in names:
@@ -99,9 +99,10 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
         return ThermalRows(areas, s.array(SENSITIVITY_KIND.AREA_ID), acceleration, read_out, chosen)
 
 
-def _chosen(sets: list[str], wanted: str | None) -> str:
+def _chosen(sets: list[str], wanted: str | None, project: Project) -> str:
     if wanted is None:
         return sets[0]
     if wanted not in sets:
-        raise UsageError(f"no set of photodiodes is called {wanted!r}", hint=f"there are {', '.join(sets)}")
+        fact = f"no set of photodiodes is called {wanted!r}; there are {', '.join(sets)}"
+        raise ConfigError([("read_out.set", fact)], where=str(project.dynamics))
     return wanted

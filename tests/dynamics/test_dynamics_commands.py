@@ -1,0 +1,302 @@
+"""The commands on the drag-free loop: what they refuse and say, what they print for programs, and what they leave."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import h5py
+import numpy as np
+import pytest
+from border_tools import Project, edited, in_child, replace, snapshot, tedm, untouched
+from dynamics_models import EXAMPLE, example
+
+from tedm_cli.files import store
+
+UNSTABLE = 'inputs = ["TM1_x"]\noutputs = ["SC_Fx"]\nD = [[1.0]]\n'
+FAST = """
+[[requirement]]
+name = "lpf_acceleration"
+outputs = ["delta_g"]
+applies_to = "differential"
+[time]
+samples = 16384
+"""
+
+
+def configure(project: Project, text: str) -> None:
+    (project.folder / "dynamics.toml").write_text(text)
+
+
+REFUSED = {
+    "unknown keys": ("[spacecraft]\nmas_kg = 1.0\n[foo]\n", 3, ["spacecraft.mas_kg: unknown key", "foo: unknown key"]),
+    "no body": ("[spacecraft]\ninertia_kg_m2 = [1.0, 1.0, 100.0]\n", 5, ["largest exceeds the sum"]),
+    "not symmetric": (
+        "[spacecraft]\ninertia_matrix_kg_m2 = [[100.0, 1.0, 0.0], [0.0, 100.0, 0.0], [0.0, 0.0, 100.0]]\n",
+        5,
+        ["not symmetric"],
+    ),
+    "indefinite": ("[spacecraft]\ninertia_kg_m2 = [-1.0, 1.0, 1.0]\n", 5, ["must be positive"]),
+    "read-out set": ('[read_out]\nset = "Z"\n', 3, ["read_out.set", "'Z'", "there are A, B"]),
+    "improper": (
+        '[[controller.loop]]\nname = "x12"\nnumerator = [1.0, 1.0, 1.0]\ndenominator = [1.0, 1.0]\n',
+        5,
+        ["loop x12 is improper"],
+    ),
+    "unstable": ('[[controller.loop]]\nname = "x12"\ncrossover_hz = 1.0\n', 5, ["unstable", "moves TM2_x most"]),
+    "unknown loop": ('[[controller.loop]]\nname = "x21"\ncrossover_hz = 1.0\n', 3, ["no loop is called 'x21'"]),
+    "own, unknown name": ('[controller]\nfile = "unknown.toml"\n', 5, ["unknown.toml", "TM1_w"]),
+    "own, repeated name": ('[controller]\nfile = "twice.toml"\n', 5, ["twice.toml", "TM1_x"]),
+    "own, unstable": ('[controller]\nfile = "unstable.toml"\n', 5, ["unstable", "rad/s moves "]),
+    "own, missing": ('[controller]\nfile = "no.npz"\n', 4, ["no.npz"]),
+    "own, delay is no number": ('[controller]\nfile = "delay.npz"\n', 5, ["delay.npz", "finite"]),
+    "own, complex": ('[controller]\nfile = "complex.npz"\n', 4, ["complex.npz", "D is no matrix of real numbers"]),
+    "no table": ('[[noise.source]]\nname = "sun_Fz"\ntable = "no.csv"\n', 4, ["no.csv: cannot be read"]),
+    "no disturbance": (
+        '[[noise.source]]\nname = "a"\nlevel = 1e-9\ngains = { w_foo = 1.0 }\n',
+        3,
+        ["dynamics.toml: noise.source[0].gains", "'w_foo' is no disturbance"],
+    ),
+    "group of the temperatures": (
+        '[[noise.source]]\nname = "a"\ngroup = "thermal"\nlevel = 1e-9\ngains = { w_SC_Fx = 1.0 }\n',
+        3,
+        ["dynamics.toml: noise.source[0]", "'thermal' is of the temperatures"],
+    ),
+    "one source twice": (
+        '[[noise.source]]\nname = "sun_Fz"\nlevel = 1e-9\n[[noise.source]]\nname = "sun_Fz"\nlevel = 2e-9\n',
+        3,
+        ["source sun_Fz is there twice"],
+    ),
+    "nothing to omit": ('[noise]\nomit = ["sum"]\n', 3, ["noise.omit[0]: 'sum'"]),
+    "unstable by electrostatics": (
+        "[stiffness.electrostatic]\nTM1 = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\nTM2 = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\n",
+        5,
+        ["unstable: a pole at 1 "],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_by_build_dynamics(satellite: Project, name: str) -> None:
+    text, code, pieces = REFUSED[name]
+    folder = satellite.folder
+    configure(satellite, text)
+    (folder / "unstable.toml").write_text(UNSTABLE)
+    (folder / "unknown.toml").write_text(UNSTABLE.replace("TM1_x", "TM1_w"))
+    (folder / "twice.toml").write_text('inputs = ["TM1_x", "TM1_x"]\noutputs = ["SC_Fx"]\nD = [[1.0, 1.0]]\n')
+    names = {"inputs": ["TM1_x"], "outputs": ["SC_Fx"]}
+    np.savez(folder / "delay.npz", **names, D=np.eye(1), delay_s=np.nan)
+    np.savez(folder / "complex.npz", **names, D=1j * np.eye(1))
+    with untouched(folder):
+        satellite.run("build-dynamics").refused(code, *pieces)
+
+
+def test_leading_zeros_of_a_transfer_function(satellite: Project) -> None:
+    """They say nothing: 0 s³ + n(s) is n(s)."""
+    loop = '[[controller.loop]]\nname = "TM1_x"\nnumerator = [{}3.0]\ndenominator = [1e-3, 1.0]\n'
+    said = []
+    for zeros in ("", "0.0, 0.0, 0.0, "):
+        configure(satellite, loop.format(zeros))
+        said.append(satellite.run("build-dynamics").err)
+    assert said[0] == said[1]
+    assert "internal" not in said[1]
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "pieces"),
+    [
+        ('[[noise.source]]\nname = "sun_Fz"\ntable = "narrow.csv"\n', 4, ["small/narrow.csv", "0.001 to 0.01 Hz"]),
+        (
+            '[[requirement]]\nname = "lpf_acceleration"\noutputs = ["delta_h"]\napplies_to = "differential"\n',
+            3,
+            ["dynamics.toml: requirement[0].outputs", "no output 'delta_h'"],
+        ),
+    ],
+)
+def test_refused_by_simulate(satellite: Project, text: str, code: int, pieces: list[str]) -> None:
+    (satellite.folder / "narrow.csv").write_text("frequency_hz,amplitude\n1e-3,1e-9\n1e-2,1e-9\n")
+    configure(satellite, text)
+    satellite.run("build-dynamics").ok()
+    with untouched(satellite.folder):
+        satellite.run("simulate", "3").refused(code, *pieces)
+
+
+@pytest.mark.parametrize(
+    ("text", "piece"),
+    [("requirement = []\n", "no requirement applies"), ("[time]\nrate_hz = 1e-4\n", "time.rate_hz: 0.0001 Hz")],
+)
+def test_nothing_to_realise(satellite: Project, text: str, piece: str) -> None:
+    configure(satellite, text)
+    satellite.run("build-dynamics").ok()
+    with untouched(satellite.folder):
+        satellite.run("simulate", "3", "--time").refused(4, "dynamics.toml", piece)
+
+
+def test_missing_and_stale_files(satellite: Project) -> None:
+    configure(satellite, "")
+    fix = "tedm build-dynamics"
+    with untouched(satellite.folder):  # dynamics.h5 is of the defaults
+        satellite.run("simulate", "3").refused(4, "dynamics.h5", "stale", hint=fix)
+    satellite.run("build-dynamics").ok()
+    configure(satellite, "# other\n")
+    satellite.run("simulate", "3").refused(4, "dynamics.h5", "stale", hint=fix)
+    configure(satellite, "")
+    for name in ("sensitivity.h5", "optics.h5"):
+        kept = (satellite.build / name).read_bytes()
+        with edited(satellite.build / name) as file:
+            file.attrs["title"] = "another"
+        satellite.run("simulate", "3").refused(4, "dynamics.h5", name, hint=fix)
+        (satellite.build / name).write_bytes(kept)
+    satellite.run("simulate", "3").ok()
+    (satellite.build / "dynamics.h5").unlink()
+    with untouched(satellite.folder):
+        satellite.run("simulate", "3").refused(4, "dynamics.h5: no such file", hint=fix)
+
+
+def test_a_layout_turned_against_the_test_masses(satellite: Project) -> None:
+    layout = satellite.folder / "optics.toml"
+    satellite.run("build-dynamics").ok()
+    lines = [line for line in layout.read_text().splitlines() if line.startswith(("frame", "axes"))]
+    assert len(lines) == 1, "the layout says its axes in one line"
+    c, s = np.cos(0.01), np.sin(0.01)
+    turned = f"axes = [[{c}, {s}, 0.0], [{-s}, {c}, 0.0], [0.0, 0.0, 1.0]]"
+    start = lines[0].index("axes")
+    replace(layout, lines[0], lines[0][:start] + turned + (" }" if lines[0].rstrip().endswith("}") else ""))
+    with untouched(satellite.folder):
+        satellite.run("simulate", "3").refused(5, "optics.toml", "not of TM1")
+
+
+def test_what_simulate_prints(satellite: Project, tmp_path: Path) -> None:
+    configure(satellite, "")
+    satellite.run("build-dynamics", "-q").ok()
+    here = tmp_path / "elsewhere.h5"
+    done = satellite.run("simulate", "3", "--json", "-o", here, "--fail-on-violation")
+    assert done.code == 5
+    assert "requirements are violated in case 3" in done.err
+    (case,) = json.loads(done.out)
+    assert case["file"] == str(here)
+    assert here.is_file()
+    with h5py.File(here) as file:
+        assert [v["ratio"] for v in case["verdicts"]] == file["verdict/ratio"][()].tolist()
+    assert case["passed"] is all(v["passed"] for v in case["verdicts"]) is False
+    assert satellite.run("simulate", "3", "-q").ok().out == ""
+    satellite.run("simulate").refused(2, "name a case, or all")
+    satellite.run("simulate", "3", "2", "-o", here).refused(2, "--output names one file")
+
+
+def test_a_realisation_is_as_loud_as_expected(satellite: Project) -> None:
+    configure(satellite, FAST)
+    satellite.run("build-dynamics").ok()
+    satellite.run("simulate", "3", "--time").ok()
+    with h5py.File(satellite.build / "simulation03.h5") as file:
+        r = {name: file[f"realisation/{name}"][()] for name in ("psd", "exact", "degrees_of_freedom", "samples")}
+    assert r["samples"] == 16384
+    independent = r["degrees_of_freedom"].sum() / 2.0
+    mean = (r["psd"] / r["exact"]).mean(axis=1)
+    assert np.abs(mean - 1.0).max() < 0.01 + 6.0 / np.sqrt(independent)
+
+
+def problem_file(folder: Path, problem: dict[str, Any]) -> Path:
+    path = folder / "problem.json"
+    path.write_text(json.dumps(problem))
+    return path
+
+
+def test_a_problem_is_solved_as_with_fifty_digits() -> None:
+    done = tedm("simulate", "--problem", EXAMPLE, "--json").ok()
+    ours, wanted = json.loads(done.out), example()["result"]
+    assert set(ours) == {"output", "frequency_hz", "psd_total", "psd", "stability"}
+    np.testing.assert_allclose(ours["psd_total"], wanted["psd_total"], rtol=1e-9)
+    assert done.err == ""
+
+
+def spoil(*path: Any, value: Any) -> dict[str, Any]:
+    """The worked example with one value changed."""
+    problem = copy.deepcopy({k: v for k, v in example().items() if k not in ("result", "matrices", "free_response")})
+    at: Any = problem
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = value
+    return problem
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "code", "piece"),
+    [
+        (("frequency_hz",), [0.0, 1e-3], 3, "frequency_hz"),
+        (("frequency_hz",), [], 3, "frequency_hz"),
+        (("temperature",), None, 3, "needs both sensitivity and temperature"),
+        (("source", 0, "group"), "thermal", 3, "is of the temperatures"),
+        (("test_mass", 0, "mass_kg"), "heavy", 3, "test_mass[0].mass_kg"),
+        (("controller", "loops", "x12", "crossover_hz"), 1.0, 5, "unstable"),
+        (("stiffness", "mutual"), [[0.0]], 4, "stiffness.mutual is 1 x 1"),
+        (("source", 0, "input"), {"w_foo": 1.0}, 4, "w_foo"),
+        (("nonsense",), 1, 3, "nonsense: unknown key"),
+    ],
+)
+def test_problems_that_are_refused(tmp_path: Path, path: tuple[Any, ...], value: Any, code: int, piece: str) -> None:
+    file = problem_file(tmp_path, spoil(*path, value=value))
+    done = tedm("simulate", "--problem", file, "--json")
+    assert done.out == ""
+    done.refused(code, "problem.json", piece)
+
+
+def test_test_masses_at_one_x(tmp_path: Path) -> None:
+    problem = spoil("title", value="")
+    first, second = (tm["position_m"] for tm in problem["test_mass"])
+    problem["test_mass"][1]["position_m"] = [first[0], second[1] + 0.3, second[2]]
+    tedm("simulate", "--problem", problem_file(tmp_path, problem)).refused(5, "problem.json", "they are at one x")
+
+
+def test_problems_take_no_case_and_write_no_file(tmp_path: Path) -> None:
+    tedm("simulate", "3", "--problem", EXAMPLE).refused(2, "takes no case")
+    tedm("simulate", "--problem", EXAMPLE, "-o", tmp_path / "x.h5").refused(2, "takes no --output")
+    tedm("simulate", "--problem", EXAMPLE, "--time").refused(2, "takes no --time")
+    (tmp_path / "x.json").write_text("{")
+    tedm("simulate", "--problem", tmp_path / "x.json").refused(4, "x.json: is not JSON")
+
+
+def test_one_test_mass_has_no_simulations(satellite: Project) -> None:
+    model = satellite.model
+    text = model.read_text()
+    second = text.index('[[test_mass]]\nname = "TM2"')
+    model.write_text(text[:second] + text[text.index("[gravity]", second) :].replace('TM2 = ["IS2"]\n', ""))
+    satellite.run("make-rules").ok()
+    assert "simulation" not in (satellite.build / "rules.mk").read_text()
+    satellite.run("build-sensitivity").ok()
+    with untouched(satellite.folder):
+        satellite.run("build-dynamics").refused(3, "model.toml", "this project has 1")
+
+
+@pytest.mark.parametrize(("command", "name"), [("build-dynamics", "dynamics.h5"), ("simulate", "simulation03.h5")])
+def test_killed_writers(satellite: Project, tmp_path: Path, command: str, name: str) -> None:
+    satellite.run("build-dynamics").ok()
+    target = satellite.build / name
+    target.unlink(missing_ok=True)
+    before, calls, original = snapshot(satellite.folder), 0, store.Writer._make
+    words = [command, "3"] if command == "simulate" else [command]
+
+    def make(self: store.Writer, *args: Any) -> Any:
+        nonlocal calls
+        calls += 1
+        if calls == 20:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return original(self, *args)
+
+    def act() -> None:
+        with mock.patch.object(store.Writer, "_make", make):
+            sys.exit(satellite.run(*words).code)
+
+    status = in_child(act, tmp_path / "log")
+    assert os.WIFSIGNALED(status), (tmp_path / "log").read_text()
+    after = snapshot(satellite.folder)
+    assert {n: v for n, v in after.items() if Path(n).name[0] != "."} == before
+    satellite.run(*words).ok()
+    assert target.is_file()
+    assert not list(satellite.build.glob(".*"))

@@ -1,0 +1,287 @@
+"""build-dynamics and simulate on the small sample: what their files hold, recomputed from them and from the inputs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from border_tools import Project, replace
+from scipy.io import savemat
+
+from tedm_cli.contracts import DYNAMICS, SIMULATION
+from tedm_cli.dynamics.signals import COORDINATES, INPUTS, OUTPUTS
+from tedm_cli.files.store import open_checked
+
+LPF_TOTALS = [1.9e-6, 2.8e-6, 4.7e-6, 5.5e-6, 5.3e-6, 4.0e-6]
+
+
+def held(path: Path, *names: str) -> list[Any]:
+    """Datasets of a file."""
+    with h5py.File(path) as file:
+        return [file[name].asstr()[()] if file[name].dtype.kind in "OS" else file[name][()] for name in names]
+
+
+def psds(path: Path) -> dict[str, np.ndarray]:
+    with h5py.File(path) as file:
+        return {name: file[f"psd/{name}"][()] for name in OUTPUTS}
+
+
+def parts(path: Path, group: str) -> np.ndarray:
+    """[75, F], the part of a group in every output."""
+    with h5py.File(path) as file:
+        return np.stack([file[f"contribution/{group}/{name}"][()] for name in OUTPUTS])
+
+
+def configured(project: Project, text: str) -> Project:
+    (project.folder / "dynamics.toml").write_text(text)
+    project.run("build-dynamics").ok()
+    return project
+
+
+def test_files_obey_their_contracts(built: Project) -> None:
+    with open_checked(built.build / "dynamics.h5", DYNAMICS), open_checked(built.build / "simulation03.h5", SIMULATION):
+        pass
+
+
+def test_matrices_of_both_forms_agree(built: Project) -> None:
+    mass, k, u, k_p, e = held(built.build / "dynamics.h5", "matrix/M", "matrix/K", "matrix/U", "matrix/K_p", "matrix/E")
+    assert (np.linalg.eigvalsh((mass[:3, :3] + mass[:3, :3].T) / 2) > 0.0).all()
+    for reduced, whole in ((k_p, np.linalg.solve(mass, k)[3:, 3:]), (e, np.linalg.solve(mass, u)[3:])):
+        size = np.abs(reduced).max(axis=1, keepdims=True) + 1e-300
+        np.testing.assert_allclose(whole / size, reduced / size, atol=1e-12)
+    assert np.abs(k[:, :3]).max() == 0.0, "where the spacecraft is moves nothing"
+
+
+def test_defaults_and_stiffness_by_source(built: Project) -> None:
+    path = built.build / "dynamics.h5"
+    weight, inertia, source, by_source, mutual, position, com = held(
+        path, "spacecraft/mass", "spacecraft/inertia", "stiffness/source", "stiffness/by_source", "stiffness/mutual",
+        "test_mass/position", "spacecraft/centre_of_mass",
+    )  # fmt: skip
+    assert weight == 422.7
+    np.testing.assert_array_equal(inertia, np.diag([202.5, 209.7, 191.7]))
+    np.testing.assert_allclose(position.mean(axis=0) - com, [0.005, 0.006, 0.1393], atol=1e-12)
+    total = by_source.sum(axis=1)
+    np.testing.assert_allclose(np.diagonal(total, axis1=1, axis2=2), [LPF_TOTALS] * 2, rtol=1e-12)
+    # with the other test mass: gravity's linearised stiffness, which sensitivity.h5 holds as a whole
+    assert source[-1] == "electrostatics"
+    (linearised,) = held(built.build / "sensitivity.h5", "stiffness/linearised")
+    without = by_source[:, :-1].sum(axis=1)
+    whole = np.zeros((12, 12))
+    whole[:6, :6], whole[6:, 6:] = without
+    np.testing.assert_allclose(whole + mutual, linearised, atol=1e-12 * np.abs(linearised).max())
+
+
+def test_what_a_file_says_is_obeyed(satellite: Project) -> None:
+    configured(
+        satellite,
+        """
+        [spacecraft]
+        mass_kg = 500.0
+        inertia_matrix_kg_m2 = [[300.0, 5.0, 0.0], [5.0, 310.0, -2.0], [0.0, -2.0, 290.0]]
+        centre_of_mass_m = [0.01, 0.02, -0.1]
+        [read_out]
+        set = "B"
+        [[controller.loop]]
+        name = "x12"
+        crossover_hz = 5e-4
+        """,
+    )
+    satellite.run("simulate", "3").ok()
+    path = satellite.build / "dynamics.h5"
+    weight, inertia, com, names, crossover, heard = held(
+        path, "spacecraft/mass", "spacecraft/inertia", "spacecraft/centre_of_mass", "loop/name", "loop/crossover",
+        "read_out/set",
+    )  # fmt: skip
+    assert (weight, heard) == (500.0, "B")
+    np.testing.assert_array_equal(inertia, [[300, 5, 0], [5, 310, -2], [0, -2, 290]])
+    np.testing.assert_array_equal(com, [0.01, 0.02, -0.1])
+    # of 1 mHz by default; against the stiffness the gain of 1 is met a little lower than without
+    assert 3e-4 < crossover[list(names).index("x12")] < 5e-4
+    assert held(satellite.build / "simulation03.h5", "read_out/set") == ["B"]
+
+
+def test_electrostatics(satellite: Project) -> None:
+    path = satellite.build / "dynamics.h5"
+    configured(satellite, '[stiffness]\npreset = "none"\n')
+    (none,) = held(path, "stiffness/by_source")
+    assert not none[:, -1].any()
+    six = [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]
+    configured(satellite, f"[stiffness.electrostatic]\nTM1 = {six}\nTM2 = {six[::-1]}\n")
+    (diagonal,) = held(path, "stiffness/by_source")
+    np.testing.assert_array_equal(diagonal[:, -1], [np.diag(six), np.diag(six[::-1])])
+    np.testing.assert_array_equal(diagonal[:, :-1], none[:, :-1])
+    own = (1e-7 * np.arange(72).reshape(2, 6, 6) / 36).tolist()
+    configured(satellite, f"[stiffness.electrostatic_matrix]\nTM1 = {own[0]}\nTM2 = {own[1]}\n")
+    (full,) = held(path, "stiffness/by_source")
+    np.testing.assert_allclose(full[:, -1], own, rtol=1e-14)
+
+
+def test_groups_sum_to_the_total_and_verdicts_to_their_tables(built: Project) -> None:
+    path = built.build / "simulation03.h5"
+    total = psds(path)
+    groups, f, factor = held(path, "group/name", "frequency", "case/safety_factor")
+    assert factor == 2.0
+    summed = sum(parts(path, group) for group in groups)
+    np.testing.assert_allclose(summed, np.stack(list(total.values())), rtol=1e-12)
+    outputs, requirements, ratio, binding, passed, area, shares = held(
+        path, "verdict/output", "verdict/requirement", "verdict/ratio", "verdict/binding_frequency", "verdict/passed",
+        "verdict/area_share", "verdict/group_share",
+    )  # fmt: skip
+    names, limits = held(path, "requirement/name", "requirement/amplitude")
+    for v, (output, requirement) in enumerate(zip(outputs, requirements, strict=True)):
+        ratios = factor * np.sqrt(total[output]) / limits[list(names).index(requirement)]
+        np.testing.assert_allclose(ratio[v], np.nanmax(ratios), rtol=1e-12)
+        assert binding[v] == f[np.nanargmax(ratios)]
+        assert passed[v] == (np.nanmax(ratios) <= 1.0)
+        np.testing.assert_allclose(shares[v].sum(), 1.0, rtol=1e-12)
+        np.testing.assert_allclose(area[v].sum(), shares[v, list(groups).index("thermal")], rtol=1e-9, atol=1e-15)
+
+
+def test_limits_are_those_of_the_documents(built: Project) -> None:
+    names, limits, f = held(built.build / "simulation03.h5", "requirement/name", "requirement/amplitude", "frequency")
+    limit = dict(zip(names, limits, strict=True))
+    lpf = 3e-14 * (1.0 + (f / 3e-3) ** 2)
+    inside = (f >= 1e-3 * (1 - 1e-9)) & (f <= 0.03 * (1 + 1e-9))
+    np.testing.assert_allclose(limit["lpf_acceleration"][inside], lpf[inside], rtol=1e-12)
+    assert np.isnan(limit["lpf_acceleration"][~inside]).all()
+    lisa = 3e-15 * np.sqrt(1.0 + (0.4e-3 / f) ** 2) * np.sqrt(1.0 + (f / 8e-3) ** 4)
+    inside = np.isfinite(limit["lisa_acceleration"])
+    np.testing.assert_allclose(limit["lisa_acceleration"][inside], lisa[inside], rtol=1e-12)
+    np.testing.assert_allclose(limit["lisa_acceleration_differential"][inside], lisa[inside] * np.sqrt(2), rtol=1e-12)
+    np.testing.assert_allclose(limit["lpf_jitter"][np.isfinite(limit["lpf_jitter"])], 5e-9, rtol=1e-12)
+
+
+def test_temperatures_in_delta_g_full_without_the_loop(built: Project) -> None:
+    """[S_x2 - S_x1 - ω² (N_x2 - N_x1) - κ N] ΔT, whatever the controller: S, N and stiffness from their files."""
+    path = built.build / "simulation03.h5"
+    f, chosen, shields = held(path, "frequency", "read_out/set", "area/shield")
+    by_source, mutual = held(built.build / "dynamics.h5", "stiffness/by_source", "stiffness/mutual")
+    s_label, s = held(built.build / "sensitivity.h5", "row/label", "S")
+    n_label, n = held(built.build / "optics.h5", "label/read_out", f"N/{chosen}")
+    stiffness = mutual.copy()
+    stiffness[:6, :6] += by_source[0].sum(axis=0)
+    stiffness[6:, 6:] += by_source[1].sum(axis=0)
+    kappa = stiffness[6] - stiffness[0]
+    read = np.zeros((12, n.shape[1]))
+    for label, row in zip(n_label, n, strict=True):
+        read[COORDINATES.index(label) - 3] = row
+    gravity = dict(zip(s_label, s, strict=True))
+    omega = 2.0 * np.pi * f[:, None]
+    by_kelvin = gravity["TM2_a_x"] - gravity["TM1_a_x"] - omega**2 * (read[6] - read[0]) - kappa @ read
+    expected = np.zeros(len(f))
+    for shield, level in (("outside", 1e-3), ("inside", 1e-4)):  # case 3: correlated in each
+        low_pass = np.sqrt(2.0 / (1.0 + (f / 1e-3) ** 4))  # order 2, corner and reference 1 mHz, as in cases.toml
+        expected += (level * low_pass * by_kelvin[:, shields == shield].sum(axis=1)) ** 2
+    thermal = parts(path, "thermal")[OUTPUTS.index("delta_g_full")]
+    np.testing.assert_allclose(thermal, expected, rtol=1e-8)
+
+
+def test_a_louder_temperature_is_heard_as_its_square(satellite: Project) -> None:
+    configured(satellite, "")
+    satellite.run("simulate", "3").ok()
+    path = satellite.build / "simulation03.h5"
+    (groups,) = held(path, "group/name")
+    before = {group: parts(path, group) for group in groups}
+    replace(satellite.folder / "cases.toml", "outside_K = 1e-3", "outside_K = 2e-3")
+    replace(satellite.folder / "cases.toml", "inside_K = 1e-4", "inside_K = 2e-4")
+    satellite.run("simulate", "3").ok()
+    for group in groups:
+        np.testing.assert_allclose(parts(path, group), before[group] * (4.0 if group == "thermal" else 1.0), rtol=1e-12)
+
+
+def test_delays_turn_phases_only_between_areas(satellite: Project) -> None:
+    """All areas late alike change nothing; one group late changes the sum of the correlated ones."""
+    configured(satellite, "")
+    cases = satellite.folder / "cases.toml"
+    cases.write_text(
+        cases.read_text()
+        + "".join(
+            f'\n[[case]]\nid = "{n}"\ntitle = "x"\nblocks = [{{ areas = ["*"] }}]\n{delays}'
+            for n, delays in (
+                (91, ""),
+                (92, 'delays = [{ areas = ["*"], delay_s = 700.0 }]\n'),
+                (93, 'delays = [{ groups = ["IS1"], delay_s = 700.0 }]\n'),
+            )
+        )
+    )
+    satellite.run("simulate", "91", "92", "93").ok()
+    together, late, apart = (parts(satellite.build / f"simulation{n}.h5", "thermal") for n in (91, 92, 93))
+    np.testing.assert_allclose(late, together, rtol=1e-9)
+    felt = OUTPUTS.index("delta_g_full")
+    assert np.abs(apart[felt] / together[felt] - 1.0).max() > 1e-3
+
+
+def test_all_cases(satellite: Project) -> None:
+    configured(satellite, "")
+    done = json.loads(satellite.run("simulate", "all", "--json").ok().out)
+    assert len(done) == 12
+    for entry in done:
+        with open_checked(Path(entry["file"]), SIMULATION):
+            pass
+
+
+def test_a_controller_of_ones_own_that_is_the_default(satellite: Project) -> None:
+    """The default loops as a state space in each kind of file: the same spectra."""
+    configured(satellite, "")
+    satellite.run("simulate", "3").ok()
+    path = satellite.build / "simulation03.h5"
+    before = np.stack(list(psds(path).values()))
+    a, b, c, d = held(satellite.build / "dynamics.h5", *(f"controller/{name}" for name in "ABCD"))
+    arrays = {"A": a, "B": b, "C": c, "D": d}
+    # names in another order than that of the file
+    back = list(INPUTS)[::-1]
+    turned = arrays | {"C": c[::-1], "D": d[::-1], "inputs": np.array(COORDINATES), "outputs": np.array(back)}
+    np.savez(satellite.folder / "own.npz", **turned)
+    cells = {"inputs": np.array(COORDINATES, dtype=object), "outputs": np.array(INPUTS, dtype=object)}
+    savemat(satellite.folder / "own.mat", arrays | cells)
+    text = [f"{name} = {value.tolist()}" for name, value in arrays.items()]
+    text += [f"inputs = {json.dumps(list(COORDINATES))}", f"outputs = {json.dumps(list(INPUTS))}"]
+    (satellite.folder / "own.toml").write_text("\n".join(text))
+    for kind in ("npz", "mat", "toml"):
+        configured(satellite, f'[controller]\nfile = "own.{kind}"\n')
+        satellite.run("simulate", "3").ok()
+        np.testing.assert_allclose(np.stack(list(psds(path).values())), before, rtol=1e-9)
+
+
+def test_sources_switched_off_replaced_and_added(satellite: Project) -> None:
+    satellite.run("build-dynamics").ok()
+    satellite.run("simulate", "3").ok()
+    path = satellite.build / "simulation03.h5"
+    thermal, stray, optical = (parts(path, group) for group in ("thermal", "stray", "optical"))
+    (satellite.folder / "flat.csv").write_text("frequency_hz,amplitude\n1e-5,2e-15\n10,2e-15\n")
+    configured(
+        satellite,
+        """
+        [noise]
+        omit = ["sun", "optical_TM1_eta"]
+        [[noise.source]]
+        name = "magnetic"
+        table = "flat.csv"
+        gains = { s_TM1_a_x = 1.0, s_TM2_a_x = -1.0 }
+        [[noise.thruster]]
+        position_m = [1.0, 0.0, 0.0]
+        direction = [0.0, 0.0, 2.0]
+        level = 1e-7
+        """,
+    )
+    satellite.run("simulate", "3").ok()
+    (groups,) = held(path, "group/name")
+    name, gain, com = held(satellite.build / "dynamics.h5", "noise/name", "noise/gain", "spacecraft/centre_of_mass")
+    assert "sun" not in groups
+    assert "optical_TM1_eta" not in name
+    np.testing.assert_array_equal(parts(path, "thermal"), thermal)
+    np.testing.assert_array_equal(parts(path, "stray"), stray)
+    assert (parts(path, "optical") <= optical).all()
+    magnetic = parts(path, "magnetic")[OUTPUTS.index("delta_g_true")]
+    np.testing.assert_allclose(magnetic, (2.0 * 2e-15) ** 2, rtol=1e-12)
+    assert [n for n in name if n.startswith("thruster")] == ["thruster_1"]
+    wrench = gain[:6, list(name).index("thruster_1")]
+    np.testing.assert_allclose(wrench, [0, 0, 1, -com[1], com[0] - 1.0, 0], atol=1e-15)
+    configured(satellite, '[noise]\npreset = "none"\n')
+    satellite.run("simulate", "3").ok()
+    assert list(held(path, "group/name")[0]) == ["thermal"]
+    np.testing.assert_allclose(np.stack(list(psds(path).values())), thermal, rtol=1e-12)
