@@ -243,7 +243,7 @@ def test_refusals_of_state_space(mine: Project) -> None:
         return mine.run("export-state-space", *args)
 
     before = snapshot(mine.build)
-    run().refused(2, "Missing argument")
+    run().refused(2, "name a case, or all, or --loop")
     run("77").refused(2, "there is no case '77'")
     run("3", "--tolerance", "0").refused(2, "--tolerance 0")
     run("3", "--rate-hz", "-1").refused(2, "--rate-hz -1")

@@ -25,6 +25,7 @@ from tedm_cli.stages.dynamics.loop import Loop, project_loop
 from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
 
 _MIXED = "SI, by the units of rows and columns in /label"
+_OF_SYSTEM = "SI, by the units of rows and columns in /system"
 _OPEN_LOOP_HZ = (1e-6, 5.0)
 _OPEN_LOOP_POINTS = 601
 
@@ -159,4 +160,4 @@ def _write_system(writer: Writer, loop: Loop) -> None:
         (whole.system.a, whole.system.b, whole.system.c, whole.system.d),
         strict=True,
     ):
-        writer.write(dataset, matrix, units=_MIXED.replace("/label", "/system"))
+        writer.write(dataset, matrix, units=_OF_SYSTEM)
