@@ -91,7 +91,7 @@ CORNER = Quantity("corner frequency", "Hz", 0.0, 1e6, 1e-12)
 CROSSOVER = Quantity("crossover", "Hz", 1e-8, 1e3)
 CONTROL_DELAY = Quantity("delay", "s", 0.0, 1e4, 1e-9)
 CORNER_RATIO = Quantity("ratio of frequencies", "", 1e-3, 1e6)
-TRANSFER_COEFFICIENT = Quantity("coefficient", "", -1e20, 1e20)
+TRANSFER_COEFFICIENT = Quantity("coefficient", "", -1e15, 1e15)
 RELATIVE_NOISE = Quantity("relative noise", "per sqrt(Hz)", 0.0, 1.0, 1e-20)
 
 # Time and frequency: from decades to microseconds; stamps may count from any epoch.

@@ -45,6 +45,8 @@ def test_presets_are_what_they_say():
         "lpf_readout_item": "displacement",
         "lpf_readout": "displacement",
         "lisa_acceleration": "acceleration",
+        "lisa_acceleration_differential": "acceleration",
+        "lpf_jitter": "displacement",
         "lisa_oms": "displacement",
         "taiji_acceleration": "acceleration",
         "taiji_oms": "displacement",
