@@ -24,11 +24,12 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: FORCE help all test check format bench sample-small clean distclean
+.PHONY: FORCE help all test quick check format bench sample-small clean distclean
 
 help: ## Show this help
 	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md)"
 	@echo "make test     set up and run the tests"
+	@echo "make quick    run the tests of the pure rooms and of one chain: about a minute"
 	@echo "make check    lint and types"
 	@echo "make format   format the code"
 	@echo "make bench    run the benchmarks"
@@ -53,6 +54,13 @@ $(DEV_STAMP): $(RUN_STAMP)
 
 test: $(DEV_STAMP) ## Run the tests on two cores
 	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder -q
+
+# The pure rooms and one whole chain: in a minute, whether a change is sound.
+QUICK := gravity optics noise fem areas dynamics/test_dynamics_identities.py dynamics/test_dynamics_example.py \
+	chain/test_chain_small.py
+
+quick: $(DEV_STAMP)
+	$(BIN)/python -m pytest -n 2 --dist loadscope -q -m 'not slow' $(addprefix tests/,$(QUICK))
 
 check: $(DEV_STAMP)
 	$(BIN)/ruff check .
