@@ -11,9 +11,15 @@ settings.load_profile("tedm")
 
 @pytest.fixture(scope="session")
 def mini_ltp_dir() -> Path:
-    """Folder of the reference model; TEDM_SHARED_DATA points at the folder that holds it."""
+    """Folder of the reference model: a small bench solved by an independent solver (its README tells how)."""
+    return Path(__file__).parent / "data" / "mini_ltp"
+
+
+@pytest.fixture(scope="session")
+def nastran_dir() -> Path:
+    """Folder of decks and results of commercial solvers, not ours to publish; TEDM_SHARED_DATA names its parent."""
     data = Path(os.environ.get("TEDM_SHARED_DATA", Path(__file__).parents[2] / "shared" / "data"))
-    folder = data / "mini_ltp"
+    folder = data / "nastran"
     if not folder.is_dir():
-        pytest.skip(f"no reference model at {folder} (set TEDM_SHARED_DATA)")
+        pytest.skip(f"no Nastran files at {folder} (set TEDM_SHARED_DATA)")
     return folder

@@ -10,10 +10,15 @@ import scipy.sparse as sp
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError, UsageError
 
-SolverName = Literal["auto", "mumps", "superlu"]
+SolverName = Literal["auto", "mumps", "pardiso", "superlu"]
 
 # MUMPS error numbers: matrix singular in structure, numerically singular.
 _MUMPS_SINGULAR = (-6, -10)
+# PARDISO's: a pivot that is zero or negative; and its name for symmetric positive definite matrices.
+_PARDISO_SINGULAR, _POSITIVE_DEFINITE = -4, 2
+# Its settings, by the numbers of its manual: own values; nested dissection; one step of iterative refinement; the same
+# bits in every run (8.4 s instead of 7.4 s for 190,275 unknowns on two cores).
+_PARDISO_SETTINGS = {1: 1, 2: 2, 8: 1, 34: 1}
 
 
 class Factorisation(Protocol):
@@ -33,7 +38,7 @@ def factorise(matrix: sp.csr_matrix, solver: SolverName = "auto") -> Factorisati
     Parameters
     ----------
     matrix : sparse [n, n], symmetric, both triangles stored.
-    solver : "mumps", "superlu", or "auto": MUMPS where it can be imported, else SciPy's SuperLU.
+    solver : "mumps", "pardiso", "superlu", or "auto": the first of the three that is installed (SuperLU is SciPy's).
 
     Raises
     ------
@@ -42,18 +47,18 @@ def factorise(matrix: sp.csr_matrix, solver: SolverName = "auto") -> Factorisati
     PhysicsError
         If the library gives up for another reason, usually for lack of memory.
     UsageError
-        If MUMPS is asked for by name and is not installed.
+        If a library is asked for by name and is not installed.
     """
     if matrix.shape[0] == 0:
         return _Empty()
-    if solver == "superlu":
-        return _SuperLU(matrix)
-    try:
-        return _Mumps(matrix)
-    except ImportError:
-        if solver == "mumps":
-            raise UsageError("the solver python-mumps is not installed", hint='choose "superlu"') from None
-        return _SuperLU(matrix)
+    for name, library in _LIBRARIES.items():
+        if solver in ("auto", name):
+            try:
+                return library(matrix)
+            except ImportError:
+                if solver == name:
+                    raise UsageError(f"the solver {library.name} is not installed", hint='choose "superlu"') from None
+    raise UsageError(f"there is no solver {solver!r}", hint="choose one of " + ", ".join(_LIBRARIES))
 
 
 class _Empty:
@@ -88,6 +93,37 @@ class _Mumps:
         return np.asarray(self._context.solve(np.asfortranarray(rhs)))
 
 
+class _Pardiso:
+    """LLᵀ by the PARDISO of Intel's MKL (Schenk and Gärtner, Future Gener. Comput. Syst. 20, 2004)."""
+
+    name = "PARDISO"
+
+    def __init__(self, matrix: sp.csr_matrix) -> None:
+        from pypardiso.pardiso_wrapper import PyPardisoError, PyPardisoSolver
+
+        self._matrix = sp.triu(matrix, format="csr")
+        if not np.diff(self._matrix.indptr).all():  # the library would crash
+            raise np.linalg.LinAlgError("a row without stiffness")
+        self._solver: Any = PyPardisoSolver(mtype=_POSITIVE_DEFINITE)
+        for number, value in _PARDISO_SETTINGS.items():
+            self._solver.set_iparm(number, value)
+        try:
+            self._solver.factorize(self._matrix)
+        except PyPardisoError as error:
+            if error.value == _PARDISO_SINGULAR:
+                raise np.linalg.LinAlgError(str(error)) from error
+            raise PhysicsError(
+                f"{error} while factorising {matrix.shape[0]} unknowns", hint="run Nastran on the written deck"
+            ) from error
+
+    def __del__(self) -> None:
+        if solver := getattr(self, "_solver", None):  # the library keeps its factors until told
+            solver.free_memory(everything=True)
+
+    def solve(self, rhs: FloatArray) -> FloatArray:
+        return np.asarray(self._solver.solve(self._matrix, np.asfortranarray(rhs)))
+
+
 class _SuperLU:
     """LU by SuperLU with a fill-reducing ordering of the symmetric pattern and diagonal pivots."""
 
@@ -108,3 +144,10 @@ class _SuperLU:
 
     def solve(self, rhs: FloatArray) -> FloatArray:
         return np.asarray(self._factors.solve(rhs))
+
+
+_LIBRARIES: dict[str, type[_Mumps] | type[_Pardiso] | type[_SuperLU]] = {
+    "mumps": _Mumps,
+    "pardiso": _Pardiso,
+    "superlu": _SuperLU,
+}

@@ -15,6 +15,7 @@ from tedm_cli.nastran.card_names import REFUSED
 from tedm_cli.nastran.cards import LARGEST_INTEGER, BulkChecks, range_problem
 from tedm_cli.nastran.control_words import read_statements
 from tedm_cli.nastran.deck_lines import card_places, read_head, system_name
+from tedm_cli.nastran.library import require_pynastran
 from tedm_cli.nastran.parameters import refuse_misspelt
 from tedm_cli.nastran.plausible import check_plausible
 from tedm_cli.regular_file import require_regular_file
@@ -36,6 +37,7 @@ def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata
     InputError : missing or malformed file or INCLUDE, no ENDDATA, a card, a parameter or a word of case control that is
         not known, a field that only looks like a number, SUBCOM, materials and thicknesses that no structure has.
     """
+    require_pynastran()
     from pyNastran.bdf.bdf import BDF
 
     require_regular_file(path)

@@ -284,9 +284,8 @@ def test_mini_ltp_again(mini_ltp_dir: Path, tmp_path: Path) -> None:
     assert "TEMPERATURE(LOAD) = 1," in whole[1]
 
 
-def test_decks_of_other_programs(mini_ltp_dir: Path, tmp_path: Path) -> None:
+def test_decks_of_other_programs(nastran_dir: Path, tmp_path: Path) -> None:
     """A structural model in one piece becomes unit loads, the others are refused by name."""
-    folder = mini_ltp_dir.parent / "nastran"
     refused = {
         "cqra00366.bdf": "different K2GG: MATK in subcase 1, none in subcase 3",
         "htrussx.bdf": "different SPC: 1 in subcase 1, 2 in subcase 2",
@@ -296,8 +295,8 @@ def test_decks_of_other_programs(mini_ltp_dir: Path, tmp_path: Path) -> None:
     }
     for name, piece in refused.items():
         with pytest.raises(InputError, match=piece):
-            written(tmp_path / name, (folder / name).read_bytes())
-    whole = (folder / "TestStressTemp.bdf").read_bytes()
+            written(tmp_path / name, (nastran_dir / name).read_bytes())
+    whole = (nastran_dir / "TestStressTemp.bdf").read_bytes()
     grids = [int(line[8:16]) for line in whole.decode().splitlines() if line.startswith("GRID")]
     deck, done = written(tmp_path / "whole", whole, ALL=grids)
     assert done.notes[1].startswith("dropped: TEMPERATURE(INITIAL) = 1, LOAD = 3, TEMPERATURE(LOAD) = 4, LOAD = 6")

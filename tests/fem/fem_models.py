@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import pytest
 
 from tedm_cli.fem.elasticity import isotropic_stiffness
 from tedm_cli.fem.shapes import shape_of
@@ -15,15 +12,6 @@ from tedm_cli.fem.static import StaticSolution
 from tedm_cli.fem.structure import BarBlock, LoadCase, SolidBlock, SolidMaterials, Structure
 
 YOUNG, NU, ALPHA = 7.0e10, 0.33, 2.3e-5
-
-
-def shared_data(name: str) -> Path:
-    """Folder of reference data beside the repository; the test is skipped where it is absent."""
-    root = os.environ.get("TEDM_SHARED_DATA")
-    folder = (Path(root) if root else Path(__file__).resolve().parents[3] / "shared" / "data") / name
-    if not folder.is_dir():
-        pytest.skip(f"no reference data in {folder}")
-    return folder
 
 
 def block_mesh(cells: tuple[int, int, int], size: tuple[float, float, float], distortion: float = 0.0):

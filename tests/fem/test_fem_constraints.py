@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fem_models import shared_data, structure
+from fem_models import structure
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -134,16 +134,17 @@ def test_fem_contradictory_rigid_elements_are_refused_by_id(parts, held, fact):
         eliminate(structure(spread(2, 5), held=held, **parts))
 
 
-def test_fem_optical_nodes_agree_with_mystran():
+def test_fem_optical_nodes_agree_with_mystran(mini_ltp_dir):
     from pyNastran.bdf.bdf import BDF
     from pyNastran.op2.op2 import read_op2
 
-    folder = shared_data("mini_ltp")
     model = BDF(debug=None)
-    model.read_bdf(str(folder / "mini_ltp.bdf"), xref=False)
+    model.read_bdf(str(mini_ltp_dir / "mini_ltp.bdf"), xref=False)
     grids = np.array(sorted(model.nodes))
     position = np.array([model.nodes[g].xyz for g in grids])
-    displacements = read_op2(str(folder / "mini_ltp.op2"), include_results="displacements", debug=None).displacements
+    displacements = read_op2(
+        str(mini_ltp_dir / "mini_ltp.op2"), include_results="displacements", debug=None
+    ).displacements
     motion = np.stack([table.data[0] for table in displacements.values()], axis=2).astype(float)
     np.testing.assert_array_equal(next(iter(displacements.values())).node_gridtype[:, 0], grids)
     checked = []

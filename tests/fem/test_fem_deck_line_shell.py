@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fem_models import YOUNG, shared_data
+from fem_models import YOUNG
 from pyNastran.op2.op2 import read_op2
 
 from tedm_cli.errors import InputError
@@ -193,14 +193,13 @@ def test_fem_results_are_written_in_the_displacement_frames(tmp_path):
     np.testing.assert_allclose(table.data[0, :, 1], across, rtol=1e-6, atol=1e-12)
 
 
-def test_fem_mini_ltp_agrees_with_mystran():
+def test_fem_mini_ltp_agrees_with_mystran(mini_ltp_dir):
     """Solids, shells, pinned bars and rigid elements: every grid, area and component, to the precision of the OP2.
 
     The deck gives no K6ROT: both solvers take Nastran's default of 100.
     """
-    folder = shared_data("mini_ltp")
-    model, cases = read_solver_deck(folder / "mini_ltp.bdf")
-    tables = read_op2(str(folder / "mini_ltp.op2"), include_results="displacements", debug=None).displacements
+    model, cases = read_solver_deck(mini_ltp_dir / "mini_ltp.bdf")
+    tables = read_op2(str(mini_ltp_dir / "mini_ltp.op2"), include_results="displacements", debug=None).displacements
     plate = np.unique(model.quads.connectivity)
     solution = StaticSolution(model)
     for number, motion in solution.solve(cases):

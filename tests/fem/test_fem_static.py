@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import platform
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +17,11 @@ from fem_models import (
     nearest,
     rotated,
     rotation_matrix,
-    shared_data,
     solve,
     structure,
 )
 
-from tedm_cli.errors import PhysicsError
+from tedm_cli.errors import PhysicsError, UsageError
 from tedm_cli.fem.assembly import assemble
 from tedm_cli.fem.linear import factorise
 from tedm_cli.fem.structure import Rbe2, Rbe3, Structure
@@ -106,13 +107,42 @@ def test_fem_structure_moved_away_deforms_alike():
     assert np.abs(there - here).max() < 1e-9 * np.abs(here).max()
 
 
-def test_fem_solvers_agree():
-    pytest.importorskip("mumps")
+FAST = [("mumps", "mumps", "MUMPS"), ("pardiso", "pypardiso", "PARDISO")]
+
+
+@pytest.mark.parametrize(("solver", "package", "name"), FAST)
+def test_fem_solvers_agree(solver, package, name):
+    pytest.importorskip(package)
     model = bench()
     heat = areas(model, 5)
-    (one, first), (two, second) = solve(model, *heat, solver="mumps"), solve(model, *heat, solver="superlu")
-    assert (first.solver, second.solver) == ("MUMPS", "SuperLU")
+    (one, first), (two, second) = solve(model, *heat, solver=solver), solve(model, *heat, solver="superlu")
+    assert (first.solver, second.solver) == (name, "SuperLU")
     assert np.abs(one - two).max() < 1e-11 * np.abs(one).max()
+
+
+@pytest.mark.parametrize(("solver", "package", "name"), FAST)
+def test_fem_the_same_model_gives_the_same_bits(solver, package, name):
+    pytest.importorskip(package)
+    model = bench()
+    heat = areas(model, 2)
+    one, two = (solve(model, *heat, solver=solver)[0] for _ in range(2))
+    assert (one == two).all()
+
+
+def test_fem_every_python_that_is_promised_has_a_fast_solver():
+    if (sys.platform, platform.machine()) != ("linux", "x86_64"):
+        pytest.skip("the fast solvers come as wheels for Linux on x86-64")
+    model = bench()
+    assert solve(model, *areas(model, 2))[1].solver in ("MUMPS", "PARDISO")
+
+
+def test_fem_unknown_and_missing_solvers_are_named(monkeypatch):
+    model = bench()
+    with pytest.raises(UsageError, match="there is no solver 'umfpack'"):
+        solve(model, *areas(model, 2), solver="umfpack")
+    monkeypatch.setitem(sys.modules, "mumps", None)
+    with pytest.raises(UsageError, match="the solver MUMPS is not installed"):
+        solve(model, *areas(model, 2), solver="mumps")
 
 
 def test_fem_reference_temperatures_and_initial_field():
@@ -189,12 +219,11 @@ def test_fem_a_loose_part_beside_a_held_one_is_named():
         solve(model, 1.0)
 
 
-@pytest.mark.parametrize("solver", ["mumps", "superlu"])
+@pytest.mark.parametrize(("solver", "package"), [("mumps", "mumps"), ("pardiso", "pypardiso"), ("superlu", "scipy")])
 @pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (0.5, 0.3, 1.0)])
-def test_fem_mechanisms_are_refused_and_located(solver, direction):
+def test_fem_mechanisms_are_refused_and_located(solver, package, direction):
     # A post on a grid of solids: nothing stops it from turning about that grid.
-    if solver == "mumps":
-        pytest.importorskip("mumps")
+    pytest.importorskip(package)
     position, corners = block_mesh((2, 2, 2), (0.3, 0.2, 0.1))
     foot = nearest(position, (0.15, 0.1, 0.1))
     everything = np.vstack([position, position[foot] + 0.3 * np.array(direction)])
@@ -237,16 +266,15 @@ def test_fem_grids_without_stiffness_are_reported():
     assert (motion[-1] == 0.0).all()
 
 
-def test_fem_inner_grids_agree_with_mystran():
+def test_fem_inner_grids_agree_with_mystran(mini_ltp_dir):
     """Grids of solids alone, solved for with MYSTRAN's motion of all other grids, come out as MYSTRAN's."""
     from pyNastran.bdf.bdf import BDF
     from pyNastran.op2.op2 import read_op2
 
-    folder = shared_data("mini_ltp")
     deck = BDF(debug=None)
-    deck.read_bdf(str(folder / "mini_ltp.bdf"), xref=False)
+    deck.read_bdf(str(mini_ltp_dir / "mini_ltp.bdf"), xref=False)
     grids = np.array(sorted(deck.nodes))
-    blocks = read_solids(deck, CardReferences(grids, folder))
+    blocks = read_solids(deck, CardReferences(grids, mini_ltp_dir))
     assert [(block.card, block.bubble) for block in blocks] == [("CHEXA", False), ("CPENTA", False)]
     solid = [e for e in deck.elements.values() if e.type in ("CHEXA", "CPENTA")]
     strut = [e for e in deck.elements.values() if e.type == "CBAR" and e.pid == 7]
@@ -265,7 +293,7 @@ def test_fem_inner_grids_agree_with_mystran():
     )
     model = Structure(grid_id=grids, position=np.array([deck.nodes[g].xyz for g in grids]), solids=blocks, bars=struts)
     operators = assemble(model)
-    tables = read_op2(str(folder / "mini_ltp.op2"), include_results="displacements", debug=None).displacements
+    tables = read_op2(str(mini_ltp_dir / "mini_ltp.op2"), include_results="displacements", debug=None).displacements
     motion = np.stack([table.data[0].reshape(-1) for table in tables.values()], axis=1).astype(float)
     temperature = np.zeros((len(grids), len(tables)))
     for column, number in enumerate(tables):

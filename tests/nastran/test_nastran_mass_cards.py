@@ -76,7 +76,7 @@ def test_mass_and_centre_of_gravity(tmp_path: Path, name: str) -> None:
 
 def test_quadratic_elements(tmp_path: Path) -> None:
     """Midside nodes in the middle change nothing, also where corner thicknesses are given."""
-    xyz = {**GRIDS, **{9 + i: tuple((np.array(GRIDS[a]) + GRIDS[b]) / 2) for i, (a, b) in enumerate(EDGES)}}
+    xyz = {**GRIDS, **{9 + i: tuple(((np.array(GRIDS[a]) + GRIDS[b]) / 2).tolist()) for i, (a, b) in enumerate(EDGES)}}
     brick = "CHEXA,1,1,1,2,3,4,5,6,\n,7,8,9,10,11,12,13,14,\n,15,16,17,18,19,20\nPSOLID,1,1"
     found = properties_of(read(tmp_path, deck(brick, xyz)))
     assert found.mass_kg == pytest.approx(6000.0, rel=1e-12)

@@ -18,6 +18,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.captured_output import captured_output, fact_of
+from tedm_cli.nastran.library import require_pynastran
 from tedm_cli.nastran.op2.fortran_records import require_records
 
 _TABLES = ("OUGV1", "OUG1", "BOUGV1", "OUGV2", "OUG2", "BOUGV2", "OUGV1PAT", "OPHIG", "BOPHIG")
@@ -70,6 +71,7 @@ def walked(path: Path) -> Iterator[tuple[Walk, Any]]:
     InputError : missing, truncated or not an OP2, a dialect that is not recognised, tables that are not listed (see
         `Walk`).
     """
+    require_pynastran()
     from pyNastran.op2.op2 import OP2
     from pyNastran.op2.op2_interface.op2_scalar import OP2_Scalar
 
