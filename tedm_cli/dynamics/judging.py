@@ -120,7 +120,7 @@ def judge_outputs(
                 silenced,
                 factor,
                 budget.by_source[at, o] / power,
-                budget.area[at, o] / power,
+                budget.area[label][at] / power,
                 float(budget.incoherent[at, o] / together) if together > 0.0 else np.nan,
             )
         )
