@@ -272,6 +272,7 @@ def test_one_test_mass_has_no_simulations(satellite: Project) -> None:
     satellite.run("build-sensitivity").ok()
     with untouched(satellite.folder):
         satellite.run("build-dynamics").refused(3, "model.toml", "this project has 1")
+        satellite.run("simulate", "--figure-6.2").refused(3, "model.toml", "figure 6.2 is of two test masses")
 
 
 @pytest.mark.parametrize(("command", "name"), [("build-dynamics", "dynamics.h5"), ("simulate", "simulation03.h5")])
