@@ -89,7 +89,7 @@ def simulate(
         _refuse_with("--problem prints its results alone", case, {"--output": output is not None, **of_cases})
         print(json.dumps(solve_problem(problem)))
         return
-    from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines
+    from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines, summary_lines
     from tedm_cli.config.cases import select_cases
     from tedm_cli.progress import progress
     from tedm_cli.stages.dynamics.simulate import simulate as stage
@@ -108,6 +108,8 @@ def simulate(
     else:
         for path, r in done:
             say(quiet, *simulation_lines(path, r))
+        if summary := summary_lines([r for _, r in done]):
+            say(quiet, *summary)
     failed = [r.case.id for _, r in done if not all(j.verdict.passed for j in r.judged)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")

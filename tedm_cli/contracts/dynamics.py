@@ -305,6 +305,25 @@ class SimulationFile(AreaDatasets, FileKind):
         "factor on the group's amplitude that just meets the requirement; inf: not felt, nan: not by it alone",
         open_ended=True,
     )
+    IMPROVEMENT_TOGETHER = Dataset(
+        "/improvement/together",
+        ("verdict", "group"),
+        "int",
+        "1",
+        "1: of the groups that meet the requirement together when they are quieter, none of which can be left out",
+        values=FLAG,
+    )
+    IMPROVEMENT_TOGETHER_FACTOR = Dataset(
+        "/improvement/together_factor",
+        ("verdict",),
+        "float",
+        "1",
+        "factor on the amplitudes of these groups that just meets the requirement; nan: it is met",
+        open_ended=True,
+    )
+    IMPROVEMENT_TOGETHER_SILENCED = Dataset(
+        "/improvement/together_silenced", ("verdict",), "float", "1", "ratio without these groups"
+    )
     REQUIREMENT_NAME = Dataset("/requirement/name", ("requirement",), "str", "1", "requirements that were applied")
     REQUIREMENT_SOURCE = Dataset("/requirement/source", ("requirement",), "str", "1", "document they are from")
     REQUIREMENT_UNIT = Dataset("/requirement/unit", ("requirement",), "str", "1", "unit of the amplitude")
@@ -359,5 +378,5 @@ class SimulationFile(AreaDatasets, FileKind):
 
 
 SIMULATION = SimulationFile(
-    "simulation", 1, "tedm simulate", families={"output": "/output/label", "group": "/group/name"}
+    "simulation", 2, "tedm simulate", families={"output": "/output/label", "group": "/group/name"}
 )

@@ -186,6 +186,20 @@ def test_what_simulate_prints(satellite: Project, tmp_path: Path) -> None:
         assert [v["ratio"] for v in case["verdicts"]] == file["verdict/ratio"][()].tolist()
     assert case["passed"] is all(v["passed"] for v in case["verdicts"]) is False
     assert satellite.run("simulate", "3", "-q").ok().out == ""
+    said = satellite.run("simulate", "3").ok().out
+    assert "in the case that decides" not in said
+    for v in case["verdicts"]:
+        (line,) = [line for line in said.splitlines() if line.startswith(f"{v['output']}, {v['requirement']}: ")] or [
+            ""
+        ]
+        if v["passed"]:
+            assert not line
+        elif v["factor_alone"].keys() & {g for g, share in v["share"].items() if share > 0.01}:
+            assert "met by" in line
+            assert "no group alone" not in line
+        else:
+            assert f"no group alone; met by {v['together']['groups'][0]}" in line or len(v["together"]["groups"]) > 1
+            assert all(group in line for group in v["together"]["groups"])
     satellite.run("simulate").refused(2, "name a case, or all")
     satellite.run("simulate", "3", "2", "-o", here).refused(2, "--output names one file")
 

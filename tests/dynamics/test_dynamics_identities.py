@@ -126,6 +126,26 @@ def test_delta_g_full_of_temperature_does_not_feel_the_controller(make) -> None:
         assert (np.abs(got - (factor + wanted)) < 1e-9 * size).all(), coordinate
 
 
+@pytest.mark.parametrize("name", PLANTS)
+def test_differential_accelerations_are_made_of_the_other_outputs(name: str) -> None:
+    """o12'' less what is commanded and what stiffness makes; the true one is of the forces that act, noise included."""
+    plant = PLANTS[name]
+    h = transfer(plant, controlled(plant))
+    m1, m2 = (tm.mass_kg for tm in plant.test_masses)
+    x1, x2 = (out(h, f"meas_{tm}_x")[:, 0] for tm in ("TM1", "TM2"))
+    command = out(h, "u_TM2_Fx")[:, 0] / m2 - out(h, "u_TM1_Fx")[:, 0] / m1
+    kappa = plant.total_stiffness[6] - plant.total_stiffness[0]
+    free = (S**2)[:, None] * (x2 - x1) - command
+    all_motion = np.einsum("k,fkd->fd", kappa, out(h, *(f"meas_{c}" for c in COORDINATES[3:])))
+    wanted = {"delta_g": free - kappa[6] * x2 - kappa[0] * x1, "delta_g_full": free - all_motion}
+    for label, one in wanted.items():
+        size = np.abs(free).max(axis=1, keepdims=True) + np.abs(one)
+        assert (np.abs(out(h, label)[:, 0] - one) <= 1e-12 * size).all(), label
+    true = np.zeros(len(DISTURBANCES))
+    true[[DISTURBANCES.index(n) for n in ("s_TM1_a_x", "s_TM2_a_x", "w_TM1_Fx", "w_TM2_Fx")]] = -1, 1, -1 / m1, 1 / m2
+    np.testing.assert_allclose(out(h, "delta_g_true")[:, 0], np.broadcast_to(true, (len(F), len(true))), rtol=1e-14)
+
+
 def test_delta_g_true_of_gravity_alone() -> None:
     plant = example_plant()
     thermal = random_thermal(4, F)

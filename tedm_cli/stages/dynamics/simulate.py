@@ -193,6 +193,10 @@ def _write_verdicts(writer: Writer, r: Simulation) -> None:
     writer.write(KIND.VERDICT_LIMIT, [v.limit for v in verdicts], units="see /output/unit, per sqrt(Hz)")
     writer.write(KIND.VERDICT_PASSED, [int(v.passed) for v in verdicts])
     writer.write(KIND.VERDICT_INCOHERENT, [j.incoherent for j in r.judged])
+    together = [j.together for j in r.judged]
+    writer.write(KIND.IMPROVEMENT_TOGETHER, np.array([t.groups for t in together], int).reshape(n, len(r.groups)))
+    writer.write(KIND.IMPROVEMENT_TOGETHER_FACTOR, [t.factor for t in together])
+    writer.write(KIND.IMPROVEMENT_TOGETHER_SILENCED, [t.silenced for t in together])
     for dataset, key, size in (
         (KIND.VERDICT_GROUP_SHARE, "share", len(r.groups)),
         (KIND.VERDICT_SOURCE_SHARE, "source_share", len(r.sources)),
