@@ -156,6 +156,20 @@ def test_delta_g_true_of_gravity_alone() -> None:
     np.testing.assert_allclose(found.gravity, found.thermal, rtol=1e-13)
 
 
+def test_gravity_and_read_out_apart_are_two_budgets() -> None:
+    """What cancels in the sum of both does not in the sum of their powers; either alone is its own budget."""
+    plant, both = example_plant(), random_thermal(5, F)
+    control = controlled(plant)
+    nothing = (np.zeros_like(both.acceleration), np.zeros_like(both.read_out))
+    gravity = ThermalInput(both.acceleration, nothing[1], both.factor, both.amplitude)
+    read_out = ThermalInput(nothing[0], both.read_out, both.factor, both.amplitude)
+    opposite = ThermalInput(both.acceleration, -both.read_out, both.factor, both.amplitude)
+    whole, one, two, other = (budget(plant, control, [], t, F) for t in (both, gravity, read_out, opposite))
+    np.testing.assert_allclose(whole.gravity, one.thermal, rtol=1e-12)
+    np.testing.assert_allclose(whole.incoherent, one.thermal + two.thermal, rtol=1e-12)
+    np.testing.assert_allclose(whole.thermal + other.thermal, 2.0 * whole.incoherent, rtol=1e-9)
+
+
 def test_free_test_masses_follow_gravity() -> None:
     """Without control and stiffness ω² x12 is the differential acceleration, less what turning adds."""
     plant = example_plant()
@@ -258,6 +272,10 @@ def test_parts_of_uncorrelated_areas_add_up() -> None:
     for o, label in enumerate(OUTPUTS):
         np.testing.assert_allclose(whole.area[label].sum(axis=1), whole.total[:, o], rtol=1e-12)
     some = OUTPUTS[::-7]
+    phases = np.exp(2j * np.pi * np.linspace(0.0, 1.0, 12)).reshape(6, 2)  # areas that follow each other
+    turned = budget(plant, control, [], part([*range(6)], phases), F, areas_of=some)
+    for label, area in turned.area.items():
+        np.testing.assert_allclose(area.sum(axis=1), turned.total[:, OUTPUTS.index(label)], rtol=1e-9)
     together = budget(plant, control, [], part([*range(6)], np.ones((6, 1))), F, areas_of=some)
     assert list(together.area) == list(some)
     for label, area in together.area.items():
