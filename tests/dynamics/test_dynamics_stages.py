@@ -187,7 +187,7 @@ def test_temperatures_in_delta_g_full_without_the_loop(built: Project) -> None:
     alone, apart = held(path, "thermal/gravity/delta_g_full", "thermal/incoherent/delta_g_full")
     np.testing.assert_allclose(alone, power(by_gravity), rtol=1e-8)
     np.testing.assert_allclose(apart, power(by_gravity) + power(by_read_out), rtol=1e-8)
-    assert not np.allclose(apart, thermal), "phases count"
+    assert (np.abs(apart / thermal - 1.0) > 0.1).any(), "phases count"
 
 
 def test_a_louder_temperature_is_heard_as_its_square(satellite: Project) -> None:
