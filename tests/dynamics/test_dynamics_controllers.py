@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from dynamics_models import controlled, example_plant
+from dynamics_models import askew_plant, controlled, example_plant
 from scipy import linalg, signal
 
 from tedm_cli.config.controller_file import read_controller
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, check_inertia
 from tedm_cli.dynamics.closed_loop import responses
-from tedm_cli.dynamics.controller import ScalarLoops, actuation, default_loops
+from tedm_cli.dynamics.controller import DRAG_FREE, SUSPENSION, ScalarLoops, actuation, default_loops
 from tedm_cli.dynamics.loops import Loop, StateSpace, pade_response
 from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.plant import Plant
@@ -169,6 +169,31 @@ def test_test_masses_at_one_x_are_refused() -> None:
     )
     with pytest.raises(PhysicsError, match="at one x"):
         actuation(Plant(plant.spacecraft, [first, beside], plant.fixed, plant.mutual))
+
+
+def test_actuation_makes_the_accelerations_that_are_demanded() -> None:
+    """Of a satellite with nothing aligned: housings by thrusters, test masses by suspension, a turn about the middle."""
+    plant = askew_plant(3)
+    d = actuation(plant)
+    sc, n = plant.spacecraft, len(DRAG_FREE)
+    moved = np.concatenate([d[0:3, :n] / sc.mass_kg, np.linalg.solve(sc.inertia_kg_m2, d[3:6, :n])])
+    rows = [COORDINATES.index(name) - 3 for name in DRAG_FREE]
+    # the coordinate is that of the test mass in its housing, which moves the other way; u = -D v
+    np.testing.assert_allclose((plant.housing @ moved)[rows], -np.eye(n), atol=1e-12)
+    assert not d[6:, :n].any()
+    acceleration = d[6:] / plant.generalised_mass[:, None]
+    for k, name in enumerate(SUSPENSION, start=n):
+        wanted = np.zeros(12)
+        wanted[COORDINATES.index("TM2_x" if name == "x12" else name) - 3] = 1.0
+        np.testing.assert_allclose(acceleration[:, k], wanted, atol=1e-15)
+    middle = np.mean([tm.position_m for tm in plant.test_masses], axis=0)
+    for axis in range(3):
+        v = np.eye(3)[axis]
+        wanted = np.zeros(12)
+        for i, tm in enumerate(plant.test_masses):
+            wanted[6 * i + 1 : 6 * i + 3] = (tm.axes @ np.cross(v, tm.position_m - middle))[1:]
+        wanted[3] = plant.test_masses[0].axes[0] @ v
+        np.testing.assert_allclose(acceleration[:, n + len(SUSPENSION) + axis], wanted, atol=1e-12)
 
 
 def test_the_nominal_controller_holds_other_satellites() -> None:
