@@ -161,18 +161,18 @@ def test_an_inertia_that_no_body_has_is_refused(inertia: object, fact: str) -> N
     check_inertia(np.diag([100.0, 100.0, 200.0]))  # a thin plate
 
 
-def test_test_masses_at_one_x_are_refused() -> None:
+@pytest.mark.parametrize("apart", [0.0, 1e-11])
+def test_test_masses_at_one_x_are_refused(apart: float) -> None:
     plant = example_plant()
     first, second = plant.test_masses
-    beside = DynamicTestMass(
-        second.name, second.mass_kg, second.inertia_kg_m2, first.position_m + np.array([0.0, 0.3, 0.0]), second.axes
-    )
+    place = first.position_m + np.array([apart, 0.3, 0.0])
+    beside = DynamicTestMass(second.name, second.mass_kg, second.inertia_kg_m2, place, second.axes)
     with pytest.raises(PhysicsError, match="at one x"):
         actuation(Plant(plant.spacecraft, [first, beside], plant.fixed, plant.mutual))
 
 
 def test_actuation_makes_the_accelerations_that_are_demanded() -> None:
-    """Of a satellite with nothing aligned: housings by thrusters, test masses by suspension, a turn about the middle."""
+    """Of a satellite with nothing aligned: housings by thrusters, test masses by suspension, turns about the middle."""
     plant = askew_plant(3)
     d = actuation(plant)
     sc, n = plant.spacecraft, len(DRAG_FREE)
