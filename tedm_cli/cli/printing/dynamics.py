@@ -84,7 +84,7 @@ def _dominating(r: Simulation, j: JudgedOutput) -> str:
 
 def _help_lines(r: Simulation, j: JudgedOutput) -> list[str]:
     """What would meet a violated requirement: groups that can alone, or those that are needed together."""
-    alone = [g for g in np.argsort(-j.share, kind="stable") if np.isfinite(j.factor[g]) and j.share[g] >= _LISTED]
+    alone = [g for g in np.argsort(-j.share, kind="stable") if np.isfinite(j.factor[g])]
     if alone:
         words = [
             f"{r.groups[g]} at {rounded_down(j.factor[g])} of its amplitude"
