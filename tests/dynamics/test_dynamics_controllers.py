@@ -11,6 +11,7 @@ from dynamics_models import askew_plant, controlled, example_plant
 from scipy import linalg, signal
 
 from tedm_cli.config.controller_file import read_controller
+from tedm_cli.dynamics import stability as stability_room
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, check_inertia
 from tedm_cli.dynamics.closed_loop import responses
 from tedm_cli.dynamics.controller import DRAG_FREE, SUSPENSION, ScalarLoops, actuation, default_loops
@@ -216,6 +217,44 @@ def test_the_nominal_controller_holds_other_satellites() -> None:
         found = stability(plant, controller)
         assert found.largest_real_part < -1e-5
         assert min(m.phase_deg for m in found.margins) > 35.0
+
+
+def test_a_sampled_controller_with_a_delay_comes_to_the_continuous_one_with_it() -> None:
+    plant = example_plant()
+    s = undelayed(plant).state_space()
+    late = StateSpaceController(StateSpace(s.a, s.b, -s.c, -s.d), COORDINATES, INPUTS, delay_s=0.3)
+    a, b, c, d, _ = signal.cont2discrete((s.a, s.b, -s.c, -s.d), 0.02, "bilinear")
+    sampled = StateSpaceController(StateSpace(a, b, c, d), COORDINATES, INPUTS, delay_s=0.3, dt_s=0.02)
+    ours, wanted = stability(plant, sampled), stability(plant, late)
+    assert ours.largest_real_part == pytest.approx(wanted.largest_real_part, rel=0.01)
+    # the poles of the controlled motion, some rad/s and slower; those of the roll-off and the delay are faster
+    for pole in wanted.poles[np.abs(wanted.poles) < 0.5]:
+        assert np.abs(ours.poles - pole).min() < 0.05 * abs(pole)
+
+
+def test_margins_of_a_loop_that_crosses_many_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gain and phase are crossed several times: the margins are those of python-control that are nearest to -1."""
+    control = pytest.importorskip("control")
+    s = control.tf("s")
+    loop = 2.0 * (s + 0.25) ** 2 / s**3 / (1.0 + s / 19.0) ** 3  # margins on both sides
+    loop *= (s**2 / 0.81 + 0.08 * s / 0.9 + 1.0) / (s**2 / 0.64 + 0.08 * s / 0.8 + 1.0)  # resonances between them
+    loop *= (s**2 + 0.006 * s + 0.0036) / (s**2 + 0.006 * s + 1.7 * 0.0036)
+
+    def transfer(plant: object, controller: object, f: np.ndarray) -> np.ndarray:
+        value = np.atleast_1d(loop(2j * np.pi * f))
+        return (value / (1.0 + value))[:, None]
+
+    monkeypatch.setattr(stability_room, "loop_transfer", transfer)
+    f = np.geomspace(1e-5, 10.0, 3000)
+    plant = example_plant()
+    ours = stability_room._margins_of(plant, controlled(plant), 0, "x", f, transfer(None, None, f)[:, 0])
+    gains, phases, _, _, crossed, _ = control.stability_margins(loop, returnall=True)
+    more, less = gains[gains > 1.0], gains[gains < 1.0]
+    assert min(len(more), len(less), len(crossed)) > 1
+    assert ours.gain_db == pytest.approx(20.0 * np.log10(more.min()), abs=1e-4)
+    assert ours.reduction_db == pytest.approx(20.0 * np.log10(less.max()), abs=1e-4)
+    assert ours.crossover_hz == pytest.approx(crossed.max() / 2.0 / np.pi, rel=1e-6)
+    assert ours.phase_deg == pytest.approx(np.abs((phases + 180.0) % 360.0 - 180.0).min(), abs=1e-4)
 
 
 def test_python_control_agrees() -> None:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from dataclasses import replace
+
 import h5py
 import numpy as np
 import pytest
 from border_tools import Project
 
 from tedm_cli.dynamics.budget import Budget
-from tedm_cli.dynamics.judging import judge_outputs, needed_together
+from tedm_cli.dynamics.judging import judge_outputs, judged_labels, needed_together
+from tedm_cli.dynamics.signals import DISTURBANCES, OUTPUTS, kind, unit
 from tedm_cli.dynamics.sources import NoiseSource, PowerLaw
-from tedm_cli.noise.requirements import Requirement
+from tedm_cli.errors import ConfigError
+from tedm_cli.noise.requirements import AppliedRequirement, Requirement
 from tedm_cli.results.wording import rounded_down
 
 
@@ -80,6 +85,25 @@ def test_one_group_alone_inside_the_band() -> None:
     assert j.together.groups.tolist() == [True, False, False]
     assert j.together.factor == pytest.approx(j.factor[0])
     assert np.isnan(j.incoherent)
+
+
+def test_units_and_quantities_of_all_signals() -> None:
+    """15 coordinates twice, 18 commands, accelerations of three bodies and two housings, three differential ones."""
+    assert Counter(map(unit, OUTPUTS)) == {"m": 12, "rad": 18, "N": 9, "N m": 9, "m s^-2": 18, "rad s^-2": 9}
+    assert Counter(map(unit, DISTURBANCES)) == {"N": 9, "N m": 9, "m": 6, "rad": 9, "m s^-2": 6, "rad s^-2": 6}
+    assert [kind(name) for name in ("TM2_phi", "meas_TM1_x", "delta_g", "TM1_omegadot_y", "u_SC_Fz", "u_TM1_Lx")] == [
+        "angle", "displacement", "acceleration", "angular_acceleration", "force", "torque",
+    ]  # fmt: skip
+
+
+def test_a_requirement_of_one_test_mass_does_not_judge_a_difference() -> None:
+    f = np.array([2e-3, 4e-3])
+    single = Requirement("one", "acceleration", "m s^-2", (2e-3, 4e-3), np.ones_like, "")
+    difference = replace(single, applies_to="differential")
+    assert judged_labels([AppliedRequirement(single, ("TM1_a_x",)), AppliedRequirement(difference, ("delta_g",))], f)
+    for requirement, label in ((single, "delta_g"), (difference, "TM1_a_x"), (single, "TM1_x"), (single, "nothing")):
+        with pytest.raises(ConfigError, match=label):
+            judged_labels([AppliedRequirement(requirement, (label,))], f)
 
 
 def test_a_requirement_that_is_met_needs_nothing() -> None:
