@@ -20,6 +20,7 @@ from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS
 from tedm_cli.dynamics.stability import stability
+from tedm_cli.dynamics.state_space import loop_system
 from tedm_cli.errors import InputError, PhysicsError
 
 F = np.geomspace(1e-4, 0.3, 9)
@@ -114,6 +115,21 @@ def test_an_unstable_loop_is_refused_with_its_pole_and_coordinate() -> None:
     nothing = StateSpaceController(StateSpace.gain(np.zeros((1, 1))), ("TM1_x",), ("SC_Fx",))
     with pytest.raises(PhysicsError, match="unstable"):
         stability(plant, nothing)
+
+
+def test_a_direct_gain_in_the_system_and_at_single_frequencies() -> None:
+    """The default loops have none; a controller of one's own may answer to the read-outs at once."""
+    plant = askew_plant(2)
+    gain = 1e-3 * np.random.default_rng(4).normal(size=(len(INPUTS), len(COORDINATES)))
+    own = StateSpaceController(StateSpace.gain(gain), COORDINATES, INPUTS)
+    wanted, ours = transfer(plant, own), loop_system(plant, own).response(2j * np.pi * F)
+    size = np.abs(wanted).max(axis=(0, 2), keepdims=True)
+    np.testing.assert_allclose(ours / size, wanted / size, atol=1e-11)
+
+
+def test_axes_that_are_left_handed_are_refused() -> None:
+    with pytest.raises(PhysicsError, match="axes of TM1 are not a right-handed"):
+        DynamicTestMass("TM1", 2.0, np.full(3, 7e-4), np.zeros(3), np.diag([1.0, 1.0, -1.0]))
 
 
 def test_an_improper_loop_is_refused() -> None:
@@ -286,3 +302,11 @@ def test_modes_of_a_sampled_loop_are_those_of_its_steps() -> None:
     free = linalg.expm(0.1 * np.block([[np.zeros((15, 15)), np.eye(15)], [plant.K, np.zeros((15, 15))]]))
     off = StateSpaceController(StateSpace(a, b, 0.0 * c, 0.0 * d), COORDINATES, INPUTS, dt_s=0.1)
     np.testing.assert_allclose(sampled_loop(plant, off)[:30, :30], free, rtol=1e-12, atol=1e-12)
+
+
+def test_a_sign_of_rounding_is_no_crossing() -> None:
+    """What many evaluations at once and a single one disagree on by rounding is passed over."""
+    grid, values = np.array([0.0, 1.0, 2.0]), np.array([1e-17, -1e-17, 2.0])
+    assert stability_room._crossings(grid, values, lambda v: 3.0 * v - 4.0 if v >= 1.0 else -1.0) == [
+        pytest.approx(4.0 / 3.0)
+    ]

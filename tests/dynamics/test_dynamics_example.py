@@ -70,6 +70,28 @@ def test_stability_and_margins() -> None:
         assert margins.peak_sensitivity == pytest.approx(wanted["peak_S"], rel=1e-6)
 
 
+def test_a_problem_names_its_rows_in_any_order(tmp_path) -> None:
+    """Mutual stiffness with its rows and columns turned, and the margins that a problem is answered with."""
+    data = {k: v for k, v in example().items() if k not in ("result", "matrices", "free_response", "figure_6_2")}
+    table, mutual = data["stiffness"], np.array(data["stiffness"]["mutual"])
+    rows, columns = np.roll(np.arange(12), 5), np.arange(12)[::-1]
+    turned = {
+        "rows": [table["rows"][i] for i in rows],
+        "columns": [table["columns"][i] for i in columns],
+        "mutual": mutual[np.ix_(rows, columns)].tolist(),
+    }
+    path = tmp_path / "problem.json"
+    path.write_text(json.dumps(data | {"stiffness": table | turned}))
+    ours = solve_problem(path)
+    np.testing.assert_allclose(ours["psd_total"], example()["result"]["psd_total"], rtol=1e-9)
+    reference = example()["result"]["stability"]
+    assert ours["stability"]["states"] == reference["states"]
+    assert set(ours["stability"]["margins"]) == set(reference["margins"])
+    for loop, margins in ours["stability"]["margins"].items():
+        for name, value in margins.items():
+            assert value == pytest.approx(reference["margins"][loop][name], abs=0.02), (loop, name)
+
+
 def test_free_response() -> None:
     free, system = example()["free_response"], loop_system(example_plant(), controlled(example_plant())).system
     start = np.zeros(len(system.a))

@@ -9,6 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 from border_tools import Project, replace
+from scipy import signal
 from scipy.io import savemat
 
 from tedm_cli.contracts import DYNAMICS, SIMULATION
@@ -268,6 +269,31 @@ def test_a_controller_of_ones_own_that_is_the_default(satellite: Project) -> Non
         configured(satellite, f'[controller]\nfile = "own.{kind}"\n')
         satellite.run("simulate", "3").ok()
         np.testing.assert_allclose(np.stack(list(psds(path).values())), before, rtol=1e-9)
+
+
+def test_a_sampled_controller_of_ones_own(satellite: Project) -> None:
+    """The loops without delays sampled at 20 Hz, late by 0.1 s: what the file says, and near the continuous one."""
+    loops = "".join(f'[[controller.loop]]\nname = "{name}"\ndelay_s = 0.0\n' for name in LOOPS)
+    configured(satellite, loops)
+    path = satellite.build / "dynamics.h5"
+    a, b, c, d = held(path, *(f"controller/{name}" for name in "ABCD"))
+    a, b, c, d, _ = signal.cont2discrete((a, b, c, d), 0.05, "bilinear")
+    names = {"inputs": np.array(COORDINATES), "outputs": np.array(INPUTS)}
+    np.savez(satellite.folder / "own.npz", A=a, B=b, C=c, D=d, dt_s=0.05, delay_s=0.1, **names)
+    configured(satellite, '[controller]\nfile = "own.npz"\n')
+    period, delay, f, real = held(path, "controller/period", "controller/delay", "loop/frequency", "loop/open_real")
+    assert (period, delay) == (0.05, 0.1)
+    assert f[-1] <= 10.0
+    assert real.shape == (15, len(f))
+    with h5py.File(path) as file:
+        assert "system" not in file, "no continuous system is a sampled loop"
+    satellite.run("simulate", "3").ok()
+    sampled = psds(satellite.build / "simulation03.h5")
+    configured(satellite, loops.replace("delay_s = 0.0", "delay_s = 0.125"))  # with half a period of the hold
+    satellite.run("simulate", "3").ok()
+    continuous = psds(satellite.build / "simulation03.h5")
+    for name in ("delta_g", "TM1_x", "TM2_y", "SC_theta"):
+        np.testing.assert_allclose(sampled[name], continuous[name], rtol=0.02)
 
 
 def test_sources_switched_off_replaced_and_added(satellite: Project) -> None:
