@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -301,7 +302,9 @@ def test_modes_of_a_sampled_loop_are_those_of_its_steps() -> None:
     assert np.abs(np.linalg.eigvals(step)).max() < 1.0
     free = linalg.expm(0.1 * np.block([[np.zeros((15, 15)), np.eye(15)], [plant.K, np.zeros((15, 15))]]))
     off = StateSpaceController(StateSpace(a, b, 0.0 * c, 0.0 * d), COORDINATES, INPUTS, dt_s=0.1)
-    np.testing.assert_allclose(sampled_loop(plant, off)[:30, :30], free, rtol=1e-12, atol=1e-12)
+    late = replace(off, delay_s=0.05)  # its states come after the motion
+    for controller in (off, late):
+        np.testing.assert_allclose(sampled_loop(plant, controller)[:30, :30], free, rtol=1e-12, atol=1e-12)
 
 
 def test_a_sign_of_rounding_is_no_crossing() -> None:

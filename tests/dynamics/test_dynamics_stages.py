@@ -76,6 +76,39 @@ def test_defaults_and_stiffness_by_source(built: Project) -> None:
     whole = np.zeros((12, 12))
     whole[:6, :6], whole[6:, 6:] = without
     np.testing.assert_allclose(whole + mutual, linearised, atol=1e-12 * np.abs(linearised).max())
+    # each source by its blocks: force and torque by displacement and rotation
+    names = held(built.build / "sensitivity.h5", "source/name")[0].tolist()
+    for s, name in enumerate(source[:-1]):
+        for block, rows, columns in (
+            ("gamma_lin", slice(0, 3), slice(0, 3)), ("gamma_ang", slice(0, 3), slice(3, 6)),
+            ("omega_lin", slice(3, 6), slice(0, 3)), ("omega_ang", slice(3, 6), slice(3, 6)),
+        ):  # fmt: skip
+            (wanted,) = held(built.build / "sensitivity.h5", f"stiffness/{block}")
+            np.testing.assert_array_equal(by_source[:, s, rows, columns], wanted[:, names.index(name)])
+
+
+def test_poles_are_those_of_the_system(built: Project) -> None:
+    a, real, imaginary = held(built.build / "dynamics.h5", "system/A", "pole/real", "pole/imaginary")
+    poles = real + 1j * imaginary
+    assert (np.diff(real) <= 0.0).all(), "the slowest come first"
+    wanted = np.linalg.eigvals(a)
+    assert max(np.abs(poles - z).min() for z in wanted) < 1e-6
+    assert max(np.abs(wanted - z).min() for z in poles) < 1e-6
+
+
+def test_open_loops_of_the_file(built: Project) -> None:
+    """L = T / (1 - T): of gain 1 at the crossover that is told, with the phase margin that is told, at the highest."""
+    names, f, crossover, phase, real, imaginary = held(
+        built.build / "dynamics.h5", "loop/name", "loop/frequency", "loop/crossover", "loop/phase_margin",
+        "loop/open_real", "loop/open_imaginary",
+    )  # fmt: skip
+    for j, name in enumerate(names):
+        at = np.log(crossover[j])
+        gain = np.interp(at, np.log(f), np.log(np.hypot(real[j], imaginary[j])))
+        assert abs(gain) < 2e-3, name
+        angle = np.interp(at, np.log(f), np.unwrap(np.arctan2(imaginary[j], real[j])))
+        margin = abs((np.degrees(angle) + 360.0) % 360.0 - 180.0)
+        assert abs(margin - phase[j]) < 0.1, name
 
 
 def test_what_a_file_says_is_obeyed(satellite: Project) -> None:
