@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from dynamics_models import EXAMPLE, controlled, example, example_plant
 from scipy import linalg
 
 from tedm_cli.dynamics.closed_loop import responses
-from tedm_cli.dynamics.controller import LOOPS, actuation, default_loops
+from tedm_cli.dynamics.controller import LOOPS, ScalarLoops, actuation, default_loops
+from tedm_cli.dynamics.signals import COORDINATES, INPUTS
 from tedm_cli.dynamics.stability import stability
 from tedm_cli.dynamics.state_space import loop_system
 from tedm_cli.stages.dynamics.problem import solve_problem
@@ -90,6 +92,23 @@ def test_a_problem_names_its_rows_in_any_order(tmp_path) -> None:
     for loop, margins in ours["stability"]["margins"].items():
         for name, value in margins.items():
             assert value == pytest.approx(reference["margins"][loop][name], abs=0.02), (loop, name)
+
+
+def test_a_controller_of_a_problem_with_its_delay(tmp_path) -> None:
+    """Loops without delay as matrices, and one delay of all commands: the loops with that delay."""
+    plant, path = example_plant(), tmp_path / "problem.json"
+    data = {k: v for k, v in example().items() if k not in ("result", "matrices", "free_response", "figure_6_2")}
+    s = ScalarLoops(plant, [replace(x, delay_s=0.0) for x in default_loops()]).state_space()
+    matrices = {"A": s.a, "B": s.b, "C": -s.c, "D": -s.d}
+    own = {"kind": "state_space", "inputs": COORDINATES, "outputs": INPUTS, "delay_s": 0.4}
+    own |= {name: matrix.tolist() for name, matrix in matrices.items()}
+    table = data["controller"]
+    late = table | {"loops": {name: loop | {"delay_s": 0.4} for name, loop in table["loops"].items()}}
+    found = []
+    for controller in (own, late):
+        path.write_text(json.dumps(data | {"controller": controller}))
+        found.append(solve_problem(path)["psd_total"])
+    np.testing.assert_allclose(*found, rtol=1e-8)
 
 
 def test_free_response() -> None:
