@@ -306,20 +306,10 @@ class SimulationFile(AreaDatasets, FileKind):
         open_ended=True,
     )
     IMPROVEMENT_TOGETHER = Dataset(
-        "/improvement/together",
-        ("verdict", "group"),
-        "int",
-        "1",
-        "1: of the groups that meet the requirement together when they are quieter, none of which can be left out",
-        values=FLAG,
+        "/improvement/together", ("verdict", "group"), "int", "1", "1: group needed to meet it together", values=FLAG
     )
     IMPROVEMENT_TOGETHER_FACTOR = Dataset(
-        "/improvement/together_factor",
-        ("verdict",),
-        "float",
-        "1",
-        "factor on the amplitudes of these groups that just meets the requirement; nan: it is met",
-        open_ended=True,
+        "/improvement/together_factor", ("verdict",), "float", "1", "on their amplitudes; nan: met", open_ended=True
     )
     IMPROVEMENT_TOGETHER_SILENCED = Dataset(
         "/improvement/together_silenced", ("verdict",), "float", "1", "ratio without these groups"
