@@ -87,6 +87,21 @@ def test_defaults_and_stiffness_by_source(built: Project) -> None:
             np.testing.assert_array_equal(by_source[:, s, rows, columns], wanted[:, names.index(name)])
 
 
+def test_test_masses_are_those_of_the_sensitivities(built: Project) -> None:
+    """Moments of cuboids, and what pulls at rest: all sources together, test mass by test mass."""
+    moments, at_rest = held(built.build / "dynamics.h5", "test_mass/inertia", "test_mass/at_rest")
+    mass, side, linear, angular = held(
+        built.build / "sensitivity.h5", "test_mass/mass", "test_mass/side", "dc/acceleration", "dc/angular_acceleration"
+    )
+    squares = side**2
+    for i in (0, 1):
+        for k in range(3):
+            across = [squares[i, (k + 1) % 3], squares[i, (k + 2) % 3]]
+            np.testing.assert_allclose(moments[i, k], mass[i] / 12.0 * sum(across), rtol=1e-12)
+        pull = np.concatenate([linear[i].sum(axis=0), angular[i].sum(axis=0)])
+        np.testing.assert_allclose(at_rest[6 * i : 6 * i + 6], pull, rtol=1e-12, atol=1e-30)
+
+
 def test_poles_are_those_of_the_system(built: Project) -> None:
     a, real, imaginary = held(built.build / "dynamics.h5", "system/A", "pole/real", "pole/imaginary")
     poles = real + 1j * imaginary
