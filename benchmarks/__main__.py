@@ -82,7 +82,7 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "tedm --help / python -c pass": command_line,
 }
 if find_spec("control"):
-    BENCHMARKS["closed loop, 4,096 frequencies x 114 noises x 75 outputs / python-control"] = closed_loop
+    BENCHMARKS["budgets in closed loop, 4,096 frequencies x 114 noises x 75 outputs / python-control"] = closed_loop
 if find_spec("choclo"):
     BENCHMARKS |= {
         f"F and gradient, 66,000 points {where}, threads: {threads} / choclo": partial(against_choclo, *limits, threads)

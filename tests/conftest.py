@@ -1,6 +1,9 @@
 import os
 from pathlib import Path
 
+# Before NumPy is loaded: on small matrices a second thread of BLAS only waits, and the tests share their cores.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 

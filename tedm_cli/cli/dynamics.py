@@ -56,6 +56,13 @@ def simulate(
     in_time: Annotated[
         bool, typer.Option("--time", help="Realise the noise in time as well, and compare with the exact spectra.")
     ] = False,
+    figure_6_2: Annotated[
+        bool,
+        typer.Option(
+            "--figure-6.2",
+            help="No loop: the noise of imposed positions through stiffness, beside Montemurro 2004, figure 6.2.",
+        ),
+    ] = False,
     fail_on_violation: Annotated[
         bool, typer.Option("--fail-on-violation", help="Exit with 5 when a requirement is violated.")
     ] = False,
@@ -70,18 +77,19 @@ def simulate(
     """
     from tedm_cli.errors import PhysicsError, UsageError
 
+    of_cases = {"--time": in_time, "--fail-on-violation": fail_on_violation}
+    if figure_6_2:
+        _refuse_with("--figure-6.2 imposes the positions, with no loop and no temperatures,", case,
+                     {"--problem": problem is not None, **of_cases})  # fmt: skip
+        _figure_6_2(config, build_dir, output, as_json, quiet, verbose)
+        return
     if problem is not None:
         from tedm_cli.stages.dynamics.problem import solve_problem
 
-        if case:
-            raise UsageError("--problem takes no case")
-        unused = {"--output": output is not None, "--time": in_time, "--fail-on-violation": fail_on_violation}
-        given = [option for option, is_given in unused.items() if is_given]
-        if given:
-            raise UsageError(f"--problem prints its results alone and takes no {given[0]}")
+        _refuse_with("--problem prints its results alone", case, {"--output": output is not None, **of_cases})
         print(json.dumps(solve_problem(problem)))
         return
-    from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines
+    from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines, summary_lines
     from tedm_cli.config.cases import select_cases
     from tedm_cli.progress import progress
     from tedm_cli.stages.dynamics.simulate import simulate as stage
@@ -100,6 +108,28 @@ def simulate(
     else:
         for path, r in done:
             say(quiet, *simulation_lines(path, r))
+        if summary := summary_lines([r for _, r in done]):
+            say(quiet, *summary)
     failed = [r.case.id for _, r in done if not all(j.verdict.passed for j in r.judged)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")
+
+
+def _refuse_with(option: str, case: list[str] | None, others: dict[str, bool]) -> None:
+    """Refuse cases and other options beside one that has no use for them."""
+    from tedm_cli.errors import UsageError
+
+    given = [*(["case"] if case else []), *(name for name, is_given in others.items() if is_given)]
+    if given:
+        raise UsageError(f"{option} and takes no {given[0]}")
+
+
+def _figure_6_2(config: Path, build_dir: Path, output: Path | None, as_json: bool, quiet: bool, verbose: int) -> None:
+    from tedm_cli.cli.printing.imposed import imposed_dict, imposed_lines
+    from tedm_cli.stages.dynamics.imposed import imposed_motion
+
+    path, found = imposed_motion(open_project(config, build_dir, verbose), output)
+    if as_json:
+        print(json.dumps(imposed_dict(path, found), indent=1))
+    else:
+        say(quiet, *imposed_lines(path, found))

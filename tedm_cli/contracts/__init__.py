@@ -13,6 +13,7 @@ from tedm_cli.contracts.case import CASE
 from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.document import document
 from tedm_cli.contracts.dynamics import DYNAMICS, SIMULATION
+from tedm_cli.contracts.imposed import IMPOSED
 from tedm_cli.contracts.optics import OPTICS
 from tedm_cli.contracts.sensitivity import SENSITIVITY
 from tedm_cli.contracts.series import SERIES
@@ -23,6 +24,7 @@ __all__ = [
     "CASE",
     "DISTORTION",
     "DYNAMICS",
+    "IMPOSED",
     "KINDS",
     "OPTICS",
     "SENSITIVITY",
@@ -36,7 +38,10 @@ __all__ = [
     "markdown",
 ]
 
-KINDS = {kind.name: kind for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES, DYNAMICS, SIMULATION)}
+KINDS = {
+    kind.name: kind
+    for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES, DYNAMICS, SIMULATION, IMPOSED)
+}
 
 
 def markdown() -> str:

@@ -305,6 +305,15 @@ class SimulationFile(AreaDatasets, FileKind):
         "factor on the group's amplitude that just meets the requirement; inf: not felt, nan: not by it alone",
         open_ended=True,
     )
+    IMPROVEMENT_TOGETHER = Dataset(
+        "/improvement/together", ("verdict", "group"), "int", "1", "1: group needed to meet it together", values=FLAG
+    )
+    IMPROVEMENT_TOGETHER_FACTOR = Dataset(
+        "/improvement/together_factor", ("verdict",), "float", "1", "on their amplitudes; nan: met", open_ended=True
+    )
+    IMPROVEMENT_TOGETHER_SILENCED = Dataset(
+        "/improvement/together_silenced", ("verdict",), "float", "1", "ratio without these groups"
+    )
     REQUIREMENT_NAME = Dataset("/requirement/name", ("requirement",), "str", "1", "requirements that were applied")
     REQUIREMENT_SOURCE = Dataset("/requirement/source", ("requirement",), "str", "1", "document they are from")
     REQUIREMENT_UNIT = Dataset("/requirement/unit", ("requirement",), "str", "1", "unit of the amplitude")
@@ -359,5 +368,5 @@ class SimulationFile(AreaDatasets, FileKind):
 
 
 SIMULATION = SimulationFile(
-    "simulation", 1, "tedm simulate", families={"output": "/output/label", "group": "/group/name"}
+    "simulation", 2, "tedm simulate", families={"output": "/output/label", "group": "/group/name"}
 )

@@ -12,7 +12,7 @@ from scipy import linalg
 
 from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.dynamics.bodies import cross_matrix
-from tedm_cli.dynamics.loops import Loop, LoopShape, StateSpace
+from tedm_cli.dynamics.loops import Loop, LoopShape, StateSpace, polynomials, rational
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS, N_COORDINATES, N_INPUTS
 from tedm_cli.errors import PhysicsError
@@ -83,9 +83,12 @@ class ScalarLoops:
         """D [18, 15]: u = -D v, by the acceleration demand v of each loop."""
         return actuation(self.plant)
 
+    @cached_property
+    def _polynomials(self) -> tuple[FloatArray, FloatArray]:
+        return polynomials(self.shapes)
+
     def command(self, s: ComplexArray) -> ComplexArray:
-        demand = np.stack([loop.response(s) for loop in self.shapes], axis=-1)
-        out: ComplexArray = self.actuation * demand[:, None, :]
+        out: ComplexArray = self.actuation * rational(*self._polynomials, s)[:, None, :]
         return out
 
     def state_space(self) -> StateSpace:

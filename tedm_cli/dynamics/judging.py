@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.dynamics.budget import Budget
 from tedm_cli.dynamics.signals import OUTPUTS, kind
 from tedm_cli.dynamics.sources import NoiseSource
@@ -35,6 +35,7 @@ class JudgedOutput:
     area_share : [k], the same of each thermal area, signed: their sum is the share of the temperatures.
     incoherent : PSD of the temperatures over gravity and read-out apart, over their PSD together, at the binding
         frequency; NaN without temperatures.
+    together : the groups that meet a violated requirement together when they are quieter.
     """
 
     verdict: Verdict
@@ -44,6 +45,26 @@ class JudgedOutput:
     source_share: FloatArray
     area_share: FloatArray
     incoherent: float
+    together: Together
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """Groups of sources none of which can be left out to meet a requirement that is violated.
+
+    They are taken one after another, each the one that helps most after those before it, as many as are needed; then
+    any that the others have made needless is dropped.
+
+    Parameters
+    ----------
+    groups : [g], which they are; none where the requirement is met.
+    factor : on all their amplitudes, the other groups unchanged, that just meets the requirement; NaN where it is met.
+    silenced : the ratio without them.
+    """
+
+    groups: BoolArray
+    factor: float
+    silenced: float
 
 
 def groups_of(sources: Sequence[NoiseSource]) -> tuple[str, ...]:
@@ -112,7 +133,7 @@ def judge_outputs(
             room = np.where(part > 0.0, (limit[:, None] - rest) / part, np.inf).min(axis=0)
             factor = np.where(room >= 0.0, np.sqrt(np.maximum(room, 0.0)), np.nan)
         power = total[at] if total[at] > 0.0 else np.inf
-        together = budget.thermal[at, o]
+        heat = budget.thermal[at, o]
         out.append(
             JudgedOutput(
                 verdict,
@@ -120,8 +141,32 @@ def judge_outputs(
                 silenced,
                 factor,
                 budget.by_source[at, o] / power,
-                budget.area[at, o] / power,
-                float(budget.incoherent[at, o] / together) if together > 0.0 else np.nan,
+                budget.area[label][at] / power,
+                float(budget.incoherent[at, o] / heat) if heat > 0.0 else np.nan,
+                needed_together(part / limit[:, None]),
             )
         )
     return out
+
+
+def needed_together(power: FloatArray) -> Together:
+    """Groups that meet a limit together, from their power [F, g] over that of the limit."""
+    kept = np.ones(power.shape[1], dtype=bool)
+
+    def highest(groups: BoolArray) -> float:
+        return float(power[:, groups].sum(axis=1).max())
+
+    if highest(kept) <= 1.0:
+        return Together(~kept, np.nan, np.sqrt(highest(kept)))
+    taken: list[int] = []
+    while highest(kept) > 1.0:
+        without = {g: highest(kept & (np.arange(len(kept)) != g)) for g in np.flatnonzero(kept)}
+        taken.append(min(without, key=lambda g: without[g]))
+        kept[taken[-1]] = False
+    for g in taken[:-1]:  # without the last they were not enough
+        kept[g] = True
+        kept[g] = highest(kept) <= 1.0
+    part, rest = power[:, ~kept].sum(axis=1), power[:, kept].sum(axis=1)
+    felt = part > 0.0
+    factor = np.sqrt(((1.0 - rest[felt]) / part[felt]).min())
+    return Together(~kept, float(factor), np.sqrt(highest(kept)))

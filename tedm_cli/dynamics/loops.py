@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,11 +107,17 @@ class Loop:
         at = (1.0 + 1j / shape.roll_off) ** 2 * 1j * w / ((1j + 1.0 / shape.integral) * (1j + 1.0 / shape.lead))
         return float(abs(at))
 
+    @property
+    def delayed(self) -> tuple[FloatArray, FloatArray]:
+        """Numerator and denominator of C(s) e^{-sτ}, the delay as its Padé approximant; highest power first."""
+        scale = self.delay_s ** np.arange(len(_PADE))
+        late = (_PADE * (-1.0) ** np.arange(len(_PADE)) * scale)[::-1], (_PADE * scale)[::-1]
+        numerator, denominator = (np.convolve(*pair) for pair in zip(self.coefficients, late, strict=True))
+        return np.asarray(numerator), np.asarray(denominator)
+
     def response(self, s: ComplexArray) -> ComplexArray:
         """C(s) e^{-sτ}, the delay as its Padé approximant, at `s` [F]."""
-        numerator, denominator = self.coefficients
-        out: ComplexArray = np.polyval(numerator, s) / np.polyval(denominator, s) * pade_response(s, self.delay_s)
-        return out
+        return rational(*polynomials([self]), s)[:, 0]
 
     def state_space(self) -> StateSpace:
         """The same as a system of one input and one output."""
@@ -126,6 +133,23 @@ class Loop:
         roll_off = _section(-pole, 0.0, pole)
         gain = StateSpace.gain(np.array([[self._gain]]))
         return roll_off.after(lead).after(integral).after(gain)
+
+
+def polynomials(loops: Sequence[Loop]) -> tuple[FloatArray, FloatArray]:
+    """Numerators and denominators of all loops with their delays, [loops, n], lowest power first."""
+    pairs = [loop.delayed for loop in loops]
+    size = max(len(p) for pair in pairs for p in pair)
+    numerators, denominators = (np.zeros((len(loops), size)) for _ in range(2))
+    for n, (numerator, denominator) in enumerate(pairs):
+        numerators[n, : len(numerator)], denominators[n, : len(denominator)] = numerator[::-1], denominator[::-1]
+    return numerators, denominators
+
+
+def rational(numerators: FloatArray, denominators: FloatArray, s: ComplexArray) -> ComplexArray:
+    """Quotients of `polynomials` at `s` [F], [F, loops]."""
+    powers = np.vander(s, numerators.shape[1], increasing=True)
+    out: ComplexArray = (powers @ numerators.T) / (powers @ denominators.T)
+    return out
 
 
 def pade_response(s: ComplexArray, delay_s: float) -> ComplexArray:

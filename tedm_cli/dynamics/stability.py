@@ -145,6 +145,10 @@ def _margins_of(
 
 
 def _crossings(x: FloatArray, values: FloatArray, function: Callable[[float], float]) -> list[float]:
-    """Zeros of `function` between points [n] of a grid where its `values` change sign."""
+    """Zeros of `function` between points [n] of a grid where its `values` change sign.
+
+    Where the sign is one of rounding, a single evaluation may have another than the many of the grid.
+    """
     change = np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))
-    return [float(optimize.brentq(function, x[i], x[i + 1], xtol=1e-12)) for i in change]
+    between = [(x[i], x[i + 1]) for i in change if function(x[i]) * function(x[i + 1]) <= 0.0]
+    return [float(optimize.brentq(function, low, high, xtol=1e-12)) for low, high in between]

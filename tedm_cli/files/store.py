@@ -37,12 +37,12 @@ from tedm_cli.files.contract_check import (
     provenance_problems,
     shape_problem,
 )
+from tedm_cli.files.datasets import fixed_length, new_dataset
 from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
 from tedm_cli.files.seal import digests, identity_of, seal
 from tedm_cli.interrupts import unfinished, whole
 
-_HEADER = 1 << 15  # bytes of a scalar that are kept in its header, which ends at 64 KB
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
 _SHOWN = 5  # problems of one file that a message lists
 _NAME_BYTES = 200  # of a target's name in that of its temporary, which must not be too long where the target's is not
@@ -58,11 +58,12 @@ class Writer:
         self._target = target
         self._sink = sink
         self._dims: dict[str, int] = dict(kind.fixed_dims)
+        self._scaled: list[tuple[Any, tuple[str, ...]]] = []
 
     def write(self, path: str, value: Any, *, units: str | None = None, single: bool = False) -> None:
         """Write a whole dataset. `units` is required where the contract leaves it open; `single` as for `allocate`."""
         spec = self._spec(path)
-        data = _fixed_length(value) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
+        data = fixed_length(value) if spec.dtype == "str" else np.asarray(value, dtype=DTYPES[spec.dtype])
         self._require_finite(path, spec, data)
         data = narrowed(data) if single else data
         dataset = self._make(path, spec, data.shape, data.dtype, units)
@@ -102,7 +103,7 @@ class Writer:
             raise TedmError(f"internal: {self._kind.name} {path}: {problem}")
         axis = next((i for i, dim in enumerate(spec.dims) if dim in _CHUNKED), 0)
         chunks = tuple(1 if i < axis else min(n, BLOCK_NODES) if i == axis else n for i, n in enumerate(shape))
-        dataset = _create(self._file, path, shape, dtype, chunks)
+        dataset = new_dataset(self._file, path, shape, dtype, chunks)
         unit = spec.units if spec.units is not None else units
         if unit is None:
             raise TedmError(f"internal: {self._kind.name} {path}: no unit given")
@@ -112,9 +113,18 @@ class Writer:
             dataset.attrs["frame"] = spec.frame
         if spec.dtype == "str":
             dataset.attrs["_Encoding"] = "utf-8"  # netCDF's: xarray makes strings of the bytes
-        for axis, dim in enumerate(spec.dims):
-            dataset.dims[axis].attach_scale(self._scale(dim, shape[axis]))
+        self._scaled.append((dataset, spec.dims))
         return dataset
+
+    def _attach_scales(self) -> None:
+        """Tie all datasets to their dimensions, at the end.
+
+        A dimension lists the datasets that have it, and HDF5 writes that list anew for each: between data it would
+        leave a hole every time, which made a file of many short datasets three times as large as what is in it.
+        """
+        for dataset, dims in self._scaled:
+            for axis, dim in enumerate(dims):
+                dataset.dims[axis].attach_scale(self._scale(dim, dataset.shape[axis]))
 
     def _scale(self, dim: str, size: int) -> Any:
         name = f"n_{dim}"
@@ -125,6 +135,7 @@ class Writer:
         return self._file[name]
 
     def _finish(self, provenance: Provenance) -> None:
+        self._attach_scales()
         attrs = self._file.attrs
         attrs["schema"] = f"tedm.{self._kind.name}"
         attrs["schema_version"] = self._kind.version
@@ -137,35 +148,13 @@ class Writer:
         for name, items in (("config", provenance.configs), ("input", provenance.inputs)):
             for field in PROVENANCE[name]:
                 values = [relative_name(i.path, folder) if field == "path" else getattr(i, field) for i in items]
-                data = _fixed_length(values)
-                dataset = _create(self._file, f"/provenance/{name}_{field}", data.shape, data.dtype, data.shape)
+                data = fixed_length(values)
+                dataset = new_dataset(self._file, f"/provenance/{name}_{field}", data.shape, data.dtype, data.shape)
                 if data.size:
                     dataset[...] = data
         problems = contract_problems(self._file, self._kind, self._target) + provenance_problems(self._file)
         if problems:
             raise TedmError(f"internal: {self._kind.name} was written incompletely: {'; '.join(problems)}")
-
-
-def _fixed_length(value: Any) -> AnyArray:
-    """Strings as HDF5 stores them in the dataset itself, where a checksum covers them: UTF-8, filled up with zeros."""
-    text = np.asarray(value, dtype=object)
-    encoded = [str(v).encode() for v in text.ravel()]
-    dtype = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))
-    return np.array(encoded, dtype=dtype).reshape(text.shape)
-
-
-def _create(file: Any, path: str, shape: tuple[int, ...], dtype: Any, chunks: tuple[int, ...]) -> Any:
-    """An empty dataset in chunks with a checksum each; a scalar in its header, which has one of its own."""
-    if shape:
-        options = {} if 0 in shape else {"chunks": chunks, "fletcher32": True}
-        return file.create_dataset(path, shape=shape, dtype=dtype, track_times=False, **options)
-    how, link = h5py.h5p.create(h5py.h5p.DATASET_CREATE), h5py.h5p.create(h5py.h5p.LINK_CREATE)
-    if np.dtype(dtype).itemsize <= _HEADER:
-        how.set_layout(h5py.h5d.COMPACT)  # what `create_dataset` has no word for
-    how.set_obj_track_times(False)
-    link.set_create_intermediate_group(True)
-    kind, space = h5py.h5t.py_create(np.dtype(dtype), logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
-    return h5py.Dataset(h5py.h5d.create(file.id, path.encode(), kind, space, how, link))
 
 
 class Reader:

@@ -18,6 +18,9 @@ from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 _BLOCK_SOURCES = 1 << 14
 _SHAPES = {f.name: (3,) if f.name in ("force", "torque") else (3, 3) for f in fields(CuboidField)}
 
+#: What pulls at a test mass, as sensitivity.h5 names it.
+STRUCTURE, OTHER_TEST_MASS, COMPENSATION = SOURCES = ("structure", "other test mass", "compensation masses")
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SelfGravity:

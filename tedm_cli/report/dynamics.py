@@ -160,11 +160,16 @@ def _help(decided: Sequence[Pair]) -> list[Block]:
             row(group, percent(share, 1), ratio_cell(j.silenced[group]), factor_cell(j.factor[group]))
             for group, share in j.largest(len(j.share), _LEAST)
         ]
+        if len(j.together) > 1:
+            together = sum(j.share[group] for group in j.together)
+            cells = (percent(together, 1), ratio_cell(j.together_silenced), factor_cell(j.together_factor))
+            rows.append(row(f"{and_text(j.together)} together", *cells))
     if not rows:
         return []
     text = (
         "For every requirement that is violated: the ratio without one group of sources, and the factor on its"
-        " amplitude, the others unchanged, that just meets the requirement."
+        " amplitude, the others unchanged, that just meets the requirement. Where no group can do it alone: those that"
+        " are needed together, none of which can be left out, and the factor on the amplitudes of all of them."
     )
     head = columns("Group", "Share", "Ratio without\n(1)", "Factor\n(1)", text=(0,))
     return [Heading("What would help"), Paragraph(text), Table(head, tuple(rows))]

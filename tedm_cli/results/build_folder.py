@@ -10,12 +10,13 @@ from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.dynamics import load_dynamics
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, SERIES, SIMULATION
+from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, IMPOSED, OPTICS, SENSITIVITY, SERIES, SIMULATION
 from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
     DYNAMICS_FILE,
+    IMPOSED_FILE,
     OPTICS_FILE,
     SENSITIVITY_FILE,
     case_file_name,
@@ -37,7 +38,7 @@ class Results:
 
     `series` are those of the configuration that have been run, by name. `dynamics` is None where there are not two test
     masses, or where the loop or its cases have not been made; `simulations` are the cases that have, in the order of
-    the configuration.
+    the configuration. `imposed` is None where it has not been made.
     """
 
     distortion: Reader
@@ -57,6 +58,8 @@ class Results:
     dynamics_file: InputFile | None
     simulations: list[Reader]
     simulation_files: list[InputFile]
+    imposed: Reader | None
+    imposed_file: InputFile | None
 
 
 @contextlib.contextmanager
@@ -97,12 +100,17 @@ def open_results(project: Project) -> Iterator[Results]:
             _require_made_from(series[name], used, [file], hint)
         two = len(sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)) == len(TEST_MASSES)
         dynamics, simulations = _open_dynamics(project, config.ids, used, file, stack) if two else (None, [])
+        imposed = None
+        if (build / IMPOSED_FILE).exists():
+            imposed = stack.enter_context(open_checked(build / IMPOSED_FILE, IMPOSED))
+            _require_made_from(imposed, used[:1], [], f"rebuild it with `{IMPOSED.made_by}`, or delete it")
         require_same_areas(sensitivity, optics, distortion, *cases, *series.values(), *simulations)
         yield Results(
             distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
             two, dynamics, None if dynamics is None else input_files([dynamics.path])[0], simulations,
             list(input_files([reader.path for reader in simulations])),
+            imposed, None if imposed is None else input_files([imposed.path])[0],
         )  # fmt: skip
 
 

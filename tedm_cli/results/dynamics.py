@@ -78,6 +78,8 @@ class LoopOutput:
     gravity_asd, incoherent_asd : [F], of the temperatures by gravity alone, and by gravity and read-out without phases.
     share, silenced, factor : by group: part of the PSD at the binding frequency, ratio without the group, and the
         factor on its amplitude that just meets the requirement (infinite: not felt; NaN: not by it alone).
+    together, together_factor, together_silenced : groups that meet a violated requirement together, in the order of
+        their shares, the factor on their amplitudes that just does it (NaN: it is met), and the ratio without them.
     source_share, area_share : parts of the PSD there of each source, and signed of each thermal area.
     incoherent : PSD of the temperatures there without the phases of gravity and read-out over with them; NaN: none.
     """
@@ -98,6 +100,9 @@ class LoopOutput:
     share: dict[str, float]
     silenced: dict[str, float]
     factor: dict[str, float]
+    together: tuple[str, ...]
+    together_factor: float
+    together_silenced: float
     source_share: dict[str, float]
     area_share: dict[str, float]
     incoherent: float
@@ -281,6 +286,14 @@ def _read_judged(file: Reader) -> tuple[LoopOutput, ...]:
         file.array(d)
         for d in (SIMULATION.VERDICT_GROUP_SHARE, SIMULATION.IMPROVEMENT_SILENCED, SIMULATION.IMPROVEMENT_FACTOR)
     )
+    together, together_factor, together_silenced = (
+        file.array(d)
+        for d in (
+            SIMULATION.IMPROVEMENT_TOGETHER,
+            SIMULATION.IMPROVEMENT_TOGETHER_FACTOR,
+            SIMULATION.IMPROVEMENT_TOGETHER_SILENCED,
+        )
+    )
     source_share, area_share = file.array(SIMULATION.VERDICT_SOURCE_SHARE), file.array(SIMULATION.VERDICT_AREA_SHARE)
     pairs = zip(file.strings(SIMULATION.VERDICT_OUTPUT), file.strings(SIMULATION.VERDICT_REQUIREMENT), strict=True)
     return tuple(
@@ -301,6 +314,9 @@ def _read_judged(file: Reader) -> tuple[LoopOutput, ...]:
             share=_by_name(groups, share[v]),
             silenced=_by_name(groups, silenced[v]),
             factor=_by_name(groups, factor[v]),
+            together=tuple(groups[g] for g in np.argsort(-share[v], kind="stable") if together[v, g]),
+            together_factor=float(together_factor[v]),
+            together_silenced=float(together_silenced[v]),
             source_share=_by_name(sources, source_share[v]),
             area_share=_by_name(areas, area_share[v]),
             incoherent=float(incoherent[v]),

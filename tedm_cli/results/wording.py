@@ -39,6 +39,14 @@ def ratio_text(ratio: float) -> str:
     return f"{ratio!r}"
 
 
+def rounded_down(factor: float) -> str:
+    """A factor below 1 with two digits, never more than it is: at what is printed the requirement is met."""
+    if not 0.0 < factor < math.inf:
+        return f"{factor:g}"
+    unit = 10.0 ** (math.floor(math.log10(factor)) - 1)
+    return f"{math.floor(factor / unit * (1.0 + 1e-12)) * unit:.2g}"
+
+
 def number_text(value: float) -> str:
     """About three digits, for a narrow cell."""
     size = abs(value)

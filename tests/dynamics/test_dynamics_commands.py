@@ -186,6 +186,20 @@ def test_what_simulate_prints(satellite: Project, tmp_path: Path) -> None:
         assert [v["ratio"] for v in case["verdicts"]] == file["verdict/ratio"][()].tolist()
     assert case["passed"] is all(v["passed"] for v in case["verdicts"]) is False
     assert satellite.run("simulate", "3", "-q").ok().out == ""
+    said = satellite.run("simulate", "3").ok().out
+    assert "in the case that decides" not in said
+    for v in case["verdicts"]:
+        (line,) = [line for line in said.splitlines() if line.startswith(f"{v['output']}, {v['requirement']}: ")] or [
+            ""
+        ]
+        if v["passed"]:
+            assert not line
+        elif v["factor_alone"]:
+            assert all(f"{group} at " in line for group in v["factor_alone"])
+            assert "no group alone" not in line
+        else:
+            assert len(v["together"]["groups"]) > 1
+            assert all(group in line for group in ["no group alone", *v["together"]["groups"]])
     satellite.run("simulate").refused(2, "name a case, or all")
     satellite.run("simulate", "3", "2", "-o", here).refused(2, "--output names one file")
 
@@ -272,6 +286,7 @@ def test_one_test_mass_has_no_simulations(satellite: Project) -> None:
     satellite.run("build-sensitivity").ok()
     with untouched(satellite.folder):
         satellite.run("build-dynamics").refused(3, "model.toml", "this project has 1")
+        satellite.run("simulate", "--figure-6.2").refused(3, "model.toml", "figure 6.2 is of two test masses")
 
 
 @pytest.mark.parametrize(("command", "name"), [("build-dynamics", "dynamics.h5"), ("simulate", "simulation03.h5")])

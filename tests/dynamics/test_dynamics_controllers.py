@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.io
-from dynamics_models import controlled, example_plant
+from dynamics_models import askew_plant, controlled, example_plant
 from scipy import linalg, signal
 
 from tedm_cli.config.controller_file import read_controller
+from tedm_cli.dynamics import stability as stability_room
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, check_inertia
 from tedm_cli.dynamics.closed_loop import responses
-from tedm_cli.dynamics.controller import ScalarLoops, actuation, default_loops
+from tedm_cli.dynamics.controller import DRAG_FREE, SUSPENSION, ScalarLoops, actuation, default_loops
 from tedm_cli.dynamics.loops import Loop, StateSpace, pade_response
 from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS
 from tedm_cli.dynamics.stability import stability
+from tedm_cli.dynamics.state_space import loop_system
 from tedm_cli.errors import InputError, PhysicsError
 
 F = np.geomspace(1e-4, 0.3, 9)
@@ -115,6 +118,21 @@ def test_an_unstable_loop_is_refused_with_its_pole_and_coordinate() -> None:
         stability(plant, nothing)
 
 
+def test_a_direct_gain_in_the_system_and_at_single_frequencies() -> None:
+    """The default loops have none; a controller of one's own may answer to the read-outs at once."""
+    plant = askew_plant(2)
+    gain = 1e-3 * np.random.default_rng(4).normal(size=(len(INPUTS), len(COORDINATES)))
+    own = StateSpaceController(StateSpace.gain(gain), COORDINATES, INPUTS)
+    wanted, ours = transfer(plant, own), loop_system(plant, own).response(2j * np.pi * F)
+    size = np.abs(wanted).max(axis=(0, 2), keepdims=True)
+    np.testing.assert_allclose(ours / size, wanted / size, atol=1e-11)
+
+
+def test_axes_that_are_left_handed_are_refused() -> None:
+    with pytest.raises(PhysicsError, match="axes of TM1 are not a right-handed"):
+        DynamicTestMass("TM1", 2.0, np.full(3, 7e-4), np.zeros(3), np.diag([1.0, 1.0, -1.0]))
+
+
 def test_an_improper_loop_is_refused() -> None:
     with pytest.raises(PhysicsError, match="loop TM1_x is improper: numerator of order 2, denominator of order 1"):
         Loop("TM1_x", 0.1, 0.4, transfer=((1.0, 2.0, 1.0), (1.0, 1.0)))
@@ -161,14 +179,39 @@ def test_an_inertia_that_no_body_has_is_refused(inertia: object, fact: str) -> N
     check_inertia(np.diag([100.0, 100.0, 200.0]))  # a thin plate
 
 
-def test_test_masses_at_one_x_are_refused() -> None:
+@pytest.mark.parametrize("apart", [0.0, 1e-11])
+def test_test_masses_at_one_x_are_refused(apart: float) -> None:
     plant = example_plant()
     first, second = plant.test_masses
-    beside = DynamicTestMass(
-        second.name, second.mass_kg, second.inertia_kg_m2, first.position_m + np.array([0.0, 0.3, 0.0]), second.axes
-    )
+    place = first.position_m + np.array([apart, 0.3, 0.0])
+    beside = DynamicTestMass(second.name, second.mass_kg, second.inertia_kg_m2, place, second.axes)
     with pytest.raises(PhysicsError, match="at one x"):
         actuation(Plant(plant.spacecraft, [first, beside], plant.fixed, plant.mutual))
+
+
+def test_actuation_makes_the_accelerations_that_are_demanded() -> None:
+    """Of a satellite with nothing aligned: housings by thrusters, test masses by suspension, turns about the middle."""
+    plant = askew_plant(3)
+    d = actuation(plant)
+    sc, n = plant.spacecraft, len(DRAG_FREE)
+    moved = np.concatenate([d[0:3, :n] / sc.mass_kg, np.linalg.solve(sc.inertia_kg_m2, d[3:6, :n])])
+    rows = [COORDINATES.index(name) - 3 for name in DRAG_FREE]
+    # the coordinate is that of the test mass in its housing, which moves the other way; u = -D v
+    np.testing.assert_allclose((plant.housing @ moved)[rows], -np.eye(n), atol=1e-12)
+    assert not d[6:, :n].any()
+    acceleration = d[6:] / plant.generalised_mass[:, None]
+    for k, name in enumerate(SUSPENSION, start=n):
+        wanted = np.zeros(12)
+        wanted[COORDINATES.index("TM2_x" if name == "x12" else name) - 3] = 1.0
+        np.testing.assert_allclose(acceleration[:, k], wanted, atol=1e-15)
+    middle = np.mean([tm.position_m for tm in plant.test_masses], axis=0)
+    for axis in range(3):
+        v = np.eye(3)[axis]
+        wanted = np.zeros(12)
+        for i, tm in enumerate(plant.test_masses):
+            wanted[6 * i + 1 : 6 * i + 3] = (tm.axes @ np.cross(v, tm.position_m - middle))[1:]
+        wanted[3] = plant.test_masses[0].axes[0] @ v
+        np.testing.assert_allclose(acceleration[:, n + len(SUSPENSION) + axis], wanted, atol=1e-12)
 
 
 def test_the_nominal_controller_holds_other_satellites() -> None:
@@ -191,6 +234,44 @@ def test_the_nominal_controller_holds_other_satellites() -> None:
         found = stability(plant, controller)
         assert found.largest_real_part < -1e-5
         assert min(m.phase_deg for m in found.margins) > 35.0
+
+
+def test_a_sampled_controller_with_a_delay_comes_to_the_continuous_one_with_it() -> None:
+    plant = example_plant()
+    s = undelayed(plant).state_space()
+    late = StateSpaceController(StateSpace(s.a, s.b, -s.c, -s.d), COORDINATES, INPUTS, delay_s=0.3)
+    a, b, c, d, _ = signal.cont2discrete((s.a, s.b, -s.c, -s.d), 0.02, "bilinear")
+    sampled = StateSpaceController(StateSpace(a, b, c, d), COORDINATES, INPUTS, delay_s=0.3, dt_s=0.02)
+    ours, wanted = stability(plant, sampled), stability(plant, late)
+    assert ours.largest_real_part == pytest.approx(wanted.largest_real_part, rel=0.01)
+    # the poles of the controlled motion, some rad/s and slower; those of the roll-off and the delay are faster
+    for pole in wanted.poles[np.abs(wanted.poles) < 0.5]:
+        assert np.abs(ours.poles - pole).min() < 0.05 * abs(pole)
+
+
+def test_margins_of_a_loop_that_crosses_many_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gain and phase are crossed several times: the margins are those of python-control that are nearest to -1."""
+    control = pytest.importorskip("control")
+    s = control.tf("s")
+    loop = 2.0 * (s + 0.25) ** 2 / s**3 / (1.0 + s / 19.0) ** 3  # margins on both sides
+    loop *= (s**2 / 0.81 + 0.08 * s / 0.9 + 1.0) / (s**2 / 0.64 + 0.08 * s / 0.8 + 1.0)  # resonances between them
+    loop *= (s**2 + 0.006 * s + 0.0036) / (s**2 + 0.006 * s + 1.7 * 0.0036)
+
+    def transfer(plant: object, controller: object, f: np.ndarray) -> np.ndarray:
+        value = np.atleast_1d(loop(2j * np.pi * f))
+        return (value / (1.0 + value))[:, None]
+
+    monkeypatch.setattr(stability_room, "loop_transfer", transfer)
+    f = np.geomspace(1e-5, 10.0, 3000)
+    plant = example_plant()
+    ours = stability_room._margins_of(plant, controlled(plant), 0, "x", f, transfer(None, None, f)[:, 0])
+    gains, phases, _, _, crossed, _ = control.stability_margins(loop, returnall=True)
+    more, less = gains[gains > 1.0], gains[gains < 1.0]
+    assert min(len(more), len(less), len(crossed)) > 1
+    assert ours.gain_db == pytest.approx(20.0 * np.log10(more.min()), abs=1e-4)
+    assert ours.reduction_db == pytest.approx(20.0 * np.log10(less.max()), abs=1e-4)
+    assert ours.crossover_hz == pytest.approx(crossed.max() / 2.0 / np.pi, rel=1e-6)
+    assert ours.phase_deg == pytest.approx(np.abs((phases + 180.0) % 360.0 - 180.0).min(), abs=1e-4)
 
 
 def test_python_control_agrees() -> None:
@@ -221,4 +302,14 @@ def test_modes_of_a_sampled_loop_are_those_of_its_steps() -> None:
     assert np.abs(np.linalg.eigvals(step)).max() < 1.0
     free = linalg.expm(0.1 * np.block([[np.zeros((15, 15)), np.eye(15)], [plant.K, np.zeros((15, 15))]]))
     off = StateSpaceController(StateSpace(a, b, 0.0 * c, 0.0 * d), COORDINATES, INPUTS, dt_s=0.1)
-    np.testing.assert_allclose(sampled_loop(plant, off)[:30, :30], free, rtol=1e-12, atol=1e-12)
+    late = replace(off, delay_s=0.05)  # its states come after the motion
+    for controller in (off, late):
+        np.testing.assert_allclose(sampled_loop(plant, controller)[:30, :30], free, rtol=1e-12, atol=1e-12)
+
+
+def test_a_sign_of_rounding_is_no_crossing() -> None:
+    """What many evaluations at once and a single one disagree on by rounding is passed over."""
+    grid, values = np.array([0.0, 1.0, 2.0]), np.array([1e-17, -1e-17, 2.0])
+    assert stability_room._crossings(grid, values, lambda v: 3.0 * v - 4.0 if v >= 1.0 else -1.0) == [
+        pytest.approx(4.0 / 3.0)
+    ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from dynamics_models import EXAMPLE, controlled, example, example_plant
 from scipy import linalg
 
 from tedm_cli.dynamics.closed_loop import responses
-from tedm_cli.dynamics.controller import LOOPS, actuation, default_loops
+from tedm_cli.dynamics.controller import LOOPS, ScalarLoops, actuation, default_loops
+from tedm_cli.dynamics.signals import COORDINATES, INPUTS
 from tedm_cli.dynamics.stability import stability
 from tedm_cli.dynamics.state_space import loop_system
 from tedm_cli.stages.dynamics.problem import solve_problem
@@ -68,6 +70,45 @@ def test_stability_and_margins() -> None:
         assert margins.gain_db == pytest.approx(wanted["gain_margin_dB"], abs=0.02)
         assert margins.reduction_db == pytest.approx(wanted["gain_reduction_dB"], abs=0.02)
         assert margins.peak_sensitivity == pytest.approx(wanted["peak_S"], rel=1e-6)
+
+
+def test_a_problem_names_its_rows_in_any_order(tmp_path) -> None:
+    """Mutual stiffness with its rows and columns turned, and the margins that a problem is answered with."""
+    data = {k: v for k, v in example().items() if k not in ("result", "matrices", "free_response", "figure_6_2")}
+    table, mutual = data["stiffness"], np.array(data["stiffness"]["mutual"])
+    rows, columns = np.roll(np.arange(12), 5), np.arange(12)[::-1]
+    turned = {
+        "rows": [table["rows"][i] for i in rows],
+        "columns": [table["columns"][i] for i in columns],
+        "mutual": mutual[np.ix_(rows, columns)].tolist(),
+    }
+    path = tmp_path / "problem.json"
+    path.write_text(json.dumps(data | {"stiffness": table | turned}))
+    ours = solve_problem(path)
+    np.testing.assert_allclose(ours["psd_total"], example()["result"]["psd_total"], rtol=1e-9)
+    reference = example()["result"]["stability"]
+    assert ours["stability"]["states"] == reference["states"]
+    assert set(ours["stability"]["margins"]) == set(reference["margins"])
+    for loop, margins in ours["stability"]["margins"].items():
+        for name, value in margins.items():
+            assert value == pytest.approx(reference["margins"][loop][name], abs=0.02), (loop, name)
+
+
+def test_a_controller_of_a_problem_with_its_delay(tmp_path) -> None:
+    """Loops without delay as matrices, and one delay of all commands: the loops with that delay."""
+    plant, path = example_plant(), tmp_path / "problem.json"
+    data = {k: v for k, v in example().items() if k not in ("result", "matrices", "free_response", "figure_6_2")}
+    s = ScalarLoops(plant, [replace(x, delay_s=0.0) for x in default_loops()]).state_space()
+    matrices = {"A": s.a, "B": s.b, "C": -s.c, "D": -s.d}
+    own = {"kind": "state_space", "inputs": COORDINATES, "outputs": INPUTS, "delay_s": 0.4}
+    own |= {name: matrix.tolist() for name, matrix in matrices.items()}
+    table = data["controller"]
+    late = table | {"loops": {name: loop | {"delay_s": 0.4} for name, loop in table["loops"].items()}}
+    found = []
+    for controller in (own, late):
+        path.write_text(json.dumps(data | {"controller": controller}))
+        found.append(solve_problem(path)["psd_total"])
+    np.testing.assert_allclose(*found, rtol=1e-8)
 
 
 def test_free_response() -> None:

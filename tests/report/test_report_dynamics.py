@@ -127,6 +127,7 @@ def test_what_would_help_is_told_of_what_is_violated_alone(closed: ClosedLoop) -
         share=shares,
         silenced={"thruster": 0.9, "stray": 2.9, "thermal": 2.99},
         factor={"thruster": 0.3, "stray": np.nan, "thermal": np.inf},
+        together=("thruster",),
     )
     met = [replace(j, passed=True, ratio=0.5) for j in bad.cases[0].judged[1:]]
     bad = replace(bad, cases=(replace(bad.cases[0], judged=(one, *met)),))
@@ -136,6 +137,23 @@ def test_what_would_help_is_told_of_what_is_violated_alone(closed: ClosedLoop) -
         ["stray", "9.5 %", "2.90", "cannot alone"],
     ]
     assert help_table.rows[0].kind == "head"
+
+
+def test_groups_that_are_needed_together_have_a_row(closed: ClosedLoop) -> None:
+    one = replace(
+        closed.cases[0].judged[0],
+        passed=False,
+        ratio=3.0,
+        share={"thruster": 0.9, "stray": 0.095, "thermal": 0.005},
+        silenced={"thruster": 1.2, "stray": 2.9, "thermal": 2.99},
+        factor={"thruster": np.nan, "stray": np.nan, "thermal": np.inf},
+        together=("thruster", "stray"),
+        together_factor=0.25,
+        together_silenced=0.08,
+    )
+    bad = replace(closed, cases=(replace(closed.cases[0], judged=(one,)),))
+    rows = texts(list(tables(section(bad).blocks))[1])
+    assert rows[-1] == ["thruster and stray together", "99.5 %", "0.0800", "0.250"]
 
 
 def test_margins_of_the_loops(closed: ClosedLoop) -> None:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.results.deciding import deciding
+from tedm_cli.results.wording import and_text, ratio_text, rounded_down
 
 if TYPE_CHECKING:
     from tedm_cli.dynamics.judging import JudgedOutput
+    from tedm_cli.noise.correlation import CorrelationCase
+    from tedm_cli.noise.requirements import Verdict
     from tedm_cli.stages.dynamics.build import DynamicsSummary
     from tedm_cli.stages.dynamics.simulate import Simulation
 
@@ -78,15 +83,51 @@ def _dominating(r: Simulation, j: JudgedOutput) -> str:
 
 
 def _help_lines(r: Simulation, j: JudgedOutput) -> list[str]:
-    order = np.argsort(j.silenced)
-    parts = []
-    for g in order[:3]:
-        if j.share[g] < _LISTED:
-            continue
-        factor = j.factor[g]
-        alone = f"meets it at {factor:.2g} of its amplitude" if np.isfinite(factor) else "cannot meet it alone"
-        parts.append(f"{r.groups[g]} {alone} (ratio without it {j.silenced[g]:.3g})")
-    return [f"{j.verdict.output}, {j.verdict.requirement}: {'; '.join(parts)}"] if parts else []
+    """What would meet a violated requirement: groups that can alone, or those that are needed together."""
+    alone = [g for g in np.argsort(-j.share, kind="stable") if np.isfinite(j.factor[g])]
+    if alone:
+        words = [
+            f"{r.groups[g]} at {rounded_down(j.factor[g])} of its amplitude"
+            f" (ratio without it {ratio_text(j.silenced[g])})"
+            for g in alone
+        ]
+        help_words = f"met by {', or by '.join(words)}"
+    else:
+        needed = [g for g in np.argsort(-j.share, kind="stable") if j.together.groups[g]]
+        without = ", ".join(f"without {r.groups[g]} alone {ratio_text(j.silenced[g])}" for g in needed)
+        help_words = (
+            f"no group alone; met by {and_text([r.groups[g] for g in needed])} together at"
+            f" {rounded_down(j.together.factor)} of their amplitudes (ratio without them"
+            f" {ratio_text(j.together.silenced)}; {without})"
+        )
+    return [f"{j.verdict.output}, {j.verdict.requirement}: {help_words}"]
+
+
+def summary_lines(done: Sequence[Simulation]) -> list[str]:
+    """Of several cases, every requirement on every output in the case that decides."""
+    pairs: dict[tuple[str, str], list[tuple[CorrelationCase, Verdict]]] = {}
+    made_of = {}
+    for r in done:
+        for j in r.judged:
+            key = j.verdict.output, j.verdict.requirement
+            pairs.setdefault(key, []).append((r.case, j.verdict))
+            made_of[r.case.id, key] = _dominating(r, j)
+    if len(done) < 2 or not pairs:
+        return []
+    rows = []
+    for key, of_one in pairs.items():
+        case, v = deciding(of_one)
+        bad = sum(not verdict.passed for _, verdict in of_one)
+        verdict = "pass" if v.passed else "FAIL"
+        numbers = (f"{v.ratio:.3g}", f"{v.binding_hz * 1e3:.3g}")
+        rows.append((*key, case.id, case.role, *numbers, verdict, f"{bad} of {len(of_one)}", made_of[case.id, key]))
+    head = ("output", "requirement", "case", "role", "ratio", "at mHz", "verdict", "violated", "made of")
+    return ["", "in the case that decides", *table(head, rows, right=(4, 5, 7))]
+
+
+def _together_dict(r: Simulation, j: JudgedOutput) -> dict[str, Any]:
+    groups = [name for name, needed in zip(r.groups, j.together.groups, strict=True) if needed]
+    return {"groups": groups, "factor": j.together.factor, "ratio_without": j.together.silenced}
 
 
 def simulation_dict(path: Path, r: Simulation) -> dict[str, Any]:
@@ -110,6 +151,8 @@ def simulation_dict(path: Path, r: Simulation) -> dict[str, Any]:
                 "passed": j.verdict.passed,
                 "share": dict(zip(r.groups, j.share.tolist(), strict=True)),
                 "ratio_without": dict(zip(r.groups, j.silenced.tolist(), strict=True)),
+                "factor_alone": {g: float(f) for g, f in zip(r.groups, j.factor, strict=True) if np.isfinite(f)},
+                "together": None if j.verdict.passed else _together_dict(r, j),
                 "thermal_incoherent_over_coherent": None if np.isnan(j.incoherent) else j.incoherent,
             }
             for j in r.judged

@@ -23,9 +23,9 @@ from tedm_cli.errors import ConfigError, TedmError
 from tedm_cli.files.build_folder import SENSITIVITY_FILE
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.gravity.field import OTHER_TEST_MASS
 from tedm_cli.results.field import FieldAtRest, read_field
 
-OTHER_TEST_MASS = "other test mass"
 ELECTROSTATICS = "electrostatics"
 
 

@@ -92,6 +92,7 @@ def simulate(
     except ConfigError as error:
         error.where = loop.where
         raise
+    outputs = tuple(dict.fromkeys(label for _, label in judged))
     temperature = temperature_model(project, config, rows.areas)
     configs = [file, *([loop.file] if loop.file else [])]
     for number, case_id in enumerate(case_ids):
@@ -99,15 +100,14 @@ def simulate(
         noise = TemperatureNoise(temperature, correlation(case, rows.areas))
         thermal = rows.driven_by(temperature, noise.correlation, frequency)
         step(number, len(case_ids), "closed loop")
-        found = budget(loop.plant, loop.controller, loop.sources, thermal, frequency)
+        found = budget(loop.plant, loop.controller, loop.sources, thermal, frequency, areas_of=outputs)
         verdicts = judge_outputs(found, loop.sources, judged, frequency, config.safety_factor)
         realised = None
         if in_time:
-            labels = tuple(dict.fromkeys(label for _, label in judged))
             lowest = min((r.requirement.band_hz[0] for r in requirements), default=float(frequency[0]))
             advance = counter(step, loop.config.time.samples, f"realising case {case.id}")
             band = (lowest, float(frequency[-1]))
-            realised = realise_loop(loop, rows, noise, labels, band, f"case {case.id}", advance)
+            realised = realise_loop(loop, rows, noise, outputs, band, f"case {case.id}", advance)
         result = Simulation(
             case, loop, rows, temperature, frequency, found, tuple(verdicts), config.safety_factor, realised
         )
@@ -193,6 +193,10 @@ def _write_verdicts(writer: Writer, r: Simulation) -> None:
     writer.write(KIND.VERDICT_LIMIT, [v.limit for v in verdicts], units="see /output/unit, per sqrt(Hz)")
     writer.write(KIND.VERDICT_PASSED, [int(v.passed) for v in verdicts])
     writer.write(KIND.VERDICT_INCOHERENT, [j.incoherent for j in r.judged])
+    together = [j.together for j in r.judged]
+    writer.write(KIND.IMPROVEMENT_TOGETHER, np.array([t.groups for t in together], int).reshape(n, len(r.groups)))
+    writer.write(KIND.IMPROVEMENT_TOGETHER_FACTOR, [t.factor for t in together])
+    writer.write(KIND.IMPROVEMENT_TOGETHER_SILENCED, [t.silenced for t in together])
     for dataset, key, size in (
         (KIND.VERDICT_GROUP_SHARE, "share", len(r.groups)),
         (KIND.VERDICT_SOURCE_SHARE, "source_share", len(r.sources)),

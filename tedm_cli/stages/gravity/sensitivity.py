@@ -26,7 +26,7 @@ from tedm_cli.files.build_folder import (
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
 from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
-from tedm_cli.gravity.field import SelfGravity, self_gravity
+from tedm_cli.gravity.field import COMPENSATION, OTHER_TEST_MASS, STRUCTURE, SelfGravity, self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units
 from tedm_cli.gravity.requirements import DcVerdict, dc_quantities, judge_at_rest
@@ -38,7 +38,6 @@ from tedm_cli.stages.common import check_test_masses, copy_areas, out_path
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
 from tedm_cli.threads import side_by_side
 
-STRUCTURE, OTHER_TEST_MASS, COMPENSATION = "structure", "other test mass", "compensation masses"
 BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")
 
 

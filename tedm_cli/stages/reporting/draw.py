@@ -14,6 +14,7 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.case_file import read_temperature
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.imposed import ImposedMotion
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.optics import read_out_maps
 from tedm_cli.results.self_gravity import gravity_maps
@@ -105,6 +106,12 @@ def closed_loop_thermal(case: SimulatedCase, j: LoopOutput) -> Figure:
     from tedm_cli.figures.dynamics import thermal_figure
 
     return thermal_figure(case, j)
+
+
+def imposed(found: ImposedMotion) -> Figure:
+    from tedm_cli.figures.imposed import imposed_figure
+
+    return imposed_figure(found)
 
 
 def bench(layout: OpticalLayout) -> Figure:

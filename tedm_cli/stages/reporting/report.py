@@ -98,9 +98,11 @@ def _document(project: Project) -> Document:
         readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
         readers += results.series.values()
         readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
+        readers += [results.imposed] if results.imposed is not None else []
         hashes = [*upstream, results.sensitivity_file, results.optics_file, *results.case_files]
         hashes += results.series_files.values()
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
+        hashes += [results.imposed_file] if results.imposed_file is not None else []
         return document_of(
             ReportInputs(
                 title=project.title,

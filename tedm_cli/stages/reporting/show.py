@@ -10,6 +10,7 @@ import numpy as np
 from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import Reader, kind_of, open_checked
 from tedm_cli.results.dynamics import read_stability
+from tedm_cli.results.imposed import read_imposed
 
 
 def show_dict(path: Path) -> dict[str, Any]:
@@ -50,6 +51,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         return {"rank": int(file.number(OPTICS.RANK)), **{f"condition_{n}": float(c) for n, c in sets}}
     if file.kind.name == "dynamics":
         return _loop(file)
+    if file.kind.name == "figure_6_2":
+        return {f"{n.test_mass}, {n.model}": f"{n.asd[0]:.4e} m/s^2/sqrt(Hz)" for n in read_imposed(file).noises}
     verdicts = zip(
         file.strings(CASE.VERDICT_OUTPUT),
         file.strings(CASE.VERDICT_REQUIREMENT),

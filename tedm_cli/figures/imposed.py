@@ -1,0 +1,74 @@
+"""Figure 6.2 of Montemurro (2004): acceleration noise of test masses with imposed positions, and what it is made of."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tedm_cli.figures.fit import fitted, wrapped
+from tedm_cli.figures.spectra import limit_lines, scales
+from tedm_cli.figures.style import STACK, WIDTH, grid, heading, log_axis, style
+from tedm_cli.gravity.field import OTHER_TEST_MASS
+from tedm_cli.results.imposed import ImposedMotion, ImposedNoise
+
+_LEFT, _SPECTRA, _GAP, _BARS, _TALL, _FOOT, _TOP = 0.78, 2.75, 1.45, 1.85, 2.6, 1.3, 0.62  # inches
+_DECADES = 0.5  # above and below all that is shown
+_MARKS = ("o", "s", "D", "^")
+
+
+def imposed_figure(found: ImposedMotion) -> Figure:
+    """Spectra of all sources and of the other test mass against the requirement; beside them each source alone."""
+    with style():
+        height = _TOP + _TALL + _FOOT
+        figure = Figure(figsize=(WIDTH, height))
+        spectra = figure.add_axes((_LEFT / WIDTH, _FOOT / height, _SPECTRA / WIDTH, _TALL / height))
+        left = (_LEFT + _SPECTRA + _GAP) / WIDTH
+        parts = figure.add_axes((left, _FOOT / height, _BARS / WIDTH, _TALL / height))
+        _spectra(spectra, found)
+        _parts(parts, found)
+        more = f"Independent positions of {1e9 * found.motion[0]:.3g} nm/√Hz along x, no loop, no safety factor"
+        heading(figure, "Self-gravity force noise of imposed positions", more=more)
+        return figure
+
+
+def _name(n: ImposedNoise) -> str:
+    return f"{n.test_mass}, {n.model}"
+
+
+def _spectra(axes: Axes, found: ImposedMotion) -> None:
+    f = found.frequency_hz
+    shown = [(_name(n), n.asd) for n in found.noises]
+    first = found.noises[0]
+    if OTHER_TEST_MASS in first.alone:
+        shown.append((f"{_name(first)}: {OTHER_TEST_MASS}", first.alone[OTHER_TEST_MASS]))
+    for (name, asd), (colour, width, dashes) in zip(shown, STACK, strict=False):
+        axes.plot(f * 1e3, asd, color=colour, linewidth=width, linestyle=dashes, label=fitted(name, 3.4, 8))
+    limit_lines(axes, f, [found.limit], 2.0)
+    heights = np.concatenate([asd for _, asd in shown if asd.any()] + [found.limit.amplitude])
+    scales(axes, f, heights.min() / 10**_DECADES, heights.max() * 10**_DECADES, "m s^-2", "noise")
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.22, -0.17), fontsize=8, handlelength=3.4, borderaxespad=0.0,
+                labelspacing=0.3)  # fmt: skip
+
+
+def _parts(axes: Axes, found: ImposedMotion) -> None:
+    """Noise by each source alone at the lowest frequency, a row for each source and a mark for each test mass."""
+    sources = list(dict.fromkeys(s for n in found.noises for s in n.alone))
+    for i, n in enumerate(found.noises):
+        y = [sources.index(s) + 0.22 * (i - (len(found.noises) - 1) / 2) for s in n.alone]
+        x = [asd[0] for asd in n.alone.values()]
+        axes.plot(x, y, linestyle="none", marker=_MARKS[i % len(_MARKS)], markersize=6, color=STACK[i % len(STACK)][0],
+                  markeredgecolor="black", markeredgewidth=0.6, label=fitted(_name(n), 2.4, 8))  # fmt: skip
+    level = float(found.limit.amplitude[0])
+    axes.axvline(level, color="black", linewidth=1.4, label="requirement, lowest frequency")
+    values = [level, *(a[0] for n in found.noises for a in n.alone.values())]
+    low, high = min(values) / 10**_DECADES, max(values) * 10**_DECADES
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    log_axis(axes.xaxis, decades=np.log10(high / low), label="each source alone (m s⁻²/√Hz)")
+    axes.set_yticks(range(len(sources)), [wrapped(s, 1.1, 8.5, 2) for s in sources])
+    axes.set_ylim(len(sources) - 0.5, -0.5)
+    axes.tick_params(labelsize=8.5)
+    axes.xaxis.label.set_fontsize(9)
+    grid(axes)
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.55, -0.17), fontsize=8, borderaxespad=0.0, labelspacing=0.3)
