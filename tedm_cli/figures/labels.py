@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -30,9 +31,10 @@ class Placed:
 @functools.cache
 def text_size(text: str, size_pt: float) -> FloatArray:
     """Width and height of a text in points."""
-    width, _, _ = text_to_path.get_text_width_height_descent(
-        text, FontProperties(family="DejaVu Sans", size=size_pt), False
-    )
+    font = FontProperties(family="DejaVu Sans", size=size_pt)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # whoever shows an SVG has fonts of their own
+        width, _, _ = text_to_path.get_text_width_height_descent(text, font, False)
     return np.array([width, size_pt])
 
 

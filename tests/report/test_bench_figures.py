@@ -283,13 +283,6 @@ def test_signs_of_s_bw_are_told_without_colour(layout: OpticalLayout) -> None:
         columns += wide
 
 
-def test_zero_is_white_and_signs_are_alike() -> None:
-    colours = signed_colours(np.array([-3.0, 2.0]))
-    assert colours.hex(np.array([0.0])).tolist() == ["#ffffff"]
-    assert colours.place(-3.0) == pytest.approx(0.0)
-    assert colours.place(0.02) + colours.place(-0.02) == pytest.approx(1.0)
-
-
 def test_map_of_n_holds_all_sets_with_their_signs(finished: Project) -> None:
     with open_results(finished) as results:
         maps = read_out_maps(results.optics)

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from tedm_cli.config.project import Project
 from tedm_cli.figures.area_maps import map_figure, noise_map
 from tedm_cli.figures.at_rest import at_rest_figure
+from tedm_cli.figures.cells import signed_colours
 from tedm_cli.figures.fit import text_width, wrapped
 from tedm_cli.figures.overlay import overlay_figure
 from tedm_cli.figures.pages import CELL, NUMBER, line_count, map_pages, without_twins
@@ -94,6 +95,13 @@ def test_maps_of_many_and_of_few_areas(number: int, letters: int) -> None:
             assert sorted(rows.tolist()) == list(range(number))
         if draw is map_figure or letters == 30:  # thousands of numbers take their time
             assert faults(drawn(draw(pages[0], areas, "A map"))) == []
+
+
+def test_zero_is_white_and_signs_are_alike() -> None:
+    colours = signed_colours(np.array([-3.0, 2.0]))
+    assert colours.hex(np.array([0.0])).tolist() == ["#ffffff"]
+    assert colours.place(-3.0) == pytest.approx(0.0)
+    assert colours.place(0.02) + colours.place(-0.02) == pytest.approx(1.0)
 
 
 def test_parts_of_a_map_end_with_groups_where_that_is_near() -> None:
