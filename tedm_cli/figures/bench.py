@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -25,19 +27,23 @@ from tedm_cli.figures.bench_shapes import (
     out_of_plane,
     outline,
 )
+from tedm_cli.figures.key import key
 from tedm_cli.figures.labels import place_labels
-from tedm_cli.figures.style import COLOURS, style
+from tedm_cli.figures.spec import PAGE_WIDTH
+from tedm_cli.figures.style import COLOURS, SMALL, heading, heading_lines, style
 from tedm_cli.optics.exaggerated import ExaggeratedBench, TracedBench
-from tedm_cli.optics.layout import Kind, OpticalLayout
+from tedm_cli.optics.layout import Beam, Kind, OpticalLayout
 from tedm_cli.results.wording import SUPERSCRIPT
 
 SHARED, GHOST, INK = "#4D4D4D", "#B4B4B4", "#000000"
 _OWN = (COLOURS[0], COLOURS[1], COLOURS[2], COLOURS[3], COLOURS[5], COLOURS[4])
-_DASH = (0, (2.6, 1.3))
-_NAME_PT = 7.5
-_WIDE, _HIGH = 9.5, 7.5  # inches that the views may take
-_LEFT, _RIGHT, _GAP, _TOP = 0.62, 0.15, 0.62, 0.5
-_LEGEND_ROW, _LEGEND_COLUMNS = 0.185, 3
+# Dashes of the beams of each interferometer; of reference beams, which are wide, and of measurement beams.
+_REFERENCE: tuple[Any, ...] = ((0, (2.6, 1.3)), (0, (1.0, 1.0)), (0, (2.6, 1.0, 1.0, 1.0)), (0, (4.0, 2.6)))
+_MEASUREMENT: tuple[Any, ...] = ("-", (0, (11, 1.5)), (0, (8, 1.5, 1.5, 1.5)), (0, (5, 1.5)))
+_HIGH = 5.6  # inches that the view from above may take
+_LEFT, _RIGHT, _GAP = 0.68, 0.12, 0.66
+_ENDS = ("test_mass", "photodiode", "injector")  # where beams end, or turn back: what the view from the side names
+_SIDE, _MOST_STRETCH = 1.6, 6  # inches that heights are stretched to in the view from the side, and how much at most
 
 
 def tint(colour: str, white: float) -> tuple[float, float, float]:
@@ -46,6 +52,7 @@ def tint(colour: str, white: float) -> tuple[float, float, float]:
     return r, g, b
 
 
+_BEAMS: tuple[tuple[Beam, str], ...] = (("meas", "measurement beam"), ("ref", "reference beam"))
 #: Fill, edge, and name of each kind of element.
 KINDS: dict[Kind, tuple[Any, str, str]] = {
     "test_mass": (tint(COLOURS[5], 0.7), INK, "test mass"),
@@ -62,15 +69,13 @@ def bench_figure(layout: OpticalLayout, bench: TracedBench) -> Figure:
     with style():
         solid = out_of_plane(layout, bench)
         views = [ABOVE, SIDE] if solid else [ABOVE]
-        handles = _beam_handles(layout) + _kind_handles(layout)
-        figure, panels, per_pt = _canvas(layout, [bench], views, handles)
-        for axes, view in zip(panels, views, strict=True):
-            _draw_beams(axes, layout, bench, view, per_pt)
-            shapes = _draw_bodies(axes, layout, bench, view, solid)
-            _draw_names(axes, layout, shapes, [bench], view, per_pt)
-        _scale_bar(panels[0], per_pt)
-        _title(figure, layout.title)
-        return figure
+        canvas = _Canvas(layout, [bench], views, _beam_handles(layout) + _kind_handles(layout), layout.title, "")
+        for sheet in canvas.sheets:
+            _draw_beams(sheet, layout, bench)
+            shapes = _draw_bodies(sheet, layout, bench, solid)
+            _draw_names(sheet, layout, shapes, [bench])
+        _scale_bar(canvas.sheets[0])
+        return canvas.figure
 
 
 def exaggerated_figure(layout: OpticalLayout, benches: ExaggeratedBench, load: str, read_outs: Sequence[str]) -> Figure:
@@ -88,16 +93,16 @@ def exaggerated_figure(layout: OpticalLayout, benches: ExaggeratedBench, load: s
             Line2D([], [], color=GHOST, linewidth=1.2, label="before"),
             Line2D([], [], color=INK, linewidth=1.4, marker=">", markersize=5, label="motion of an element"),
         ]
-        figure, panels, per_pt = _canvas(layout, [before, after], views, handles, head=0.2 * (1 + len(read_outs)))
-        for axes, view in zip(panels, views, strict=True):
-            _draw_ghost(axes, layout, before, view)
-            _draw_beams(axes, layout, after, view, per_pt)
-            shapes = _draw_bodies(axes, layout, after, view, solid or view is SIDE)
-            _draw_arrows(axes, before, after, view)
-            _draw_names(axes, layout, shapes, [before, after], view, per_pt)
-        _scale_bar(panels[0], per_pt, benches.factor)
-        _title(figure, f"{load}: motions × {factor_text(benches.factor)}", *read_outs)
-        return figure
+        title = f"{load}: motions × {factor_text(benches.factor)}"
+        canvas = _Canvas(layout, [before, after], views, handles, title, "\n".join(read_outs))
+        for sheet in canvas.sheets:
+            _draw_ghost(sheet, layout, before)
+            _draw_beams(sheet, layout, after)
+            shapes = _draw_bodies(sheet, layout, after, solid or sheet.view is SIDE)
+            _draw_arrows(sheet, before, after)
+            _draw_names(sheet, layout, shapes, [before, after])
+        _scale_bar(canvas.sheets[0], benches.factor)
+        return canvas.figure
 
 
 def factor_text(factor: float) -> str:
@@ -115,75 +120,106 @@ def length_text(length_m: float) -> str:
     return f"{length_m / size:.3g} {name}"
 
 
-def _canvas(
-    layout: OpticalLayout, benches: Sequence[TracedBench], views: Sequence[View], handles: Sequence[Any],
-    head: float = 0.0,
-) -> tuple[Figure, list[Axes], float]:  # fmt: skip
-    """Empty panels of one scale with a legend below them; also millimetres in one point."""
-    boxes = []
-    for view in views:
-        points = [view.flat(body(layout, i, b.poses)) for b in benches for i in range(len(layout.elements))]
-        points += [view.flat(b.beam(i)) for b in benches for i in range(len(layout.paths))]
-        every = np.concatenate(points)
-        boxes.append((every.min(axis=0), every.max(axis=0)))
-    # Margins: names stand beside the outermost elements, and the scale bar below all of them.
-    low, high = (np.array([b[i] for b in boxes]) for i in (0, 1))
-    width = float((high - low)[:, 0].max())
-    per_inch = max(width / (_WIDE - 1.0), float((high - low)[:, 1].sum()) / (_HIGH - 0.9 * len(views)))
-    low -= per_inch * np.array([0.5, 0.3])
-    high += per_inch * np.array([0.5, 0.3])
-    low[0, 1] -= 0.25 * per_inch
-    low[:, 0], high[:, 0] = low[:, 0].min(), high[:, 0].max()
-    size = (high - low) / per_inch
-    rows = -(-len(handles) // _LEGEND_COLUMNS)
-    foot = 0.55 + rows * _LEGEND_ROW + 0.12
-    total = _TOP + head + float(size[:, 1].sum()) + _GAP * (len(views) - 1) + foot
-    wide = max(_LEFT + float(size[0, 0]) + _RIGHT, 8.6)
-    figure = Figure(figsize=(wide, total))
-    panels = []
-    top = total - _TOP - head
-    for view, a, b, (w, h) in zip(views, low, high, size, strict=True):
-        axes = figure.add_axes((_LEFT / wide, (top - h) / total, w / wide, h / total))
-        axes.set(xlim=(a[0], b[0]), ylim=(a[1], b[1]))
-        axes.set_aspect("equal", adjustable="box")
-        axes.set_xlabel(f"{view.labels[0]} (mm)", labelpad=1)
-        axes.set_ylabel(f"{view.labels[1]} (mm)", labelpad=1)
-        axes.tick_params(labelsize=8)
-        if len(views) > 1:
-            axes.set_title(view.title, fontsize=9, pad=3)
-        panels.append(axes)
-        top -= h + _GAP
-    figure.legend(handles=handles, loc="lower left", ncols=_LEGEND_COLUMNS, bbox_to_anchor=(0.04, 0.0),
-                  handlelength=2.6, columnspacing=1.6, labelspacing=0.35)  # fmt: skip
-    return figure, panels, per_inch / 72
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """Axes in mm of a view; `per_pt` mm are one point to the right, `stretch` [2] is what one mm is drawn as."""
+
+    axes: Axes
+    view: View
+    per_pt: float
+    stretch: FloatArray
+
+    def drawn(self, points_mm: FloatArray) -> FloatArray:
+        """Points [..., 2] mm as they are drawn, in mm to the right."""
+        return np.asarray(points_mm * self.stretch)
+
+    def data(self, drawn_mm: FloatArray) -> FloatArray:
+        """The way back."""
+        return np.asarray(drawn_mm / self.stretch)
+
+
+class _Canvas:
+    """A figure with empty sheets of one scale, its heading, and a key below them."""
+
+    def __init__(
+        self, layout: OpticalLayout, benches: Sequence[TracedBench], views: Sequence[View], handles: Sequence[Artist],
+        title: str, more: str,
+    ) -> None:  # fmt: skip
+        boxes = []
+        for view in views:
+            points = [view.flat(body(layout, i, b.poses)) for b in benches for i in range(len(layout.elements))]
+            points += [view.flat(b.beam(i)) for b in benches for i in range(len(layout.paths))]
+            every = np.concatenate(points)
+            boxes.append((every.min(axis=0), every.max(axis=0)))
+        low, high = (np.array([b[i] for b in boxes]) for i in (0, 1))
+        width = float((high - low)[:, 0].max())
+        per_inch = max(width / (PAGE_WIDTH - _LEFT - _RIGHT - 1.2), float((high - low)[0, 1]) / (_HIGH - 0.9))
+        stretch = np.ones((len(views), 2))
+        for i, view in enumerate(views):
+            if view is SIDE:  # a bench is flat: what happens along z is seen where heights are stretched
+                tall = max(float((high - low)[i, 1]) / per_inch, 1e-6)
+                stretch[i, 1] = float(np.clip(round(_SIDE / tall), 1, _MOST_STRETCH))
+        # Margins: names stand beside the outermost elements, and the scale bar below all of them.
+        margin = per_inch * np.array([0.6, 0.32]) / stretch
+        low, high = low - margin, high + margin
+        low[0, 1] -= 0.25 * per_inch
+        low[:, 0], high[:, 0] = low[:, 0].min(), high[:, 0].max()
+        size = (high - low) * stretch / per_inch
+        legend = key(handles, PAGE_WIDTH - 0.3, most=3)
+        _, _, head = heading_lines(title, more, PAGE_WIDTH)
+        head += 0.2 if len(views) > 1 else 0.05
+        total = head + float(size[:, 1].sum()) + _GAP * len(views) + legend.height
+        self.figure = Figure(figsize=(PAGE_WIDTH, total))
+        self.sheets = []
+        top = total - head
+        for view, a, b, (w, h), k in zip(views, low, high, size, stretch, strict=True):
+            left = (PAGE_WIDTH + _LEFT - _RIGHT - w) / 2
+            axes = self.figure.add_axes((left / PAGE_WIDTH, (top - h) / total, w / PAGE_WIDTH, h / total))
+            axes.set(xlim=(a[0], b[0]), ylim=(a[1], b[1]))
+            axes.set_xlabel(f"{view.labels[0]} (mm)", labelpad=1)
+            axes.set_ylabel(f"{view.labels[1]} (mm)", labelpad=1)
+            axes.tick_params(labelsize=SMALL)
+            if len(views) > 1:
+                stretched = f", {view.labels[1]} stretched × {k[1]:g}, motions along it as well" if k[1] > 1 else ""
+                axes.set_title(view.title + stretched, fontsize=9, pad=3)
+            self.sheets.append(_Sheet(axes, view, per_inch / 72, k))
+            top -= h + _GAP
+        heading(self.figure, title, more=more)
+        legend.draw(self.figure, 0.15, 0.08)
 
 
 def _colour(owner: int) -> str:
     return SHARED if owner < 0 else _OWN[owner % len(_OWN)]
 
 
-def _line_style(beam: str, colour: str) -> dict[str, Any]:
-    """Reference beams are wide, light and dashed, so that they show below a measurement beam on the same line."""
+def _line_style(beam: Beam, owner: int) -> dict[str, Any]:
+    """Reference beams are wide, light and in dashes, so that they show below a measurement beam on the same line.
+
+    Every interferometer has dashes of its own, and so have the beams that several share: told apart in grey as well.
+    """
+    colour = _colour(owner)
     if beam == "ref":
-        return {"edgecolor": tint(colour, 0.4), "linewidth": 3.0, "linestyle": _DASH, "capstyle": "butt"}
-    return {"edgecolor": colour, "linewidth": 1.3, "linestyle": "-", "capstyle": "round"}
+        dashes = _REFERENCE[owner % len(_REFERENCE)] if owner >= 0 else (0, (5.2, 1.3))
+        return {"edgecolor": tint(colour, 0.4), "linewidth": 3.0, "linestyle": dashes, "capstyle": "butt"}
+    dashes = _MEASUREMENT[owner % len(_MEASUREMENT)] if owner >= 0 else "-"
+    return {"edgecolor": colour, "linewidth": 1.3 if owner >= 0 else 0.9, "linestyle": dashes, "capstyle": "butt"}
 
 
-def _beam_handles(layout: OpticalLayout) -> list[Line2D]:
+def _beam_handles(layout: OpticalLayout) -> list[Artist]:
     groups = interferometers(layout)
     names = [(i, f" to {', '.join(group)}") for i, group in enumerate(groups)]
     names += [(-1, ", shared")] if len(groups) > 1 else []
-    handles = []
+    handles: list[Artist] = []
     for owner, name in names:
-        for beam, word in (("meas", "measurement beam"), ("ref", "reference beam")):
-            look = _line_style(beam, _colour(owner))
+        for beam, word in _BEAMS:
+            look = _line_style(beam, owner)
             handle = Line2D([], [], color=look["edgecolor"], linewidth=look["linewidth"], linestyle=look["linestyle"])
             handle.set(label=word + name, dash_capstyle="butt")
             handles.append(handle)
     return handles
 
 
-def _kind_handles(layout: OpticalLayout) -> list[Patch]:
+def _kind_handles(layout: OpticalLayout) -> list[Artist]:
     found: dict[str, Patch] = {}
     for kind, (fill, edge, name) in KINDS.items():
         if any(e.kind == kind for e in layout.elements):
@@ -193,15 +229,18 @@ def _kind_handles(layout: OpticalLayout) -> list[Patch]:
     return list(found.values())
 
 
-def _draw_beams(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: View, per_pt: float) -> None:
+def _draw_beams(sheet: _Sheet, layout: OpticalLayout, bench: TracedBench) -> None:
     for part in beam_segments(layout, bench)[::-1]:  # reference beams lie below
         for owner in sorted(set(part.interferometer.tolist())):
-            flat = view.flat(part.points[part.interferometer == owner])
-            look = _line_style(part.beam, _colour(owner))
+            flat = sheet.view.flat(part.points[part.interferometer == owner])
+            look = _line_style(part.beam, owner)
             zorder = 2.0 if part.beam == "ref" else 2.2
-            axes.add_artist(PathPatch(_path(flat), fill=False, zorder=zorder, label=f"{part.beam} {owner}", **look))
-            heads = _path(_arrow_heads(flat, per_pt, 0.38 if part.beam == "ref" else 0.6), closed=True)
-            axes.add_artist(PathPatch(heads, facecolor=_colour(owner), edgecolor="none", zorder=2.4))
+            sheet.axes.add_artist(
+                PathPatch(_path(flat), fill=False, zorder=zorder, label=f"{part.beam} {owner}", **look)
+            )
+            heads = _arrow_heads(sheet.drawn(flat), sheet.per_pt, 0.38 if part.beam == "ref" else 0.6)
+            path = _path([sheet.data(head) for head in heads], closed=True)
+            sheet.axes.add_artist(PathPatch(path, facecolor=_colour(owner), edgecolor="none", zorder=2.4))
 
 
 def _path(pieces: Sequence[FloatArray] | FloatArray, *, closed: bool = False) -> Path:
@@ -224,65 +263,71 @@ def _arrow_heads(flat: FloatArray, per_pt: float, place: float) -> list[FloatArr
     return heads
 
 
-def _draw_bodies(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: View, through: bool) -> list[FloatArray]:
+def _draw_bodies(sheet: _Sheet, layout: OpticalLayout, bench: TracedBench, through: bool) -> list[FloatArray]:
     """Outlines of all elements, drawn; `through`: beams are seen through them, where one stands before the other."""
     shapes = []
     for i, element in enumerate(layout.elements):
-        shape = outline(view.flat(body(layout, i, bench.poses)))
+        shape = outline(sheet.view.flat(body(layout, i, bench.poses)))
         fill, edge, _ = KINDS[element.kind]
         assumed = element.aperture_m is None and element.kind != "test_mass"
         glass = element.kind in ("window", "beamsplitter")  # beams are seen inside
         if through:
-            fill = (*to_rgb(fill), 0.35)
-        axes.add_artist(Polygon(shape, closed=True, facecolor=fill, edgecolor=edge, linewidth=0.8, label=element.name,
-                               linestyle=":" if assumed else "-", zorder=1.8 if glass else 2.6))  # fmt: skip
+            fill = (*to_rgb(fill), 0.35 if sheet.view is not SIDE or element.kind in _ENDS else 0.08)
+        sheet.axes.add_artist(
+            Polygon(shape, closed=True, facecolor=fill, edgecolor=edge, linewidth=0.8, label=element.name,
+                    linestyle=":" if assumed else "-", zorder=1.8 if glass or through else 2.6)
+        )  # fmt: skip
         shapes.append(shape)
     return shapes
 
 
-def _draw_ghost(axes: Axes, layout: OpticalLayout, bench: TracedBench, view: View) -> None:
-    beams = np.concatenate([view.flat(part.points) for part in beam_segments(layout, bench)])
-    shapes = [outline(view.flat(body(layout, i, bench.poses))) for i in range(len(layout.elements))]
+def _draw_ghost(sheet: _Sheet, layout: OpticalLayout, bench: TracedBench) -> None:
+    beams = np.concatenate([sheet.view.flat(part.points) for part in beam_segments(layout, bench)])
+    shapes = [outline(sheet.view.flat(body(layout, i, bench.poses))) for i in range(len(layout.elements))]
     look: dict[str, Any] = {"fill": False, "edgecolor": GHOST, "linewidth": 0.8}
-    axes.add_artist(PathPatch(_path(beams), zorder=1.2, label="before: beams", **look))
-    axes.add_artist(PathPatch(_path(shapes, closed=True), zorder=1.3, label="before: bodies", **look))
+    sheet.axes.add_artist(PathPatch(_path(beams), zorder=1.2, label="before: beams", **look))
+    sheet.axes.add_artist(PathPatch(_path(shapes, closed=True), zorder=1.3, label="before: bodies", **look))
 
 
-def _draw_arrows(axes: Axes, before: TracedBench, after: TracedBench, view: View) -> None:
-    start, end = view.flat(before.poses.ref), view.flat(after.poses.ref)
+def _draw_arrows(sheet: _Sheet, before: TracedBench, after: TracedBench) -> None:
+    start, end = sheet.view.flat(before.poses.ref), sheet.view.flat(after.poses.ref)
     moved = np.any(start != end, axis=1)
     if moved.any():
-        axes.quiver(*start[moved].T, *(end - start)[moved].T, angles="xy", scale_units="xy", scale=1.0, units="inches",
-                    width=0.018, color=INK, zorder=3.0, headwidth=4.5, headlength=5.5, headaxislength=5.0,
-                    minlength=0.5)  # fmt: skip
+        sheet.axes.quiver(*start[moved].T, *(end - start)[moved].T, angles="xy", scale_units="xy", scale=1.0,
+                          units="inches", width=0.018, color=INK, zorder=3.0, headwidth=4.5, headlength=5.5,
+                          headaxislength=5.0, minlength=0.5)  # fmt: skip
 
 
 def _draw_names(
-    axes: Axes, layout: OpticalLayout, shapes: Sequence[FloatArray], benches: Sequence[TracedBench], view: View,
-    per_pt: float,
+    sheet: _Sheet, layout: OpticalLayout, shapes: Sequence[FloatArray], benches: Sequence[TracedBench]
 ) -> None:  # fmt: skip
     """Names of all elements; from the side only of those at the ends of beams, since a bench is seen edge-on there."""
+    axes, view, per_pt = sheet.axes, sheet.view, sheet.per_pt
     chosen = [i for i, e in enumerate(layout.elements)
-              if view is not SIDE or e.kind in ("test_mass", "photodiode", "injector")]  # fmt: skip
+              if view is not SIDE or e.kind in _ENDS]  # fmt: skip
     # Those that no other can stand in for choose first: photodiodes, then the small, then the large.
     chosen.sort(key=lambda i: (layout.elements[i].kind != "photodiode", float(np.ptp(shapes[i], axis=0).sum())))
-    lines = np.concatenate([view.flat(s.points) for bench in benches for s in beam_segments(layout, bench)])
-    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    room = np.array([left, low]) + 2 * per_pt, np.array([right, high]) - 2 * per_pt
+    drawn = [sheet.drawn(shape) for shape in shapes]
+    lines = sheet.drawn(
+        np.concatenate([view.flat(s.points) for bench in benches for s in beam_segments(layout, bench)])
+    )
+    corners = sheet.drawn(np.array([axes.get_xlim(), axes.get_ylim()]).T)
+    room = corners[0] + 2 * per_pt, corners[1] - 2 * per_pt
     names = [layout.elements[i].name for i in chosen]
-    places = place_labels(names, [shapes[i] for i in chosen], shapes, lines, _NAME_PT, per_pt, room)
+    places = place_labels(names, [drawn[i] for i in chosen], drawn, lines, SMALL, per_pt, room)
     for i, name, place in zip(chosen, names, places, strict=True):
         if place.far:
-            low_edge, high_edge = shapes[i].min(axis=0), shapes[i].max(axis=0)
+            low_edge, high_edge = drawn[i].min(axis=0), drawn[i].max(axis=0)
             near = np.clip(place.centre, low_edge, high_edge)
             edge = place.centre + np.clip(near - place.centre, -place.half, place.half)
-            axes.plot(*np.stack([edge, near]).T, color=INK, linewidth=0.5, zorder=3.5)
-        x, y = place.centre
-        axes.text(x, y, name, fontsize=_NAME_PT, ha="center", va="center_baseline", zorder=4.0)
+            axes.plot(*sheet.data(np.stack([edge, near])).T, color=INK, linewidth=0.5, zorder=3.5)
+        x, y = sheet.data(place.centre)
+        axes.text(x, y, name, fontsize=SMALL, ha="center", va="center_baseline", zorder=4.0)
 
 
-def _scale_bar(axes: Axes, per_pt: float, factor: float | None = None) -> None:
+def _scale_bar(sheet: _Sheet, factor: float | None = None) -> None:
     """A length in the lower right corner, and what motion is drawn as long as it."""
+    axes, per_pt = sheet.axes, sheet.per_pt
     wide = 110 * per_pt  # at most
     decade = 10.0 ** math.floor(math.log10(wide))
     length = max(m * decade for m in (1, 2, 5) if m * decade <= wide)
@@ -292,11 +337,4 @@ def _scale_bar(axes: Axes, per_pt: float, factor: float | None = None) -> None:
     text = length_text(length * 1e-3)
     if factor is not None:
         text = f"bench {text}, motion {length_text(length * 1e-3 / factor)}"
-    axes.text(right, low + 3.5 * per_pt, text, fontsize=8, ha="right", va="bottom", zorder=4.0)
-
-
-def _title(figure: Figure, first: str, *others: str) -> None:
-    height = figure.get_size_inches()[1]
-    figure.text(0.012, 1 - 0.1 / height, first, fontsize=11.5, fontweight="bold", va="top")
-    for row, text in enumerate(others):
-        figure.text(0.012, 1 - (0.36 + 0.2 * row) / height, text, fontsize=9, va="top")
+    axes.text(right, low + 3.5 * per_pt, text, fontsize=SMALL, ha="right", va="bottom", zorder=4.0)

@@ -4,19 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from tedm_cli.figures.fit import text_width, wrapped
-from tedm_cli.figures.style import BLUE, VERMILION, WIDTH, grid, heading, inches, ratio_axis, style
+from tedm_cli.figures.fit import line_count, text_width, widest, wrapped
+from tedm_cli.figures.key import key
+from tedm_cli.figures.style import (
+    BLUE,
+    LINE,
+    SMALL,
+    VERMILION,
+    WIDTH,
+    grid,
+    heading,
+    heading_lines,
+    inches,
+    ratio_axis,
+    style,
+)
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.wording import capital, quantity, ratio_text
 
-_ROW, _TOP, _FOOT = 0.37, 0.4, 1.42  # inches
-_NAMES = 2.35  # room of the titles of the cases
-_SMALL = 8.0  # points
+_ROW, _FOOT = 0.4, 0.55  # inches
+_NAMES = 2.4  # room of the titles of the cases
 _THIN, _THICK, _FILTERS = "#7A7A7A", "#A9C7DE", "#6B4E00"
 _LOWEST = 1e-4  # of the axis: what lies below is as good as nothing
 
@@ -27,32 +40,34 @@ def certainty_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
         shown = [c for c in cases if c.of_kind(kind)]
         worst = [c.worst(kind) for c in shown]
         verdicts = [f"{ratio_text(j.ratio)} {'pass' if j.passed else 'FAIL'}" for j in worst]
-        total = _TOP + len(shown) * _ROW + _FOOT
-        figure = Figure(figsize=(WIDTH, total))
+        names = [wrapped(f"{c.id}  {c.title}", _NAMES, SMALL) for c in shown]
+        title = f"{capital(quantity(kind, [j.output for j in worst]))}: how sure is the verdict of each case?"
+        top = heading_lines(title, "")[2] + 0.1
+        legend = key(_samples(worst), WIDTH - 0.3, sample=2.6)
+        row = max(_ROW, 0.1 + LINE * max(map(line_count, names)))
+        figure = Figure(figsize=(WIDTH, top + len(shown) * row + _FOOT + legend.height))
         axes = figure.subplots()
-        right = 0.2 + 1.15 * max(text_width(v, _SMALL) for v in verdicts)
-        inches(figure, left=_NAMES + 0.15, right=right, top=_TOP, bottom=_FOOT)
+        right = 0.2 + 1.16 * max(text_width(v, SMALL) for v in verdicts)
+        inches(figure, left=0.2 + widest(names, SMALL), right=right, top=top, bottom=_FOOT + legend.height)
         low, high = _scale(worst)
         axes.set_xscale("log")
         axes.set_xlim(low, high)
         axes.set_ylim(len(shown) - 0.5, -0.5)
-        for row, j in enumerate(worst):
-            _row(axes, row, j, low)
+        for place, j in enumerate(worst):
+            _row(axes, place, j, low)
         axes.axvline(1.0, color="black", linewidth=1.5, zorder=3)
-        axes.set_yticks(range(len(shown)), [wrapped(f"{c.id}  {c.title}", _NAMES, _SMALL, 2) for c in shown])
-        axes.tick_params(axis="y", length=0, labelsize=_SMALL)
-        axes.tick_params(axis="x", labelsize=8.5)
+        axes.set_yticks(range(len(shown)), names)
+        axes.tick_params(axis="y", length=0, labelsize=SMALL, pad=6)
+        axes.tick_params(axis="x", labelsize=SMALL)
         ratio_axis(axes.xaxis, low, high)
-        axes.set_xlabel("ratio to the requirement, safety factor included (1)", fontsize=9)
+        axes.set_xlabel("ratio to the requirement, safety factor included (1)", fontsize=SMALL)
         grid(axes)
         axes.grid(False, axis="y")
-        for row, (j, verdict) in enumerate(zip(worst, verdicts, strict=True)):
-            axes.text(1.02, row, verdict, transform=axes.get_yaxis_transform(), va="center", fontsize=_SMALL,
+        for place, (j, verdict) in enumerate(zip(worst, verdicts, strict=True)):
+            axes.text(1.02, place, verdict, transform=axes.get_yaxis_transform(), va="center", fontsize=SMALL,
                       fontweight="normal" if j.passed else "bold")  # fmt: skip
-        title = f"{capital(quantity(kind, [j.output for j in worst]))}: how sure is the verdict of each case?"
         heading(figure, title)
-        figure.legend(handles=_legend(worst), loc="lower left", ncols=2, fontsize=8.5, columnspacing=1.4,
-                      bbox_to_anchor=(0.01, 0.0), borderaxespad=0.2)  # fmt: skip
+        legend.draw(figure, 0.15, 0.08)
         return figure
 
 
@@ -84,8 +99,8 @@ def _row(axes: Axes, row: int, j: JudgedOutput, low: float) -> None:
               clip_on=False, label="ratio")  # fmt: skip
 
 
-def _legend(worst: Sequence[JudgedOutput]) -> list[Line2D | Patch]:
-    handles: list[Line2D | Patch] = []
+def _samples(worst: Sequence[JudgedOutput]) -> list[Artist]:
+    handles: list[Artist] = []
     for passed, marker, colour, text in ((True, "o", BLUE, "met"), (False, "X", VERMILION, "violated")):
         if passed in {j.passed for j in worst}:
             handles.append(Line2D([], [], marker=marker, color=colour, markeredgecolor="black", linestyle="none",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -11,15 +12,16 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.figures.fit import fitted, text_width
-from tedm_cli.figures.style import BLUE, VERMILION, WIDTH, grid, heading, inches, style
+from tedm_cli.figures.fit import line_count, widest, wrapped
+from tedm_cli.figures.key import key
+from tedm_cli.figures.style import BLUE, LINE, SMALL, VERMILION, WIDTH, grid, heading, heading_lines, inches, style
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
-from tedm_cli.results.wording import mhz_text, ratio_text
+from tedm_cli.results.wording import and_text, mhz_text, ratio_text
 
 MOST = 10  # rows of a panel besides that of all others
-_ROW, _GAP, _TOP, _FOOT = 0.195, 0.38, 0.72, 0.8  # inches
-_SMALL = 8.0  # points
+_ROW, _GAP, _FOOT = 0.215, 0.38, 0.6  # inches
+_NAMES = 2.6  # inches at most
 _LEAST = 5e-4  # share that would be printed as zero
 _OTHERS = "#9A9A9A"
 
@@ -31,26 +33,35 @@ def contributors_figure(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> F
         if j.path is not None and j.path_band is not None:
             parts.append(("by optical element that moves", j.path, j.path_band))
         tables = [(title, ranked(at), in_band) for title, at, in_band in parts]
+        names = [wrapped(name, _NAMES, SMALL) for _, table, _ in tables for name, _ in table]
+        row = max(_ROW, 0.06 + LINE * max(map(line_count, names)))
         rows = [len(table) for _, table, _ in tables]
-        height = _TOP + _ROW * sum(rows) + (len(tables) - 1) * _GAP + _FOOT
-        figure = Figure(figsize=(WIDTH, height))
-        left = 0.2 + min(2.6, max(text_width(name, _SMALL) for _, table, _ in tables for name, _ in table))
+        title = f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement} at {mhz_text(j.contribution_hz)}"
+        more = "Shares of a panel sum to 100 %. Negative: lowers the noise, because it cancels others." + twins(case, j)
+        top = heading_lines(title, more)[2] + 0.28
+        legend = key(_samples(j), WIDTH - 0.3, sample=2.6)
+        foot = _FOOT + legend.height
+        figure = Figure(figsize=(WIDTH, top + row * sum(rows) + (len(tables) - 1) * _GAP + foot))
+        left = 0.2 + widest(names, SMALL)
         panels = figure.subplots(len(tables), 1, squeeze=False, height_ratios=rows, sharex=True)[:, 0].tolist()
-        inches(figure, left=left, right=0.2, top=_TOP, bottom=_FOOT)
-        figure.subplots_adjust(hspace=_GAP * len(rows) / (_ROW * sum(rows)))
-        for axes, (title, table, in_band) in zip(panels, tables, strict=True):
-            _bars(axes, table, in_band, left)
-            axes.set_title(title, fontsize=9, pad=3)
+        inches(figure, left=left, right=0.2, top=top, bottom=foot)
+        figure.subplots_adjust(hspace=_GAP * len(rows) / (row * sum(rows)))
+        for axes, (name, table, in_band) in zip(panels, tables, strict=True):
+            _bars(axes, table, in_band)
+            axes.set_title(name, fontsize=9, pad=3)
         _scale(panels, [x for _, table, band in tables for name, at in table for x in (at, _of(band, name, table))])
         panels[-1].set_xlabel("share of the noise power (%)", fontsize=9)
-        heading(
-            figure,
-            f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement} at {mhz_text(j.contribution_hz)}",
-            more="Shares of a panel sum to 100 %. Negative: lowers the noise, because it cancels others.",
-        )
-        figure.legend(handles=_legend(j), loc="lower left", ncols=3, fontsize=8.5, columnspacing=1.3,
-                      bbox_to_anchor=(0.01, 0.0), borderaxespad=0.2)  # fmt: skip
+        heading(figure, title, more=more)
+        legend.draw(figure, 0.15, 0.08)
         return figure
+
+
+def twins(case: CaseNoise, j: JudgedOutput) -> str:
+    """A sentence on outputs with the same ratio that are made of other things, as those of a mirrored test mass are."""
+    others = [output for output in case.worst_outputs(j.kind) if output != j.output]
+    if j.output not in case.worst_outputs(j.kind) or not others:
+        return ""
+    return f" {and_text(others)} {'have' if len(others) > 1 else 'has'} the same ratio."
 
 
 def ranked(share: Mapping[str, float]) -> list[tuple[str, float]]:
@@ -84,7 +95,7 @@ def _by_area(j: JudgedOutput, areas: AreaTable) -> tuple[dict[str, float], dict[
     return named(j.share), named(j.band_share)
 
 
-def _bars(axes: Axes, table: Sequence[tuple[str, float]], in_band: Mapping[str, float], left: float) -> None:
+def _bars(axes: Axes, table: Sequence[tuple[str, float]], in_band: Mapping[str, float]) -> None:
     for row, (name, share) in enumerate(table):
         colour = _OTHERS if name not in in_band else BLUE if share >= 0 else VERMILION
         axes.barh([row], [100 * share], color=colour, hatch="" if share >= 0 else "////", edgecolor="black",
@@ -94,9 +105,9 @@ def _bars(axes: Axes, table: Sequence[tuple[str, float]], in_band: Mapping[str, 
                   linestyle="none", zorder=4)  # fmt: skip
         low, high = min(share, band, 0.0), max(share, band, 0.0)
         axes.annotate(_percent(share), (100 * (high if share >= 0 else low), row),
-                      xytext=(5 if share >= 0 else -5, 0), textcoords="offset points", fontsize=_SMALL,
+                      xytext=(5 if share >= 0 else -5, 0), textcoords="offset points", fontsize=SMALL,
                       ha="left" if share >= 0 else "right", va="center_baseline")  # fmt: skip
-    axes.set_yticks(range(len(table)), [fitted(name, left - 0.15, _SMALL) for name, _ in table], fontsize=_SMALL)
+    axes.set_yticks(range(len(table)), [wrapped(name, _NAMES, SMALL) for name, _ in table], fontsize=SMALL)
     axes.set_ylim(len(table) - 0.5, -0.5)
     axes.tick_params(axis="y", length=0)
     axes.axvline(0.0, color="black", linewidth=0.8)
@@ -115,12 +126,12 @@ def _scale(panels: Sequence[Axes], shares: Sequence[float]) -> None:
     for axes in panels:
         axes.xaxis.set_major_locator(MaxNLocator(7))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}".replace("-", "−")))
-        axes.tick_params(axis="x", labelsize=_SMALL)
+        axes.tick_params(axis="x", labelsize=SMALL)
         grid(axes)
         axes.grid(False, axis="y")
 
 
-def _legend(j: JudgedOutput) -> list[Line2D | Patch]:
+def _samples(j: JudgedOutput) -> list[Artist]:
     band = f"in the band, {j.band_hz[0] * 1e3:g} to {j.band_hz[1] * 1e3:g} mHz"
     return [
         Patch(facecolor=BLUE, edgecolor="black", label=f"at {mhz_text(j.contribution_hz)}"),

@@ -14,64 +14,72 @@ from matplotlib.ticker import FixedLocator
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.dynamics.judging import THERMAL
-from tedm_cli.figures.fit import fitted
-from tedm_cli.figures.spectra import bands, limit_lines, log_range, scales
+from tedm_cli.figures.key import Key, key
+from tedm_cli.figures.spec import PAGE_WIDTH
+from tedm_cli.figures.spectra import bands, limit_lines, limit_samples, log_range, scales
 from tedm_cli.figures.style import (
     COLOURS,
     DASHES,
+    SMALL,
     STACK,
     VERMILION,
     WIDTH,
     frequency_axis,
     grid,
     heading,
+    heading_lines,
     inches,
     log_axis,
+    series_look,
     style,
 )
 from tedm_cli.results.dynamics import ControlLoop, LoopOutput, LoopStability, SimulatedCase
+from tedm_cli.results.noise import Limit
 from tedm_cli.results.wording import and_text, capital, mhz_text, ratio_text
 
-_TITLE, _GAIN, _BETWEEN, _PHASE, _FOOT, _TOP = 0.3, 1.1, 0.1, 0.8, 0.5, 0.35  # inches of a family of loops
-_LEFT, _BODE, _GAP, _NYQUIST, _LEGEND = 0.7, 3.1, 0.75, 1.6, 0.165
-_SMALL = 8.0  # points
+_HEADING = "Loops of the controller, each broken while the others are closed"
+_TITLE, _GAIN, _BETWEEN, _PHASE, _FOOT = 0.3, 1.2, 0.1, 0.85, 0.5  # inches of a family of loops
+_LEFT, _BODE, _GAP, _NYQUIST, _BESIDE = 0.8, 4.0, 0.85, 1.75, 3.5
 _AROUND = 30.0  # frequencies shown: so many times below the lowest crossover and above the highest
 _GAINS = (1e-2, 1e4)
 _SOURCES = ("#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#7A5C3E", "#6E6E6E", "#8C6BB1")
-_TOTAL = COLOURS[0]
+_THERMAL_LOOK = {"color": VERMILION, "linestyle": "-"}
+_SPECTRUM = 3.5  # inches
 
 
 def loops_figure(stability: LoopStability) -> Figure:
     """Open-loop gain and phase of every family of loops, and their path near -1."""
     with style():
         families = stability.families()
-        rows = {name: 0.42 + _LEGEND * -(-len(loops) // 2) for name, loops in families.items()}
+        looks = {name: [_look(i, x) for i, x in enumerate(loops)] for name, loops in families.items()}
+        keys = {name: key([Line2D([], [], **look) for look in each], _BESIDE, most=2) for name, each in looks.items()}
         plots = _GAIN + _BETWEEN + _PHASE + _FOOT
-        tall = {name: _TITLE + max(plots, _NYQUIST + below) for name, below in rows.items()}
-        height = _TOP + sum(tall.values())
-        figure = Figure(figsize=(WIDTH, height))
+        tall = {name: _TITLE + max(plots, _NYQUIST + 0.45 + legend.height + 0.1) for name, legend in keys.items()}
+        upper = heading_lines(_HEADING, "")[2]
+        height = upper + sum(tall.values())
+        figure = Figure(figsize=(PAGE_WIDTH, height))
         span = _frequencies(stability)
-        top = height - _TOP
+        top = height - upper
         for name, loops in families.items():
             top -= _TITLE
             gain = _at(figure, _LEFT, top - _GAIN, _BODE, _GAIN)
             phase = _at(figure, _LEFT, top - _GAIN - _BETWEEN - _PHASE, _BODE, _PHASE)
             near = _at(figure, _LEFT + _BODE + _GAP, top - _NYQUIST, _NYQUIST * 1.5, _NYQUIST)
-            figure.text(0.08 / WIDTH, (top + 0.08) / height, capital(name), fontsize=9.5)
-            looks = [_look(i) for i in range(len(loops))]
-            _bode(gain, phase, stability.frequency_hz, loops, looks, span)
-            _nyquist(near, loops, looks)
+            figure.text(0.08 / PAGE_WIDTH, (top + 0.08) / height, capital(name), fontsize=9.5)
+            _bode(gain, phase, stability.frequency_hz, loops, looks[name], span)
+            _nyquist(near, loops, looks[name])
+            keys[name].draw(figure, _LEFT + _BODE + 0.3, top - _NYQUIST - 0.45 - keys[name].height)
             top += _TITLE - tall[name]
-        heading(figure, "Loops of the controller, each broken while the others are closed")
+        heading(figure, _HEADING)
         return figure
 
 
-def _look(i: int) -> dict[str, Any]:
+def _look(i: int, x: ControlLoop) -> dict[str, Any]:
     """Of loop number `i`: later ones are narrower, so that those below them show."""
     return {
-        "color": COLOURS[i % len(COLOURS)],
-        "linestyle": DASHES[i % len(DASHES)],
-        "linewidth": max(2.6 - 0.3 * i, 1.0),
+        **series_look(i),
+        "linewidth": max(4.2 - 0.6 * i, 1.0),
+        "label": _margin_words(x),
     }
 
 
@@ -123,9 +131,9 @@ def _bode(
     phase.set_ylabel("phase (°)")
     for axes in (gain, phase):
         frequency_axis(axes, *span)
-        axes.tick_params(labelsize=_SMALL)
-        axes.xaxis.label.set_fontsize(8.5)
-        axes.yaxis.label.set_fontsize(8.5)
+        axes.tick_params(labelsize=SMALL)
+        axes.xaxis.label.set_fontsize(SMALL)
+        axes.yaxis.label.set_fontsize(SMALL)
         axes.yaxis.set_label_coords(-0.16, 0.5)
         grid(axes)
     gain.set_xlabel("")
@@ -152,24 +160,10 @@ def _nyquist(axes: Axes, loops: Sequence[ControlLoop], looks: Sequence[dict[str,
     axes.set_xlim(-2.75, 1.0)
     axes.set_ylim(-1.25, 1.25)
     axes.set_aspect("equal")
-    axes.tick_params(labelsize=_SMALL)
-    axes.set_xlabel("real part of L (1)", fontsize=8.5, labelpad=1)
-    axes.set_ylabel("imaginary part of L (1)", fontsize=8.5, labelpad=1)
+    axes.tick_params(labelsize=SMALL)
+    axes.set_xlabel("real part of L (1)", fontsize=SMALL, labelpad=1)
+    axes.set_ylabel("imaginary part of L (1)", fontsize=SMALL, labelpad=1)
     grid(axes)
-    handles = [Line2D([], [], **look) for look in looks]
-    axes.legend(
-        handles,
-        [fitted(_margin_words(x), 1.45, 7.5) for x in loops],
-        loc="upper left",
-        bbox_to_anchor=(-0.24, -0.25),
-        ncols=2,
-        fontsize=_SMALL,
-        handlelength=2.2,
-        columnspacing=0.8,
-        labelspacing=0.25,
-        borderaxespad=0.0,
-        handletextpad=0.4,
-    )
 
 
 def _margin_words(x: ControlLoop) -> str:
@@ -182,25 +176,25 @@ def budget_figure(case: SimulatedCase, j: LoopOutput) -> Figure:
     with style():
         factor, limits = case.safety_factor, case.limits_of(j.output)
         seen = case.seen_groups(j)
-        figure = Figure(figsize=(WIDTH, 4.6 + 0.17 * (len(limits) + -(-len(seen) // 3))))
-        axes = figure.subplots()
-        low, high = case.budget_range(j)
-        bands(axes, limits)
-        axes.plot(case.frequency_hz * 1e3, factor * j.asd, color=_TOTAL, linewidth=4.4, alpha=0.45, label="total")
-        others = [name for name in j.group_asd if name != THERMAL]  # a group has one look in all budgets
-        for name in seen:
-            i = -1 if name == THERMAL else others.index(name)
-            colour, dashes = (VERMILION, "-") if i < 0 else (_SOURCES[i % len(_SOURCES)], DASHES[i % len(DASHES)])
-            curve = factor * j.group_asd[name]
-            axes.plot(case.frequency_hz * 1e3, curve, color=colour, linestyle=dashes, linewidth=1.6,
-                      label=fitted(name, 1.5, 8.5))  # fmt: skip
-        limit_lines(axes, case.frequency_hz, limits, 1.8)
-        scales(axes, case.frequency_hz, low, high, j.unit, f"{factor:g} × noise")
         below = [name for name in j.group_asd if name not in seen]
         said = f"{ratio_text(j.ratio)} × {j.requirement} at {mhz_text(j.binding_hz)}"
         said += f". Below the axis: {and_text(below)}" if below else ""
-        heading(figure, f"{j.output} in closed loop, case {case.id}", more=fitted(said, WIDTH - 0.3, 8.5))
-        _legend_below(figure, axes, len(limits) + len({q.band_hz for q in limits}) + len(seen) + 1, 3)
+        others = [name for name in j.group_asd if name != THERMAL]  # a group has one look in all budgets
+        looks: dict[str, dict[str, Any]] = {
+            "total": {"color": COLOURS[0], "linewidth": 5.0, "alpha": 0.45, "label": "total"}
+        }
+        for name in seen:
+            look = _THERMAL_LOOK if name == THERMAL else series_look(1 + others.index(name), _SOURCES)
+            looks[name] = {**look, "linewidth": 1.6, "label": name}
+        figure, axes, legend = _spectrum(f"{j.output} in closed loop, case {case.id}", said, [*looks.values()], limits)
+        low, high = case.budget_range(j)
+        bands(axes, limits)
+        curves = {"total": j.asd, **j.group_asd}
+        for name, look in looks.items():
+            axes.plot(case.frequency_hz * 1e3, factor * curves[name], **look)
+        limit_lines(axes, case.frequency_hz, limits, 1.8)
+        scales(axes, case.frequency_hz, low, high, j.unit, f"{factor:g} × noise")
+        legend.draw(figure, 0.15, 0.08)
         return figure
 
 
@@ -208,40 +202,39 @@ def thermal_figure(case: SimulatedCase, j: LoopOutput) -> Figure:
     """The part of the temperatures in an output: gravity and read-out as they add, apart, and gravity alone."""
     with style():
         factor, limits = case.safety_factor, case.limits_of(j.output)
-        figure = Figure(figsize=(WIDTH, 4.6 + 0.17 * len(limits)))
-        axes = figure.subplots()
         curves = {
             "gravity and read-out without phases": j.incoherent_asd,
             "gravity alone": j.gravity_asd,
             "gravity and read-out together": j.thermal_asd,
         }
-        low, high = log_range([*(factor * c for c in curves.values()), *(q.amplitude for q in limits)])
-        bands(axes, limits)
-        for (name, curve), (colour, width, dashes) in zip(curves.items(), (*STACK[:2], STACK[3]), strict=True):
-            axes.plot(case.frequency_hz * 1e3, factor * curve, color=colour, linewidth=width, linestyle=dashes,
-                      label=name)  # fmt: skip
-        limit_lines(axes, case.frequency_hz, limits, 1.8)
-        scales(axes, case.frequency_hz, low, high, j.unit, f"{factor:g} × noise")
+        looks: list[dict[str, Any]] = [
+            {"color": colour, "linewidth": width, "linestyle": dashes, "label": name}
+            for name, (colour, width, dashes) in zip(curves, (*STACK[:2], STACK[3]), strict=True)
+        ]
         more = (
             f"Without phases, the power at {mhz_text(j.binding_hz)} would be {ratio_text(j.incoherent)} times as large"
         )
-        heading(figure, f"Temperatures in {j.output}, closed loop, case {case.id}", more=more)
-        _legend_below(figure, axes, len(limits) + len({q.band_hz for q in limits}) + len(curves), 2)
+        figure, axes, legend = _spectrum(
+            f"Temperatures in {j.output}, closed loop, case {case.id}", more, looks, limits
+        )
+        low, high = log_range([*(factor * c for c in curves.values()), *(q.amplitude for q in limits)])
+        bands(axes, limits)
+        for curve, look in zip(curves.values(), looks, strict=True):
+            axes.plot(case.frequency_hz * 1e3, factor * curve, **look)
+        limit_lines(axes, case.frequency_hz, limits, 1.8)
+        scales(axes, case.frequency_hz, low, high, j.unit, f"{factor:g} × noise")
+        legend.draw(figure, 0.15, 0.08)
         return figure
 
 
-def _legend_below(figure: Figure, axes: Axes, entries: int, columns: int) -> None:
-    """A legend of so many columns under the axes."""
-    rows = -(-entries // columns)
-    bottom = 0.6 + 0.19 * rows
-    inches(figure, left=0.75, right=0.15, top=0.68, bottom=bottom)
-    height = float(figure.get_size_inches()[1]) - 0.68 - bottom
-    axes.legend(
-        loc="upper left",
-        bbox_to_anchor=(-0.09, -0.48 / height),
-        ncols=columns,
-        handlelength=3.2,
-        columnspacing=1.2,
-        fontsize=_SMALL,
-        borderaxespad=0.0,
-    )
+def _spectrum(
+    title: str, more: str, looks: Sequence[dict[str, Any]], limits: Sequence[Limit]
+) -> tuple[Figure, Axes, Key]:
+    """A figure of one spectrum with its heading, and the key that goes below it."""
+    legend = key([*(Line2D([], [], **look) for look in looks), *limit_samples(limits, 1.8)], WIDTH - 0.3)
+    top = heading_lines(title, more)[2] + 0.12
+    figure = Figure(figsize=(WIDTH, top + _SPECTRUM + 0.6 + legend.height))
+    axes = figure.subplots()
+    inches(figure, left=0.8, right=0.15, top=top, bottom=0.6 + legend.height)
+    heading(figure, title, more=more)
+    return figure, axes, legend

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import functools
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 
 from tedm_cli.arrays import BoolArray, FloatArray
 
@@ -30,8 +31,11 @@ class Placed:
 @functools.cache
 def text_size(text: str, size_pt: float) -> FloatArray:
     """Width and height of a text in points."""
-    box = TextPath((0, 0), text, prop=FontProperties(family="DejaVu Sans", size=size_pt), usetex=False).get_extents()
-    return np.array([box.width, size_pt])
+    font = FontProperties(family="DejaVu Sans", size=size_pt)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # whoever shows an SVG has fonts of their own
+        width, _, _ = text_to_path.get_text_width_height_descent(text, font, False)
+    return np.array([width, size_pt])
 
 
 def place_labels(
@@ -93,3 +97,17 @@ def crossing(segments: FloatArray, low: FloatArray, high: FloatArray) -> BoolArr
         np.maximum(enter, np.where(still, np.where(beside, np.inf, 0.0), np.minimum(first, last)), out=enter)
         np.minimum(leave, np.where(still, 1.0, np.maximum(first, last)), out=leave)
     return np.asarray(enter <= leave)
+
+
+def apart(places: Sequence[float], gap: float, high: float, low: float = 0.0) -> list[float]:
+    """Places moved up and down as little as keeps them `gap` apart and within `low` to `high`."""
+    order = np.argsort(places, kind="stable")
+    done = np.asarray(places, dtype=np.float64)[order]
+    for i in range(len(done)):
+        done[i] = max(done[i], low if i == 0 else done[i - 1] + gap)
+    done[-1] = min(done[-1], high)
+    for i in range(len(done) - 2, -1, -1):
+        done[i] = min(done[i], done[i + 1] - gap)
+    out = np.empty_like(done)
+    out[order] = done
+    return [float(v) for v in out]

@@ -3,44 +3,63 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
-from tedm_cli.figures.fit import fitted
-from tedm_cli.figures.spectra import bands, limit_lines, log_range
-from tedm_cli.figures.style import BAND, BLUE, VERMILION, WIDTH, frequency_axis, grid, heading, power_of_ten, style
+from tedm_cli.figures.fit import line_count, wrapped
+from tedm_cli.figures.key import key
+from tedm_cli.figures.spectra import band_sample, bands, limit_lines, log_range
+from tedm_cli.figures.style import (
+    BLUE,
+    LINE,
+    SMALL,
+    VERMILION,
+    WIDTH,
+    frequency_axis,
+    grid,
+    heading,
+    heading_lines,
+    power_of_ten,
+    style,
+)
 from tedm_cli.results.series import SeriesNoise, SeriesOutput, thinned
-from tedm_cli.results.wording import mhz_text, power_text, ratio_text, unit_text
+from tedm_cli.results.wording import and_text, mhz_text, power_text, ratio_text, unit_text
 
-_TOP, _ROW, _BETWEEN, _FOOT = 0.86, 1.9, 0.85, 1.2  # inches
-_LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.72, 2.7, 0.88, 2.55
-_SMALL = 8.0  # points
+_ROW, _BETWEEN = 1.9, 0.5  # inches
+_LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.78, 2.6, 0.94, 2.53
 
 
 def series_figure(series: SeriesNoise) -> Figure:
     """A row for each output: its time series, and its spectrum with requirement, band and interval."""
     with style():
-        n = len(series.outputs)
-        total = _TOP + n * _ROW + (n - 1) * _BETWEEN + _FOOT
+        # bold type is wider than what is measured
+        titles = [wrapped(_title(o), (WIDTH - 0.2) / 1.16, SMALL) for o in series.outputs]
+        heading_text, more = f"Series {series.source}", series.treatment
+        above = 0.12 + LINE * max(map(line_count, titles))
+        top = heading_lines(heading_text, more)[2] + 0.08
+        each = above + _ROW + _BETWEEN
+        legend = key(_samples(series), WIDTH - 0.3)
+        total = top + len(series.outputs) * each + 0.1 + legend.height
         figure = Figure(figsize=(WIDTH, total))
-        for row, output in enumerate(series.outputs):
-            bottom = total - _TOP - _ROW - row * (_ROW + _BETWEEN)
+        for row, (output, title) in enumerate(zip(series.outputs, titles, strict=True)):
+            bottom = total - top - row * each - above - _ROW
             box = (bottom / total, _ROW / total)
             left = figure.add_axes((_LEFT / WIDTH, box[0], _TIME / WIDTH, box[1]))
             right = figure.add_axes(((_LEFT + _TIME + _MIDDLE) / WIDTH, box[0], _SPECTRUM / WIDTH, box[1]))
             _time(left, output)
             _spectrum(right, output, series)
             failed = output.verdict is not None and not output.verdict.passed
-            figure.text(0.08 / WIDTH, (bottom + _ROW + 0.08) / total, fitted(_title(output), WIDTH - 0.7, 9),
-                        fontsize=9, va="bottom", fontweight="bold" if failed else "normal")  # fmt: skip
-        heading(figure, f"Series {series.source}", more=fitted(series.treatment, WIDTH - 0.2, 8.5))
-        figure.legend(handles=_legend(series), loc="lower left", ncols=2, fontsize=8.5, columnspacing=1.5,
-                      bbox_to_anchor=(0.01, 0.0), borderaxespad=0.2)  # fmt: skip
+            figure.text(0.08 / WIDTH, (bottom + _ROW + 0.07) / total, title, fontsize=SMALL, va="bottom",
+                        fontweight="bold" if failed else "normal")  # fmt: skip
+        heading(figure, heading_text, more=more)
+        legend.draw(figure, 0.15, 0.08)
         return figure
 
 
@@ -65,10 +84,10 @@ def _time(axes: Axes, o: SeriesOutput) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.yaxis.set_major_locator(MaxNLocator(5))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}".replace("-", "−")))
-    axes.tick_params(labelsize=_SMALL)
-    axes.set_xlabel(f"time ({unit})", fontsize=8.5, labelpad=1)
+    axes.tick_params(labelsize=SMALL)
+    axes.set_xlabel(f"time ({unit})", fontsize=SMALL, labelpad=1)
     power = "" if exponent == 0 else f"{power_of_ten(10.0**exponent)} "
-    axes.set_ylabel(f"{fitted(o.output, 1.1, 8.5)} ({power}{unit_text(o.unit)})", fontsize=8.5)
+    axes.set_ylabel(wrapped(f"{o.output} ({power}{unit_text(o.unit)})", _ROW, SMALL), fontsize=SMALL)
     grid(axes)
 
 
@@ -100,27 +119,28 @@ def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
     frequency_axis(axes, o.spectrum.frequency_hz[0], o.spectrum.frequency_hz[-1])
     if o.spectrum.frequency_hz[-1] < 300 * o.spectrum.frequency_hz[0]:
         axes.xaxis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0)))
-    axes.set_xlabel("frequency (mHz)", fontsize=8.5, labelpad=1)
-    axes.set_ylabel(f"{factor:g} × noise ({unit_text(o.unit)}/√Hz)", fontsize=8.5)
-    axes.tick_params(labelsize=_SMALL)
+    axes.set_xlabel("frequency (mHz)", fontsize=SMALL, labelpad=1)
+    axes.set_ylabel(f"{factor:g} × noise ({unit_text(o.unit)}/√Hz)", fontsize=SMALL)
+    axes.tick_params(labelsize=SMALL)
     grid(axes)
 
 
-def _legend(series: SeriesNoise) -> list[Line2D | Patch]:
+def _samples(series: SeriesNoise) -> list[Artist]:
     verdicts = [o.verdict for o in series.outputs]
-    handles: list[Line2D | Patch] = []
+    samples: list[Artist] = []
     estimate = f"{series.safety_factor:g} × estimate"
-    if any(v is None or v.passed for v in verdicts):
-        marker = {"marker": "o", "markersize": 6} if any(v is not None for v in verdicts) else {}
-        handles.append(Line2D([], [], color=BLUE, linewidth=1.2, markerfacecolor="white", markeredgecolor="black",
-                              label=estimate + "; ring: largest ratio" * bool(marker), **marker))  # type: ignore[arg-type]  # fmt: skip
+    edge: dict[str, Any] = {"linewidth": 1.2, "markerfacecolor": "white", "markeredgecolor": "black"}
+    if any(v is not None and v.passed for v in verdicts):
+        label = f"{estimate}; ring: largest ratio"
+        samples.append(Line2D([], [], color=BLUE, marker="o", markersize=6, label=label, **edge))
+    elif any(v is None for v in verdicts):
+        samples.append(Line2D([], [], color=BLUE, label=estimate, **edge))
     if any(v is not None and not v.passed for v in verdicts):
-        handles.append(Line2D([], [], color=VERMILION, linewidth=1.2, marker="X", markersize=7, markerfacecolor="white",
-                              markeredgecolor="black", label=f"{estimate}, violated"))  # fmt: skip
-    handles.append(Patch(color="#9A9A9A", alpha=0.7, label=f"its {100 * series.confidence:g} % interval"))
+        samples.append(Line2D([], [], color=VERMILION, marker="X", markersize=7, label=f"{estimate}, violated", **edge))
+    samples.append(Patch(color="#9A9A9A", alpha=0.7, label=f"its {100 * series.confidence:g} % interval"))
     limits = {q.name: q for o in series.outputs for q in o.limits}
     if limits:
-        named = f"requirement{'s' if len(limits) > 1 else ''} {', '.join(limits)}"
-        handles.append(Line2D([], [], color="black", linewidth=1.8, label=fitted(named, 2.9, 8.5)))
-        handles.append(Patch(facecolor=BAND, label="band of the requirement"))
-    return handles
+        named = f"requirement{'s' if len(limits) > 1 else ''} {and_text(list(limits))}"
+        samples.append(Line2D([], [], color="black", linewidth=1.8, label=named))
+        samples.append(band_sample("band of the requirement"))
+    return samples

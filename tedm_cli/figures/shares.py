@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,14 +14,18 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.figures.style import BLUE, COLOURS, VERMILION, grid, inches, style
+from tedm_cli.figures.fit import line_count, widest, wrapped
+from tedm_cli.figures.key import key
+from tedm_cli.figures.spec import PAGE_WIDTH
+from tedm_cli.figures.style import BLUE, COLOURS, LINE, SMALL, VERMILION, grid, heading, heading_lines, style
 from tedm_cli.results.wording import number_text
 
 _MOST, _VISIBLE = 8, 2e-3  # bars besides that of all others, and the least of the longest that is worth one
-_ROW, _HEAD, _BETWEEN, _FOOT = 0.185, 0.34, 0.46, 0.85
+_ROW, _TITLE, _BETWEEN, _FOOT = 0.17, 0.16, 0.46, 0.46  # inches
+_NAMES = 2.5  # inches of names at most
 _MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 _COLOURS = (COLOURS[0], COLOURS[4], COLOURS[2], COLOURS[1], COLOURS[5], COLOURS[3])
-_HATCHES = ("", "", "", "////", "////", "////")  # rotations
+_HATCHES = ("", "...", "\\\\\\\\", "////", "xxxx", "----")  # each its own, so that colour is not needed
 _OTHERS = "#9A9A9A"
 
 
@@ -38,33 +43,56 @@ class ReadOutShares:
 def shares_figure(shares: Sequence[ReadOutShares], areas: Sequence[str], elements: Sequence[str], title: str) -> Figure:
     """A row for each read-out: the areas with the largest read-out, and what makes it under the first of them."""
     with style():
-        most = min(_MOST + 1, max(len(areas), len(elements)))
-        panel = _ROW * most
-        height = 0.36 + len(shares) * (_HEAD + panel + _BETWEEN) - _BETWEEN + _FOOT
-        room = [0.25 + 0.072 * max(len("all 99 others"), *(len(n) for n in names)) for names in (areas, elements)]
-        width = sum(room) + 3.1 + 4.4 + 0.35
-        figure = Figure(figsize=(width, height))
-        panels = figure.subplots(len(shares), 2, squeeze=False, width_ratios=[3.1, 4.4])
-        inches(figure, left=room[0], right=0.2, top=0.36 + _HEAD, bottom=_FOOT,
-               wspace=(room[1] + 0.1) / ((width - 0.2 - room[0] - room[1] - 0.1) / 2))  # fmt: skip
-        figure.subplots_adjust(hspace=(_HEAD + _BETWEEN) / panel)
-        for (left, right), share in zip(panels, shares, strict=True):
-            _area_bars(left, share, areas, most)
-            _element_bars(right, share, elements, areas, most)
-        figure.text(0.012, 1 - 0.1 / height, title, fontsize=11.5, fontweight="bold", va="top")
-        handles: list[Patch | Line2D] = [
-            Patch(
-                facecolor=c, hatch=h, edgecolor="white", linewidth=0.0, label=f"{m} ({'m' if m[0] == 'u' else 'rad'})"
-            )
-            for m, c, h in zip(_MOTIONS, _COLOURS, _HATCHES, strict=True)
+        lefts = [_area_rows(share, areas) for share in shares]
+        rights = [_element_rows(share, elements) for share in shares]
+        names = [[wrapped(name, _NAMES, SMALL) for table in tables for name in table] for tables in (lefts, rights)]
+        room = [0.12 + widest(column, SMALL) for column in names]
+        row = max(_ROW, 0.025 + LINE * max(line_count(name) for column in names for name in column))
+        bars = max(map(len, (*lefts, *rights)))
+        wide = (PAGE_WIDTH - sum(room) - 0.35) / 2
+        titles = [
+            [
+                wrapped(text, wide + beside - 0.2, SMALL)
+                for text, beside in zip(_titles(share, areas), room, strict=True)
+            ]
+            for share in shares
         ]
-        handles.append(
-            Line2D([], [], linestyle="none", marker="D", markersize=5, color="black", label="sum of the element")
-        )
-        figure.legend(
-            handles=handles, loc="lower right", ncols=7, columnspacing=1.2, handlelength=1.6, borderaxespad=0.2
-        )
+        above = 0.06 + _TITLE * max(line_count(text) for pair in titles for text in pair)
+        legend = key(_samples(), PAGE_WIDTH - 0.3, sample=2.2, most=7)
+        top = heading_lines(title, "", PAGE_WIDTH)[2]
+        panel = row * bars
+        each = above + panel + _BETWEEN
+        height = top + len(shares) * each + _FOOT - _BETWEEN + legend.height + 0.25
+        figure = Figure(figsize=(PAGE_WIDTH, height))
+        for number, (share, texts) in enumerate(zip(shares, titles, strict=True)):
+            bottom = height - top - number * each - above - panel
+            boxes = [(x / PAGE_WIDTH, bottom / height, wide / PAGE_WIDTH, panel / height)
+                     for x in (room[0] + 0.05, PAGE_WIDTH - 0.2 - wide)]  # fmt: skip
+            left, right = (figure.add_axes(box) for box in boxes)
+            _area_bars(left, share, lefts[number], bars)
+            _element_bars(right, share, rights[number], bars)
+            for axes, text, beside in zip((left, right), texts, room, strict=True):
+                axes.set_title(text, fontsize=SMALL, pad=3, x=-(beside - 0.12) / wide)
+        heading(figure, title)
+        legend.draw(figure, 0.15, 0.08)
         return figure
+
+
+def _titles(share: ReadOutShares, areas: Sequence[str]) -> tuple[str, str]:
+    total = number_text(float(share.by_element.sum()))
+    by_element = f"{share.read_out} under {areas[share.worst]} by element: {total} {share.unit}/K in all"
+    return f"{share.read_out} by area", by_element
+
+
+def _samples() -> list[Artist]:
+    samples: list[Artist] = [
+        Patch(facecolor=c, hatch=h, edgecolor="white", linewidth=0.0, label=f"{m} ({'m' if m[0] == 'u' else 'rad'})")
+        for m, c, h in zip(_MOTIONS, _COLOURS, _HATCHES, strict=True)
+    ]
+    samples.append(
+        Line2D([], [], linestyle="none", marker="D", markersize=5, color="black", label="sum of the element")
+    )
+    return samples
 
 
 def ranked(size: FloatArray) -> tuple[IntArray, IntArray]:
@@ -75,6 +103,25 @@ def ranked(size: FloatArray) -> tuple[IntArray, IntArray]:
     return order[:most], order[most:]
 
 
+def _area_rows(share: ReadOutShares, names: Sequence[str]) -> list[str]:
+    """Names of the bars of the areas, the others last."""
+    top, others = ranked(np.abs(share.by_area))
+    # Areas are loaded one at a time: what the others amount to is their root sum of squares.
+    return [*(names[i] for i in top), *([f"{others.size} others, rss"] if others.size else [])]
+
+
+def _element_rows(share: ReadOutShares, names: Sequence[str]) -> list[str]:
+    """Names of the bars of the elements, the others last."""
+    top, others = ranked(_felt(share))
+    return [*(names[i] for i in top), *([f"{others.size} others, sum"] if others.size else [])]
+
+
+def _felt(share: ReadOutShares) -> FloatArray:
+    """The larger sum over motions of one sign of every element [n]: one whose motions cancel matters as well."""
+    value = share.by_element
+    return np.asarray(np.maximum(np.clip(value, 0, None).sum(axis=1), -np.clip(value, None, 0).sum(axis=1)))
+
+
 def _area_bars(axes: Axes, share: ReadOutShares, names: Sequence[str], bars: int) -> None:
     top, others = ranked(np.abs(share.by_area))
     value = share.by_area[top]
@@ -82,20 +129,13 @@ def _area_bars(axes: Axes, share: ReadOutShares, names: Sequence[str], bars: int
                      linewidth=0.5, height=0.72)  # fmt: skip
     for bar, v in zip(drawn, value, strict=True):
         bar.set_hatch("" if v >= 0 else "////")
-    labels = [names[i] for i in top]
     if others.size:
-        # Areas are loaded one at a time: what the others amount to is their root sum of squares.
         axes.barh([len(top)], [np.linalg.norm(share.by_area[others])], color=_OTHERS, height=0.72)
-        labels.append(f"{others.size} others, rss")
-    _finish(axes, labels, f"{share.read_out} by area", share.unit + "/K", bars)
+    _finish(axes, names, share.unit + "/K", bars)
 
 
-def _element_bars(
-    axes: Axes, share: ReadOutShares, names: Sequence[str], areas: Sequence[str], bars: int
-) -> None:  # fmt: skip
-    # By the largest of all sums over motions of one sign: an element whose motions cancel matters as well.
-    size = np.maximum(np.clip(share.by_element, 0, None).sum(axis=1), -np.clip(share.by_element, None, 0).sum(axis=1))
-    top, others = ranked(size)
+def _element_bars(axes: Axes, share: ReadOutShares, names: Sequence[str], bars: int) -> None:
+    top, others = ranked(_felt(share))
     for row, element in enumerate(top):
         ends = {1: 0.0, -1: 0.0}
         for motion, v in enumerate(share.by_element[element]):
@@ -105,18 +145,14 @@ def _element_bars(
                           edgecolor="white", linewidth=0.0, height=0.72)  # fmt: skip
             ends[sign] += v
         axes.plot([share.by_element[element].sum()], [row], marker="D", markersize=3.6, color="black", zorder=4)
-    labels = [names[i] for i in top]
     if others.size:
         axes.barh([len(top)], [share.by_element[others].sum()], color=_OTHERS, height=0.72)
-        labels.append(f"{others.size} others, sum")
-    total = number_text(float(share.by_element.sum()))
-    _finish(axes, labels, f"{share.read_out} under {areas[share.worst]} by element: {total} {share.unit}/K in all",
-            share.unit + "/K", bars)  # fmt: skip
+    _finish(axes, names, share.unit + "/K", bars)
 
 
-def _finish(axes: Axes, labels: Sequence[str], title: str, unit: str, bars: int) -> None:
-    axes.set_yticks(range(len(labels)), labels, fontsize=8)
-    axes.set_ylim(max(len(labels), bars) - 0.4, -0.6)
+def _finish(axes: Axes, names: Sequence[str], unit: str, bars: int) -> None:
+    axes.set_yticks(range(len(names)), [wrapped(name, _NAMES, SMALL) for name in names], fontsize=SMALL)
+    axes.set_ylim(max(len(names), bars) - 0.4, -0.6)
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.use_sticky_edges = False
     axes.margins(x=0.05)
@@ -125,8 +161,7 @@ def _finish(axes: Axes, labels: Sequence[str], title: str, unit: str, bars: int)
     axes.xaxis.set_major_formatter(
         FuncFormatter(lambda v, _: f"{v:,.6g}".replace(",", "\N{NO-BREAK SPACE}").replace("-", "−"))
     )
-    axes.tick_params(axis="x", labelsize=8)
+    axes.tick_params(axis="x", labelsize=SMALL)
     axes.tick_params(axis="y", length=0)
-    axes.set_xlabel(f"({unit})", fontsize=8.5, labelpad=1)
-    axes.set_title(title, fontsize=9.5, pad=4)
+    axes.set_xlabel(f"({unit})", fontsize=SMALL, labelpad=1)
     grid(axes)

@@ -4,35 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
-from tedm_cli.figures.fit import fitted, text_width, wrapped
-from tedm_cli.figures.spectra import limit_lines, log_range
+from tedm_cli.figures.fit import line_count, wrapped
+from tedm_cli.figures.key import key
+from tedm_cli.figures.spectra import bands, limit_lines, limit_samples, log_range
 from tedm_cli.figures.style import (
-    BAND,
     BLUE,
-    DASHES,
     ENVELOPE,
+    LINE,
+    SMALL,
     VERMILION,
     WIDTH,
     grid,
     heading,
-    inches,
+    heading_lines,
     power_of_ten,
     style,
 )
-from tedm_cli.results.noise import CaseNoise, Limit
-from tedm_cli.results.wording import capital, quantity, ratio_text, unit_text
+from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.wording import and_text, capital, quantity, ratio_text, unit_text
 
-_LEFT, _RIGHT, _TOP, _FOOT, _GAP = 0.8, 0.12, 0.42, 1.1, 0.28  # inches, as are all below
-_TITLE = 0.58  # three lines above each panel
-_SMALL = 8.0  # points
+_LEFT, _RIGHT, _FOOT, _GAP = 0.8, 0.12, 0.55, 0.28  # inches, as are all below
+_BETWEEN = 0.1  # rows of panels
 
 
 def cases_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
@@ -41,54 +43,74 @@ def cases_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
         shown = [c for c in cases if c.of_kind(kind)]
         columns = {1: 1, 2: 2, 4: 2}.get(len(shown), 3)
         rows = math.ceil(len(shown) / columns)
-        height = {1: 2.4, 2: 1.8, 3: 1.5, 4: 1.3}.get(rows, 1.1)
+        high = {1: 2.4, 2: 1.8, 3: 1.5, 4: 1.3}.get(rows, 1.1)
         width = (WIDTH - _LEFT - _RIGHT - (columns - 1) * _GAP) / columns
-        figure = Figure(figsize=(WIDTH, _TOP + rows * (_TITLE + height) + _FOOT))
-        panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).reshape(-1).tolist()
-        inches(figure, left=_LEFT, right=_RIGHT, top=_TOP + _TITLE, bottom=_FOOT, wspace=_GAP / width)
-        figure.subplots_adjust(hspace=_TITLE / height)
-        for axes, case in zip(panels, shown, strict=False):
-            _panel(axes, case, kind, width)
-        _axes(panels, shown, kind, columns)
+        words = [_words(c, kind, width) for c in shown]
+        above = [0.1 + LINE * max(sum(map(line_count, w)) for w in words[i : i + columns])
+                 for i in range(0, len(shown), columns)]  # fmt: skip
         outputs = [c.worst(kind).output for c in shown]
-        heading(figure, f"{capital(quantity(kind, outputs))} by case: the output with the largest ratio")
-        _legend(figure, shown, kind)
+        title = f"{capital(quantity(kind, outputs))} by case: the output with the largest ratio"
+        top = heading_lines(title, "")[2] + 0.05
+        legend = key(_samples(shown, kind), WIDTH - 0.4)
+        height = top + sum(above) + rows * high + (rows - 1) * _BETWEEN + _FOOT + legend.height
+        figure = Figure(figsize=(WIDTH, height))
+        panels: list[Axes] = []
+        upper = height - top
+        for number, (case, text) in enumerate(zip(shown, words, strict=True)):
+            row, column = divmod(number, columns)
+            if column == 0:
+                upper -= above[row] + high + (_BETWEEN if row else 0.0)
+            x = _LEFT + column * (width + _GAP)
+            shared: dict[str, Any] = {"sharex": panels[0], "sharey": panels[0]} if panels else {}
+            axes = figure.add_axes((x / WIDTH, upper / height, width / WIDTH, high / height), **shared)
+            panels.append(axes)
+            _panel(axes, case, kind)
+            _write(axes, text, case.worst(kind).passed, high)
+        _axes(panels, shown, kind, columns)
+        heading(figure, title)
+        legend.draw(figure, 0.15, 0.08)
         return figure
 
 
-def _panel(axes: Axes, case: CaseNoise, kind: str, width: float) -> None:
+def _words(case: CaseNoise, kind: str, width: float) -> tuple[str, str]:
+    """Title of a panel, and its verdict with all outputs that have the largest ratio."""
+    worst = case.worst(kind)
+    verdict = (
+        f"{ratio_text(worst.ratio)}\N{NO-BREAK SPACE}×\N{NO-BREAK SPACE}limit, {'pass' if worst.passed else 'FAIL'}"
+    )
+    names = and_text(case.worst_outputs(kind))
+    bold = 1.0 if worst.passed else 1.16  # bold type is wider than what is measured
+    return wrapped(f"{case.id}  {case.title}", width, SMALL), wrapped(f"{names}: {verdict}", width / bold, SMALL)
+
+
+def _write(axes: Axes, words: tuple[str, str], passed: bool, high: float) -> None:
+    title, verdict = words
+    up = 1 + 0.035 / high
+    common: dict[str, Any] = {"transform": axes.transAxes, "fontsize": SMALL, "va": "bottom", "linespacing": 1.15}
+    axes.text(0.0, up, verdict, fontweight="normal" if passed else "bold", **common)
+    axes.text(0.0, up + LINE * line_count(verdict) / high, title, **common)
+
+
+def _panel(axes: Axes, case: CaseNoise, kind: str) -> None:
     f, factor, worst = case.frequency_hz * 1e3, case.safety_factor, case.worst(kind)
     curve = factor * worst.asd
-    colour = BLUE if worst.passed else VERMILION
     limit = next(q for q in case.limits if q.name == worst.requirement)
-    for low_hz, high_hz in dict.fromkeys(q.band_hz for q in case.limits_of(kind)):
-        axes.axvspan(low_hz * 1e3, high_hz * 1e3, color=BAND, linewidth=0, zorder=0)
+    bands(axes, case.limits_of(kind))
     tiny = np.finfo(np.float64).tiny  # a logarithmic axis has no zero
     axes.fill_between(f, np.maximum(factor * worst.bound_low, tiny), np.maximum(factor * worst.bound_high, tiny),
-                      color=ENVELOPE, alpha=0.18, linewidth=0)  # fmt: skip
+                      **ENVELOPE)  # fmt: skip
     over = curve > np.nan_to_num(limit.amplitude, nan=np.inf)
     if over.any():
         axes.fill_between(f, np.maximum(curve, tiny), limit.amplitude, where=over.tolist(), facecolor="none",
                           edgecolor=VERMILION, hatch="//////", linewidth=0)  # fmt: skip
     limit_lines(axes, case.frequency_hz, case.limits_of(kind), 1.8)
-    axes.plot(f, curve, color=colour, linewidth=1.6, label=worst.output)
+    axes.plot(f, curve, color=BLUE if worst.passed else VERMILION, linewidth=1.6, label=worst.output)
     at = float(np.interp(worst.binding_hz, case.frequency_hz, curve))
     axes.plot([worst.binding_hz * 1e3], [at], linestyle="none", marker="o" if worst.passed else "X", markersize=7,
               markerfacecolor="white", markeredgecolor="black", markeredgewidth=1.1, zorder=5)  # fmt: skip
-    name = wrapped(f"{case.id}  {case.title}", width, _SMALL, 2)
-    axes.text(0.0, 1 + 14.5 / 72 / _height(axes), name, transform=axes.transAxes, fontsize=_SMALL, va="bottom",
-              linespacing=1.15)  # fmt: skip
-    verdict = f"{ratio_text(worst.ratio)} × limit, {'pass' if worst.passed else 'FAIL'}"
-    output = fitted(worst.output, width - 1.15 * text_width(f": {verdict}", _SMALL), _SMALL)
-    axes.text(0.0, 1 + 2.5 / 72 / _height(axes), f"{output}: {verdict}", transform=axes.transAxes, fontsize=_SMALL,
-              va="bottom", fontweight="normal" if worst.passed else "bold")  # fmt: skip
     if not worst.passed:
         for spine in axes.spines.values():
             spine.set(linewidth=2.2, edgecolor=VERMILION)
-
-
-def _height(axes: Axes) -> float:
-    return float(axes.get_window_extent().height / axes.figure.dpi)
 
 
 def _axes(panels: Sequence[Axes], shown: Sequence[CaseNoise], kind: str, columns: int) -> None:
@@ -97,9 +119,6 @@ def _axes(panels: Sequence[Axes], shown: Sequence[CaseNoise], kind: str, columns
     bounds = [c.safety_factor * c.worst(kind).bound_high for c in shown]
     low, high = log_range([*curves, *bounds, *(q.amplitude for c in shown for q in c.limits_of(kind))])
     for number, axes in enumerate(panels):
-        if number >= len(shown):
-            axes.set_visible(False)
-            continue
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlim(shown[0].frequency_hz[0] * 1e3, shown[0].frequency_hz[-1] * 1e3)
@@ -111,32 +130,27 @@ def _axes(panels: Sequence[Axes], shown: Sequence[CaseNoise], kind: str, columns
         axes.yaxis.set_minor_locator(NullLocator())
         grid(axes)
         lowest = number + columns >= len(shown)
-        axes.tick_params(labelsize=_SMALL, labelbottom=lowest, labelleft=number % columns == 0)
+        axes.tick_params(labelsize=SMALL, labelbottom=lowest, labelleft=number % columns == 0)
         if lowest:
-            axes.set_xlabel("frequency (mHz)", fontsize=8.5, labelpad=1)
+            axes.set_xlabel("frequency (mHz)", fontsize=SMALL, labelpad=1)
         if number % columns == 0:
             label = f"{shown[0].safety_factor:g} × noise ({unit_text(shown[0].worst(kind).unit)}/√Hz)"
-            axes.set_ylabel(label, fontsize=8.5)
+            axes.set_ylabel(label, fontsize=SMALL)
 
 
-def _legend(figure: Figure, shown: Sequence[CaseNoise], kind: str) -> None:
-    limits: list[Limit] = shown[0].limits_of(kind)
-    handles: list[Line2D | Patch] = [
-        Line2D([], [], color="black", linewidth=1.8, linestyle=DASHES[i % len(DASHES)], label=name)
-        for i, name in enumerate(f"requirement {fitted(q.name, 1.9, 8.5)}" for q in limits)
-    ]
-    handles += [
-        Patch(facecolor=BAND, label=f"its band, {low * 1e3:g} to {high * 1e3:g} mHz")
-        for low, high in dict.fromkeys(q.band_hz for q in limits)
-    ]
+def _samples(shown: Sequence[CaseNoise], kind: str) -> list[Artist]:
+    samples = limit_samples(shown[0].limits_of(kind), 1.8)
     passed = {c.worst(kind).passed for c in shown}
     factor = f"{shown[0].safety_factor:g} × noise"
+    ring: dict[str, Any] = {"linewidth": 1.6, "markerfacecolor": "white", "markeredgecolor": "black"}
     if True in passed:
-        handles.append(Line2D([], [], color=BLUE, linewidth=1.6, marker="o", markersize=6, markerfacecolor="white",
-                              markeredgecolor="black", label=f"{factor}; ring: largest ratio"))  # fmt: skip
+        samples.append(
+            Line2D([], [], color=BLUE, marker="o", markersize=6, label=f"{factor}; ring: largest ratio", **ring)
+        )
     if False in passed:
-        handles.append(Line2D([], [], color=VERMILION, linewidth=1.6, marker="X", markersize=7, markerfacecolor="white",
-                              markeredgecolor="black", label=f"{factor}, violated (thick frame)"))  # fmt: skip
-    handles.append(Patch(facecolor=ENVELOPE, alpha=0.18, label="any correlation of the active areas"))
-    figure.legend(handles=handles, loc="lower left", ncols=2, fontsize=8.5, handlelength=2.6, columnspacing=1.5,
-                  bbox_to_anchor=(0.06, 0.0), borderaxespad=0.2)  # fmt: skip
+        samples.append(Line2D([], [], color=VERMILION, marker="X", markersize=7,
+                              label=f"{factor}, violated (thick frame)", **ring))  # fmt: skip
+        samples.append(Patch(facecolor="none", edgecolor=VERMILION, hatch="//////", linewidth=0,
+                             label="where it is violated"))  # fmt: skip
+    samples.append(Patch(**ENVELOPE, label="any correlation of the active areas"))
+    return samples

@@ -1,4 +1,4 @@
-"""What a figure is called, where it stands, and how it is drawn when it is asked for."""
+"""What a figure is called, where it stands, how large it may be, and how it is drawn when it is asked for."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
+
+#: The report sets figures at 0.8 of their size as long as they are no larger than this, inches. Type of 8.8 points, the
+#: smallest there is in them, then has 7 points on the page.
+PAGE_WIDTH, PAGE_HEIGHT = 8.75, 10.0
 
 
 @dataclass(frozen=True)

@@ -10,22 +10,47 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from tedm_cli import __version__
-from tedm_cli.figures.fit import fitted
+from tedm_cli.figures.fit import line_count, wrapped
 from tedm_cli.results.wording import SUPERSCRIPT
 
 # Okabe and Ito (2008) without yellow, which vanishes as a line on white; neighbours differ in grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 BLUE, VERMILION = COLOURS[:2]
-DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1.5, 2)), (0, (10, 3)), (0, (1, 1)))
+# In units of the width of the line. All are unlike in the length of a dash or in what stands between dashes, and a
+# sample of `KEY` shows about two periods of each.
+DASHES: tuple[Any, ...] = (
+    "-",
+    (0, (5, 2)),
+    (0, (1.2, 1.4)),
+    (0, (5, 1.5, 1.2, 1.5)),
+    (0, (9, 2.5)),
+    (0, (5, 1.4, 1.2, 1.4, 1.2, 1.4)),
+    (0, (2.6, 3.2)),
+)
 # For curves that may coincide: wide and light below narrow and dark, so that each shows through the next.
-STACK = (("#56B4E9", 4.4, "-"), ("#E69F00", 3.0, DASHES[1]), ("#0072B2", 1.9, DASHES[2]), ("#D55E00", 1.2, DASHES[3]))
-BAND = "#EDEDED"
+STACK: tuple[tuple[str, float, Any], ...] = (
+    ("#56B4E9", 4.4, "-"),
+    ("#E69F00", 3.0, DASHES[1]),
+    ("#0072B2", 1.9, DASHES[2]),
+    ("#D55E00", 1.2, DASHES[3]),
+    ("#000000", 1.1, DASHES[4]),
+    ("#CC79A7", 3.4, DASHES[6]),
+    ("#009E73", 2.2, DASHES[5]),
+    ("#7A5C3E", 0.9, "-"),
+)
+_MARKERS = ("", "s", "^", "D")
+BAND, BAND_GREY = "#EDEDED", "#808080"
+BAND_EDGE: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (1, 2))}
 WIDTH = 7.0  # inches: a figure this wide stands on A4 in its own size
-ENVELOPE = "#0072B2"
+SMALL, TITLE = 8.8, 10.5  # points: no type is smaller, for the size on the page (see `spec`)
+LINE = 0.147  # inches from one line of SMALL type to the next
+KEY = 4.6  # length of a line in a key, in sizes of its type: long enough for two periods of any dashes
+ENVELOPE: dict[str, Any] = {"facecolor": (*to_rgb(BLUE), 0.18), "edgecolor": BLUE, "linewidth": 0.5}  # of bounds
 FLIGHT = "#8C6BB1"  # what was measured in flight
 
 _RC: dict[str, Any] = {
@@ -38,7 +63,8 @@ _RC: dict[str, Any] = {
     "axes.linewidth": 0.8,
     "axes.axisbelow": True,
     "axes.unicode_minus": True,
-    "legend.fontsize": 8.5,
+    "legend.fontsize": SMALL,
+    "legend.handlelength": KEY,
     "legend.frameon": False,
     "lines.solid_capstyle": "round",
     "text.parse_math": False,  # names and titles come from the user's files
@@ -46,6 +72,17 @@ _RC: dict[str, Any] = {
     "svg.hashsalt": "tedm",
     "pdf.fonttype": 42,  # TrueType: journals refuse type 3
 }
+
+
+def series_look(i: int, colours: Sequence[str] = COLOURS) -> dict[str, Any]:
+    """Colour, dashes and, once these begin again, marks of series number `i`: told apart in grey as well."""
+    return {
+        "color": colours[i % len(colours)],
+        "linestyle": DASHES[i % len(DASHES)],
+        "marker": _MARKERS[i // len(DASHES) % len(_MARKERS)],
+        "markersize": 4.5,
+        "markevery": 0.12,
+    }
 
 
 def style() -> Any:
@@ -91,12 +128,20 @@ def power_of_ten(value: float, _position: int | None = None) -> str:
     return "1" if exponent == 0 else "10" + str(exponent).translate(SUPERSCRIPT)
 
 
+def heading_lines(text: str, more: str, width: float = WIDTH) -> tuple[str, str, float]:
+    """A heading in bold and what is said below it, broken into lines, and the inches that they take."""
+    first = wrapped(text, (width - 0.2) / 1.16, TITLE)  # bold type is wider than what is measured
+    then = "\n".join(wrapped(line, width - 0.2, SMALL) for line in more.split("\n"))
+    return first, then, 0.1 + 0.175 * line_count(first) + (0.04 + LINE * line_count(then) if then else 0.0)
+
+
 def heading(figure: Figure, text: str, *, more: str = "") -> None:
-    """A title in the upper left corner, as much of it as fits, and `more` in small type below it."""
-    width, height = figure.get_size_inches()
-    room = (width - 0.2) / 1.16  # bold type is wider than what is measured
-    figure.text(0.08 / width, 1 - 0.08 / height, fitted(text, room, 10.5), fontsize=10.5, va="top", fontweight="bold")
-    figure.text(0.08 / width, 1 - 0.31 / height, more, fontsize=8.5, va="top")
+    """A title in the upper left corner, and `more` in small type below it; `heading_lines` says what they take."""
+    width, height = (float(v) for v in figure.get_size_inches())
+    first, then, _ = heading_lines(text, more, width)
+    figure.text(0.08 / width, 1 - 0.08 / height, first, fontsize=TITLE, va="top", fontweight="bold")
+    down = 0.12 + 0.175 * line_count(first)
+    figure.text(0.08 / width, 1 - down / height, then, fontsize=SMALL, va="top")
 
 
 def ratio_axis(axis: Any, low: float, high: float) -> None:

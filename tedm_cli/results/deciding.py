@@ -9,12 +9,11 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from tedm_cli.results.noise import CaseNoise, JudgedOutput, Limit
-from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.ranking import ALIKE, first_largest
 
 Pair = tuple[CaseNoise, JudgedOutput]
 
 LIKELY, POSSIBLE, DIAGNOSTIC = "likely", "possible", "diagnostic"
-_ALIKE = 1e-6  # relative difference of outputs that are told once
 
 
 class InRole(Protocol):
@@ -98,7 +97,7 @@ def _family(judged: Sequence[JudgedOutput], place: int) -> int:
     j = judged[place]
     scale = float(np.abs(j.contribution).max())
     for first, k in enumerate(judged[:place]):
-        same = (k.requirement, k.unit) == (j.requirement, j.unit) and abs(k.ratio - j.ratio) <= _ALIKE * j.ratio
-        if same and np.allclose(j.contribution, k.contribution, rtol=0.0, atol=_ALIKE * scale):
+        same = (k.requirement, k.unit) == (j.requirement, j.unit) and abs(k.ratio - j.ratio) <= ALIKE * j.ratio
+        if same and np.allclose(j.contribution, k.contribution, rtol=0.0, atol=ALIKE * scale):
             return first
     return place

@@ -9,7 +9,7 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.noise.spectral_estimate import Estimate
-from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.ranking import all_largest, first_largest
 
 REALISATION_CONFIDENCE = 0.95  # of the intervals drawn around estimates from realisations
 SILENCED, QUIETER, MATCHED = "silenced", "quieter", "matched"
@@ -160,6 +160,11 @@ class CaseNoise:
     def worst(self, kind: str) -> JudgedOutput:
         """The judged output of one quantity with the largest ratio."""
         return first_largest(self.of_kind(kind), [j.ratio for j in self.of_kind(kind)])
+
+    def worst_outputs(self, kind: str) -> list[str]:
+        """Names of all outputs of one quantity with the largest ratio: redundant read-outs tie, and so may others."""
+        judged = self.of_kind(kind)
+        return list(dict.fromkeys(j.output for j in all_largest(judged, [j.ratio for j in judged])))
 
 
 @dataclass(frozen=True, eq=False)

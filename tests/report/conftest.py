@@ -7,16 +7,21 @@ from pathlib import Path
 from unittest import mock
 
 import pytest
+from figure_texts import drawn
 from matplotlib.figure import Figure
 from report_project import close_loop, make_project
 
 from tedm_cli.config.project import Project, load_project
+from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.files.store import open_checked
+from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import silent
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
+from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.noise import CaseNoise
 from tedm_cli.stages.reporting.plot import figure_specs, plot
 
@@ -38,6 +43,12 @@ def plotted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str
 
 
 @pytest.fixture(scope="session")
+def figures(plotted: tuple[Project, dict[str, Figure]]) -> dict[str, Figure]:
+    """All figures, drawn once, so that their texts and keys have their places."""
+    return {name: drawn(figure) for name, figure in plotted[1].items()}
+
+
+@pytest.fixture(scope="session")
 def finished(plotted: tuple[Project, dict[str, Figure]]) -> Project:
     """A project with its figures; tests must not change it."""
     return plotted[0]
@@ -53,6 +64,12 @@ def cases(finished: Project) -> list[CaseNoise]:
 def areas(finished: Project) -> AreaTable:
     with open_results(finished) as results:
         return read_areas(results.sensitivity)
+
+
+@pytest.fixture(scope="module")
+def at_rest(finished: Project) -> list[DcVerdict]:
+    with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        return dc_verdicts(file)
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from figure_texts import cells, drawn
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon
@@ -19,19 +19,22 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
+from tedm_cli.figures.area_maps import noise_map
 from tedm_cli.figures.bench import GHOST, INK, SHARED, bench_figure, exaggerated_figure, factor_text, length_text, tint
 from tedm_cli.figures.bench_shapes import body, interferometers, outline
-from tedm_cli.figures.heat_maps import noise_map, sensitivity_map
+from tedm_cli.figures.cells import signed_colours
 from tedm_cli.figures.labels import crossing
+from tedm_cli.figures.matrix import sensitivity_map
+from tedm_cli.figures.pages import NUMBER, map_pages, without_twins
 from tedm_cli.figures.shares import ReadOutShares, shares_figure
-from tedm_cli.figures.style import COLOURS, style
+from tedm_cli.figures.style import COLOURS
 from tedm_cli.optics.exaggerated import ExaggeratedBench, exaggerated_bench, traced_bench
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.optics.trace import nominal_poses
 from tedm_cli.progress import silent
-from tedm_cli.results.areas import by_group, read_areas
+from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.optics import read_out_maps
 from tedm_cli.results.wording import number_text
@@ -49,12 +52,6 @@ def loaded(layout: OpticalLayout) -> ExaggeratedBench:
     motion = 1e-7 * np.random.default_rng(1).normal(size=(len(layout.elements), 6))
     motion[:2] = 0.0  # test masses
     return exaggerated_bench(layout, motion)
-
-
-def drawn(figure: Figure) -> Figure:
-    with style():
-        FigureCanvasAgg(figure).draw()
-    return figure
 
 
 @pytest.fixture(scope="module")
@@ -252,21 +249,38 @@ def test_a_bench_out_of_plane_is_seen_from_the_side(layout: OpticalLayout) -> No
 def test_map_of_s_bw_holds_the_matrix(layout: OpticalLayout) -> None:
     matrix = optical_sensitivity(layout)
     figure = drawn(sensitivity_map(layout, matrix))
-    panels = [a for a in figure.axes if a.images]
-    shown = np.concatenate([np.asarray(a.images[0].get_array()) for a in panels], axis=1)
-    np.testing.assert_array_equal(shown, scaled_matrix(layout, matrix))
-    assert [t.get_text() for a in panels for t in a.texts if t.get_text() in {e.name for e in layout.elements}] == [
-        e.name for e in layout.elements
-    ]
+    panels = [a for a in figure.axes if cells(a)]
+    value = scaled_matrix(layout, matrix)
+    shade, columns = signed_colours(value).hex(value), 0
     for axes in panels:
-        assert [t.get_text() for t in axes.get_yticklabels()] == ["x", "y", "opl", "z1", "z2"] * 8
-        assert [t.get_text() for t in axes.get_xticklabels()] == ["ux", "uy", "uz", "rx", "ry", "rz"] * 12
-        labels = axes.get_xticklabels()
-        for a, b in itertools.pairwise(t.get_window_extent() for t in labels):
-            assert not a.overlaps(b)
-    norm = panels[0].images[0].norm
-    assert norm.vmin == -norm.vmax  # type: ignore[operator]
-    assert to_hex(panels[0].images[0].cmap(float(norm(0.0)))) in ("#ffffff", "#fefefe", "#fefeff", "#fffefe")
+        shown = cells(axes)
+        wide = 6 * len(axes.get_xticklabels())
+        for place, colour in np.ndenumerate(shade[:, columns : columns + wide]):
+            assert shown.get(place, "#ffffff") == colour
+        columns += wide
+    assert columns == value.shape[1]
+    assert [t.get_text() for a in panels for t in a.get_xticklabels()] == [e.name for e in layout.elements]
+    for axes in panels:
+        assert [t.get_text() for t in axes.get_yticklabels()] == [p.label for p in layout.paths]
+    block = next(a for a in figure.axes if a.get_ylabel() == "every block:")
+    assert [t.get_text() for t in block.get_yticklabels()] == ["x", "y", "opl", "z1", "z2"]
+    assert [t.get_text() for t in block.get_xticklabels()] == ["ux", "uy", "uz", "rx", "ry", "rz"]
+
+
+def test_signs_of_s_bw_are_told_without_colour(layout: OpticalLayout) -> None:
+    """A bar in every negative cell, and in no other."""
+    matrix = optical_sensitivity(layout)
+    value = scaled_matrix(layout, matrix)
+    figure = sensitivity_map(layout, matrix)
+    columns = 0
+    for axes in (a for a in figure.axes if cells(a)):
+        bars = [p for p in axes.get_children() if isinstance(p, PathPatch) and not p.get_fill()]
+        ends = np.concatenate([np.asarray(p.get_path().vertices).reshape(-1, 2, 2) for p in bars])
+        shown = {(int(row), int(column)) for column, row in ends.mean(axis=1)}
+        wide = 6 * len(axes.get_xticklabels())
+        part = value[:, columns : columns + wide]
+        assert shown == {tuple(place) for place in np.argwhere(part < -1e-4 * np.abs(value).max())}
+        columns += wide
 
 
 def test_map_of_n_holds_all_sets_with_their_signs(finished: Project) -> None:
@@ -274,20 +288,24 @@ def test_map_of_n_holds_all_sets_with_their_signs(finished: Project) -> None:
         maps = read_out_maps(results.optics)
         areas = read_areas(results.optics)
         noise = {name: results.optics.array(f"/N/{name}") for name in ("A", "B")}
-    figure = drawn(noise_map(maps, areas, "N"))
     assert [m.unit for m in maps] == ["pm/K", "nrad/K"]
-    panels = [a for a in figure.axes if a.images]
-    order = by_group(areas)
-    columns = [t.get_text() for a in panels for t in a.get_xticklabels()]
-    shown = np.concatenate([np.asarray(a.images[0].get_array()) for a in panels], axis=1)
     read_outs = [f"{tm}_{c}" for tm in ("TM1", "TM2") for c in ("x", "eta", "phi")]
-    assert len(columns) == 12
-    for column, name in enumerate(columns):
-        row = noise[name[0]][read_outs.index(name[2:])]
-        scale = 1e12 if name.endswith("_x") else 1e9
-        np.testing.assert_allclose(shown[:, column], scale * row[order], rtol=1e-14)
-    cells = [t.get_text() for t in panels[0].texts if t.get_text() not in areas.group]
-    assert cells == [number_text(v) for v in np.asarray(panels[0].images[0].get_array()).reshape(-1)]
+    seen = []
+    for page in map_pages([without_twins(m) for m in maps], areas, NUMBER):
+        figure = drawn(noise_map(page, areas, "N"))
+        panels = [a for a in figure.axes if cells(a) or len(a.texts) > len(areas)]
+        rows = [(int(y), areas.name.tolist().index(t.get_text()))
+                for y, t in zip(panels[0].get_yticks(), panels[0].get_yticklabels(), strict=True)]  # fmt: skip
+        for axes in panels:
+            told = {t.get_position(): t.get_text() for t in axes.texts}
+            for column, label in enumerate(axes.get_xticklabels()):
+                for name in label.get_text().split(", "):  # equal read-outs share a column
+                    seen.append(name)
+                    row = noise[name[0]][read_outs.index(name[2:])]
+                    scale = 1e12 if name.endswith("_x") else 1e9
+                    for line, area in rows:
+                        assert told[column + 0.5, line + 0.5] == number_text(float(scale * row[area])), name
+    assert sorted(seen) == sorted(f"{s}_{r}" for s in "AB" for r in read_outs)
 
 
 def test_bars_sum_to_the_read_out() -> None:

@@ -10,16 +10,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from figure_texts import cells
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib import rcParams
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tedm_cli.config.project import Project
-from tedm_cli.figures.areas import map_figure
+from tedm_cli.figures.area_maps import map_figure
+from tedm_cli.figures.cells import size_colours
 from tedm_cli.figures.contributors import contributors_figure
-from tedm_cli.figures.spectra import case_figure, overlay_figure
+from tedm_cli.figures.overlay import overlay_figure
+from tedm_cli.figures.pages import CELL, MapPage, map_pages
+from tedm_cli.figures.spectra import case_figure
 from tedm_cli.figures.style import style, svg
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.flight_results import flight_results
@@ -39,13 +43,9 @@ def of_the_optics(name: str) -> bool:
     return name in OPTICS or name.startswith("bench_area")
 
 
-@pytest.fixture(scope="module")
-def figures(plotted: tuple[Project, dict[str, Figure]]) -> dict[str, Figure]:
-    """All figures, drawn once, so that their texts and legends have their places."""
-    for figure in plotted[1].values():
-        with style():
-            FigureCanvasAgg(figure).draw()
-    return plotted[1]
+def one_page(panel: AreaMap, areas: AreaTable) -> tuple[MapPage, AreaTable]:
+    (page,) = map_pages([panel], areas, CELL)
+    return page, areas
 
 
 def test_all_figures_of_the_results(figures: dict[str, Figure]) -> None:
@@ -116,11 +116,11 @@ def test_nothing_is_cut_off(figures: dict[str, Figure]) -> None:
 def test_long_names_are_not_cut_off(cases: list[CaseNoise], areas: AreaTable) -> None:
     long = dataclasses.replace(cases[1], title="A title that goes on and on " * 9)
     named = dataclasses.replace(areas, name=np.array([f"{n}_AND_A_LONG_NAME_TOO" for n in areas.name]))
-    maps = [AreaMap("|N|", "m/K", ["ONE_LONG_OUTPUT_x", "u"], np.ones((2, 5)))]
+    maps = AreaMap("|N|", "m/K", ["ONE_LONG_OUTPUT_x", "u"], np.ones((2, 5)))
     for figure in (
         case_figure(long),
         contributors_figure(*worth_showing(cases, "displacement")[0], named),
-        map_figure(maps, named, "m"),
+        map_figure(*one_page(maps, named), "m"),
     ):
         with style():
             box = figure.get_tightbbox()
@@ -137,7 +137,7 @@ def test_legends_do_not_cover_curves(figures: dict[str, Figure]) -> None:
             for legend in (axes.get_legend(), *figure.legends):
                 if legend is not None:
                     seen += 1
-                    assert legend.get_window_extent().y1 <= axes.bbox.y0, name
+                    assert not legend.get_window_extent().overlaps(axes.bbox), name
     assert seen
 
 
@@ -188,27 +188,56 @@ def test_overlay_shows_what_was_measured_in_flight(cases: list[CaseNoise]) -> No
     assert not flight_results("angle", 1e-4, 1.0)
 
 
-def test_overlay_names_every_case_in_the_order_of_the_curves(cases: list[CaseNoise]) -> None:
+def test_overlay_names_the_likely_cases_in_the_order_of_the_curves_and_the_others_in_the_key(
+    cases: list[CaseNoise],
+) -> None:
+    roles = dict(zip(("1", "2", "4b"), ("likely", "diagnostic", "likely"), strict=True))
+    cases = [dataclasses.replace(c, role=roles[c.id]) for c in cases]
     figure = overlay_figure(cases, "displacement")
-    names = [t for t in figure.axes[0].texts if re.match(r"\w+: ", t.get_text()) and "ratio" not in t.get_text()]
-    assert {t.get_text().split(":")[0] for t in names} == {c.id for c in cases}
-    heights = {t.get_text().split(":")[0]: t.get_position()[1] for t in names}
-    ends = {c.id: c.worst("displacement").asd[-1] for c in cases}
+    axes = figure.axes[0]
+    heights = {t.get_text().split(":")[0]: t.get_position()[1] for t in axes.texts}
+    assert set(heights) == {"case 1", "case 4b"}
+    ends = {f"case {c.id}": c.worst("displacement").asd[-1] for c in cases if c.role == "likely"}
     assert sorted(heights, key=heights.__getitem__) == sorted(ends, key=ends.__getitem__)
+    assert "diagnostic: case 2" in {t.get_text() for t in figure.legends[0].get_texts()}
+    lines = {str(line.get_label()): line for line in axes.get_lines()}
+    grey = to_rgb(lines["case 2"].get_color())
+    assert max(grey) == min(grey)
+    for name in heights:
+        assert lines[name].get_linewidth() > 2 * lines["case 2"].get_linewidth()
+        assert max(to_rgb(lines[name].get_color())) > min(to_rgb(lines[name].get_color()))
+
+
+def test_overlay_without_likely_cases_names_those_that_can_occur(cases: list[CaseNoise]) -> None:
+    roles = dict(zip(("1", "2", "4b"), ("possible", "diagnostic", "possible"), strict=True))
+    figure = overlay_figure([dataclasses.replace(c, role=roles[c.id]) for c in cases], "displacement")
+    assert {t.get_text().split(":")[0] for t in figure.axes[0].texts} == {"case 1", "case 4b"}
+    figure = overlay_figure([dataclasses.replace(c, role="diagnostic") for c in cases], "displacement")
+    assert len(figure.axes[0].texts) == 3
 
 
 def test_map_shows_each_area_in_the_row_of_its_name(areas: AreaTable) -> None:
     value = np.array([[1e-3, 2e-3, 3e-3, 4e-3, 5e-3], [-6e-3, 7e-3, -8e-3, 9e-3, 1e-2]])
-    figure = map_figure([AreaMap("|N|", "m/K", ["u", "v"], value)], areas, "map")
-    axes = figure.axes[0]
-    mesh = np.asarray(axes.collections[0].get_array()).reshape(5, 2)
-    for row, label in enumerate(t.get_text() for t in axes.get_yticklabels()):
-        np.testing.assert_array_equal(mesh[row], np.abs(value[:, areas.name.tolist().index(label)]))
+    figure = map_figure(*one_page(AreaMap("|N|", "m/K", ["u", "v"], value), areas), "map")
+    axes, shade = figure.axes[0], size_colours(np.abs(value)).hex(np.abs(value))
+    shown = cells(axes)
+    assert len(shown) == value.size
+    for label, place in zip(axes.get_yticklabels(), axes.get_yticks(), strict=True):
+        area = areas.name.tolist().index(label.get_text())
+        assert [shown[int(place), output] for output in (0, 1)] == shade[:, area].tolist()
+        above = [t for t in axes.texts if t.get_position()[1] < place]
+        assert max(above, key=lambda t: t.get_position()[1]).get_text() == areas.group[area]
+    assert len(set(shade.reshape(-1))) == value.size, "all sizes differ, so do their colours"
 
 
 def test_map_of_an_output_without_sensitivity(areas: AreaTable) -> None:
-    figure = map_figure([AreaMap("|N|", "m/K", ["u"], np.zeros((1, 5)))], areas, "nothing")
+    figure = map_figure(*one_page(AreaMap("|N|", "m/K", ["u"], np.zeros((1, 5))), areas), "nothing")
     assert svg(figure, "nothing", []).startswith(b"<?xml")
+
+
+@pytest.mark.parametrize("name", ["self_gravity_by_area.svg", "read_out_by_area.svg", "s_bw.svg"])
+def test_maps_hold_no_picture_that_a_viewer_could_smear(finished: Project, name: str) -> None:
+    assert "<image" not in (finished.build_dir / "figures" / name).read_text(encoding="utf-8")
 
 
 def test_silent_case_is_drawn(cases: list[CaseNoise]) -> None:
@@ -241,7 +270,7 @@ def test_sources_can_be_read_back(cases: list[CaseNoise]) -> None:
 
 def test_pyplot_stays_out() -> None:
     code = (
-        "import sys; import tedm_cli.figures.spectra, tedm_cli.figures.areas;"
+        "import sys; import tedm_cli.figures.spectra, tedm_cli.figures.area_maps;"
         " sys.exit('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tedm_cli.contracts import OPTICS
+from tedm_cli.figures.pages import MapPage
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
@@ -16,8 +17,6 @@ from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import ImposedMotion
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
-from tedm_cli.results.optics import read_out_maps
-from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.series import read_series
 
 if TYPE_CHECKING:
@@ -25,13 +24,13 @@ if TYPE_CHECKING:
 
 
 def ratios(cases: Sequence[CaseNoise], kinds: Sequence[str]) -> Figure:
-    from tedm_cli.figures.areas import ratios_figure
+    from tedm_cli.figures.ratios import ratios_figure
 
     return ratios_figure(cases, kinds)
 
 
 def overlay(cases: Sequence[CaseNoise], kind: str) -> Figure:
-    from tedm_cli.figures.spectra import overlay_figure
+    from tedm_cli.figures.overlay import overlay_figure
 
     return overlay_figure(cases, kind)
 
@@ -66,10 +65,10 @@ def temperature(case: Reader) -> Figure:
     return temperature_figure(read_temperature(case))
 
 
-def self_gravity_by_area(sensitivity: Reader, areas: AreaTable) -> Figure:
-    from tedm_cli.figures.areas import map_figure
+def self_gravity_by_area(page: MapPage, areas: AreaTable) -> Figure:
+    from tedm_cli.figures.area_maps import map_figure
 
-    return map_figure(gravity_maps(sensitivity), areas, "Self-gravity sensitivity by area")
+    return map_figure(page, areas, "Self-gravity sensitivity by area")
 
 
 def field_at_rest(sensitivity: Reader) -> Figure:
@@ -121,12 +120,12 @@ def bench(layout: OpticalLayout) -> Figure:
 
 
 def optical_sensitivity(layout: OpticalLayout, optics: Reader) -> Figure:
-    from tedm_cli.figures.heat_maps import sensitivity_map
+    from tedm_cli.figures.matrix import sensitivity_map
 
     return sensitivity_map(layout, optics.array(OPTICS.S_BW))
 
 
-def read_out_by_area(optics: Reader, areas: AreaTable) -> Figure:
-    from tedm_cli.figures.heat_maps import noise_map
+def read_out_by_area(page: MapPage, areas: AreaTable) -> Figure:
+    from tedm_cli.figures.area_maps import noise_map
 
-    return noise_map(read_out_maps(optics), areas, "Read-out by area")
+    return noise_map(page, areas, "Read-out by area")

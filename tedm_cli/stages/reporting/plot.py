@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tedm_cli.config.project import Project
+from tedm_cli.figures.pages import CELL, in_parts, map_pages
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import replacing
@@ -22,6 +23,7 @@ from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, NamedImprovement, kinds_of
+from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.wording import quantity
 from tedm_cli.stages.reporting import draw
 from tedm_cli.stages.reporting.plot_dynamics import dynamics_specs
@@ -144,13 +146,14 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         all_cases[:1],
         partial(draw.temperature, results.cases[0]),
     )
-    add(
-        "self_gravity_by_area.svg",
-        "sensitivity",
-        "Self-gravity sensitivity |S_SG| to each thermal area, test mass frames.",
-        (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
-        partial(draw.self_gravity_by_area, results.sensitivity, areas),
-    )
+    for part, page in in_parts(map_pages(gravity_maps(results.sensitivity), areas, CELL)):
+        add(
+            f"self_gravity_by_area{part.suffix}.svg",
+            "sensitivity",
+            f"Self-gravity sensitivity |S_SG| to each thermal area, test mass frames{part.words}.",
+            (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
+            partial(draw.self_gravity_by_area, page, areas),
+        )
     add(
         "field_at_rest.svg",
         "field",

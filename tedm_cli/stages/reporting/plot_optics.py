@@ -13,12 +13,13 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
+from tedm_cli.figures.pages import NUMBER, SHARES, in_parts, map_pages, without_twins
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_read_outs
+from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_out_maps, read_read_outs
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.wording import READ_OUT_UNIT, number_text
 from tedm_cli.stages.reporting import draw
@@ -58,23 +59,27 @@ def optics_specs(results: Results) -> list[FigureSpec]:
         " compare; white is zero.",
         partial(draw.optical_sensitivity, layout, file),
     )
-    add(
-        "read_out_by_area.svg",
-        "read-out",
-        f"Read-out N of photodiode set{'s' if len(layout.sets) > 1 else ''} {' and '.join(layout.sets)} per kelvin of"
-        " each thermal area, with its sign; the colours are logarithmic.",
-        partial(draw.read_out_by_area, file, areas),
-    )
+    maps = [without_twins(m) for m in read_out_maps(file)]
+    for part, page in in_parts(map_pages(maps, areas, NUMBER)):
+        add(
+            f"read_out_by_area{part.suffix}.svg",
+            "read-out",
+            f"Read-out N of photodiode set{'s' if len(layout.sets) > 1 else ''} {' and '.join(layout.sets)} per kelvin"
+            " of each thermal area, with its sign; the colours are logarithmic. Read-outs that are equal share a"
+            f" column{part.words}.",
+            partial(draw.read_out_by_area, page, areas),
+        )
     for unit, (shown, _) in READ_OUT_UNIT.items():
-        if unit in read_outs.unit:
+        rows = [i for i, u in enumerate(read_outs.unit) if u == unit]
+        for part, some in in_parts([rows[i : i + SHARES] for i in range(0, len(rows), SHARES)]):
             add(
-                f"shares_{_QUANTITY[unit]}.svg",
+                f"shares_{_QUANTITY[unit]}{part.suffix}.svg",
                 "read-out",
                 f"Read-outs of {_QUANTITY[unit]} of set {first} ({shown}/K): the areas that matter most, and what"
                 " makes the read-out under the first of these areas: the bench moving as one against the test masses,"
                 " and the distortion of each element by its motions. Contributions have signs; they sum to the"
-                " read-out.",
-                partial(_shares_figure, read_outs, first, areas, unit),
+                f" read-out{part.words}.",
+                partial(_shares_figure, read_outs, first, areas, some),
             )
     if not layout.has_geometry:
         return specs
@@ -113,8 +118,8 @@ def worst_area(read_out: FloatArray) -> int:
     return first_largest(range(len(read_out)), [float(v) for v in np.abs(read_out)])
 
 
-def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, unit: str) -> Figure:
-    """What makes the read-outs in `unit` of one set, each under the area with the largest."""
+def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int]) -> Figure:
+    """What makes some read-outs of one set that share a unit, each under the area with the largest."""
     from tedm_cli.figures.shares import ReadOutShares, shares_figure
 
     noise = r.N[name]
@@ -122,11 +127,10 @@ def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, unit: str) -> Figur
     distortion = r.by_motion(name, r.motion - r.rigid_motion)
     as_one = r.by_motion(name, r.rigid_motion).sum(axis=1, keepdims=True)
     share = np.concatenate([as_one, distortion], axis=1)  # the sum of the rigid part alone is of use: its terms cancel
+    unit = r.unit[rows[0]]
     shown, factor = READ_OUT_UNIT[unit]
     chosen = [
-        ReadOutShares(r.label[i], shown, factor * noise[i], worst[i], factor * share[i, :, :, worst[i]])
-        for i, u in enumerate(r.unit)
-        if u == unit
+        ReadOutShares(r.label[i], shown, factor * noise[i], worst[i], factor * share[i, :, :, worst[i]]) for i in rows
     ]
     title = f"What makes the read-out {_QUANTITY[unit]}s, set {name}"
     return shares_figure(chosen, areas.name.tolist(), ["bench as one", *r.element], title)
@@ -156,7 +160,7 @@ def _load_figure(results: Results, area: int, name: str) -> Figure:
         parts = []
         for label, unit, value in zip(r.label, r.unit, r.N[read_out_set][:, area], strict=True):
             shown, factor = READ_OUT_UNIT[unit]
-            parts.append(f"{label} {number_text(factor * value)} {shown}")
+            parts.append(f"{label} {number_text(factor * value)} {shown}".replace(" ", "\N{NO-BREAK SPACE}"))
         by_text.setdefault(", ".join(parts), []).append(read_out_set)
     lines = [
         f"{'sets' if len(sets) > 1 else 'set'} {' and '.join(sets)} read{'' if len(sets) > 1 else 's'} {text}"
