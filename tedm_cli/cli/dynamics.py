@@ -23,6 +23,8 @@ from tedm_cli.cli.app import (
 )
 
 if TYPE_CHECKING:
+    from tedm_cli.config.project import Project
+    from tedm_cli.stages.dynamics.series import SimulatedSeries
     from tedm_cli.stages.dynamics.simulate import Simulation
 
 
@@ -53,6 +55,10 @@ def simulate(
     problem: Annotated[
         Path | None, typer.Option("--problem", help="A self-contained problem in JSON instead of a project.")
     ] = None,
+    series: Annotated[
+        list[str] | None,
+        typer.Option("--series", help="A temperature series of the cases file in place of cases, or `all`."),
+    ] = None,
     in_time: Annotated[
         bool, typer.Option("--time", help="Realise the noise in time as well, and compare with the exact spectra.")
     ] = False,
@@ -66,7 +72,8 @@ def simulate(
     """Noise of the closed loop, with its budget and verdicts.
 
     The temperatures of a case act through gravity, stiffness and read-out at once, beside all other noise sources, on
-    every output of the closed loop; the differential acceleration and what else is required are judged.
+    every output of the closed loop; the differential acceleration and what else is required are judged. With --series
+    measured or computed temperatures act alone, in time.
     """
     from tedm_cli.errors import PhysicsError, UsageError
 
@@ -75,11 +82,21 @@ def simulate(
 
         if case:
             raise UsageError("--problem takes no case")
-        unused = {"--output": output is not None, "--time": in_time, "--fail-on-violation": fail_on_violation}
+        unused = {
+            "--output": output is not None,
+            "--time": in_time,
+            "--series": series,
+            "--fail-on-violation": fail_on_violation,
+        }
         given = [option for option, is_given in unused.items() if is_given]
         if given:
             raise UsageError(f"--problem prints its results alone and takes no {given[0]}")
         print(json.dumps(solve_problem(problem)))
+        return
+    if series:
+        if case or in_time:
+            raise UsageError(f"--series runs in place of cases and takes no {'case' if case else '--time'}")
+        _simulate_series(open_project(config, build_dir, verbose), series, output, fail_on_violation, as_json, quiet)
         return
     from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines
     from tedm_cli.config.cases import select_cases
@@ -87,7 +104,8 @@ def simulate(
     from tedm_cli.stages.dynamics.simulate import simulate as stage
 
     if not case:
-        raise UsageError("name a case, or all", hint="tedm simulate 3, tedm simulate all")
+        hint = "tedm simulate 3, tedm simulate all, tedm simulate --series cooldown"
+        raise UsageError("name a case, or all, or a --series", hint=hint)
     project = open_project(config, build_dir, verbose)
     ids = select_cases(project.cases, case)
     if output is not None and len(ids) != 1:
@@ -103,3 +121,37 @@ def simulate(
     failed = [r.case.id for _, r in done if not all(j.verdict.passed for j in r.judged)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")
+
+
+def _simulate_series(
+    project: Project, wanted: list[str], output: Path | None, fail_on_violation: bool, as_json: bool, quiet: bool
+) -> None:
+    """simulate --series: all that are named, then the first refusal of them."""
+    from tedm_cli.cli.printing.dynamics import simulated_series_dict, simulated_series_lines
+    from tedm_cli.errors import PhysicsError, TedmError, UsageError
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.dynamics.series import simulate_series
+    from tedm_cli.stages.temperature_series import select_series
+
+    names = select_series(project, wanted)
+    if output is not None and len(names) > 1:
+        raise UsageError(f"--output names one file, but {len(names)} series are run")
+    done: list[SimulatedSeries] = []
+    refused: TedmError | None = None
+    try:
+        with progress(quiet) as step:
+            simulate_series(project, names, output, step, done.append)
+    except TedmError as error:
+        if not done:
+            raise
+        refused = error
+    if as_json:
+        print(json.dumps([simulated_series_dict(r) for r in done], indent=1))
+    else:
+        for r in done:
+            say(quiet, *simulated_series_lines(r))
+    if refused is not None:
+        raise refused
+    failed = [r.total.name for r in done if not all(v.worst.passed for v in r.total.verdicts)]
+    if fail_on_violation and failed:
+        raise PhysicsError(f"requirements are violated in series {', '.join(failed)}")

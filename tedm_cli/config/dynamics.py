@@ -309,7 +309,7 @@ class TimeTable(Strict):
     """The realisation in time: samples per second, how many, and the seed of its random numbers."""
 
     rate_hz: Annotated[float, Bounded(q.CROSSOVER)] = 0.5
-    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = 2**17
+    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = 2**20
     seed: Annotated[int, Bounded(q.SEED)] = 1
 
 

@@ -89,7 +89,7 @@ def budget(
     area = np.zeros((f, n, k))
     for here, response in responses(plant, controller, frequency_hz, difference_s):
         chosen = response[:, rows]
-        by_source[here] = _size(_by(chosen, gains)) * spectra[:, here].T[:, None, :]
+        by_source[here] = squared(chosen, gains) * spectra[:, here].T[:, None, :]
         if thermal is not None:
             heat[here], gravity[here], apart[here], area[here] = _thermal(chosen, thermal, here)
         advance(here.stop)
@@ -106,8 +106,8 @@ def _thermal(
     both = by_gravity + by_read_out
     factor = thermal.factor
     driven = _by(both, factor)
-    gravity = _size(_by(by_gravity, factor)).sum(axis=-1)
-    apart = gravity + _size(_by(by_read_out, factor)).sum(axis=-1)
+    gravity = squared(by_gravity, factor).sum(axis=-1)
+    apart = gravity + squared(by_read_out, factor).sum(axis=-1)
     area: FloatArray = (both.conj() * _by(driven, factor.conj().T)).real
     return _size(driven).sum(axis=-1), gravity, apart, area
 
@@ -122,6 +122,11 @@ def _by(response: ComplexArray, matrix: AnyArray) -> ComplexArray:
         out = np.empty((len(flat), matrix.shape[1]), dtype=np.complex128)
         out.real, out.imag = flat.real @ matrix, flat.imag @ matrix
     return out.reshape(*response.shape[:-1], matrix.shape[1])
+
+
+def squared(response: ComplexArray, matrix: AnyArray) -> FloatArray:
+    """|response @ matrix|²: response [f, n, d], matrix [d, m]; [f, n, m]."""
+    return _size(_by(response, matrix))
 
 
 def _size(amplitude: ComplexArray) -> FloatArray:

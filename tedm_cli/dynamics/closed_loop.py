@@ -7,7 +7,7 @@ with w the forces and torques, s the disturbing accelerations and n the noise of
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,10 @@ class OutputMap:
     by_u: FloatArray
     by_d: FloatArray
     by_d2: FloatArray
+
+    def differentiated(self, rows: Sequence[int]) -> tuple[int, ...]:
+        """Places among the `rows` of outputs with second derivatives of coordinates or read-outs."""
+        return tuple(k for k, row in enumerate(rows) if self.by_p2[row].any() or self.by_d2[row].any())
 
 
 def output_map(plant: Plant) -> OutputMap:

@@ -36,6 +36,11 @@ def series_file_name(name: str) -> str:
     return f"series_{name}.h5"
 
 
+def simulated_series_file_name(name: str) -> str:
+    """`simulation_warm.h5` for series warm in closed loop."""
+    return f"simulation_{name}.h5"
+
+
 def provenance(configs: Sequence[ConfigFile], inputs: Iterable[Path]) -> Provenance:
     """Origin of a file: `configs` as they were read, and the present contents of `inputs`."""
     paths = list(inputs)

@@ -17,6 +17,7 @@ from tedm_cli.dynamics.controller import ScalarLoops, actuation, default_loops
 from tedm_cli.dynamics.loops import Loop, StateSpace, pade_response
 from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.plant import Plant
+from tedm_cli.dynamics.sampled_loop import one_period
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS
 from tedm_cli.dynamics.stability import stability
 from tedm_cli.errors import InputError, PhysicsError
@@ -211,14 +212,12 @@ def test_python_control_agrees() -> None:
 
 
 def test_modes_of_a_sampled_loop_are_those_of_its_steps() -> None:
-    from tedm_cli.dynamics.stability import sampled_loop
-
     plant = example_plant()
     s = undelayed(plant).state_space()
     a, b, c, d, _ = signal.cont2discrete((s.a, s.b, -s.c, -s.d), 0.1, "bilinear")
     controller = StateSpaceController(StateSpace(a, b, c, d), COORDINATES, INPUTS, dt_s=0.1)
-    step = sampled_loop(plant, controller)
+    step = one_period(plant, controller)
     assert np.abs(np.linalg.eigvals(step)).max() < 1.0
     free = linalg.expm(0.1 * np.block([[np.zeros((15, 15)), np.eye(15)], [plant.K, np.zeros((15, 15))]]))
     off = StateSpaceController(StateSpace(a, b, 0.0 * c, 0.0 * d), COORDINATES, INPUTS, dt_s=0.1)
-    np.testing.assert_allclose(sampled_loop(plant, off)[:30, :30], free, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(one_period(plant, off)[:30, :30], free, rtol=1e-12, atol=1e-12)

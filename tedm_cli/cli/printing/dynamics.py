@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tedm_cli.cli.printing.series import series_dict, series_lines
 from tedm_cli.cli.printing.table import table
 
 if TYPE_CHECKING:
     from tedm_cli.dynamics.judging import JudgedOutput
     from tedm_cli.stages.dynamics.build import DynamicsSummary
+    from tedm_cli.stages.dynamics.series import SimulatedSeries
     from tedm_cli.stages.dynamics.simulate import Simulation
 
 _LISTED = 0.01  # shares below this are not printed
@@ -115,3 +117,18 @@ def simulation_dict(path: Path, r: Simulation) -> dict[str, Any]:
             for j in r.judged
         ],
     }
+
+
+def simulated_series_lines(r: SimulatedSeries) -> list[str]:
+    """A temperature series in closed loop: as without, and of which parts."""
+    lines = series_lines(r.total, {"rms of gravity": r.gravity_rms, "of read-out": r.read_out_rms})
+    how = f"in closed loop, read-out set {r.read_out_set}; temperatures alone, without the noise of the loop"
+    return [lines[0], how, *lines[1:]]
+
+
+def simulated_series_dict(r: SimulatedSeries) -> dict[str, Any]:
+    """What a program needs of a series in closed loop."""
+    said = series_dict(r.total)
+    for output, gravity, read_out in zip(said["outputs"], r.gravity_rms, r.read_out_rms, strict=True):
+        output |= {"gravity_rms": float(gravity), "read_out_rms": float(read_out)}
+    return said | {"read_out_set": r.read_out_set}
