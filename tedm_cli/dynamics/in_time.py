@@ -44,10 +44,10 @@ class TimeLoop(Protocol):
         """Steps under noise, samples `step_s` apart."""
 
     def under_signals(self, disturbances: FloatArray, step_s: float) -> StraightSteps:
-        """Steps under k signals that are straight between samples; `disturbances` [45, k] by a unit of each.
+        """Steps under k signals that are straight between samples; `disturbances` [45, k] by a unit of each."""
 
-        The first states are the coordinates.
-        """
+    def let_go(self, coordinates: FloatArray) -> FloatArray:
+        """The states [n] of those steps with the coordinates [15] somewhere, and all else at rest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +64,9 @@ class ContinuousTimeLoop:
     def under_signals(self, disturbances: FloatArray, step_s: float) -> StraightSteps:
         s = self.continuous
         return straight(StateSpace(s.a, s.b @ disturbances, s.c, s.d @ disturbances), step_s)
+
+    def let_go(self, coordinates: FloatArray) -> FloatArray:
+        return np.concatenate([coordinates, np.zeros(len(self.continuous.a) - len(coordinates))])
 
 
 def time_loop(
@@ -122,7 +125,8 @@ def respond(
     parts : places among the k signals of each of the g parts that are told apart.
 
     The loop begins at rest, as if the signals had never been other than at their first sample. Outputs are values at
-    the samples; where any of them has second derivatives, all lose the first and the last sample.
+    the samples, of a sampled controller means over its period before them; where any of them has second derivatives,
+    all lose the first and the last sample.
     """
     steps = loop.under_signals(disturbances, step_s)
     yield from _differenced(loop, steps.blocks(blocks, parts), step_s)
@@ -148,9 +152,7 @@ def _differenced(loop: TimeLoop, blocks: Iterator[FloatArray], step_s: float) ->
 def released(loop: TimeLoop, offset: dict[str, float], step_s: float, samples: int) -> Iterator[FloatArray]:
     """Outputs [n, B] after the coordinates are let go at `offset` (m, rad), all rates and the controller at rest."""
     steps = loop.under_signals(np.zeros((len(DISTURBANCES), 1)), step_s)
-    start = np.zeros((len(steps.step), 1))
-    for name, value in offset.items():
-        start[COORDINATES.index(name)] = value
+    start = loop.let_go(np.array([offset.get(name, 0.0) for name in COORDINATES]))[:, None]
     none = (np.zeros((1, min(4096, samples - first))) for first in range(0, samples, 4096))
     for block in _differenced(loop, steps.blocks(none, [[0]], start), step_s):
         yield block[0]

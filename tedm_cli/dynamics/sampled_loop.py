@@ -2,7 +2,8 @@
 
 At every period the controller hears y = p + n and holds its commands until the next, through the delay. White noise has
 no value at a time, so of noise it hears the mean over the period that ends there, as a read-out that is averaged gives
-it: a white spectrum stays as it is. Signals that are straight between samples have values, and those are heard.
+it: a white spectrum stays as it is. Signals that are straight between samples have values, and those are heard; outputs
+are told as means over the period before, in which commands jump.
 """
 
 from __future__ import annotations
@@ -105,34 +106,42 @@ class SampledTimeLoop:
         return NoiseSteps(np.ascontiguousarray(wide[:n, :n]), gathered[:n], wide[n:, :n], gathered[n:], start)
 
     def under_signals(self, disturbances: FloatArray, step_s: float) -> StraightSteps:
-        times = self.periods(step_s)
+        times, dt = self.periods(step_s), self.dt_s
         body, control, k = self.body, self.control, disturbances.shape[1]
-        inputs = np.concatenate([body.b[:, :_M] @ disturbances, body.b[:, _M:]], axis=1)
-        phi, early, late = straight_gains(body.a, inputs, self.dt_s)
+        nb, nc, q = len(body.a), len(control.a), len(body.c)
+        # over a period: body and integrals of the outputs, under signals and held commands
+        a = np.block([[body.a, np.zeros((nb, q))], [body.c / dt, np.zeros((q, q))]])
+        felt = np.concatenate([body.b, body.d / dt])
+        phi, early, late = straight_gains(a, np.concatenate([felt[:, :_M] @ disturbances, felt[:, _M:]], axis=1), dt)
         held = early[:, k:] + late[:, k:]
-        nb, nc = len(body.a), len(control.a)
-        n = nb + nc
+        # states between periods: body, means of the outputs over the period before, controller
+        out, n = nb + q, nb + q + nc
         y, y_d = np.zeros((N_COORDINATES, n)), disturbances[_READ_OUT]
         y[:, :N_COORDINATES] = np.eye(N_COORDINATES)
         u, u_d = -control.d @ y, -control.d @ y_d
-        u[:, nb:] -= control.c
+        u[:, out:] -= control.c
         step, at, slope = np.zeros((n, n)), np.zeros((n, k)), np.zeros((n, k))
-        step[:nb] = held @ u
-        step[:nb, :nb] += phi
-        step[nb:] = control.b @ y
-        step[nb:, nb:] += control.a
-        at[:nb], at[nb:] = early[:, :k] + late[:, :k] + held @ u_d, control.b @ y_d
-        slope[:nb] = late[:, :k]
+        step[:out] = held @ u
+        step[:out, :nb] += phi[:, :nb]
+        step[out:] = control.b @ y
+        step[out:, out:] += control.a
+        at[:out], at[out:] = early[:, :k] + late[:, :k] + held @ u_d, control.b @ y_d
+        slope[:out] = late[:, :k]
         # so many periods are one sample: the signals and what they gain in a period as states
         wide = np.zeros((n + 2 * k, n + 2 * k))
         wide[:n, :n], wide[:n, n : n + k], wide[:n, n + k :] = step, at, slope
         wide[n : n + k, n : n + k] = wide[n : n + k, n + k :] = wide[n + k :, n + k :] = np.eye(k)
         wide = np.linalg.matrix_power(wide, times)
         after = wide[:n, n + k :] / times
-        c = body.d[:, _M:] @ u
-        c[:, :nb] += body.c
-        d = body.d[:, :_M] @ disturbances + body.d[:, _M:] @ u_d
-        return StraightSteps(np.ascontiguousarray(wide[:n, :n]), wide[:n, n : n + k] - after, after, c, d)
+        told = np.zeros((q, n))
+        told[:, nb:out] = np.eye(q)
+        before = wide[:n, n : n + k] - after
+        return StraightSteps(np.ascontiguousarray(wide[:n, :n]), before, after, told, np.zeros((q, k)))
+
+    def let_go(self, coordinates: FloatArray) -> FloatArray:
+        nb, nc, p = len(self.body.a), len(self.control.a), len(coordinates)
+        told: FloatArray = self.body.c[:, :p] @ coordinates
+        return np.concatenate([coordinates, np.zeros(nb - p), told, np.zeros(nc)])
 
 
 def sampled_time_loop(plant: Plant, controller: StateSpaceController, labels: Sequence[str]) -> SampledTimeLoop:
@@ -173,6 +182,6 @@ def _body(plant: Plant, controller: StateSpaceController) -> StateSpace:
 
 
 def one_period(plant: Plant, controller: StateSpaceController) -> FloatArray:
-    """States over one period of the closed loop: p, p', those of the delay, those of the controller."""
+    """States over one period of the closed loop: p, p', those of the delay, those of the controller [n, n]."""
     loop = sampled_time_loop(plant, controller, ())
     return loop.under_signals(np.zeros((_M, 1)), loop.dt_s).step

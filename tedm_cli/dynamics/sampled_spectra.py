@@ -25,7 +25,7 @@ from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS, OUT
 from tedm_cli.dynamics.sources import NoiseSource, columns, psd_of
 
 _BLOCK = 128  # frequencies at once
-_HEARD = 8  # sampling rates on either side from which disturbances are folded
+_HEARD = 24  # sampling rates on either side from which disturbances are folded
 _MADE = 32  # the same of held commands: what they make falls with the square
 _N = slice(N_INPUTS, N_INPUTS + N_COORDINATES)
 _S = slice(N_INPUTS + N_COORDINATES, len(DISTURBANCES))
