@@ -13,13 +13,26 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from tedm_cli.figures.fit import fitted
 from tedm_cli.figures.spectra import bands, limit_lines, log_range
-from tedm_cli.figures.style import BAND, BLUE, VERMILION, WIDTH, frequency_axis, grid, heading, power_of_ten, style
+from tedm_cli.figures.style import (
+    BAND,
+    BLUE,
+    COLOURS,
+    DASHES,
+    VERMILION,
+    WIDTH,
+    frequency_axis,
+    grid,
+    heading,
+    power_of_ten,
+    style,
+)
 from tedm_cli.results.series import SeriesNoise, SeriesOutput, thinned
 from tedm_cli.results.wording import mhz_text, power_text, ratio_text, unit_text
 
 _TOP, _ROW, _BETWEEN, _FOOT = 0.86, 1.9, 0.85, 1.2  # inches
 _LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.72, 2.7, 0.88, 2.55
 _SMALL = 8.0  # points
+_PARTS = ((COLOURS[1], DASHES[1]), (COLOURS[2], DASHES[2]))  # of an output, where it has parts
 
 
 def series_figure(series: SeriesNoise) -> Figure:
@@ -82,6 +95,9 @@ def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
     axes.fill_between(thin.frequency_hz * 1e3, low_end, high_end, color="#9A9A9A", linewidth=0, alpha=0.7)
     passed = o.verdict is None or o.verdict.passed
     axes.plot(x * 1e3, np.maximum(factor * y, tiny), color=BLUE if passed else VERMILION, linewidth=0.9)
+    for part, (colour, dashes) in zip(o.parts.values(), _PARTS, strict=False):
+        x, y = thinned(part).trace()
+        axes.plot(x * 1e3, np.maximum(factor * y, tiny), color=colour, linestyle=dashes, linewidth=0.9)
     limit_lines(axes, o.limit_hz, o.limits, 1.8)
     if o.verdict is not None:
         ratio, at = o.verdict.ratio, o.verdict.binding_hz
@@ -118,6 +134,9 @@ def _legend(series: SeriesNoise) -> list[Line2D | Patch]:
         handles.append(Line2D([], [], color=VERMILION, linewidth=1.2, marker="X", markersize=7, markerfacecolor="white",
                               markeredgecolor="black", label=f"{estimate}, violated"))  # fmt: skip
     handles.append(Patch(color="#9A9A9A", alpha=0.7, label=f"its {100 * series.confidence:g} % interval"))
+    parts = dict.fromkeys(name for o in series.outputs for name in o.parts)
+    handles += [Line2D([], [], color=colour, linestyle=dashes, linewidth=1.2, label=f"part of {name}")
+                for name, (colour, dashes) in zip(parts, _PARTS, strict=False)]  # fmt: skip
     limits = {q.name: q for o in series.outputs for q in o.limits}
     if limits:
         named = f"requirement{'s' if len(limits) > 1 else ''} {', '.join(limits)}"

@@ -90,6 +90,8 @@ def test_white_noise_is_what_the_exact_case_expects(satellite: Project) -> None:
     cases = satellite.folder / "cases.toml"
     replace(cases, 'preset = "thesis"', 'preset = "white"')
     replace(cases, "outside_K = 1e-3", f"outside_K = {level}")
+    for line in ("reference_hz = 1e-3\n", "order = 2\n", "corner_hz = 1e-3\n"):
+        replace(cases, line, "")
     configure(satellite, "white", more="lowest_hz = 1e-3\n")
     (said,) = json.loads(satellite.run("simulate", "--series", "white", "--json").ok().out)
     satellite.run("simulate", "1", "-q").ok()

@@ -13,6 +13,7 @@ from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.case_file import read_temperature
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
+from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.optics import read_out_maps
@@ -105,6 +106,18 @@ def closed_loop_thermal(case: SimulatedCase, j: LoopOutput) -> Figure:
     from tedm_cli.figures.dynamics import thermal_figure
 
     return thermal_figure(case, j)
+
+
+def realisation(realised: RealisedCase) -> Figure:
+    from tedm_cli.figures.dynamics_in_time import realisation_figure
+
+    return realisation_figure(realised)
+
+
+def simulated_series(file: Reader, requirements: Sequence[AppliedRequirement], confidence: float) -> Figure:
+    from tedm_cli.figures.series import series_figure
+
+    return series_figure(read_simulated_series(file, requirements, confidence))
 
 
 def bench(layout: OpticalLayout) -> Figure:

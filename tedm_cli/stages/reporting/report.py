@@ -98,9 +98,11 @@ def _document(project: Project) -> Document:
         readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
         readers += results.series.values()
         readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
+        readers += results.simulated_series.values()
         hashes = [*upstream, results.sensitivity_file, results.optics_file, *results.case_files]
         hashes += results.series_files.values()
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
+        hashes += results.simulated_series_files.values()
         return document_of(
             ReportInputs(
                 title=project.title,
@@ -113,7 +115,7 @@ def _document(project: Project) -> Document:
                 cases=cases,
                 series={name: read_series_summary(file) for name, file in results.series.items()},
                 test_masses=len(results.sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)),
-                closed_loop=read_closed_loop(results.dynamics, results.simulations),
+                closed_loop=read_closed_loop(results.dynamics, results.simulations, results.simulated_series),
                 files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
                 figures=figures,
             )
