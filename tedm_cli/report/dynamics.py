@@ -28,10 +28,10 @@ from tedm_cli.report.dynamics_in_time import in_time_blocks
 from tedm_cli.report.evidence import factor_cell, ratio_cell
 from tedm_cli.results.deciding import DIAGNOSTIC, deciding, worst_of
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
+from tedm_cli.results.dynamics_in_time import IN_TIME
 from tedm_cli.results.wording import and_text, capital, count, mhz_text, percent, ratio_text, sci
 
 SECTION = "loop"
-IN_TIME = "closed loop in time"  # section of the figures
 _NAMED = 3  # groups named of each verdict
 _LEAST = 0.01  # shares below this are not named
 _MARGINS = "loop_margins.svg"

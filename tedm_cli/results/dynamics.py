@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
@@ -163,7 +163,7 @@ class ClosedLoop:
 
     stability: LoopStability
     cases: tuple[SimulatedCase, ...]
-    in_time: LoopInTime = LoopInTime()
+    in_time: LoopInTime = field(default_factory=LoopInTime)
 
     def pairs(self) -> dict[tuple[str, str], list[tuple[SimulatedCase, LoopOutput]]]:
         """By (output, requirement), the verdicts of all cases."""

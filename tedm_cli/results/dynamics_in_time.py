@@ -14,6 +14,7 @@ from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.noise import REALISATION_CONFIDENCE, Spectrum, spectra_of
 from tedm_cli.results.series import SeriesNoise, SeriesSummary, read_series, read_series_summary
 
+IN_TIME = "closed loop in time"  # section of the report that their figures belong to
 #: The two parts of a series in closed loop, and where their spectra are.
 PARTS = {"gravity": SIMULATED_SERIES.GRAVITY_PSD, "read-out": SIMULATED_SERIES.READ_OUT_PSD}
 

@@ -9,7 +9,7 @@ from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name, simulated_series_file_name
 from tedm_cli.report.dynamics import IN_TIME
 from tedm_cli.results.build_folder import Results
-from tedm_cli.results.dynamics_in_time import read_realised
+from tedm_cli.results.dynamics_in_time import IN_TIME, read_realised
 from tedm_cli.results.noise import REALISATION_CONFIDENCE
 from tedm_cli.results.series import read_series_summary
 from tedm_cli.stages.reporting import draw
@@ -24,7 +24,7 @@ def in_time_specs(results: Results) -> list[FigureSpec]:
             continue
         caption = (
             f"Noise of the closed loop realised in time in case {found.case}: amplitude of the estimate over what the"
-            f" exact spectra expect of it, with its {100 * REALISATION_CONFIDENCE:g} % interval, of every judged output."
+            f" exact spectra expect, with its {100 * REALISATION_CONFIDENCE:g} % interval, of every judged output."
         )
         name = f"closed_loop_realised_{Path(case_file_name(found.case)).stem}.svg"
         drawn = partial(draw.realisation, found)
