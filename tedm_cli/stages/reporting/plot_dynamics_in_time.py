@@ -7,7 +7,6 @@ from pathlib import Path
 
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name, simulated_series_file_name
-from tedm_cli.report.dynamics import IN_TIME
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.dynamics_in_time import IN_TIME, read_realised
 from tedm_cli.results.noise import REALISATION_CONFIDENCE
