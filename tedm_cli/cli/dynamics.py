@@ -59,6 +59,10 @@ def simulate(
         list[str] | None,
         typer.Option("--series", help="A temperature series of the cases file in place of cases, or `all`."),
     ] = None,
+    release: Annotated[
+        list[str] | None,
+        typer.Option("--release", help="Let coordinates go in place of cases: TM1_x=1e-6,SC_phi=1e-7 (m, rad)."),
+    ] = None,
     in_time: Annotated[
         bool, typer.Option("--time", help="Realise the noise in time as well, and compare with the exact spectra.")
     ] = False,
@@ -73,7 +77,7 @@ def simulate(
 
     The temperatures of a case act through gravity, stiffness and read-out at once, beside all other noise sources, on
     every output of the closed loop; the differential acceleration and what else is required are judged. With --series
-    measured or computed temperatures act alone, in time.
+    measured or computed temperatures act alone, in time; with --release nothing acts, and the loop finds back.
     """
     from tedm_cli.errors import PhysicsError, UsageError
 
@@ -85,7 +89,8 @@ def simulate(
         unused = {
             "--output": output is not None,
             "--time": in_time,
-            "--series": series,
+            "--series": bool(series),
+            "--release": bool(release),
             "--fail-on-violation": fail_on_violation,
         }
         given = [option for option, is_given in unused.items() if is_given]
@@ -93,9 +98,21 @@ def simulate(
             raise UsageError(f"--problem prints its results alone and takes no {given[0]}")
         print(json.dumps(solve_problem(problem)))
         return
+    if series or release:
+        own = "--series" if series else "--release"
+        unused = {
+            "case": bool(case),
+            "--time": in_time,
+            "--release": bool(series and release),
+            "--fail-on-violation": bool(release) and fail_on_violation,
+        }
+        given = [option for option, is_given in unused.items() if is_given]
+        if given:
+            raise UsageError(f"{own} runs in place of cases and takes no {given[0]}")
+    if release:
+        _release(open_project(config, build_dir, verbose), release, output, as_json, quiet)
+        return
     if series:
-        if case or in_time:
-            raise UsageError(f"--series runs in place of cases and takes no {'case' if case else '--time'}")
         _simulate_series(open_project(config, build_dir, verbose), series, output, fail_on_violation, as_json, quiet)
         return
     from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines
@@ -121,6 +138,21 @@ def simulate(
     failed = [r.case.id for _, r in done if not all(j.verdict.passed for j in r.judged)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")
+
+
+def _release(project: Project, texts: list[str], output: Path | None, as_json: bool, quiet: bool) -> None:
+    """simulate --release."""
+    from tedm_cli.cli.printing.dynamics import release_dict, release_lines
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.dynamics.release import offsets
+    from tedm_cli.stages.dynamics.release import release as stage
+
+    with progress(quiet) as step:
+        done = stage(project, offsets(texts), output, step)
+    if as_json:
+        print(json.dumps(release_dict(done), indent=1))
+    else:
+        say(quiet, *release_lines(done))
 
 
 def _simulate_series(

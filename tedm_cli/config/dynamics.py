@@ -275,7 +275,9 @@ class NoiseTable(Strict):
             s.name: s for s in lpf_sources(test_masses, at_rest, self.actuation_stability)
         }  # fmt: skip
         problems = []
-        for k, wanted in enumerate(self.omit):
+        if self.omit and not sources:
+            problems.append(("noise.omit", 'there is nothing to leave out: the preset is "none"'))
+        for k, wanted in enumerate(self.omit if sources else []):
             gone = [name for name, s in sources.items() if wanted in (name, s.group)]
             if not gone:
                 groups = ", ".join(dict.fromkeys(s.group for s in sources.values()))

@@ -14,6 +14,7 @@ from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.document import document
 from tedm_cli.contracts.dynamics import DYNAMICS, SIMULATION
 from tedm_cli.contracts.optics import OPTICS
+from tedm_cli.contracts.release import RELEASE
 from tedm_cli.contracts.sensitivity import SENSITIVITY
 from tedm_cli.contracts.series import SERIES, SIMULATED_SERIES, SeriesDatasets
 from tedm_cli.contracts.spec import AreaDatasets, Dataset, FileKind, GridDatasets
@@ -25,6 +26,7 @@ __all__ = [
     "DYNAMICS",
     "KINDS",
     "OPTICS",
+    "RELEASE",
     "SENSITIVITY",
     "SERIES",
     "SIMULATED_SERIES",
@@ -41,7 +43,7 @@ __all__ = [
 KINDS = {
     kind.name: kind
     for kind in (
-        UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES,
+        UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES, RELEASE,
     )
 }  # fmt: skip
 

@@ -17,7 +17,6 @@ from tedm_cli.figures.style import (
     BAND,
     BLUE,
     COLOURS,
-    DASHES,
     VERMILION,
     WIDTH,
     frequency_axis,
@@ -32,7 +31,7 @@ from tedm_cli.results.wording import mhz_text, power_text, ratio_text, unit_text
 _TOP, _ROW, _BETWEEN, _FOOT = 0.86, 1.9, 0.85, 1.2  # inches
 _LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.72, 2.7, 0.88, 2.55
 _SMALL = 8.0  # points
-_PARTS = ((COLOURS[1], DASHES[1]), (COLOURS[2], DASHES[2]))  # of an output, where it has parts
+_PART_COLOURS = (COLOURS[3], COLOURS[2])  # of what makes an output together: wide and light, below it
 
 
 def series_figure(series: SeriesNoise) -> Figure:
@@ -88,16 +87,16 @@ def _time(axes: Axes, o: SeriesOutput) -> None:
 def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
     thin, factor = thinned(o.spectrum), series.safety_factor
     x, y = thin.trace()
-    low, high = log_range([factor * y, *(q.amplitude for q in o.limits)])
+    low, high = _range(o, series)
     tiny = np.finfo(np.float64).tiny  # a logarithmic axis has no zero
     bands(axes, o.limits)
     low_end, high_end = (np.maximum(factor * end, tiny) for end in (thin.low, thin.high))
     axes.fill_between(thin.frequency_hz * 1e3, low_end, high_end, color="#9A9A9A", linewidth=0, alpha=0.7)
+    for part, colour in zip(o.parts.values(), _PART_COLOURS, strict=False):
+        along, above = thinned(part).trace()
+        axes.plot(along * 1e3, np.maximum(factor * above, tiny), color=colour, linewidth=3.5, alpha=0.6)
     passed = o.verdict is None or o.verdict.passed
     axes.plot(x * 1e3, np.maximum(factor * y, tiny), color=BLUE if passed else VERMILION, linewidth=0.9)
-    for part, (colour, dashes) in zip(o.parts.values(), _PARTS, strict=False):
-        x, y = thinned(part).trace()
-        axes.plot(x * 1e3, np.maximum(factor * y, tiny), color=colour, linestyle=dashes, linewidth=0.9)
     limit_lines(axes, o.limit_hz, o.limits, 1.8)
     if o.verdict is not None:
         ratio, at = o.verdict.ratio, o.verdict.binding_hz
@@ -122,6 +121,11 @@ def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
     grid(axes)
 
 
+def _range(o: SeriesOutput, series: SeriesNoise) -> tuple[float, float]:
+    """Ends of the axis of a spectrum."""
+    return log_range([series.safety_factor * thinned(o.spectrum).trace()[1], *(q.amplitude for q in o.limits)])
+
+
 def _legend(series: SeriesNoise) -> list[Line2D | Patch]:
     verdicts = [o.verdict for o in series.outputs]
     handles: list[Line2D | Patch] = []
@@ -135,8 +139,10 @@ def _legend(series: SeriesNoise) -> list[Line2D | Patch]:
                               markeredgecolor="black", label=f"{estimate}, violated"))  # fmt: skip
     handles.append(Patch(color="#9A9A9A", alpha=0.7, label=f"its {100 * series.confidence:g} % interval"))
     parts = dict.fromkeys(name for o in series.outputs for name in o.parts)
-    handles += [Line2D([], [], color=colour, linestyle=dashes, linewidth=1.2, label=f"part of {name}")
-                for name, (colour, dashes) in zip(parts, _PARTS, strict=False)]  # fmt: skip
+    for name, colour in zip(parts, _PART_COLOURS, strict=False):
+        seen = any(series.safety_factor * o.parts[name].asd.max() > _range(o, series)[0] for o in series.outputs)
+        handles.append(Line2D([], [], color=colour, linewidth=3.5, alpha=0.6,
+                              label=f"part of {name}" + ", below the axes" * (not seen)))  # fmt: skip
     limits = {q.name: q for o in series.outputs for q in o.limits}
     if limits:
         named = f"requirement{'s' if len(limits) > 1 else ''} {', '.join(limits)}"

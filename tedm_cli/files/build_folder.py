@@ -12,12 +12,13 @@ from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, command
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import Reader, open_checked
 
-UNIT_LOADS_FILE, DISTORTION_FILE, SENSITIVITY_FILE, OPTICS_FILE, DYNAMICS_FILE = (
+UNIT_LOADS_FILE, DISTORTION_FILE, SENSITIVITY_FILE, OPTICS_FILE, DYNAMICS_FILE, RELEASE_FILE = (
     "unit_loads.h5",
     "distortion.h5",
     "sensitivity.h5",
     "optics.h5",
     "dynamics.h5",
+    "release.h5",
 )
 _AREAS = tuple(d for d in vars(AreaDatasets).values() if isinstance(d, Dataset))
 

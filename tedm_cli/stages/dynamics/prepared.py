@@ -56,8 +56,7 @@ def prepare(project: Project) -> Prepared:
     """
     file, config = load_cases(project.cases)
     loop = project_loop(project)
-    inputs = [project.build_dir / name for name in (DYNAMICS_FILE, SENSITIVITY_FILE, OPTICS_FILE)]
-    _require_current(loop, inputs)
+    inputs = require_current_loop(project, loop)
     rows = thermal_rows(project, loop.config.read_out.set)
     requirements = loop.config.applied_requirements()
     try:
@@ -74,9 +73,9 @@ def prepare(project: Project) -> Prepared:
     return Prepared(config, configs, inputs, loop, rows, requirements, frequency, judged)
 
 
-def _require_current(loop: Loop, inputs: Sequence[Path]) -> None:
-    """Refuse a dynamics.h5 of other sensitivities, read-outs or another configuration than those there now."""
-    source, *made_from = inputs
+def require_current_loop(project: Project, loop: Loop) -> list[Path]:
+    """dynamics.h5 and what it is made from; refused where it is of others, or of another configuration, than now."""
+    source, *made_from = [project.build_dir / name for name in (DYNAMICS_FILE, SENSITIVITY_FILE, OPTICS_FILE)]
     with open_checked(source, DYNAMICS_KIND) as file:
         for used in input_files([*made_from, *loop.tables]):
             require_input(file, used)
@@ -88,6 +87,7 @@ def _require_current(loop: Loop, inputs: Sequence[Path]) -> None:
                 where=str(source),
                 hint="rebuild it with `tedm build-dynamics`",
             )
+    return [source, *made_from]
 
 
 def _frequencies(config: CasesConfig, requirements: Sequence[Requirement]) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, RELEASE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import Reader, kind_of, open_checked
 from tedm_cli.results.dynamics import read_stability
 
@@ -50,6 +50,14 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         return {"rank": int(file.number(OPTICS.RANK)), **{f"condition_{n}": float(c) for n, c in sets}}
     if file.kind.name == "dynamics":
         return _loop(file)
+    if file.kind.name == "release":
+        numbers = zip(*(file.array(d).tolist() for d in (RELEASE.OUTPUT_PEAK, RELEASE.OUTPUT_SETTLED)), strict=True)
+        labels, units = file.strings(RELEASE.OUTPUT_LABEL), file.strings(RELEASE.OUTPUT_UNIT)
+        return {
+            label: f"peak {peak:.4g} {unit}, "
+            + (f"small after {s:.6g} s" if np.isfinite(s) else "not small at the end")
+            for label, unit, (peak, s) in zip(labels, units, numbers, strict=True)
+        }
     verdicts = zip(
         file.strings(CASE.VERDICT_OUTPUT),
         file.strings(CASE.VERDICT_REQUIREMENT),
