@@ -149,8 +149,8 @@ def release_lines(r: Release) -> list[str]:
     let_go = ", ".join(f"{name} at {value:g} {unit(name)}" for name, value in r.offset.items())
     return [
         f"let go: {let_go} ({r.path})",
-        f"{r.samples:,} samples of {r.step_s:.6g} s over {(r.samples - 1) * r.step_s:.6g} s; of coordinates, and of commands on spacecraft"
-        f" and test masses, what stays below {_TOLD:g} of the largest is not listed",
+        f"{r.samples:,} samples of {r.step_s:.6g} s over {(r.samples - 1) * r.step_s:.6g} s; what stays below"
+        f" {_TOLD:g} of the largest coordinate, or command on spacecraft or test masses, is not listed",
         *table(("output", "peak", "unit", "within 1 % of it after s"), rows, right=(1, 3)),
     ]
 

@@ -54,8 +54,7 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         numbers = zip(*(file.array(d).tolist() for d in (RELEASE.OUTPUT_PEAK, RELEASE.OUTPUT_SETTLED)), strict=True)
         labels, units = file.strings(RELEASE.OUTPUT_LABEL), file.strings(RELEASE.OUTPUT_UNIT)
         return {
-            label: f"peak {peak:.4g} {unit}, "
-            + (f"small after {s:.6g} s" if np.isfinite(s) else "not small at the end")
+            label: f"peak {peak:.4g} {unit}, " + (f"small after {s:.6g} s" if np.isfinite(s) else "large at the end")
             for label, unit, (peak, s) in zip(labels, units, numbers, strict=True)
         }
     verdicts = zip(
