@@ -28,6 +28,7 @@ from tedm_cli.noise.series import Trend, rows_by_column
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
 from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
+from tedm_cli.tables import wide_table
 from tedm_cli.tables.wide_table import WideTable, open_wide
 
 _BLOCK_SAMPLES = 1 << 16  # of all signals when they are read back; a multiple of the chunks of the files
@@ -158,12 +159,12 @@ def sample_series(
 def _propagated(
     wide: WideTable, stamps: Stamps, rows: FloatArray, remove: str
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """(stamps [B], signals [B, n]) of every block.
+    """(stamps [B], signals [B, n]) of every block; a table of few columns is not read in more rows than signals bear.
 
     Where a mean is removed later the first row is taken off at once: absolute temperatures would cost digits.
     """
     start: FloatArray | None = None
-    for block in wide.blocks():
+    for block in wide.blocks(max(1, wide_table.BLOCK_NUMBERS // max(rows.shape))):
         stamps.add(block.key, block.places)
         if start is None:
             start = np.zeros(block.values.shape[1]) if remove == "nothing" else block.values[0]
