@@ -26,7 +26,7 @@ class ReleaseFile(FileKind):
         ("output",),
         "float",
         "s",
-        "time from which on it stays within a hundredth of its peak; inf: not before the end",
+        "time from which on it stays within a hundredth of its peak; infinite: not before the end",
         open_ended=True,
     )
     SERIES = Dataset("/series/{output}", ("sample",), "float", None, "time series of the output")
