@@ -25,8 +25,9 @@ from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS, OUT
 from tedm_cli.dynamics.sources import NoiseSource, columns, psd_of
 
 _BLOCK = 128  # frequencies at once
-_HEARD = 24  # sampling rates on either side from which disturbances are folded
+_HEARD = 48  # rates of the samples on either side from which disturbances are folded: of white noise 1 % is farther
 _MADE = 32  # the same of held commands: what they make falls with the square
+_LEAST = 4  # sampling rates of the controller on either side
 _N = slice(N_INPUTS, N_INPUTS + N_COORDINATES)
 _S = slice(N_INPUTS + N_COORDINATES, len(DISTURBANCES))
 
@@ -73,6 +74,7 @@ class _Loop:
         assert controller.dt_s is not None
         self._plant, self._controller, self._rows, self._periods = plant, controller, list(rows), periods
         self._dt, self._outputs = controller.dt_s, outputs
+        self._heard, self._made = (max(_LEAST, -(-rates // periods)) for rates in (_HEARD, _MADE))
 
     def responses(self, base_hz: FloatArray) -> list[tuple[FloatArray, ComplexArray]]:
         """(ν [F], H [F, n, 45]) of `base_hz` [F] and of its aliases by the controller's sampling rate."""
@@ -85,7 +87,7 @@ class _Loop:
         control = self._controller.sequence(s)
         returned = np.zeros((len(s), N_COORDINATES, N_INPUTS), dtype=np.complex128)
         commanded = np.zeros((len(s), len(rows), N_INPUTS), dtype=np.complex128)
-        for k in range(-_MADE, _MADE + 1):
+        for k in range(-self._made, self._made + 1):
             at = s + 2j * np.pi * k / self._dt
             made = (_mean(at * self._dt) * pade_response(at, self._controller.delay_s))[:, None, None]
             moved = self._moved(at, plant.E) * made
@@ -93,7 +95,7 @@ class _Loop:
             commanded += _mean(at * sample)[:, None, None] * (by_p @ moved + o.by_u[rows] * made)
         answer = -control @ np.linalg.inv(np.eye(N_COORDINATES) + returned @ control)
         found = []
-        for j in range(-_HEARD, _HEARD + 1):
+        for j in range(-self._heard, self._heard + 1):
             at = s + 2j * np.pi * j / self._dt
             forced = np.zeros((N_COORDINATES, len(DISTURBANCES)))
             forced[:, :N_INPUTS], forced[:, _S] = plant.E, plant.E @ plant.stray_wrench
