@@ -151,7 +151,20 @@ $(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
 endef
 $(foreach file,$(SIMULATION_FILES),$(eval $(call SIMULATION_RULE,$(file))))
 
-$(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(wildcard $(BUILD)/series_*.h5)
+# Temperature series of the cases file: to the outputs, and through the loop.
+define SERIES_RULE
+$(1): $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(CASES_TOML) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
+	$$(TEDM) run-series $$(SERIES_$(notdir $(1))) $$(OPTIONS)
+endef
+$(foreach file,$(SERIES_FILES),$(eval $(call SERIES_RULE,$(file))))
+
+define SIMULATED_SERIES_RULE
+$(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
+	$$(TEDM) simulate --series $$(SERIES_$(notdir $(1))) $$(OPTIONS)
+endef
+$(foreach file,$(SIMULATED_SERIES_FILES),$(eval $(call SIMULATED_SERIES_RULE,$(file))))
+
+$(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMULATED_SERIES_FILES)
 	$(TEDM) plot $(OPTIONS)
 	@touch $@
 

@@ -23,6 +23,8 @@ from tedm_cli.cli.app import (
 )
 
 if TYPE_CHECKING:
+    from tedm_cli.config.project import Project
+    from tedm_cli.stages.dynamics.series import SimulatedSeries
     from tedm_cli.stages.dynamics.simulate import Simulation
 
 
@@ -53,6 +55,14 @@ def simulate(
     problem: Annotated[
         Path | None, typer.Option("--problem", help="A self-contained problem in JSON instead of a project.")
     ] = None,
+    series: Annotated[
+        list[str] | None,
+        typer.Option("--series", help="A temperature series of the cases file in place of cases, or `all`."),
+    ] = None,
+    release: Annotated[
+        list[str] | None,
+        typer.Option("--release", help="Let coordinates go in place of cases: TM1_x=1e-6,SC_phi=1e-7 (m, rad)."),
+    ] = None,
     in_time: Annotated[
         bool, typer.Option("--time", help="Realise the noise in time as well, and compare with the exact spectra.")
     ] = False,
@@ -73,21 +83,33 @@ def simulate(
     """Noise of the closed loop, with its budget and verdicts.
 
     The temperatures of a case act through gravity, stiffness and read-out at once, beside all other noise sources, on
-    every output of the closed loop; the differential acceleration and what else is required are judged.
+    every output of the closed loop; the differential acceleration and what else is required are judged. With --series
+    measured or computed temperatures act alone, in time; with --release nothing acts, and the loop finds back.
     """
     from tedm_cli.errors import PhysicsError, UsageError
 
     of_cases = {"--time": in_time, "--fail-on-violation": fail_on_violation}
     if figure_6_2:
         _refuse_with("--figure-6.2 imposes the positions, with no loop and no temperatures,", case,
-                     {"--problem": problem is not None, **of_cases})  # fmt: skip
+                     {"--problem": problem is not None, "--series": bool(series), "--release": bool(release),
+                      **of_cases})  # fmt: skip
         _figure_6_2(config, build_dir, output, as_json, quiet, verbose)
         return
     if problem is not None:
         from tedm_cli.stages.dynamics.problem import solve_problem
 
-        _refuse_with("--problem prints its results alone", case, {"--output": output is not None, **of_cases})
+        others = {"--output": output is not None, "--series": bool(series), "--release": bool(release), **of_cases}
+        _refuse_with("--problem prints its results alone", case, others)
         print(json.dumps(solve_problem(problem)))
+        return
+    if release:
+        others = {"--series": bool(series), **of_cases}
+        _refuse_with("--release runs in place of cases", case, others)
+        _release(open_project(config, build_dir, verbose), release, output, as_json, quiet)
+        return
+    if series:
+        _refuse_with("--series runs in place of cases", case, {"--time": in_time})
+        _simulate_series(open_project(config, build_dir, verbose), series, output, fail_on_violation, as_json, quiet)
         return
     from tedm_cli.cli.printing.dynamics import simulation_dict, simulation_lines, summary_lines
     from tedm_cli.config.cases import select_cases
@@ -95,7 +117,8 @@ def simulate(
     from tedm_cli.stages.dynamics.simulate import simulate as stage
 
     if not case:
-        raise UsageError("name a case, or all", hint="tedm simulate 3, tedm simulate all")
+        hint = "tedm simulate 3, tedm simulate all, tedm simulate --series cooldown"
+        raise UsageError("name a case, or all, or a --series", hint=hint)
     project = open_project(config, build_dir, verbose)
     ids = select_cases(project.cases, case)
     if output is not None and len(ids) != 1:
@@ -133,3 +156,52 @@ def _figure_6_2(config: Path, build_dir: Path, output: Path | None, as_json: boo
         print(json.dumps(imposed_dict(path, found), indent=1))
     else:
         say(quiet, *imposed_lines(path, found))
+
+
+def _release(project: Project, texts: list[str], output: Path | None, as_json: bool, quiet: bool) -> None:
+    """simulate --release."""
+    from tedm_cli.cli.printing.dynamics import release_dict, release_lines
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.dynamics.release import offsets
+    from tedm_cli.stages.dynamics.release import release as stage
+
+    with progress(quiet) as step:
+        done = stage(project, offsets(texts), output, step)
+    if as_json:
+        print(json.dumps(release_dict(done), indent=1))
+    else:
+        say(quiet, *release_lines(done))
+
+
+def _simulate_series(
+    project: Project, wanted: list[str], output: Path | None, fail_on_violation: bool, as_json: bool, quiet: bool
+) -> None:
+    """simulate --series: all that are named, then the first refusal of them."""
+    from tedm_cli.cli.printing.dynamics import simulated_series_dict, simulated_series_lines
+    from tedm_cli.errors import PhysicsError, TedmError, UsageError
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.dynamics.series import simulate_series
+    from tedm_cli.stages.temperature_series import select_series
+
+    names = select_series(project, wanted)
+    if output is not None and len(names) > 1:
+        raise UsageError(f"--output names one file, but {len(names)} series are run")
+    done: list[SimulatedSeries] = []
+    refused: TedmError | None = None
+    try:
+        with progress(quiet) as step:
+            simulate_series(project, names, output, step, done.append)
+    except TedmError as error:
+        if not done:
+            raise
+        refused = error
+    if as_json:
+        print(json.dumps([simulated_series_dict(r) for r in done], indent=1))
+    else:
+        for r in done:
+            say(quiet, *simulated_series_lines(r))
+    if refused is not None:
+        raise refused
+    failed = [r.total.name for r in done if not all(v.worst.passed for v in r.total.verdicts)]
+    if fail_on_violation and failed:
+        raise PhysicsError(f"requirements are violated in series {', '.join(failed)}")

@@ -25,7 +25,7 @@ from tedm_cli.cli.app import (
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.stages.noise.realisation import Realised
-    from tedm_cli.stages.noise.series import SeriesResult
+    from tedm_cli.stages.series_result import SeriesResult
 
 
 @app.command("run-case")
@@ -113,7 +113,7 @@ def run_series(
     from tedm_cli.errors import TedmError, UsageError
     from tedm_cli.progress import progress
     from tedm_cli.stages.noise.series import run_series as run
-    from tedm_cli.stages.noise.series import select_series
+    from tedm_cli.stages.temperature_series import select_series
 
     project = open_project(config, build_dir, verbose)
     names = select_series(project, series)

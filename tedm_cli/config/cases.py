@@ -151,6 +151,9 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
     for number, name in enumerate(names_of_series):
         if name.lower() in [other.lower() for other in names_of_series[:number]]:
             problems.append((f"series[{number}].name", f"{name!r} is there twice"))
+        if f"_{name.lower()}" in names:
+            fact = f"{name!r} names the same file of a simulation as the case id '_{name}'"
+            problems.append((f"series[{number}].name", fact))
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config

@@ -20,6 +20,7 @@ from tedm_cli.matrix_files.npz_file import npz_variables
 
 _MATRICES = ("A", "B", "C", "D")
 _NUMBERS = ("delay_s", "dt_s")
+_BOUNDS = {**dict.fromkeys(_MATRICES, q.MATRIX_ENTRY), "delay_s": q.CONTROL_DELAY, "dt_s": q.DURATION}
 Rows = list[list[Annotated[float, Bounded(q.MATRIX_ENTRY)]]]
 
 
@@ -69,6 +70,8 @@ def read_controller(path: Path) -> StateSpaceController:
         shape = shapes[name]
         read[name] = np.zeros(shape) if matrix.size == 0 and shape is not None else np.atleast_2d(matrix)
     delay, dt = (_number(values.get(name), path, name) for name in _NUMBERS)
+    for name, bound in _BOUNDS.items():
+        _check_bounds(path, name, np.asarray(values.get(name, 0.0), dtype=np.float64), bound)
     try:
         return StateSpaceController(
             StateSpace(*(read[n] for n in _MATRICES)), inputs, outputs, delay or 0.0, dt or None
@@ -85,6 +88,14 @@ def _matrix(value: Any, path: Path, name: str) -> FloatArray:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as exc:
         raise InputError(f"{name} is no matrix of real numbers", where=str(path)) from exc
+
+
+def _check_bounds(path: Path, name: str, value: FloatArray, bound: q.Quantity) -> None:
+    """Refuse a number outside the bounds of its quantity, as a TOML file's is; what is not given is 0."""
+    at = None if not value.any() else bound.first_outside(value)
+    if at is not None:
+        place = f"{name}[{', '.join(str(i + 1) for i in at)}]" if at else name
+        raise InputError(f"{place}: {bound.fact(float(value[at]))}", where=str(path))
 
 
 def _number(value: Any, path: Path, name: str) -> float | None:

@@ -275,7 +275,9 @@ class NoiseTable(Strict):
             s.name: s for s in lpf_sources(test_masses, at_rest, self.actuation_stability)
         }  # fmt: skip
         problems = []
-        for k, wanted in enumerate(self.omit):
+        if self.omit and not sources:
+            problems.append(("noise.omit", 'there is nothing to leave out: the preset is "none"'))
+        for k, wanted in enumerate(self.omit if sources else []):
             gone = [name for name, s in sources.items() if wanted in (name, s.group)]
             if not gone:
                 groups = ", ".join(dict.fromkeys(s.group for s in sources.values()))
@@ -309,7 +311,7 @@ class TimeTable(Strict):
     """The realisation in time: samples per second, how many, and the seed of its random numbers."""
 
     rate_hz: Annotated[float, Bounded(q.CROSSOVER)] = 0.5
-    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = 2**17
+    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = 2**20
     seed: Annotated[int, Bounded(q.SEED)] = 1
 
 

@@ -15,8 +15,9 @@ from tedm_cli.contracts.document import document
 from tedm_cli.contracts.dynamics import DYNAMICS, SIMULATION
 from tedm_cli.contracts.imposed import IMPOSED
 from tedm_cli.contracts.optics import OPTICS
+from tedm_cli.contracts.release import RELEASE
 from tedm_cli.contracts.sensitivity import SENSITIVITY
-from tedm_cli.contracts.series import SERIES
+from tedm_cli.contracts.series import SERIES, SIMULATED_SERIES, SeriesDatasets
 from tedm_cli.contracts.spec import AreaDatasets, Dataset, FileKind, GridDatasets
 from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
@@ -27,21 +28,27 @@ __all__ = [
     "IMPOSED",
     "KINDS",
     "OPTICS",
+    "RELEASE",
     "SENSITIVITY",
     "SERIES",
+    "SIMULATED_SERIES",
     "SIMULATION",
     "UNIT_LOADS",
     "AreaDatasets",
     "Dataset",
     "FileKind",
     "GridDatasets",
+    "SeriesDatasets",
     "markdown",
 ]
 
 KINDS = {
     kind.name: kind
-    for kind in (UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES, DYNAMICS, SIMULATION, IMPOSED)
-}
+    for kind in (
+        UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES, RELEASE,
+        IMPOSED,
+    )
+}  # fmt: skip
 
 
 def markdown() -> str:

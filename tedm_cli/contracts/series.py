@@ -1,12 +1,12 @@
-"""series_NAME.h5: outputs as time series, from measured or simulated temperatures."""
+"""series_NAME.h5 and simulation_NAME.h5: outputs as time series, without the drag-free loop and with it."""
 
 from __future__ import annotations
 
 from tedm_cli.contracts.spec import FLAG, NAMES, QUANTITIES, AreaDatasets, Dataset, FileKind, Values
 
 
-class SeriesFile(AreaDatasets, FileKind):
-    """Its datasets by name; `SERIES` is the kind of file."""
+class SeriesDatasets(AreaDatasets):
+    """What both kinds of file hold."""
 
     TEMPERATURE_COLUMN = Dataset(
         "/temperature/column",
@@ -61,4 +61,27 @@ class SeriesFile(AreaDatasets, FileKind):
     )
 
 
+class SeriesFile(SeriesDatasets, FileKind):
+    """`SERIES` is the kind of file."""
+
+
+class SimulatedSeriesFile(SeriesDatasets, FileKind):
+    """Its datasets by name; `SIMULATED_SERIES` is the kind of file. The loop is linear: two parts make each output."""
+
+    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller hears")
+    GRAVITY_SERIES = Dataset(
+        "/gravity/series/{output}", ("sample",), "float", None, "part of the accelerations of the test masses"
+    )
+    GRAVITY_PSD = Dataset("/gravity/psd/{output}", ("frequency",), "float", None, "estimated PSD of that part")
+    GRAVITY_RMS = Dataset("/gravity/rms", ("output",), "float", None, "root mean square of that part")
+    READ_OUT_SERIES = Dataset(
+        "/read_out/series/{output}", ("sample",), "float", None, "part of the read-outs that the controller hears"
+    )
+    READ_OUT_PSD = Dataset("/read_out/psd/{output}", ("frequency",), "float", None, "estimated PSD of that part")
+    READ_OUT_RMS = Dataset("/read_out/rms", ("output",), "float", None, "root mean square of that part")
+
+
 SERIES = SeriesFile("series", 2, "tedm run-series", families={"output": "/output/label"})
+SIMULATED_SERIES = SimulatedSeriesFile(
+    "simulated_series", 1, "tedm simulate --series", families={"output": "/output/label"}
+)

@@ -90,7 +90,7 @@ def budget(
     parted = [labels.index(label) for label in areas_of]
     for here, response in responses(plant, controller, frequency_hz, difference_s):
         chosen = response[:, rows]
-        np.multiply(_power(chosen, gains), spectra[:, here].T[:, None, :], out=by_source[here])
+        np.multiply(squared(chosen, gains), spectra[:, here].T[:, None, :], out=by_source[here])
         if thermal is not None:
             heat[here], gravity[here], apart[here], area[here] = _thermal(chosen, thermal, here, parted)
     by_area = {label: area[:, j] for j, label in enumerate(areas_of)}
@@ -116,17 +116,19 @@ def _thermal(
     return _size(driven).sum(axis=-1), gravity, apart, area
 
 
-def _power(response: ComplexArray, matrix: FloatArray) -> FloatArray:
-    """|response [f, n, d] times a real matrix [d, m]|², in products of real numbers.
+def squared(response: ComplexArray, matrix: AnyArray) -> FloatArray:
+    """|response @ matrix|²: response [f, n, d], matrix [d, m]; [f, n, m]. A real matrix by products of real numbers.
 
     Copies of both parts, since NumPy hands BLAS no matrix with gaps between its numbers and is ten times slower alone.
     """
-    flat = response.reshape(-1, response.shape[-1])
-    out, imaginary = (np.ascontiguousarray(part) @ matrix for part in (flat.real, flat.imag))
+    if np.iscomplexobj(matrix):
+        return _size(response @ matrix)
+    flat, real = response.reshape(-1, response.shape[-1]), np.asarray(matrix, dtype=np.float64)
+    out, imaginary = (np.ascontiguousarray(part) @ real for part in (flat.real, flat.imag))
     np.square(out, out=out)
     np.square(imaginary, out=imaginary)
     out += imaginary
-    return out.reshape(*response.shape[:-1], matrix.shape[1])
+    return out.reshape(*response.shape[:-1], real.shape[1])
 
 
 def _size(amplitude: ComplexArray) -> FloatArray:

@@ -7,12 +7,12 @@ with w the forces and torques, s the disturbing accelerations and n the noise of
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import ComplexArray, FloatArray, IntArray
+from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.dynamics.controller import Controller
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, INPUTS, N_COORDINATES, N_INPUTS, OUTPUTS, STRAY
@@ -38,10 +38,9 @@ class OutputMap:
     by_d: FloatArray
     by_d2: FloatArray
 
-    @property
-    def differentiated(self) -> IntArray:
-        """Places of the outputs with second derivatives."""
-        return np.flatnonzero(self.by_p2.any(axis=1) | self.by_d2.any(axis=1))
+    def differentiated(self, rows: Sequence[int]) -> tuple[int, ...]:
+        """Places among the `rows` of outputs with second derivatives of coordinates or read-outs."""
+        return tuple(k for k, row in enumerate(rows) if self.by_p2[row].any() or self.by_d2[row].any())
 
 
 def output_map(plant: Plant) -> OutputMap:
@@ -120,7 +119,7 @@ def _response(
     out: ComplexArray = outputs.by_p @ p
     out -= outputs.by_u @ (control @ measured)
     out += outputs.by_d
-    twice = outputs.differentiated
+    twice = list(outputs.differentiated(range(len(OUTPUTS))))
     out[:, twice] += second[:, None, None] * (outputs.by_p2[twice] @ p + outputs.by_d2[twice])
     return out
 

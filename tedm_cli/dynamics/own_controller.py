@@ -82,9 +82,17 @@ class StateSpaceController:
                 )
             x = s * self.dt_s
             inner, hold = self.system.response(np.exp(x)), -np.expm1(-x) / x
-        out = np.zeros((len(s), N_INPUTS, len(self.inputs)), dtype=np.complex128)
-        rows = [INPUTS.index(name) for name in self.outputs]
-        out[:, rows] = -inner * (hold * pade_response(s, self.delay_s))[:, None, None]
+        return self._on_inputs(-inner * (hold * pade_response(s, self.delay_s))[:, None, None])
+
+    def sequence(self, s: ComplexArray) -> ComplexArray:
+        """[F, 18, 15]: minus the commands by the read-outs, both sequences of a sampled controller; no delay."""
+        assert self.dt_s is not None
+        return np.asarray(self._on_inputs(-self.system.response(np.exp(s * self.dt_s))) @ self.returns)
+
+    def _on_inputs(self, values: ComplexArray) -> ComplexArray:
+        """[F, 18, L] from the rows of its outputs."""
+        out = np.zeros((len(values), N_INPUTS, len(self.inputs)), dtype=np.complex128)
+        out[:, [INPUTS.index(name) for name in self.outputs]] = values
         return out
 
     def state_space(self) -> StateSpace:

@@ -11,10 +11,10 @@ from scipy import linalg, optimize
 from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.dynamics.closed_loop import loop_transfer
 from tedm_cli.dynamics.controller import Controller
-from tedm_cli.dynamics.loops import StateSpace
-from tedm_cli.dynamics.own_controller import StateSpaceController, delays
+from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.plant import Plant
-from tedm_cli.dynamics.signals import COORDINATES, N_COORDINATES, N_INPUTS
+from tedm_cli.dynamics.sampled_loop import one_period
+from tedm_cli.dynamics.signals import COORDINATES, N_COORDINATES
 from tedm_cli.dynamics.state_space import loop_system
 from tedm_cli.errors import PhysicsError
 
@@ -77,32 +77,11 @@ def stability(plant: Plant, controller: Controller) -> Stability:
 def _modes(plant: Plant, controller: Controller) -> tuple[ComplexArray, ComplexArray]:
     """Poles (rad/s) and modes, the coordinates first."""
     if isinstance(controller, StateSpaceController) and controller.dt_s is not None:
-        z, vectors = np.linalg.eig(sampled_loop(plant, controller))
+        z, vectors = np.linalg.eig(one_period(plant, controller))
         z = np.where(z == 0.0, 1e-300, z)
         return np.log(z) / controller.dt_s, vectors
     poles, vectors = linalg.eig(loop_system(plant, controller).system.a)
     return poles, vectors
-
-
-def sampled_loop(plant: Plant, controller: StateSpaceController) -> FloatArray:
-    """One step of the closed loop with a sampled controller: plant and delay, then the controller."""
-    assert controller.dt_s is not None
-    motion = np.zeros((2 * N_COORDINATES, 2 * N_COORDINATES))
-    motion[:N_COORDINATES, N_COORDINATES:] = np.eye(N_COORDINATES)
-    motion[N_COORDINATES:, :N_COORDINATES] = plant.K
-    forced = np.zeros((2 * N_COORDINATES, N_INPUTS))
-    forced[N_COORDINATES:] = plant.E
-    pick = np.eye(2 * N_COORDINATES)[:N_COORDINATES]
-    late = delays(controller.delay_s, controller.outputs)
-    body = StateSpace(motion, forced, pick, np.zeros((N_COORDINATES, N_INPUTS))).after(late)
-    n = len(body.a)
-    # the delay's states come first in `after`: put the motion first
-    order = np.r_[len(late.a) : n, 0 : len(late.a)]
-    a, b, c = body.a[np.ix_(order, order)], body.b[order], body.c[:, order]
-    step = linalg.expm(np.block([[a, b], [np.zeros((N_INPUTS, n + N_INPUTS))]]) * controller.dt_s)
-    ad, bd = step[:n, :n], step[:n, n:]
-    control = controller.state_space()
-    return np.block([[ad - bd @ control.d @ c, -bd @ control.c], [control.b @ c, control.a]])
 
 
 def _margins(plant: Plant, controller: Controller) -> list[Margins]:
@@ -145,10 +124,12 @@ def _margins_of(
 
 
 def _crossings(x: FloatArray, values: FloatArray, function: Callable[[float], float]) -> list[float]:
-    """Zeros of `function` between points [n] of a grid where its `values` change sign.
-
-    Where the sign is one of rounding, a single evaluation may have another than the many of the grid.
-    """
-    change = np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))
-    between = [(x[i], x[i + 1]) for i in change if function(x[i]) * function(x[i + 1]) <= 0.0]
-    return [float(optimize.brentq(function, low, high, xtol=1e-12)) for low, high in between]
+    """Zeros of `function` between points [n] of a grid where its `values` change sign."""
+    found = []
+    for i in np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:])):
+        low, high = function(x[i]), function(x[i + 1])
+        if np.signbit(low) != np.signbit(high):
+            found.append(float(optimize.brentq(function, x[i], x[i + 1], xtol=1e-12)))
+        else:  # one of them is 0 but for rounding, as half the rate of a sampled controller is
+            found.append(float(x[i] if abs(low) < abs(high) else x[i + 1]))
+    return found

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from tedm_cli.figures.fit import fitted, wrapped
+from tedm_cli.arrays import FloatArray
+from tedm_cli.figures.fit import wrapped
+from tedm_cli.figures.key import key
 from tedm_cli.figures.spectra import limit_lines, scales
-from tedm_cli.figures.style import STACK, WIDTH, grid, heading, log_axis, style
+from tedm_cli.figures.style import SMALL, STACK, WIDTH, grid, heading, heading_lines, log_axis, style
 from tedm_cli.gravity.field import OTHER_TEST_MASS
 from tedm_cli.results.imposed import ImposedMotion, ImposedNoise
 
-_LEFT, _SPECTRA, _GAP, _BARS, _TALL, _FOOT, _TOP = 0.78, 2.75, 1.45, 1.85, 2.6, 1.3, 0.62  # inches
+_LEFT, _SPECTRA, _GAP, _BARS, _TALL, _FOOT = 0.78, 2.75, 1.45, 1.85, 2.6, 0.6  # inches
 _DECADES = 0.5  # above and below all that is shown
 _MARKS = ("o", "s", "D", "^")
 
@@ -20,15 +25,20 @@ _MARKS = ("o", "s", "D", "^")
 def imposed_figure(found: ImposedMotion) -> Figure:
     """Spectra of all sources and of the other test mass against the requirement; beside them each source alone."""
     with style():
-        height = _TOP + _TALL + _FOOT
+        title = "Self-gravity force noise of imposed positions"
+        more = f"Independent positions of {1e9 * found.motion[0]:.3g} nm/√Hz along x, no loop, no safety factor"
+        noise, alone = key(_noise_samples(found), _LEFT + _SPECTRA, most=1), key(_source_samples(found), 2.9, most=1)
+        foot = _FOOT + max(noise.height, alone.height)
+        height = heading_lines(title, more)[2] + 0.1 + _TALL + foot
         figure = Figure(figsize=(WIDTH, height))
-        spectra = figure.add_axes((_LEFT / WIDTH, _FOOT / height, _SPECTRA / WIDTH, _TALL / height))
+        spectra = figure.add_axes((_LEFT / WIDTH, foot / height, _SPECTRA / WIDTH, _TALL / height))
         left = (_LEFT + _SPECTRA + _GAP) / WIDTH
-        parts = figure.add_axes((left, _FOOT / height, _BARS / WIDTH, _TALL / height))
+        parts = figure.add_axes((left, foot / height, _BARS / WIDTH, _TALL / height))
         _spectra(spectra, found)
         _parts(parts, found)
-        more = f"Independent positions of {1e9 * found.motion[0]:.3g} nm/√Hz along x, no loop, no safety factor"
-        heading(figure, "Self-gravity force noise of imposed positions", more=more)
+        heading(figure, title, more=more)
+        noise.draw(figure, 0.1, foot - _FOOT + 0.08 - noise.height)
+        alone.draw(figure, WIDTH - 3.0, foot - _FOOT + 0.08 - alone.height)
         return figure
 
 
@@ -36,19 +46,42 @@ def _name(n: ImposedNoise) -> str:
     return f"{n.test_mass}, {n.model}"
 
 
-def _spectra(axes: Axes, found: ImposedMotion) -> None:
-    f = found.frequency_hz
+def _shown(found: ImposedMotion) -> list[tuple[str, FloatArray]]:
+    """Spectra with their names: of all sources, and of the other test mass alone as the thesis has it."""
     shown = [(_name(n), n.asd) for n in found.noises]
     first = found.noises[0]
     if OTHER_TEST_MASS in first.alone:
         shown.append((f"{_name(first)}: {OTHER_TEST_MASS}", first.alone[OTHER_TEST_MASS]))
-    for (name, asd), (colour, width, dashes) in zip(shown, STACK, strict=False):
-        axes.plot(f * 1e3, asd, color=colour, linewidth=width, linestyle=dashes, label=fitted(name, 3.4, 8))
+    return shown
+
+
+def _noise_samples(found: ImposedMotion) -> list[Line2D]:
+    lines = [
+        Line2D([], [], color=colour, linewidth=width, linestyle=dashes, label=name)
+        for (name, _), (colour, width, dashes) in zip(_shown(found), STACK, strict=False)
+    ]
+    return [*lines, Line2D([], [], color="black", linewidth=2.0, label=f"requirement {found.limit.name}")]
+
+
+def _source_samples(found: ImposedMotion) -> list[Line2D]:
+    marks = [Line2D([], [], label=_name(n), **_mark(i)) for i, n in enumerate(found.noises)]
+    return [*marks, Line2D([], [], color="black", linewidth=1.4, label="requirement, lowest frequency")]
+
+
+def _mark(i: int) -> dict[str, Any]:
+    return {
+        "linestyle": "none", "marker": _MARKS[i % len(_MARKS)], "markersize": 6, "color": STACK[i % len(STACK)][0],
+        "markeredgecolor": "black", "markeredgewidth": 0.6,
+    }  # fmt: skip
+
+
+def _spectra(axes: Axes, found: ImposedMotion) -> None:
+    f, shown = found.frequency_hz, _shown(found)
+    for (_, asd), (colour, width, dashes) in zip(shown, STACK, strict=False):
+        axes.plot(f * 1e3, asd, color=colour, linewidth=width, linestyle=dashes)
     limit_lines(axes, f, [found.limit], 2.0)
     heights = np.concatenate([asd for _, asd in shown if asd.any()] + [found.limit.amplitude])
     scales(axes, f, heights.min() / 10**_DECADES, heights.max() * 10**_DECADES, "m s^-2", "noise")
-    axes.legend(loc="upper left", bbox_to_anchor=(-0.22, -0.17), fontsize=8, handlelength=3.4, borderaxespad=0.0,
-                labelspacing=0.3)  # fmt: skip
 
 
 def _parts(axes: Axes, found: ImposedMotion) -> None:
@@ -57,18 +90,16 @@ def _parts(axes: Axes, found: ImposedMotion) -> None:
     for i, n in enumerate(found.noises):
         y = [sources.index(s) + 0.22 * (i - (len(found.noises) - 1) / 2) for s in n.alone]
         x = [asd[0] for asd in n.alone.values()]
-        axes.plot(x, y, linestyle="none", marker=_MARKS[i % len(_MARKS)], markersize=6, color=STACK[i % len(STACK)][0],
-                  markeredgecolor="black", markeredgewidth=0.6, label=fitted(_name(n), 2.4, 8))  # fmt: skip
+        axes.plot(x, y, **_mark(i))
     level = float(found.limit.amplitude[0])
-    axes.axvline(level, color="black", linewidth=1.4, label="requirement, lowest frequency")
+    axes.axvline(level, color="black", linewidth=1.4)
     values = [level, *(a[0] for n in found.noises for a in n.alone.values())]
     low, high = min(values) / 10**_DECADES, max(values) * 10**_DECADES
     axes.set_xscale("log")
     axes.set_xlim(low, high)
     log_axis(axes.xaxis, decades=np.log10(high / low), label="each source alone (m s⁻²/√Hz)")
-    axes.set_yticks(range(len(sources)), [wrapped(s, 1.1, 8.5, 2) for s in sources])
+    axes.set_yticks(range(len(sources)), [wrapped(s, 1.1, SMALL) for s in sources])
     axes.set_ylim(len(sources) - 0.5, -0.5)
-    axes.tick_params(labelsize=8.5)
-    axes.xaxis.label.set_fontsize(9)
+    axes.tick_params(labelsize=SMALL)
+    axes.xaxis.label.set_fontsize(SMALL)
     grid(axes)
-    axes.legend(loc="upper left", bbox_to_anchor=(-0.55, -0.17), fontsize=8, borderaxespad=0.0, labelspacing=0.3)

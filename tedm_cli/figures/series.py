@@ -18,6 +18,7 @@ from tedm_cli.figures.key import key
 from tedm_cli.figures.spectra import band_sample, bands, limit_lines, log_range
 from tedm_cli.figures.style import (
     BLUE,
+    COLOURS,
     LINE,
     SMALL,
     VERMILION,
@@ -34,6 +35,7 @@ from tedm_cli.results.wording import and_text, mhz_text, power_text, ratio_text,
 
 _ROW, _BETWEEN = 1.9, 0.5  # inches
 _LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.78, 2.6, 0.94, 2.53
+_PART_COLOURS = (COLOURS[3], COLOURS[2])  # of what makes an output together: wide and light, below it
 
 
 def series_figure(series: SeriesNoise) -> Figure:
@@ -94,11 +96,14 @@ def _time(axes: Axes, o: SeriesOutput) -> None:
 def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
     thin, factor = thinned(o.spectrum), series.safety_factor
     x, y = thin.trace()
-    low, high = log_range([factor * y, *(q.amplitude for q in o.limits)])
+    low, high = _range(o, series)
     tiny = np.finfo(np.float64).tiny  # a logarithmic axis has no zero
     bands(axes, o.limits)
     low_end, high_end = (np.maximum(factor * end, tiny) for end in (thin.low, thin.high))
     axes.fill_between(thin.frequency_hz * 1e3, low_end, high_end, color="#9A9A9A", linewidth=0, alpha=0.7)
+    for part, colour in zip(o.parts.values(), _PART_COLOURS, strict=False):
+        along, above = thinned(part).trace()
+        axes.plot(along * 1e3, np.maximum(factor * above, tiny), color=colour, linewidth=3.5, alpha=0.6)
     passed = o.verdict is None or o.verdict.passed
     axes.plot(x * 1e3, np.maximum(factor * y, tiny), color=BLUE if passed else VERMILION, linewidth=0.9)
     limit_lines(axes, o.limit_hz, o.limits, 1.8)
@@ -125,6 +130,11 @@ def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
     grid(axes)
 
 
+def _range(o: SeriesOutput, series: SeriesNoise) -> tuple[float, float]:
+    """Ends of the axis of a spectrum."""
+    return log_range([series.safety_factor * thinned(o.spectrum).trace()[1], *(q.amplitude for q in o.limits)])
+
+
 def _samples(series: SeriesNoise) -> list[Artist]:
     verdicts = [o.verdict for o in series.outputs]
     samples: list[Artist] = []
@@ -138,6 +148,11 @@ def _samples(series: SeriesNoise) -> list[Artist]:
     if any(v is not None and not v.passed for v in verdicts):
         samples.append(Line2D([], [], color=VERMILION, marker="X", markersize=7, label=f"{estimate}, violated", **edge))
     samples.append(Patch(color="#9A9A9A", alpha=0.7, label=f"its {100 * series.confidence:g} % interval"))
+    parts = dict.fromkeys(name for o in series.outputs for name in o.parts)
+    for name, colour in zip(parts, _PART_COLOURS, strict=False):
+        seen = any(series.safety_factor * o.parts[name].asd.max() > _range(o, series)[0] for o in series.outputs)
+        label = f"part of {name}" + ", below the axes" * (not seen)
+        samples.append(Line2D([], [], color=colour, linewidth=3.5, alpha=0.6, label=label))
     limits = {q.name: q for o in series.outputs for q in o.limits}
     if limits:
         named = f"requirement{'s' if len(limits) > 1 else ''} {and_text(list(limits))}"

@@ -12,13 +12,22 @@ from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, command
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import Reader, open_checked
 
-UNIT_LOADS_FILE, DISTORTION_FILE, SENSITIVITY_FILE, OPTICS_FILE, DYNAMICS_FILE, IMPOSED_FILE = (
+(
+    UNIT_LOADS_FILE,
+    DISTORTION_FILE,
+    SENSITIVITY_FILE,
+    OPTICS_FILE,
+    DYNAMICS_FILE,
+    IMPOSED_FILE,
+    RELEASE_FILE,
+) = (
     "unit_loads.h5",
     "distortion.h5",
     "sensitivity.h5",
     "optics.h5",
     "dynamics.h5",
     "figure_6_2.h5",
+    "release.h5",
 )
 _AREAS = tuple(d for d in vars(AreaDatasets).values() if isinstance(d, Dataset))
 
@@ -35,6 +44,11 @@ def simulation_file_name(case_id: str) -> str:
 
 def series_file_name(name: str) -> str:
     return f"series_{name}.h5"
+
+
+def simulated_series_file_name(name: str) -> str:
+    """`simulation_warm.h5` for series warm in closed loop."""
+    return f"simulation_{name}.h5"
 
 
 def provenance(configs: Sequence[ConfigFile], inputs: Iterable[Path]) -> Provenance:

@@ -24,9 +24,11 @@ from tedm_cli.report.document import (
     row,
     verdict_cell,
 )
+from tedm_cli.report.dynamics_in_time import in_time_blocks
 from tedm_cli.report.evidence import factor_cell, ratio_cell
 from tedm_cli.results.deciding import DIAGNOSTIC, deciding, worst_of
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
+from tedm_cli.results.dynamics_in_time import IN_TIME
 from tedm_cli.results.wording import and_text, capital, count, mhz_text, percent, ratio_text, sci
 
 SECTION = "loop"
@@ -116,6 +118,7 @@ def closed_loop_section(found: ClosedLoop, ids: Sequence[str], figures: dict[str
             blocks.append(Folded("Every verdict in closed loop, without diagnostic cases", (_every(pairs),)))
     else:
         blocks.append(Paragraph("No requirement applies to an output of the loop."))
+    blocks += in_time_blocks(found.in_time, figures.get(IN_TIME, []))
     blocks += [
         Heading("Margins of the loops"),
         *(figure for figure in drawn if figure.file == _MARGINS),

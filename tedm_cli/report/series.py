@@ -33,11 +33,12 @@ def series_section(series: Mapping[str, SeriesSummary], figures: dict[str, list[
     for (name, s), figure in zip(series.items(), figures["series"], strict=True):
         treatment = f"{s.treatment}; {s.samples:,} samples over {sci(s.span_s)} s"
         facts = Facts((("Temperatures", s.source), ("Treatment", treatment)))
-        blocks += [Heading(name), facts, figure, _verdicts(s)]
+        blocks += [Heading(name), facts, figure, verdicts_table(s)]
     return Section("series", "Time series", "Time series", tuple(blocks))
 
 
-def _verdicts(s: SeriesSummary) -> Block:
+def verdicts_table(s: SeriesSummary) -> Block:
+    """How the outputs of a series stand to their requirements."""
     if not s.verdicts:
         return Paragraph("No requirement could be judged: none has its band within the frequencies of the estimate.")
     rows = [

@@ -10,7 +10,17 @@ from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.dynamics import load_dynamics
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, IMPOSED, OPTICS, SENSITIVITY, SERIES, SIMULATION
+from tedm_cli.contracts import (
+    CASE,
+    DISTORTION,
+    DYNAMICS,
+    IMPOSED,
+    OPTICS,
+    SENSITIVITY,
+    SERIES,
+    SIMULATED_SERIES,
+    SIMULATION,
+)
 from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
@@ -25,10 +35,12 @@ from tedm_cli.files.build_folder import (
     require_same_areas,
     require_same_input,
     series_file_name,
+    simulated_series_file_name,
     simulation_file_name,
 )
 from tedm_cli.files.provenance import ConfigFile, InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.layout import OpticalLayout
 
 
@@ -38,7 +50,8 @@ class Results:
 
     `series` are those of the configuration that have been run, by name. `dynamics` is None where there are not two test
     masses, or where the loop or its cases have not been made; `simulations` are the cases that have, in the order of
-    the configuration. `imposed` is None where it has not been made.
+    the configuration, `simulated_series` the series that have been through the loop, by name. `imposed` is None where
+    it has not been made.
     """
 
     distortion: Reader
@@ -60,6 +73,9 @@ class Results:
     simulation_files: list[InputFile]
     imposed: Reader | None
     imposed_file: InputFile | None
+    simulated_series: dict[str, Reader]
+    simulated_series_files: dict[str, InputFile]
+    loop_requirements: list[AppliedRequirement]
 
 
 @contextlib.contextmanager
@@ -99,36 +115,49 @@ def open_results(project: Project) -> Iterator[Results]:
             hint = f"rebuild it with `tedm run-series {name}`, or delete it"
             _require_made_from(series[name], used, [file], hint)
         two = len(sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)) == len(TEST_MASSES)
-        dynamics, simulations = _open_dynamics(project, config.ids, used, file, stack) if two else (None, [])
         imposed = None
         if (build / IMPOSED_FILE).exists():
             imposed = stack.enter_context(open_checked(build / IMPOSED_FILE, IMPOSED))
             _require_made_from(imposed, used[:1], [], f"rebuild it with `{IMPOSED.made_by}`, or delete it")
-        require_same_areas(sensitivity, optics, distortion, *cases, *series.values(), *simulations)
+        loop = _open_dynamics(project, config, used, file, stack) if two else _Loop(None, [], {}, [])
+        looped = [*loop.simulations, *loop.series.values()]
+        require_same_areas(sensitivity, optics, distortion, *cases, *series.values(), *looped)
         yield Results(
             distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
-            two, dynamics, None if dynamics is None else input_files([dynamics.path])[0], simulations,
-            list(input_files([reader.path for reader in simulations])),
+            two, loop.dynamics, None if loop.dynamics is None else input_files([loop.dynamics.path])[0],
+            loop.simulations, list(input_files([reader.path for reader in loop.simulations])),
             imposed, None if imposed is None else input_files([imposed.path])[0],
+            loop.series, {name: input_files([reader.path])[0] for name, reader in loop.series.items()},
+            loop.requirements,
         )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class _Loop:
+    """What has been made of the drag-free loop, open."""
+
+    dynamics: Reader | None
+    simulations: list[Reader]
+    series: dict[str, Reader]
+    requirements: list[AppliedRequirement]
+
+
 def _open_dynamics(
-    project: Project, ids: Sequence[str], used: Sequence[InputFile], config: ConfigFile, stack: contextlib.ExitStack
-) -> tuple[Reader | None, list[Reader]]:
-    """The loop and the cases in it, as far as they have been made; refused where they are not made from what is there.
+    project: Project, cases: CasesConfig, used: Sequence[InputFile], config: ConfigFile, stack: contextlib.ExitStack
+) -> _Loop:
+    """The loop, the cases and series in it, as far as they have been made; refused where not from what is there.
 
     `used` are the sensitivities and the optics, `config` is the cases file.
     """
     path = project.build_dir / DYNAMICS_FILE
-    paths = {i: path.with_name(simulation_file_name(i)) for i in ids}
+    paths = {i: path.with_name(simulation_file_name(i)) for i in cases.ids}
     paths = {i: p for i, p in paths.items() if p.exists()}
     if not path.exists() or not paths:
-        return None, []
-    own, table = load_dynamics(project.dynamics)
+        return _Loop(None, [], {}, [])
+    own, dynamics_config = load_dynamics(project.dynamics)
     configs = [own] if own else []
-    tables = [own.path.parent / name for name in table.file_names()] if own else []
+    tables = [own.path.parent / name for name in dynamics_config.file_names()] if own else []
     dynamics = stack.enter_context(open_checked(path, DYNAMICS))
     used = [*used, *input_files(tables)]
     hint = f"rebuild it with `{DYNAMICS.made_by}`"
@@ -142,7 +171,14 @@ def _open_dynamics(
     for case_id, made in paths.items():
         simulations.append(stack.enter_context(open_checked(made, SIMULATION)))
         require_current(simulations[-1], case_id, used, [*configs, config])
-    return dynamics, simulations
+    series = {}
+    for name in (table.name for table in cases.series):
+        made = path.with_name(simulated_series_file_name(name))
+        if made.exists():
+            series[name] = stack.enter_context(open_checked(made, SIMULATED_SERIES))
+            hint = f"rebuild it with `{SIMULATED_SERIES.made_by} {name}`, or delete it"
+            _require_made_from(series[name], used, [*configs, config], hint)
+    return _Loop(dynamics, simulations, series, dynamics_config.applied_requirements())
 
 
 def _layout(project: Project, optics: Reader) -> OpticalLayout:

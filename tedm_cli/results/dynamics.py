@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from tedm_cli.dynamics.judging import THERMAL
 from tedm_cli.dynamics.signals import DELTA_G, kind
 from tedm_cli.files.store import Reader
 from tedm_cli.results.deciding import LIKELY, deciding, possible_of, worst_of
+from tedm_cli.results.dynamics_in_time import LoopInTime, read_loop_in_time
 from tedm_cli.results.noise import Limit
 
 #: Families of the default loops; those of a controller of one's own are broken at the read-outs.
@@ -166,6 +168,7 @@ class ClosedLoop:
 
     stability: LoopStability
     cases: tuple[SimulatedCase, ...]
+    in_time: LoopInTime = field(default_factory=LoopInTime)
 
     def pairs(self) -> dict[tuple[str, str], list[tuple[SimulatedCase, LoopOutput]]]:
         """By (output, requirement), the verdicts of all cases."""
@@ -191,11 +194,14 @@ class ClosedLoop:
         return deciding(pairs) if pairs else None
 
 
-def read_closed_loop(dynamics: Reader | None, simulations: Sequence[Reader]) -> ClosedLoop | None:
+def read_closed_loop(
+    dynamics: Reader | None, simulations: Sequence[Reader], series: Mapping[str, Reader] = MappingProxyType({})
+) -> ClosedLoop | None:
     """The loop and its cases, from their open files; None where they have not been made."""
     if dynamics is None:
         return None
-    return ClosedLoop(read_stability(dynamics), tuple(read_simulation(file) for file in simulations))
+    cases = tuple(read_simulation(file) for file in simulations)
+    return ClosedLoop(read_stability(dynamics), cases, read_loop_in_time(simulations, series))
 
 
 def read_stability(file: Reader) -> LoopStability:

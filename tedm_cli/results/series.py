@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -61,6 +61,7 @@ class SeriesOutput:
     spectrum : estimate with its interval, without the safety factor.
     limit_hz, limits : those that judge it, and the frequencies they are given at.
     verdict : the worst; None where it is not judged.
+    parts : by name, spectra of parts that make the output together; none of a series without the loop.
     """
 
     output: str
@@ -74,6 +75,7 @@ class SeriesOutput:
     limit_hz: FloatArray
     limits: tuple[Limit, ...]
     verdict: JudgedSeriesOutput | None
+    parts: Mapping[str, Spectrum] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

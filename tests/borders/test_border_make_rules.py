@@ -163,3 +163,26 @@ def test_a_solver_with_quotes(fresh: Project) -> None:
     solved_by_tedm(fresh)
     done = run_make(fresh, "-n", "all", "NASTRAN=sh -c 'exec x' {deck}")
     assert "--run 'sh -c '\\''exec x'\\'' {deck}'" in done.stdout, done.stderr
+
+
+@make
+def test_series_are_run_without_and_with_the_loop(fresh: Project) -> None:
+    """By what Make would run: each once, before the figures; with one test mass there is no loop."""
+    (fresh.folder / "warm.csv").write_text("time_s,all\n0,1\n1,2\n")
+    with open(fresh.folder / "cases.toml", "a") as stream:
+        stream.write('\n[[series]]\nname = "warm"\nfile = "warm.csv"\nremove = "mean"\n')
+    done = run_make(fresh, "-n", "all")
+    assert done.returncode == 0, done.stderr
+    commands = [line.split()[1:4] for line in done.stdout.splitlines() if "/bin/tedm " in line]
+    assert commands.count(["run-series", "warm", "-c"]) == commands.count(["simulate", "--series", "warm"]) == 1
+    assert [words[0] for words in commands][-2:] == ["plot", "report"]
+    text = fresh.model.read_text()
+    second = text.index('[[test_mass]]\nname = "TM2"')
+    fresh.model.write_text(text[:second] + text[text.index("[gravity]", second) :].replace('TM2 = ["IS2"]\n', ""))
+    done = run_make(fresh, "-n", "all")
+    assert "run-series warm" in done.stdout
+    assert "--series" not in done.stdout
+    (fresh.folder / "warm.csv").rename(fresh.folder / "hot.csv")
+    done = run_make(fresh, "-n", "all")
+    assert done.returncode != 0
+    assert "warm.csv" in done.stderr

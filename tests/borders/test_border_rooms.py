@@ -89,7 +89,7 @@ def test_there_are_wings() -> None:
 
 @pytest.mark.parametrize("wing", WINGS)
 def test_wings_do_not_import_each_other(wing: str) -> None:
-    """What two wings need is in a pure room, in `results` or in `stages/common.py`."""
+    """What two wings need is in a pure room, in `results` or in a file of `stages/` itself."""
     others = {f"tedm_cli.stages.{w}" for w in WINGS if w != wing}
     for path in sorted((PACKAGE / "stages" / wing).rglob("*.py")):
         crossed = {name for name in imports(path) for o in others if name == o or name.startswith(f"{o}.")}

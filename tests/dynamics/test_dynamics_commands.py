@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from border_tools import Project, edited, in_child, replace, snapshot, tedm, untouched
 from dynamics_models import EXAMPLE, example
+from scipy.io import savemat
 
 from tedm_cli.files import store
 
@@ -55,7 +56,9 @@ REFUSED = {
     "own, repeated name": ('[controller]\nfile = "twice.toml"\n', 5, ["twice.toml", "TM1_x"]),
     "own, unstable": ('[controller]\nfile = "unstable.toml"\n', 5, ["unstable", "rad/s moves "]),
     "own, missing": ('[controller]\nfile = "no.npz"\n', 4, ["no.npz"]),
-    "own, delay is no number": ('[controller]\nfile = "delay.npz"\n', 5, ["delay.npz", "finite"]),
+    "own, delay is no number": ('[controller]\nfile = "delay.npz"\n', 4, ["delay.npz: delay_s: delay nan is outside"]),
+    "own, too large": ('[controller]\nfile = "large.npz"\n', 4, ["large.npz: D[1, 1]: matrix entry 1e+30 is outside"]),
+    "own, too large in MAT": ('[controller]\nfile = "large.mat"\n', 4, ["large.mat: dt_s: duration 1e+20 is outside"]),
     "own, complex": ('[controller]\nfile = "complex.npz"\n', 4, ["complex.npz", "D is no matrix of real numbers"]),
     "no table": ('[[noise.source]]\nname = "sun_Fz"\ntable = "no.csv"\n', 4, ["no.csv: cannot be read"]),
     "no disturbance": (
@@ -74,6 +77,11 @@ REFUSED = {
         ["source sun_Fz is there twice"],
     ),
     "nothing to omit": ('[noise]\nomit = ["sum"]\n', 3, ["noise.omit[0]: 'sum'"]),
+    "nothing at all to omit": (
+        '[noise]\npreset = "none"\nomit = ["sun"]\n',
+        3,
+        ['noise.omit: there is nothing to leave out: the preset is "none"'],
+    ),
     "unstable by electrostatics": (
         "[stiffness.electrostatic]\nTM1 = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\nTM2 = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\n",
         5,
@@ -92,6 +100,9 @@ def test_refused_by_build_dynamics(satellite: Project, name: str) -> None:
     (folder / "twice.toml").write_text('inputs = ["TM1_x", "TM1_x"]\noutputs = ["SC_Fx"]\nD = [[1.0, 1.0]]\n')
     names = {"inputs": ["TM1_x"], "outputs": ["SC_Fx"]}
     np.savez(folder / "delay.npz", **names, D=np.eye(1), delay_s=np.nan)
+    np.savez(folder / "large.npz", **names, D=1e30 * np.eye(1))
+    cells = {name: np.array(value, dtype=object) for name, value in names.items()}
+    savemat(folder / "large.mat", cells | {"D": np.eye(1), "dt_s": 1e20})
     np.savez(folder / "complex.npz", **names, D=1j * np.eye(1))
     with untouched(folder):
         satellite.run("build-dynamics").refused(code, *pieces)
@@ -129,7 +140,11 @@ def test_refused_by_simulate(satellite: Project, text: str, code: int, pieces: l
 
 @pytest.mark.parametrize(
     ("text", "piece"),
-    [("requirement = []\n", "no requirement applies"), ("[time]\nrate_hz = 1e-4\n", "time.rate_hz: 0.0001 Hz")],
+    [
+        ("requirement = []\n", "no requirement applies"),
+        ("[time]\nrate_hz = 1e-4\n", "time.rate_hz: 0.0001 Hz"),
+        ("[time]\nsamples = 100000\n", "time.samples: 100,000 at 0.5 Hz are too few for a spectrum from 0.0001 Hz"),
+    ],
 )
 def test_nothing_to_realise(satellite: Project, text: str, piece: str) -> None:
     configure(satellite, text)
@@ -216,6 +231,43 @@ def test_a_realisation_is_as_loud_as_expected(satellite: Project) -> None:
     assert np.abs(mean - 1.0).max() < 0.01 + 6.0 / np.sqrt(independent)
 
 
+def test_a_realisation_is_begun_at_any_rate(satellite: Project) -> None:
+    """Shapes that sources share are fitted once, as far as estimates see: a slow one is not fitted for minutes."""
+    configure(satellite, "[time]\nrate_hz = 1e-3\nsamples = 2048\n")
+    satellite.run("build-dynamics").ok()
+    done = satellite.run("simulate", "3", "--time").ok()
+    assert "realised in time, 2,048 samples at 0.001 Hz; mean of estimate over exact: delta_g " in done.out
+
+
+def test_coordinates_are_let_go(satellite: Project, tmp_path: Path) -> None:
+    """What is printed is what is in the file; everything is back in the end."""
+    configure(satellite, FAST)
+    satellite.run("build-dynamics").ok()
+    for text, piece in (
+        ("TM1_w=1", "no coordinate is called 'TM1_w'"),
+        ("TM1_x", "'TM1_x' is no coordinate with a number"),
+        ("TM1_x=1e9", "offset 1e+09 is outside"),
+        ("TM1_x=1,TM1_x=2", "names TM1_x twice"),
+    ):
+        satellite.run("simulate", "--release", text).refused(2, piece)
+    satellite.run("simulate", "3", "--release", "TM1_x=1e-6").refused(2, "--release runs in place of cases")
+    satellite.run("simulate", "--release", "TM1_x=1e-6", "--time").refused(2, "takes no --time")
+    said = json.loads(satellite.run("simulate", "--release", "TM1_x=1e-6, SC_phi=-1e-7", "--json").ok().out)
+    with h5py.File(satellite.build / "release.h5") as file:
+        series = {o["output"]: file[f"series/{o['output']}"][()] for o in said["outputs"]}
+        time = file["time"][()]
+    assert (series["TM1_x"][0], series["SC_phi"][0], series["TM2_x"][0]) == (1e-6, -1e-7, 0.0)
+    for o in said["outputs"]:
+        values = np.abs(series[o["output"]])
+        assert o["peak"] == values.max()
+        small = np.append(np.flatnonzero(values > 0.01 * o["peak"]), -1)[:-1]
+        after = small[-1] + 1 if len(small) else 0
+        assert (o["settled_s"] is None) == (after == len(time))
+        assert o["settled_s"] is None or o["settled_s"] == time[after]
+    assert {o["output"]: o["settled_s"] for o in said["outputs"]}["TM1_x"] < 100.0
+    assert "peak 1e-06 m" in tedm("show", satellite.build / "release.h5").ok().out
+
+
 def problem_file(folder: Path, problem: dict[str, Any]) -> Path:
     path = folder / "problem.json"
     path.write_text(json.dumps(problem))
@@ -287,6 +339,25 @@ def test_one_test_mass_has_no_simulations(satellite: Project) -> None:
     with untouched(satellite.folder):
         satellite.run("build-dynamics").refused(3, "model.toml", "this project has 1")
         satellite.run("simulate", "--figure-6.2").refused(3, "model.toml", "figure 6.2 is of two test masses")
+
+
+def test_the_end_of_the_chain_with_one_test_mass(satellite: Project) -> None:
+    """Everything that make all runs: no loop, and a report that says so."""
+    model, cases = satellite.model, satellite.folder / "cases.toml"
+    text = model.read_text()
+    second = text.index('[[test_mass]]\nname = "TM2"')
+    model.write_text(text[:second] + text[text.index("[gravity]", second) :].replace('TM2 = ["IS2"]\n', ""))
+    text = cases.read_text().replace('"TM1_a_x", "TM2_a_x"', '"TM1_a_x"')
+    cases.write_text(text[: text.index("[[case]]", text.index("\n[[case]]") + 9)])
+    for name in ("dynamics.h5", "simulation03.h5"):
+        (satellite.build / name).unlink()
+    made = ("ingest", "build-distortion", "build-sensitivity", "build-optics", "run-case", "plot", "report")
+    for command in made:
+        satellite.run(command, *(["all"] if command == "run-case" else [])).ok()
+    assert not [p for p in (satellite.build / "figures").iterdir() if p.name.startswith(("loop", "budget", "closed"))]
+    said = (satellite.build / "report.md").read_text(encoding="utf-8")
+    assert "The drag-free loop is of two test masses; with 1 test mass none is closed." in said
+    assert "## Evidence: closed loop" not in said
 
 
 @pytest.mark.parametrize(("command", "name"), [("build-dynamics", "dynamics.h5"), ("simulate", "simulation03.h5")])

@@ -19,6 +19,7 @@ from tedm_cli.dynamics.controller import DRAG_FREE, SUSPENSION, ScalarLoops, act
 from tedm_cli.dynamics.loops import Loop, StateSpace, pade_response
 from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.plant import Plant
+from tedm_cli.dynamics.sampled_loop import one_period
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS
 from tedm_cli.dynamics.stability import stability
 from tedm_cli.dynamics.state_space import loop_system
@@ -292,24 +293,21 @@ def test_python_control_agrees() -> None:
 
 
 def test_modes_of_a_sampled_loop_are_those_of_its_steps() -> None:
-    from tedm_cli.dynamics.stability import sampled_loop
-
     plant = example_plant()
     s = undelayed(plant).state_space()
     a, b, c, d, _ = signal.cont2discrete((s.a, s.b, -s.c, -s.d), 0.1, "bilinear")
     controller = StateSpaceController(StateSpace(a, b, c, d), COORDINATES, INPUTS, dt_s=0.1)
-    step = sampled_loop(plant, controller)
+    step = one_period(plant, controller)
     assert np.abs(np.linalg.eigvals(step)).max() < 1.0
     free = linalg.expm(0.1 * np.block([[np.zeros((15, 15)), np.eye(15)], [plant.K, np.zeros((15, 15))]]))
     off = StateSpaceController(StateSpace(a, b, 0.0 * c, 0.0 * d), COORDINATES, INPUTS, dt_s=0.1)
     late = replace(off, delay_s=0.05)  # its states come after the motion
     for controller in (off, late):
-        np.testing.assert_allclose(sampled_loop(plant, controller)[:30, :30], free, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(one_period(plant, controller)[:30, :30], free, rtol=1e-12, atol=1e-12)
 
 
-def test_a_sign_of_rounding_is_no_crossing() -> None:
-    """What many evaluations at once and a single one disagree on by rounding is passed over."""
+def test_a_sign_of_rounding_is_a_crossing_at_the_point_nearer_to_zero() -> None:
+    """What many evaluations at once and a single one disagree on by rounding is not handed to a bracketing search."""
     grid, values = np.array([0.0, 1.0, 2.0]), np.array([1e-17, -1e-17, 2.0])
-    assert stability_room._crossings(grid, values, lambda v: 3.0 * v - 4.0 if v >= 1.0 else -1.0) == [
-        pytest.approx(4.0 / 3.0)
-    ]
+    found = stability_room._crossings(grid, values, lambda v: 3.0 * v - 4.0 if v >= 1.0 else -1e-17)
+    assert found == [0.0, pytest.approx(4.0 / 3.0)]

@@ -5,21 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from dynamics_models import controlled, example_plant
-from scipy import integrate
+from scipy import integrate, linalg
 
 from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.closed_loop import responses
-from tedm_cli.dynamics.in_time import (
-    free_response,
-    noise_drive,
-    realise,
-    respond,
-    stationary_factor,
-    time_loop,
-    together,
-)
+from tedm_cli.dynamics.in_time import ContinuousTimeLoop, realise, released, respond, time_loop
+from tedm_cli.dynamics.noise_drive import noise_drive, together
 from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, OUTPUTS
 from tedm_cli.dynamics.sources import NoiseSource, PowerLaw
+from tedm_cli.dynamics.steps import stationary_factor
 from tedm_cli.noise.shaping.sampled_filter import transition
 from tedm_cli.noise.spectral_estimate import Welch, segment_length
 
@@ -71,7 +65,9 @@ def test_realisation_is_stationary_and_streamed() -> None:
     """The covariance that a series begins with is the one that a step leaves as it is; blocks make one series."""
     felt = ["SC_phi", "TM1_x", "TM1_y", "TM2_theta", "u_SC_Fx", "u_SC_Lz", "u_TM2_Fx", "u_TM2_Lx"]
     drive = noise_drive(SOURCES[2:4], (1e-5, 1.0), 1e-2)
-    whole = time_loop(example_plant(), controlled(example_plant()), felt).continuous.after(drive.system)
+    loop = time_loop(example_plant(), controlled(example_plant()), felt)
+    assert isinstance(loop, ContinuousTimeLoop)
+    whole = loop.continuous.after(drive.system)
     factor = stationary_factor(whole)
     phi, kick = transition(whole.a, whole.b, 1.0)
     # of outputs: states of the delays lie eighteen decades below others, where a step leaves no digits
@@ -94,37 +90,74 @@ def test_independent_drives_add() -> None:
 
 
 @pytest.mark.parametrize("frequency", [1e-3, 2e-2])
-def test_a_sinusoid_of_temperature_makes_what_the_transfer_function_says(frequency: float) -> None:
+def test_a_sinusoid_makes_what_the_transfer_function_says(frequency: float) -> None:
+    """To eight digits: straight between its samples, a sinusoid is one at every f + k/T too, at sinc² of each."""
     plant = example_plant()
-    control, rate, k = controlled(plant), 1.0, DISTURBANCES.index("n_TM1_x")
-    labels = ["TM1_x", "TM2_a_x", "delta_g"]
-    v = np.zeros((45, 1))
-    v[k], v[DISTURBANCES.index("s_TM2_a_x")] = 1e-7, 2e-13
-    samples = int(rate * 1e5)
-    t = np.arange(samples) / rate
-    signal = np.sin(2 * np.pi * frequency * t)[None, :]
+    control, step_s = controlled(plant), 4.0
+    labels = ["TM1_x", "TM2_a_x", "u_TM2_Fx", "delta_g", "delta_g_full"]
+    v = np.zeros((45, 2))
+    v[DISTURBANCES.index("n_TM1_x"), 0], v[DISTURBANCES.index("s_TM2_a_x"), 1] = 1e-7, 2e-13
+    samples = 75_000
+    t = step_s * np.arange(samples)
+    signal = np.sin(2 * np.pi * frequency * t) * np.ones((2, 1))
     blocks = (signal[:, i : i + 9999] for i in range(0, samples, 9999))
-    got = np.concatenate(list(respond(time_loop(plant, control, labels), v, blocks, rate)), axis=1)
-    tail = slice(-int(5 * rate / frequency), None)  # whole periods, after what began with a step has died
-    when = t[1 : 1 + got.shape[1]][tail]
-    wave = np.stack([np.sin(2 * np.pi * frequency * when), np.cos(2 * np.pi * frequency * when)], axis=1)
-    fit = np.linalg.lstsq(wave, got[:, tail].T, rcond=None)[0]
-    h = next(responses(plant, control, np.array([frequency]), difference_s=1.0 / rate))[1][0]
-    wanted = h[[OUTPUTS.index(x) for x in labels]] @ v[:, 0]
-    size = np.abs(wanted)
-    # straight between samples, a sinusoid keeps sinc² of its amplitude
-    kept = np.sinc(frequency / rate) ** 2
-    np.testing.assert_allclose(fit[0] / size, wanted.real / size, atol=1.5 * (1 - kept) + 1e-3)
-    np.testing.assert_allclose(fit[1] / size, wanted.imag / size, atol=1.5 * (1 - kept) + 1e-3)
+    loop = time_loop(plant, control, labels)
+    got = np.concatenate(list(respond(loop, v, blocks, step_s, ([0], [1]))), axis=2)
+    assert got.shape == (2, len(labels), samples - 2)
+    tail = slice(-int(5 / frequency / step_s), None)  # whole periods, after what its beginning left has died
+    wave = np.exp(2j * np.pi * frequency * t[1:-1][tail])
+    found = 2j * (got[:, :, tail] @ wave.conj()) / len(wave)
+    rows = [OUTPUTS.index(x) for x in labels]
+
+    def transfer(f: np.ndarray) -> np.ndarray:
+        h = np.concatenate([x[:, rows] @ v for _, x in responses(plant, control, np.abs(f), difference_s=step_s)])
+        return np.where((f < 0)[:, None, None], h.conj(), h)
+
+    nu = frequency + np.arange(-60, 61) / step_s
+    direct = transfer(np.array([frequency + 1e7 / step_s]))[0]  # what does not fall with frequency: sinc² add to 1
+    wanted = direct + np.einsum("f,fnk->kn", np.sinc(nu * step_s) ** 2, transfer(nu) - direct).T
+    np.testing.assert_allclose(found.T / np.abs(wanted), wanted / np.abs(wanted), atol=3e-8)
 
 
-def test_free_response_begins_where_it_is_put() -> None:
+def test_signals_in_blocks_of_any_length_from_rest_on() -> None:
+    """Parts add up, blocks make one series, and temperatures that never change leave the loop at rest."""
     plant = example_plant()
-    p0 = np.zeros(15)
-    p0[COORDINATES.index("TM1_x")] = 1e-6
-    path = free_response(plant, controlled(plant), p0, np.array([0.0, 1e-3, 1e5]))
-    np.testing.assert_allclose(path[:, 0], p0)
-    assert np.abs(path[:, 2]).max() < 1e-8
+    loop = time_loop(plant, controlled(plant), ["TM1_x", "delta_g"])
+    v = np.random.default_rng(1).normal(size=(45, 3)) * 1e-9
+    signal = 1.0 + 0.1 * np.random.default_rng(2).normal(size=(3, 700))
+
+    def run(signals: np.ndarray, size: int, *parts: list[int]) -> np.ndarray:
+        blocks = (signals[:, i : i + size] for i in range(0, signals.shape[1], size))
+        return np.concatenate(list(respond(loop, v, blocks, 10.0, parts)), axis=2)
+
+    whole = run(signal, 700, [0, 1, 2])
+    scale = np.abs(whole).max(axis=2, keepdims=True)
+    for size in (1, 2, 3, 699):
+        np.testing.assert_allclose(run(signal, size, [0, 1, 2]) / scale, whole / scale, atol=1e-12)
+    apart = run(signal, 100, [0], [1, 2])
+    np.testing.assert_allclose(apart.sum(axis=0) / scale[0], whole[0] / scale[0], atol=1e-12)
+    still = run(np.ones((3, 500)), 100, [0, 1, 2])[0]
+    np.testing.assert_allclose(still / still[:, :1], 1.0, atol=1e-9)
+    h = next(responses(plant, controlled(plant), np.array([1e-9])))[1][0].real @ v.sum(axis=1)
+    np.testing.assert_allclose(still[:, -1], h[[OUTPUTS.index("TM1_x"), OUTPUTS.index("delta_g")]], rtol=1e-6)
+
+
+def test_coordinates_that_are_let_go() -> None:
+    """The exponential of the loop's matrix, sample after sample; all is back at rest in the end."""
+    plant = example_plant()
+    labels = ["TM1_x", "TM2_y", "SC_phi"]
+    loop = time_loop(plant, controlled(plant), labels)
+    assert isinstance(loop, ContinuousTimeLoop)
+    offset = {"TM1_x": 1e-6, "SC_phi": -1e-7}
+    path = np.concatenate(list(released(loop, offset, 0.5, 9000)), axis=1)
+    np.testing.assert_allclose(path[:, 0], [1e-6, 0.0, -1e-7], atol=1e-20)
+    start = np.zeros(len(loop.continuous.a))
+    start[[COORDINATES.index(name) for name in offset]] = list(offset.values())
+    for k in (1, 37, 5000):
+        wanted = loop.continuous.c @ (linalg.expm(loop.continuous.a * 0.5 * k) @ start)
+        np.testing.assert_allclose(path[:, k], wanted, rtol=1e-6, atol=1e-15)
+    late = np.concatenate(list(released(loop, offset, 1000.0, 300)), axis=1)
+    assert np.abs(late[:, -1]).max() < 1e-12
 
 
 def test_variance_of_all_sources_is_that_of_their_filters() -> None:
@@ -132,6 +165,7 @@ def test_variance_of_all_sources_is_that_of_their_filters() -> None:
     f = np.geomspace(1e-6, 30.0, 4000)
     psd = budget(plant, controlled(plant), SOURCES[3:4], None, f, ["TM1_x"]).total[:, 0]
     loop = time_loop(plant, controlled(plant), ["TM1_x"])
+    assert isinstance(loop, ContinuousTimeLoop)
     whole = loop.continuous.after(noise_drive(SOURCES[3:4], (1e-6, 30.0), 1e-2).system)
     factor = whole.c[0] @ stationary_factor(whole)
     np.testing.assert_allclose(factor @ factor, integrate.trapezoid(psd, f), rtol=2e-3)

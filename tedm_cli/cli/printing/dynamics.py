@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tedm_cli.cli.printing.series import series_dict, series_lines
 from tedm_cli.cli.printing.table import table
+from tedm_cli.dynamics.signals import unit
 from tedm_cli.results.deciding import deciding
 from tedm_cli.results.wording import and_text, ratio_text, rounded_down
 
@@ -17,9 +19,12 @@ if TYPE_CHECKING:
     from tedm_cli.noise.correlation import CorrelationCase
     from tedm_cli.noise.requirements import Verdict
     from tedm_cli.stages.dynamics.build import DynamicsSummary
+    from tedm_cli.stages.dynamics.release import Release
+    from tedm_cli.stages.dynamics.series import SimulatedSeries
     from tedm_cli.stages.dynamics.simulate import Simulation
 
 _LISTED = 0.01  # shares below this are not printed
+_TOLD = 1e-3  # of the largest of a sort
 
 
 def dynamics_lines(done: DynamicsSummary) -> list[str]:
@@ -156,5 +161,52 @@ def simulation_dict(path: Path, r: Simulation) -> dict[str, Any]:
                 "thermal_incoherent_over_coherent": None if np.isnan(j.incoherent) else j.incoherent,
             }
             for j in r.judged
+        ],
+    }
+
+
+def simulated_series_lines(r: SimulatedSeries) -> list[str]:
+    """A temperature series in closed loop: as without, and of which parts."""
+    lines = series_lines(r.total, {"rms of gravity": r.gravity_rms, "of read-out": r.read_out_rms})
+    how = f"in closed loop, read-out set {r.read_out_set}; temperatures alone, without the noise of the loop"
+    return [lines[0], how, *lines[1:]]
+
+
+def simulated_series_dict(r: SimulatedSeries) -> dict[str, Any]:
+    """What a program needs of a series in closed loop."""
+    said = series_dict(r.total)
+    for output, gravity, read_out in zip(said["outputs"], r.gravity_rms, r.read_out_rms, strict=True):
+        output |= {"gravity_rms": float(gravity), "read_out_rms": float(read_out)}
+    return said | {"read_out_set": r.read_out_set}
+
+
+def release_lines(r: Release) -> list[str]:
+    """How far everything goes, and when it is back; what stays a thousandth of the largest of its sort is left out."""
+    sorts = [(unit(label), label.startswith("u_SC")) for label in r.labels]
+    largest = {sort: max(p for p, of in zip(r.peak, sorts, strict=True) if of == sort) for sort in sorts}
+    rows = [
+        (label, f"{p:.3g}", unit(label), f"{s:.6g}" if np.isfinite(s) else "later")
+        for label, p, sort, s in zip(r.labels, r.peak, sorts, r.settled_s, strict=True)
+        if p > _TOLD * largest[sort]
+    ]
+    let_go = ", ".join(f"{name} at {value:g} {unit(name)}" for name, value in r.offset.items())
+    return [
+        f"let go: {let_go} ({r.path})",
+        f"{r.samples:,} samples of {r.step_s:.6g} s over {(r.samples - 1) * r.step_s:.6g} s; what stays below"
+        f" {_TOLD:g} of the largest coordinate, or command on spacecraft or test masses, is not listed",
+        *table(("output", "peak", "unit", "within 1 % of it after s"), rows, right=(1, 3)),
+    ]
+
+
+def release_dict(r: Release) -> dict[str, Any]:
+    """What a program needs of a release; `settled_s` is null where it is later than the end."""
+    return {
+        "file": str(r.path),
+        "offset": dict(r.offset),
+        "samples": r.samples,
+        "step_s": r.step_s,
+        "outputs": [
+            {"output": label, "unit": unit(label), "peak": float(p), "settled_s": float(s) if np.isfinite(s) else None}
+            for label, p, s in zip(r.labels, r.peak, r.settled_s, strict=True)
         ],
     }

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.table import table
 
 if TYPE_CHECKING:
+    from tedm_cli.arrays import FloatArray
     from tedm_cli.stages.noise.realisation import Realised
-    from tedm_cli.stages.noise.series import SeriesResult
+    from tedm_cli.stages.series_result import SeriesResult
 
 
-def series_lines(r: SeriesResult) -> list[str]:
-    """Root mean squares, verdicts, and how sure the spectra are."""
+def series_lines(r: SeriesResult, parts: Mapping[str, FloatArray] = MappingProxyType({})) -> list[str]:
+    """Root mean squares, verdicts, and how sure the spectra are; `parts`: further columns [n] of root mean squares."""
     span = (r.samples - 1) * r.step_s
     lines = [
         f"series {r.name}: {r.source} ({r.path})",
         f"{r.samples:,} samples of {r.step_s:.6g} s over {span:.6g} s; {r.treatment}",
         *table(
-            ("output", "rms", "peak", "unit"),
-            [(n, f"{a:.3g}", f"{p:.3g}", u) for n, a, p, u in zip(r.labels, r.rms, r.peak, r.units, strict=True)],
-            right=(1, 2),
+            ("output", "rms", "peak", *parts, "unit"),
+            [
+                (n, *(f"{x:.3g}" for x in numbers), u)
+                for n, u, *numbers in zip(r.labels, r.units, r.rms, r.peak, *parts.values(), strict=True)
+            ],
+            right=tuple(range(1, 3 + len(parts))),
         ),
         _sure(r),
     ]

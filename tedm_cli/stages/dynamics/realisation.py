@@ -10,12 +10,15 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.dynamics import TimeTable
 from tedm_cli.contracts import SIMULATION
-from tedm_cli.dynamics.budget import budget
-from tedm_cli.dynamics.in_time import WhiteDriven, noise_drive, realise, time_loop, together
+from tedm_cli.dynamics.budget import ThermalInput, budget
+from tedm_cli.dynamics.in_time import TimeLoop, realise, time_loop
 from tedm_cli.dynamics.loops import StateSpace
+from tedm_cli.dynamics.noise_drive import WhiteDriven, noise_drive, together
 from tedm_cli.dynamics.own_controller import StateSpaceController
+from tedm_cli.dynamics.sampled_loop import SampledTimeLoop
+from tedm_cli.dynamics.sampled_spectra import sampled_psd
 from tedm_cli.dynamics.signals import DISTURBANCES
-from tedm_cli.errors import InputError
+from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.store import Writer
 from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.shaping.state_space import noise_model
@@ -57,8 +60,8 @@ def realise_loop(
 
     Raises
     ------
-    InputError : nothing to realise, a rate too low for the band, a sampled controller, areas with delays, fewer samples
-        than a segment.
+    InputError : nothing to realise, a rate too low for the band or no whole fraction of a sampled controller's, areas
+        with delays, fewer samples than a segment.
     PhysicsError : a spectrum that no filter reaches.
     """
     plan, lowest = loop.config.time, band_hz[0]
@@ -75,13 +78,18 @@ def realise_loop(
             where=loop.where,
             hint=f"sample at more than {lowest / _HIGHEST:g} Hz",
         )
-    if isinstance(loop.controller, StateSpaceController) and loop.controller.dt_s is not None:
+    segment = segment_length(plan.rate_hz, lowest)
+    if plan.samples < segment:
         raise InputError(
-            "a sampled controller has no realisation in time here",
+            f"time.samples: {plan.samples:,} at {plan.rate_hz:g} Hz are too few for a spectrum from {lowest:g} Hz,"
+            f" where the requirements begin; it takes {segment:,}",
             where=loop.where,
-            hint="leave --time out: the exact spectra know the sampling",
+            hint=f"take samples = {4 * segment} for four segments or more",
         )
-    filters = (lowest / 100.0, max(band_hz[1], 2.0 * plan.rate_hz))
+    in_time = time_loop(loop.plant, loop.controller, labels)
+    periods = _periods(loop, in_time)
+    # estimates see three quarters of their lowest frequency; a decade more to fit costs seconds and is not felt
+    filters = (lowest / 10.0, max(band_hz[1], 2.0 * plan.rate_hz * periods))
     columns = np.concatenate([rows.read_out, rows.acceleration])
     model = noise_model(columns, noise, filters, _TOLERANCE, where)
     system = model.continuous()
@@ -91,14 +99,25 @@ def realise_loop(
         StateSpace(system.a, system.b, np.concatenate([zero_c, system.c]), np.concatenate([zero_d, system.d]))
     )
     drive = together([noise_drive(loop.sources, filters, _TOLERANCE), thermal])
-    welch = Welch(len(labels), plan.rate_hz, segment_length(plan.rate_hz, lowest))
-    for block in realise(time_loop(loop.plant, loop.controller, labels), drive, plan.rate_hz, plan.samples, plan.seed):
+    welch = Welch(len(labels), plan.rate_hz, segment)
+    for block in realise(in_time, drive, plan.rate_hz, plan.samples, plan.seed):
         welch.add(block)
         advance(block.shape[1])
     estimate = welch.estimate()
     inside = (estimate.frequency_hz >= lowest) & (estimate.frequency_hz <= _HIGHEST * plan.rate_hz)
     estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
-    return RealisedLoop(labels, estimate, _expected(loop, rows, noise, labels, estimate.frequency_hz, lowest), plan)
+    exact = _expected(loop, rows, noise, labels, estimate.frequency_hz, lowest, periods)
+    return RealisedLoop(labels, estimate, exact, plan)
+
+
+def _periods(loop: Loop, in_time: TimeLoop) -> int:
+    """Periods of a sampled controller in a sample; 1 for a continuous one."""
+    if not isinstance(in_time, SampledTimeLoop):
+        return 1
+    try:
+        return in_time.periods(1.0 / loop.config.time.rate_hz)
+    except PhysicsError as error:
+        raise InputError(f"time.rate_hz: {error.fact}", where=loop.where, hint=error.hint) from error
 
 
 def _expected(
@@ -108,17 +127,25 @@ def _expected(
     labels: tuple[str, ...],
     frequency_hz: FloatArray,
     lowest_hz: float,
+    periods: int,
 ) -> FloatArray:
     """Expectation [n, F] of the estimate: means over samples, folded, through the window."""
     rate = loop.config.time.rate_hz
     low, high = 0.5 * lowest_hz, 1.1 * _HIGHEST * rate
     grid = np.geomspace(low, high, int(_GRID_PER_DECADE * np.log10(high / low)))
-    total = np.zeros((len(labels), len(grid)))
-    for alias in range(-_ALIASES, _ALIASES + 1):
-        f = np.abs(grid + alias * rate)
-        thermal = rows.driven_by(noise.temperature, noise.correlation, f)
-        found = budget(loop.plant, loop.controller, loop.sources, thermal, f, labels, difference_s=1.0 / rate)
-        total += found.total.T * np.sinc(f / rate) ** 2
+
+    def thermal_at(f: FloatArray) -> ThermalInput:
+        return rows.driven_by(noise.temperature, noise.correlation, f)
+
+    if isinstance(loop.controller, StateSpaceController) and loop.controller.dt_s is not None:
+        total = sampled_psd(loop.plant, loop.controller, loop.sources, thermal_at, grid, labels, periods)
+    else:
+        total = np.zeros((len(labels), len(grid)))
+        for alias in range(-_ALIASES, _ALIASES + 1):
+            f = np.abs(grid + alias * rate)
+            heat = thermal_at(f)
+            found = budget(loop.plant, loop.controller, loop.sources, heat, f, labels, difference_s=1.0 / rate)
+            total += found.total.T * np.sinc(f / rate) ** 2
     table = np.log(total)
 
     def psd(f: FloatArray) -> FloatArray:

@@ -9,35 +9,25 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
-from tedm_cli.contracts import DYNAMICS as DYNAMICS_KIND
 from tedm_cli.contracts import SIMULATION as KIND
 from tedm_cli.dynamics.budget import Budget, budget
-from tedm_cli.dynamics.judging import JudgedOutput, by_group, groups_of, judge_outputs, judged_labels
+from tedm_cli.dynamics.judging import JudgedOutput, by_group, groups_of, judge_outputs
 from tedm_cli.dynamics.signals import OUTPUTS, unit
 from tedm_cli.dynamics.sources import NoiseSource
-from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.files.build_folder import (
-    DYNAMICS_FILE,
-    OPTICS_FILE,
-    SENSITIVITY_FILE,
-    provenance,
-    require_input,
-    simulation_file_name,
-)
-from tedm_cli.files.provenance import input_files
-from tedm_cli.files.store import Writer, create, open_checked
+from tedm_cli.files.build_folder import provenance, simulation_file_name
+from tedm_cli.files.store import Writer, create
 from tedm_cli.noise.correlation import CorrelationCase, correlation
 from tedm_cli.noise.propagation import TemperatureNoise
-from tedm_cli.noise.requirements import Requirement, frequency_grid, in_band
+from tedm_cli.noise.requirements import Requirement, in_band
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import write_areas
-from tedm_cli.stages.dynamics.loop import Loop, project_loop
+from tedm_cli.stages.dynamics.loop import Loop
+from tedm_cli.stages.dynamics.prepared import prepare
 from tedm_cli.stages.dynamics.realisation import RealisedLoop, realise_loop, write_realisation
-from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
+from tedm_cli.stages.dynamics.thermal import ThermalRows
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,71 +71,33 @@ def simulate(
     InputError : dynamics.h5 is missing or stale.
     ConfigError : requirements that do not fit, all at once.
     """
-    file, config = load_cases(project.cases)
-    loop, source = project_loop(project), project.build_dir / DYNAMICS_FILE
-    _require_current(project, loop, source)
-    rows = thermal_rows(project, loop.config.read_out.set)
-    requirements = loop.config.applied_requirements()
-    frequency = _frequencies(config, [r.requirement for r in requirements])
-    try:
-        judged = judged_labels(requirements, frequency)
-    except ConfigError as error:
-        error.where = loop.where
-        raise
-    outputs = tuple(dict.fromkeys(label for _, label in judged))
+    ready = prepare(project)
+    loop, rows, frequency, config = ready.loop, ready.rows, ready.frequency_hz, ready.config
+    outputs = tuple(dict.fromkeys(label for _, label in ready.judged))
     temperature = temperature_model(project, config, rows.areas)
-    configs = [file, *([loop.file] if loop.file else [])]
     for number, case_id in enumerate(case_ids):
         case = config.case(case_id, where=str(project.cases))
         noise = TemperatureNoise(temperature, correlation(case, rows.areas))
         thermal = rows.driven_by(temperature, noise.correlation, frequency)
         step(number, len(case_ids), "closed loop")
         found = budget(loop.plant, loop.controller, loop.sources, thermal, frequency, areas_of=outputs)
-        verdicts = judge_outputs(found, loop.sources, judged, frequency, config.safety_factor)
+        verdicts = judge_outputs(found, loop.sources, ready.judged, frequency, config.safety_factor)
         realised = None
         if in_time:
-            lowest = min((r.requirement.band_hz[0] for r in requirements), default=float(frequency[0]))
             advance = counter(step, loop.config.time.samples, f"realising case {case.id}")
-            band = (lowest, float(frequency[-1]))
+            band = (ready.lowest_hz, float(frequency[-1]))
             realised = realise_loop(loop, rows, noise, outputs, band, f"case {case.id}", advance)
         result = Simulation(
             case, loop, rows, temperature, frequency, found, tuple(verdicts), config.safety_factor, realised
         )
         path = output if output is not None else project.build_dir / simulation_file_name(case.id)
         matrix = config.case_table(case.id).matrix
-        inputs = [
-            source,
-            project.build_dir / SENSITIVITY_FILE,
-            project.build_dir / OPTICS_FILE,
-            *table_paths(project, config),
-        ]
-        with create(path, KIND, provenance(configs, [*inputs, *([Path(matrix)] if matrix else [])])) as writer:
-            write_simulation(writer, result, [r.requirement for r in requirements])
+        inputs = [*ready.inputs, *table_paths(project, config), *([Path(matrix)] if matrix else [])]
+        with create(path, KIND, provenance(ready.configs, inputs)) as writer:
+            write_simulation(writer, result, [r.requirement for r in ready.requirements])
             if realised is not None:
                 write_realisation(writer, realised)
         done(path, result)
-
-
-def _require_current(project: Project, loop: Loop, source: Path) -> None:
-    """Refuse a dynamics.h5 of other sensitivities, read-outs or another configuration than those there now."""
-    with open_checked(source, DYNAMICS_KIND) as file:
-        for used in input_files([project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE, *loop.tables]):
-            require_input(file, used)
-        known = {c.sha256 for c in file.provenance().configs}
-        now = {loop.file.sha256} if loop.file else set()
-        if known != now:
-            raise InputError(
-                f"is stale: not made from {loop.where} as it is now",
-                where=str(source),
-                hint="rebuild it with `tedm build-dynamics`",
-            )
-
-
-def _frequencies(config: CasesConfig, requirements: Sequence[Requirement]) -> FloatArray:
-    """The grid of the cases, with the band edges of the loop's requirements."""
-    f = config.frequency
-    bands = [r.grid_hz for r in requirements] + [(float(x),) for x in config.frequency_hz()[[0, -1]]]
-    return frequency_grid(f.min_hz, f.max_hz, f.points, bands)
 
 
 def write_simulation(writer: Writer, r: Simulation, requirements: Sequence[Requirement]) -> None:

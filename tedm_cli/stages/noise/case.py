@@ -15,10 +15,10 @@ from tedm_cli.files.store import create
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, judged_outputs, run_case
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
+from tedm_cli.noise.log_spectrum import require_speckit
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.stages.noise.log_spectrum import require_speckit
 from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
 
 _REFUSED_TOO = "; refused too: "

@@ -15,11 +15,11 @@ from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import Writer
 from tedm_cli.noise.case_run import CaseResult
+from tedm_cli.noise.log_spectrum import log_estimate
 from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.realisation import expected_psd, output_blocks, realise, resolved
 from tedm_cli.noise.spectral_estimate import Estimate, Window
 from tedm_cli.progress import Step, counter
-from tedm_cli.stages.noise.log_spectrum import log_estimate
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.case_file import read_temperature
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
+from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import ImposedMotion
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
@@ -111,6 +112,18 @@ def imposed(found: ImposedMotion) -> Figure:
     from tedm_cli.figures.imposed import imposed_figure
 
     return imposed_figure(found)
+
+
+def realisation(realised: RealisedCase) -> Figure:
+    from tedm_cli.figures.dynamics_in_time import realisation_figure
+
+    return realisation_figure(realised)
+
+
+def simulated_series(file: Reader, requirements: Sequence[AppliedRequirement], confidence: float) -> Figure:
+    from tedm_cli.figures.series import series_figure
+
+    return series_figure(read_simulated_series(file, requirements, confidence))
 
 
 def bench(layout: OpticalLayout) -> Figure:

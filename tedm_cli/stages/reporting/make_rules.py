@@ -20,7 +20,12 @@ from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_tables import table_paths
 from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.errors import ConfigError
-from tedm_cli.files.build_folder import case_file_name, simulation_file_name
+from tedm_cli.files.build_folder import (
+    case_file_name,
+    series_file_name,
+    simulated_series_file_name,
+    simulation_file_name,
+)
 from tedm_cli.files.store import replacing
 
 _PLAIN = re.compile(r"[\w./+,@^-]*")  # letters and digits of any script
@@ -82,6 +87,13 @@ def make_rules(project: Project, output: Path | None) -> Path:
     two = len(model.test_mass) == len(TEST_MASSES)
     simulations = [project.build_dir / simulation_file_name(c) for c in cases.ids] if two else []
     make.files("SIMULATION_FILES", "the build folder", simulations)
+    series = [project.build_dir / series_file_name(t.name) for t in cases.series]
+    looped = [project.build_dir / simulated_series_file_name(t.name) for t in cases.series] if two else []
+    make.files("SERIES_FILES", "the build folder", series)
+    make.files("SIMULATED_SERIES_FILES", "the build folder", looped)
+    for table, path in [*zip(cases.series, series, strict=True), *zip(cases.series, looped, strict=False)]:
+        make.word(f"SERIES_{path.name}", table.name)
+        make.files(f"TABLE_{path.name}", f"series {table.name}", [project.cases.parent / table.file])
     make.word("CASE_IDS", " ".join(cases.ids))
     make.files("CASE_FILES", "the build folder", case_files)
     for case_id, path in zip(cases.ids, case_files, strict=True):

@@ -27,6 +27,7 @@ from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.wording import quantity
 from tedm_cli.stages.reporting import draw
 from tedm_cli.stages.reporting.plot_dynamics import dynamics_specs
+from tedm_cli.stages.reporting.plot_dynamics_in_time import in_time_specs
 from tedm_cli.stages.reporting.plot_imposed import imposed_specs
 from tedm_cli.stages.reporting.plot_optics import area_specs, optics_specs
 from tedm_cli.stages.reporting.plot_series import series_specs
@@ -164,6 +165,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     )
     specs += imposed_specs(results)
     specs += dynamics_specs(results)
+    specs += in_time_specs(results)
     specs += optics_specs(results)
     specs += series_specs(results)
     interval = f"{100 * REALISATION_CONFIDENCE:g} % interval"

@@ -98,10 +98,12 @@ def _document(project: Project) -> Document:
         readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
         readers += results.series.values()
         readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
+        readers += results.simulated_series.values()
         readers += [results.imposed] if results.imposed is not None else []
         hashes = [*upstream, results.sensitivity_file, results.optics_file, *results.case_files]
         hashes += results.series_files.values()
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
+        hashes += results.simulated_series_files.values()
         hashes += [results.imposed_file] if results.imposed_file is not None else []
         return document_of(
             ReportInputs(
@@ -115,7 +117,7 @@ def _document(project: Project) -> Document:
                 cases=cases,
                 series={name: read_series_summary(file) for name, file in results.series.items()},
                 test_masses=len(results.sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)),
-                closed_loop=read_closed_loop(results.dynamics, results.simulations),
+                closed_loop=read_closed_loop(results.dynamics, results.simulations, results.simulated_series),
                 files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
                 figures=figures,
             )

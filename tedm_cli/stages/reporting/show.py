@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, RELEASE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import Reader, kind_of, open_checked
 from tedm_cli.results.dynamics import read_stability
 from tedm_cli.results.imposed import read_imposed
@@ -53,6 +53,13 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         return _loop(file)
     if file.kind.name == "figure_6_2":
         return {f"{n.test_mass}, {n.model}": f"{n.asd[0]:.4e} m/s^2/sqrt(Hz)" for n in read_imposed(file).noises}
+    if file.kind.name == "release":
+        numbers = zip(*(file.array(d).tolist() for d in (RELEASE.OUTPUT_PEAK, RELEASE.OUTPUT_SETTLED)), strict=True)
+        labels, units = file.strings(RELEASE.OUTPUT_LABEL), file.strings(RELEASE.OUTPUT_UNIT)
+        return {
+            label: f"peak {peak:.4g} {unit}, " + (f"small after {s:.6g} s" if np.isfinite(s) else "large at the end")
+            for label, unit, (peak, s) in zip(labels, units, numbers, strict=True)
+        }
     verdicts = zip(
         file.strings(CASE.VERDICT_OUTPUT),
         file.strings(CASE.VERDICT_REQUIREMENT),

@@ -1,0 +1,157 @@
+"""What becomes of the series of outputs: written as they come, root mean square and peak, spectra, verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.series import SeriesTable
+from tedm_cli.contracts import SeriesDatasets
+from tedm_cli.errors import InputError
+from tedm_cli.files.store import Writer
+from tedm_cli.noise.log_spectrum import log_estimate
+from tedm_cli.noise.requirements import AppliedRequirement
+from tedm_cli.noise.series import SeriesVerdict, judge_estimate
+from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
+
+Blocks = Callable[[], Iterator[tuple[int, FloatArray]]]
+
+
+@dataclass(frozen=True, eq=False)
+class SeriesResult:
+    """What became of a temperature series.
+
+    Parameters
+    ----------
+    labels, units, kinds, rms, peak : of the outputs.
+    first_s, step_s, samples : stamps of their series.
+    verdicts : of what could be judged; unjudged : why the rest could not.
+    treatment : trend and resampling, in words.
+    """
+
+    path: Path
+    name: str
+    source: Path
+    labels: list[str]
+    units: list[str]
+    kinds: list[str]
+    rms: FloatArray
+    peak: FloatArray
+    first_s: float
+    step_s: float
+    samples: int
+    estimate: Estimate
+    verdicts: list[SeriesVerdict]
+    unjudged: list[str]
+    safety_factor: float
+    confidence: float
+    treatment: str
+
+
+@dataclass(frozen=True)
+class Regular:
+    """n series as they are to be told: their blocks (number of the first sample, values [B, n]), stamps, and where
+    spectra end."""
+
+    blocks: Blocks
+    n: int
+    samples: int
+    first_s: float
+    step_s: float
+    highest_hz: float
+
+
+def require_segment(samples: int, step_s: float, table: SeriesTable, lowest_hz: float, source: Path) -> None:
+    """Refuse a series that is too short for Welch's spectrum from `lowest_hz`; the message says what would do."""
+    segment = segment_length(1.0 / step_s, lowest_hz)
+    if table.spectrum == "welch" and samples < segment:
+        raise InputError(
+            f"{samples:,} samples of {step_s:.6g} s ({samples * step_s:.6g} s) are too few for a spectrum from"
+            f" {lowest_hz:g} Hz, which takes {segment:,}",
+            where=str(source),
+            hint=f"take a longer series, or lowest_hz = {lowest_hz * segment / samples * 1.01:.2g} or more",
+        )
+
+
+def store(
+    writer: Writer, series: Regular, targets: Sequence[tuple[str, str]], spectrum: str, lowest_hz: float
+) -> tuple[FloatArray, FloatArray, Estimate]:
+    """Write series to the datasets `targets` [n] (path, unit) with their stamps; rms [n], peak [n] and spectra."""
+    n, rate = series.samples, 1.0 / series.step_s
+    welch = Welch(series.n, rate, segment_length(rate, lowest_hz)) if spectrum == "welch" else None
+    time = writer.allocate(SeriesDatasets.TIME, (n,))
+    kept = [writer.allocate(path, (n,), units=unit) for path, unit in targets]
+    square, peak = np.zeros(series.n), np.zeros(series.n)
+    for first, block in series.blocks():
+        part = slice(first, first + len(block))
+        time[part] = series.first_s + series.step_s * np.arange(part.start, part.stop)
+        for o, target in enumerate(kept):
+            target[part] = block[:, o]
+        square += np.sum(block**2, axis=0)
+        peak = np.maximum(peak, np.abs(block).max(axis=0))
+        if welch is not None:
+            welch.add(block.T)
+    estimate = welch.estimate() if welch is not None else _log(series)
+    inside = estimate.frequency_hz <= series.highest_hz
+    estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
+    return np.sqrt(square / n), peak, estimate
+
+
+def _log(series: Regular) -> Estimate:
+    """Log-spaced spectra, for which one output at a time is held."""
+    found = []
+    for o in range(series.n):
+        one = np.concatenate([block[:, o] for _, block in series.blocks()])
+        found.append(log_estimate(one, 1.0 / series.step_s)[0])
+    return Estimate(found[0].frequency_hz, np.concatenate([e.psd for e in found]), found[0].degrees_of_freedom)
+
+
+def judge_all(
+    estimate: Estimate,
+    labels: Sequence[str],
+    kinds: Sequence[str],
+    requirements: Sequence[AppliedRequirement],
+    safety_factor: float,
+) -> tuple[list[SeriesVerdict], list[str]]:
+    """Verdicts on the outputs `labels` of an estimate, and why the other requirements cannot be judged."""
+    verdicts: list[SeriesVerdict] = []
+    unjudged: list[str] = []
+    for applied in requirements:
+        for label in applied.outputs:
+            o = labels.index(label)
+            found = judge_estimate(estimate, o, applied.requirement, safety_factor, kind=kinds[o], output=label)
+            if isinstance(found, str):
+                unjudged.append(found)
+            else:
+                verdicts.append(found)
+    return verdicts, unjudged
+
+
+def write_result(writer: Writer, r: SeriesResult, column: list[str]) -> None:
+    """All of a result but its series; `column` [k] as in `temperature_series.Sampled`."""
+    kind = SeriesDatasets
+    writer.write(kind.TEMPERATURE_COLUMN, column)
+    writer.write(kind.TEMPERATURE_SOURCE, f"{r.name}: {r.source.name}")
+    writer.write(kind.TEMPERATURE_TREATMENT, r.treatment)
+    writer.write(kind.OUTPUT_LABEL, r.labels)
+    writer.write(kind.OUTPUT_UNIT, r.units)
+    writer.write(kind.OUTPUT_KIND, r.kinds)
+    writer.write(kind.OUTPUT_RMS, r.rms, units="see /output/unit")
+    writer.write(kind.OUTPUT_PEAK, r.peak, units="see /output/unit")
+    writer.write(kind.FREQUENCY, r.estimate.frequency_hz)
+    writer.write(kind.DEGREES_OF_FREEDOM, r.estimate.degrees_of_freedom)
+    for o, (label, unit) in enumerate(zip(r.labels, r.units, strict=True)):
+        writer.write(kind.PSD.of(label), r.estimate.psd[o], units=f"({unit})^2/Hz")
+    worst = [v.worst for v in r.verdicts]
+    writer.write(kind.VERDICT_SAFETY_FACTOR, r.safety_factor)
+    writer.write(kind.VERDICT_REQUIREMENT, [v.requirement for v in worst])
+    writer.write(kind.VERDICT_OUTPUT, [v.output for v in worst])
+    writer.write(kind.VERDICT_RATIO, [v.ratio for v in worst])
+    writer.write(kind.VERDICT_BINDING_FREQUENCY, [v.binding_hz for v in worst])
+    writer.write(kind.VERDICT_PASSED, [int(v.passed) for v in worst])
+    writer.write(kind.VERDICT_BAND_RMS, [v.band_rms for v in r.verdicts], units="unit of the output")
+    writer.write(kind.VERDICT_BAND_LIMIT, [v.band_limit for v in r.verdicts], units="unit of the output")

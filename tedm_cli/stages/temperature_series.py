@@ -1,0 +1,210 @@
+"""Temperature series of the cases file: chosen by name, read in blocks, checked, applied to rows and resampled.
+
+Sensitivities are applied to each block, then the signals are resampled where that is asked for (both are linear, so
+their order does not matter), and kept in a temporary file until the trend is known. Memory does not grow with the
+length of the series. What propagates series and what drives the drag-free loop with them reads them here.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.cases import CasesConfig, load_cases
+from tedm_cli.config.project import Project
+from tedm_cli.config.series import SeriesTable
+from tedm_cli.errors import ConfigError, InputError, TedmError, UsageError
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.columns import columns_of_areas
+from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler, pieces
+from tedm_cli.noise.series import Trend, rows_by_column
+from tedm_cli.noise.stamps import Stamps
+from tedm_cli.progress import Step
+from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
+from tedm_cli.tables import wide_table
+from tedm_cli.tables.wide_table import WideTable, open_wide
+
+_BLOCK_SAMPLES = 1 << 16  # of all signals when they are read back; a multiple of the chunks of the files
+
+
+@dataclass
+class Scratch:
+    """Samples of `width` numbers in a temporary file, written block after block and read back as often as needed."""
+
+    file: IO[bytes]
+    width: int
+    samples: int = 0
+
+    def add(self, block: FloatArray) -> None:
+        """Take the next samples [B, width]."""
+        self.file.write(np.ascontiguousarray(block, dtype=np.float64).tobytes())
+        self.samples += len(block)
+
+    def blocks(self) -> Iterator[tuple[int, FloatArray]]:
+        """(number of the first sample, values [B, width])."""
+        self.file.seek(0)
+        for first in range(0, self.samples, _BLOCK_SAMPLES):
+            count = min(_BLOCK_SAMPLES, self.samples - first)
+            yield first, np.frombuffer(self.file.read(8 * count * self.width)).reshape(count, self.width)
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Signals of a temperature series at regular stamps, before the trend is removed.
+
+    `highest_hz` is where their spectra end; `column` names the column that each area follows, empty for none.
+    """
+
+    kept: Scratch
+    first_s: float
+    step_s: float
+    highest_hz: float
+    trend: Trend
+    column: list[str]
+
+    @property
+    def samples(self) -> int:
+        return self.kept.samples
+
+    def blocks(self, remove: str) -> Iterator[tuple[int, FloatArray]]:
+        """(number of the first sample, values [B, n]) without the trend."""
+        start, slope = self.trend.line(remove)
+        for first, raw in self.kept.blocks():
+            yield first, raw - start - slope * np.arange(first, first + len(raw))[:, None]
+
+
+def select_series(project: Project, wanted: Sequence[str]) -> list[str]:
+    """Names of configured series for what the user typed, `all` included; `UsageError` lists what exists."""
+    _, config = load_cases(project.cases)
+    names = [table.name for table in config.series]
+    if list(wanted) == ["all"]:
+        if not names:
+            raise UsageError(
+                "describes no time series", where=str(project.cases), hint="describe them in tables [[series]]"
+            )
+        wanted = names
+    for name in wanted:
+        if name not in names:
+            near = difflib.get_close_matches(name, names, n=1)
+            raise UsageError(
+                f"there is no series {name!r}; there are: {', '.join(names) or 'none'}",
+                where=str(project.cases),
+                hint=f"did you mean {near[0]}?" if near else "describe it in a table [[series]]",
+            )
+    return list(dict.fromkeys(wanted))
+
+
+def run_each(
+    config: CasesConfig, names: Sequence[str], run: Callable[[SeriesTable], None], step: Step, what: str
+) -> None:
+    """Run the series of these names; one that is refused keeps no other from being run, and is raised at the end."""
+    refused: dict[str, TedmError] = {}
+    for number, table in enumerate(t for t in config.series if t.name in names):
+        try:
+            run(table)
+        except TedmError as error:
+            refused[table.name] = error
+            continue
+        step(number + 1, len(names), what)
+    if refused:
+        first, *others = refused.values()
+        if others:
+            first.hint = f"{first.hint}; refused too: series {', '.join(list(refused)[1:])}".removeprefix("; ")
+        raise first
+
+
+def sample_series(
+    source: Path, table: SeriesTable, areas: AreaTable, rows: FloatArray, where: str, scratch: IO[bytes]
+) -> Sampled:
+    """Read and check the series of a table, apply the `rows` [n, k] of the areas, and resample.
+
+    Raises
+    ------
+    InputError : a file or stamps that are refused; less than two samples.
+    ConfigError : `constant` names no area.
+    """
+    moving = ~_constant(table, areas, where)
+    kept = Scratch(scratch, len(rows))
+    with open_wide(source, "time_s", TIME_STAMP, TEMPERATURE) as wide:
+        index = columns_of_areas(wide.columns, areas, moving, where=str(source))
+        by_column = rows_by_column(rows, index, wide.columns)
+        stamps = Stamps(wide.place, regular=table.method != "linear", max_gap_s=table.max_gap_s)
+        trend = Trend(len(rows))
+        resampler: LinearResampler | PolyphaseResampler | None = None
+        for time, values in _propagated(wide, stamps, by_column, table.remove):
+            if table.resample_s is not None and resampler is None:
+                resampler = _resampler(table, stamps, len(time), str(source))
+            for some, part in pieces(time, values, stamps.first_s, table.resample_s, where):
+                made = part if resampler is None else resampler.push(some, part)
+                trend.add(made)
+                kept.add(made)
+    if trend.count < 2:
+        raise InputError(f"{stamps.count} rows make {trend.count} samples; that is no series", where=str(source))
+    step = table.resample_s if table.resample_s is not None else stamps.mean_step_s
+    late = resampler.first * step if isinstance(resampler, PolyphaseResampler) else 0.0
+    highest = 0.5 / step
+    if isinstance(resampler, PolyphaseResampler):
+        highest = min(highest, 0.5 / stamps.step_s) * resampler.passes
+    column = [wide.columns[i] if i >= 0 else "" for i in index]
+    return Sampled(kept, stamps.first_s + late, step, highest, trend, column)
+
+
+def _propagated(
+    wide: WideTable, stamps: Stamps, rows: FloatArray, remove: str
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """(stamps [B], signals [B, n]) of every block; a table of few columns is not read in more rows than signals bear.
+
+    Where a mean is removed later the first row is taken off at once: absolute temperatures would cost digits.
+    """
+    start: FloatArray | None = None
+    for block in wide.blocks(max(1, wide_table.BLOCK_NUMBERS // max(rows.shape))):
+        stamps.add(block.key, block.places)
+        if start is None:
+            start = np.zeros(block.values.shape[1]) if remove == "nothing" else block.values[0]
+        yield block.key, (block.values - start) @ rows.T
+
+
+def _constant(table: SeriesTable, areas: AreaTable, where: str) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Mask [k] of the areas that are said to keep their temperature."""
+    patterns = table.constant or []
+    names = areas.name.tolist()
+    idle = [p for p in patterns if not any(fnmatchcase(name, p) for name in names)]
+    if idle:
+        raise ConfigError([("constant", f"no thermal area has {p!r}") for p in idle], where=where)
+    return np.array([any(fnmatchcase(name, p) for p in patterns) for name in names])
+
+
+def _resampler(table: SeriesTable, stamps: Stamps, rows: int, where: str) -> LinearResampler | PolyphaseResampler:
+    wanted = table.resample_s
+    assert wanted is not None
+    if rows < 2:
+        raise InputError("one row is no series", where=where)
+    if table.method == "polyphase":
+        return PolyphaseResampler(stamps.mean_step_s, wanted)
+    if wanted > stamps.step_s * 1.001:
+        raise InputError(
+            f"resample_s = {wanted:g} s is coarser than the steps of {stamps.step_s:.6g} s: straight lines would fold"
+            " what is faster into the band",
+            where=where,
+            hint='take method = "polyphase", which filters, or resample_s at most the step',
+        )
+    return LinearResampler(wanted)
+
+
+def treatment_words(table: SeriesTable) -> str:
+    """What is removed from a series, and how it is resampled."""
+    removed = {"nothing": "nothing removed", "mean": "mean removed", "linear": "mean and linear trend removed"}
+    if table.resample_s is None:
+        return f"{removed[table.remove]}, as sampled"
+    how = {
+        "linear": "by straight lines, without anti-alias filter",
+        "polyphase": "by a polyphase low-pass (118 dB, flat to 0.66 of the lower Nyquist frequency)",
+    }
+    return f"{removed[table.remove]}, resampled to {table.resample_s:g} s {how[str(table.method)]}"
