@@ -20,13 +20,13 @@ from tedm_cli.figures.bench_shapes import (
     SIDE,
     View,
     beam_segments,
-    body,
     interferometers,
     out_of_plane,
     outline,
 )
 from tedm_cli.figures.labels import place_labels
 from tedm_cli.figures.style import COLOURS, style
+from tedm_cli.optics.bodies import body
 from tedm_cli.optics.exaggerated import ExaggeratedBench, TracedBench
 from tedm_cli.optics.layout import Kind, OpticalLayout
 from tedm_cli.results.wording import SUPERSCRIPT

@@ -20,11 +20,12 @@ from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
 from tedm_cli.figures.bench import GHOST, INK, SHARED, bench_figure, exaggerated_figure, factor_text, length_text, tint
-from tedm_cli.figures.bench_shapes import body, interferometers, outline
+from tedm_cli.figures.bench_shapes import interferometers, outline
 from tedm_cli.figures.heat_maps import noise_map, sensitivity_map
 from tedm_cli.figures.labels import crossing
 from tedm_cli.figures.shares import ReadOutShares, shares_figure
 from tedm_cli.figures.style import COLOURS, style
+from tedm_cli.optics.bodies import body
 from tedm_cli.optics.exaggerated import ExaggeratedBench, exaggerated_bench, traced_bench
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.layout import OpticalLayout
