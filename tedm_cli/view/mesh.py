@@ -58,7 +58,7 @@ def drawn_mesh(
         apart = line[:, 0] != line[:, 1]
         line, line_area = line[apart], line_area[apart]
         used = np.unique(np.concatenate([face.reshape(-1), line.reshape(-1)]))
-    place = np.full(len(position), -1)
+    place: IntArray = np.full(len(position), -1, dtype=np.int64)
     place[used] = np.arange(len(used))
     return DrawnMesh(used, place[face], face_area, place[line], line_area, cell)
 

@@ -14,8 +14,8 @@ from types import TracebackType
 from typing import Any
 
 FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--remote-debugging-pipe", "--use-gl=angle",
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--remote-debugging-pipe", "--use-gl=angle",
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 )  # fmt: skip
 
@@ -41,9 +41,11 @@ class Browser:
         # The protocol is spoken on the file descriptors 3 and 4 of the browser.
         shell = f"exec 3<&{to_child} 4>&{from_child}; exec \"$@\""
         self.process = subprocess.Popen(
-            ["/bin/bash", "-c", shell, "chromium", *command], pass_fds=(to_child, from_child), stderr=subprocess.DEVNULL,
+            ["/bin/bash", "-c", shell, "chromium", *command],
+            pass_fds=(to_child, from_child),
             stdout=subprocess.DEVNULL,
-        )  # fmt: skip
+            stderr=subprocess.DEVNULL,
+        )
         os.close(to_child)
         os.close(from_child)
         self.session = ""

@@ -2,7 +2,7 @@
 // Two small charts as SVG: spectra over frequency, and an output over time. What they say is in the tables beside them.
 const Chart = (() => {
   const NS = "http://www.w3.org/2000/svg";
-  const [W, H, LEFT, RIGHT, TOP, BOTTOM] = [360, 190, 50, 10, 10, 28];
+  const [W, H, LEFT, RIGHT, TOP, BOTTOM] = [360, 190, 50, 22, 10, 28];
 
   function node(name, attributes, text) {
     const made = document.createElementNS(NS, name);
@@ -61,7 +61,7 @@ const Chart = (() => {
     const [f0, f1] = [frequency[0], frequency[frequency.length - 1]];
     const x = (f) => LEFT + ((W - LEFT - RIGHT) * Math.log(f / f0)) / Math.log(f1 / f0);
     const y = (v) => H - BOTTOM - ((H - TOP - BOTTOM) * Math.log(Math.max(v, low) / low)) / Math.log(high / low);
-    frame(svg, decades(f0, f1, x, Format.hz, 5), decades(low, high, y, Format.decade, 6), "frequency");
+    frame(svg, decades(f0, f1, x, (f) => Format.si(f, "Hz", 1), 5), decades(low, high, y, Format.decade, 6), "frequency");
     const xs = Array.from(frequency, x);
     svg.append(node("line", { x1: x(frequency[at]), x2: x(frequency[at]), y1: TOP, y2: H - BOTTOM, class: "mark" }));
     for (const [kind, values] of curves) {

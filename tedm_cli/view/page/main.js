@@ -80,28 +80,17 @@ async function unpackDrawing(packed) {
     layers: [await layer(mesh), await layer(bench)],
     drawing: {
       corners: position.length / 3, meshCorners: n, grids: packed.grids, cell: packed.cell, position, quad, quadColour,
-      edge: edgesOf(quad, quadColour, n), triangle, triangleColour, line, lineColour, segment: benchSegment, segmentColour,
-      areaOfCorner, box, kinds, colour: packed.colour.map((rgb) => rgb.map((v) => Math.round(255 * v))),
+      triangle, triangleColour, line, lineColour, segment: benchSegment, segmentColour,
+      boxes: boxes.length, areaOfCorner, box, kinds, colour: packed.colour.map((rgb) => rgb.map((v) => Math.round(255 * v))),
     },
   };
-}
-
-/** Edges of faces, each once, with the area of one of its faces. */
-function edgesOf(quad, colour, n) {
-  const found = new Map();
-  for (let f = 0; f < colour.length; f++) {
-    for (let i = 0; i < 4; i++) {
-      const [a, b] = [quad[4 * f + i], quad[4 * f + ((i + 1) % 4)]];
-      if (a !== b) found.set(Math.min(a, b) * n + Math.max(a, b), [a, b, colour[f]]);
-    }
-  }
-  return [...found.values()];
 }
 
 class App {
   constructor(data) {
     this.data = data;
     this.temperature = new Float64Array(data.areas.name.length);
+    this.per = "";
     this.field = (id) => document.getElementById(id);
     this.readings = new Readings(data);
     this.temperatures = new Temperatures(data.areas, (members, kelvin, done) => this.byHand(members, kelvin, done));
@@ -190,6 +179,8 @@ class App {
     if (shown.case.includes(kind)) this.field("noise-case").value = this.field("case").value;
     const k = areas.name.length;
     const found = cases[Number(this.field("case").value)];
+    this.per = ["typical", "worst"].includes(kind) ? "/√Hz" : "";
+    if (kind !== "area") this.mark(-1, false);
     const named = `Case ${found.id}${found.role ? ` (${found.role})` : ""}: ${found.title}.`;
     let film = null;
     let temperature = this.temperature;
@@ -254,6 +245,7 @@ class App {
       for (const id of ["case", "output", "area", "series"]) this.field(`${id}-field`).hidden = true;
       this.field("words").textContent = "Temperatures as they are set by hand.";
       this.film = null;
+      this.per = "";
       this.player.load(null);
     }
     this.warm(temperature);
@@ -263,8 +255,8 @@ class App {
   /** Show these temperatures [k] (K) everywhere. */
   warm(temperature) {
     this.temperature = temperature;
-    this.temperatures.show(temperature);
-    this.picture?.warm(temperature);
+    this.temperatures.show(temperature, this.per);
+    this.picture?.warm(temperature, this.per);
     this.read();
     if (this.film) this._chart();
   }
@@ -272,7 +264,7 @@ class App {
   read() {
     this.outputs = Arithmetic.outputs(this.data.outputs.rows, this.temperature);
     const safety = this.data.cases[Number(this.field("noise-case").value)].safety;
-    this.readings.show(this.outputs, Number(this.field("frequency").value), safety);
+    this.readings.show(this.outputs, Number(this.field("frequency").value), safety, this.per);
   }
 
   /** The drawn output over the time of the film. */
@@ -344,7 +336,7 @@ async function main() {
     document.getElementById("look").parentElement.hidden = true;
     return;
   }
-  app.picture.warm(app.temperature);
+  app.picture.warm(app.temperature, app.per);
   app.picture.fit();
   app.mark(app.field("kind").value === "area" ? Number(app.field("area").value) : -1, false);
 }

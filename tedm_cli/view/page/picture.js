@@ -3,7 +3,7 @@
 class Picture {
   /** `layers`: {steps, scale, moved} of mesh and bench; `chosen(area)` is called for a click on an area. */
   constructor(data, drawing, layers, chosen) {
-    Object.assign(this, { data, drawing, layers, wished: 1, factor: 1, area: -1, temperature: null });
+    Object.assign(this, { data, drawing, layers, wished: 1, factor: 1, area: -1, temperature: null, per: "" });
     this.field = (id) => document.getElementById(id);
     this.hidden = new Set();
     this.canvas = this.field("canvas");
@@ -53,7 +53,7 @@ class Picture {
     for (const [text, names] of entries) {
       const label = document.createElement("label");
       const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: true });
-      if (names[0] === "edges" && this.drawing.edge.length > Picture.MANY_EDGES) box.checked = false;
+      if (names[0] === "edges" && this.drawing.quadColour.length > Picture.MANY_FACES) box.checked = false;
       const take = () => names.forEach((n) => (box.checked ? this.hidden.delete(n) : this.hidden.add(n)));
       box.addEventListener("input", () => {
         take();
@@ -65,9 +65,9 @@ class Picture {
     }
   }
 
-  /** Take new temperatures [k] (K). */
-  warm(temperature) {
-    this.temperature = temperature;
+  /** Take new temperatures [k] (K; `per`: amplitudes per √Hz, or nothing). */
+  warm(temperature, per = this.per) {
+    Object.assign(this, { temperature, per });
     for (const layer of this.layers) Arithmetic.displace(layer, temperature, layer.moved);
     this.largest = this.layers.map((layer) => Arithmetic.largest(layer.moved));
     this.scene.displace(this.layers.map((layer) => layer.moved));
@@ -138,9 +138,9 @@ class Picture {
         entry.prepend(swatch);
         list.append(entry);
       }
-      legend.append(line("Thermal areas: a hue for each group, a lightness for each area"), list);
+      legend.append(line("Thermal areas: hue by group, lightness by area"), list);
     } else {
-      const unit = by === "temperature" ? "K" : by === "displacement" ? "m" : `${Format.unit(outputs.unit[row])}/K`;
+      const unit = by === "temperature" ? `K${this.per}` : by === "displacement" ? `m${this.per}` : `${Format.unit(outputs.unit[row])}/K`;
       const top = by === "displacement" ? this.largest[0].value : most;
       const title = { temperature: "Temperature", displacement: "Displacement", sensitivity: outputs.label[row] + " per kelvin of each area" };
       const bar = Object.assign(document.createElement("div"), { className: "bar" });
@@ -152,7 +152,7 @@ class Picture {
     }
     if (this.area >= 0) {
       const extra = by === "sensitivity" ? `, ${Format.si(value[this.area], `${Format.unit(outputs.unit[row])}/K`)}` : "";
-      legend.append(line(`Striped: ${areas.name[this.area]}, ${Format.si(this.temperature[this.area], "K")}${extra}`));
+      legend.append(line(`Striped: ${areas.name[this.area]}, ${Format.si(this.temperature[this.area], `K${this.per}`)}${extra}`));
     }
   }
 
@@ -162,17 +162,17 @@ class Picture {
     const [mesh, bench] = this.largest;
     const parts = [];
     if (mesh.value === 0) parts.push("Nothing is warm, so nothing moves.");
-    else if (this.factor === 0) parts.push(`Displacements are not drawn; the largest is ${Format.si(mesh.value, "m")}.`);
+    else if (this.factor === 0) parts.push(`Displacements are not drawn; the largest is ${Format.si(mesh.value, `m${this.per}`)}.`);
     else {
       const owner = drawing.areaOfCorner[mesh.at];
       const where = owner >= 0 ? ` in ${this.data.areas.name[owner]}` : "";
       parts.push(
         `Displacements are drawn ${Format.factor(this.factor)} times ${this.factor < 1 ? "as large" : "larger"}: the largest, ` +
-          `${Format.si(mesh.value, "m")}${where}, is seen as ${Format.si(this.factor * mesh.value, "m")}.`,
+          `${Format.si(mesh.value, `m${this.per}`)}${where}, is seen as ${Format.si(this.factor * mesh.value, "m")}.`,
       );
       if (bench.value > 0) {
         parts.push(
-          `Beams and optical elements by the same factor (the largest ${Format.si(bench.value, "m")}); test masses stay where they are.`,
+          `Beams and optical elements by the same factor (the largest ${Format.si(bench.value, `m${this.per}`)}); test masses stay where they are.`,
         );
       }
     }
@@ -208,12 +208,21 @@ class Picture {
 
   redraw() {
     if (this.request || this.lost || !this.temperature) return;
-    this.request = requestAnimationFrame(() => {
+    this.request = requestAnimationFrame((now) => {
       this.request = null;
-      this.scene.draw(this._look());
-      if (!document.documentElement.dataset.drawn) document.documentElement.dataset.drawn = Math.round(performance.now());
+      // What moves is drawn with fewer pixels where the machine is slow, and in full once it stands still.
+      const apart = now - (this.before ?? -Infinity);
+      if (apart > Picture.SLOW_MS && apart < Picture.STILL_MS) this.slow = true;
+      else if (apart < Picture.SLOW_MS / 4) this.slow = false;
+      this.before = now;
+      clearTimeout(this.rest);
+      const detail = this.slow && apart < Picture.STILL_MS ? 0.5 : 1;
+      this.scene.draw({ ...this._look(), detail });
+      if (detail < 1) this.rest = setTimeout(() => this.redraw(), Picture.STILL_MS);
+      document.documentElement.dataset.drawn ??= Math.round(performance.now());
     });
   }
 }
+[Picture.SLOW_MS, Picture.STILL_MS] = [100, 350]; // between frames that follow each other, and after the last of them
 Picture.SHARE = 0.05; // of the size of the model that the largest displacement is drawn as
-Picture.MANY_EDGES = 40000;
+Picture.MANY_FACES = 12000; // from which on their edges would hide them

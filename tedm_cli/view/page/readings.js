@@ -9,7 +9,7 @@ class Readings {
     const named = new Set(this.judged.map((j) => j.output));
     this.others = outputs.label.map((_, o) => o).filter((o) => !named.has(o));
     this.rows = [];
-    const head = ["Output", "now", "ratio to its requirement, as noise"];
+    const head = ["Output", "now", "ratio to requirement, as noise"];
     this._table("outputs", head, this.judged, ({ output, limit }) => [outputs.label[output], limits.name[limit]]);
     this._table("others", ["Output", "now"], this.others, (o) => [outputs.label[o], "not judged"]);
     document.getElementById("more").textContent = `${Format.count(this.others.length, "output")} that nothing is required of`;
@@ -52,27 +52,28 @@ class Readings {
     return Format.unit(this.data.outputs.unit[output]);
   }
 
-  /** Outputs [n] now, and their ratios if they were amplitudes per √Hz at place `f` of the frequencies. */
-  show(values, f, safety) {
+  /** Outputs [n] now (`per`: amplitudes per √Hz), and their ratios as such amplitudes at place `f` of the frequencies. */
+  show(values, f, safety, per) {
     const { limits, outputs } = this.data;
     const count = limits.frequency.length;
     let worst = null;
     this.judged.forEach(({ output, limit }, i) => {
       const ratio = Arithmetic.ratio(safety, values[output], limits.amplitude[limit * count + f]);
       const [now, cell] = this.rows.outputs[i];
-      now.textContent = Format.si(values[output], this.unit(output));
+      now.textContent = Format.si(values[output], this.unit(output) + per);
       Readings.judge(cell, ratio);
       if (!(ratio <= (worst?.ratio ?? -1)) && !Number.isNaN(ratio)) worst = { ratio, output };
     });
     this.others.forEach((output, i) => {
-      this.rows.others[i][0].textContent = Format.si(values[output], this.unit(output));
+      this.rows.others[i][0].textContent = Format.si(values[output], this.unit(output) + per);
     });
     document.getElementById("read-note").textContent = this.judged.length
-      ? `Now: under these temperatures. Ratio: if they were amplitudes per √Hz at ${Format.hz(limits.frequency[f])}, with ` +
-        `the safety factor ${safety}; – outside the band of the requirement. The frequency is chosen below.`
+      ? `${per ? "Amplitudes per √Hz. Ratio:" : "Under these temperatures. Ratio: if they were amplitudes per √Hz"} at ` +
+        `${Format.hz(limits.frequency[f])}, with the safety factor ${safety}; – outside the band of the requirement. ` +
+        "The frequency is chosen below."
       : "Nothing is required of any output.";
     const most = worst ?? { output: 0 };
-    const text = `${outputs.label[most.output]} ${Format.si(values[most.output], this.unit(most.output))}`;
+    const text = `${outputs.label[most.output]} ${Format.si(values[most.output], this.unit(most.output) + per)}`;
     this._speak(worst ? `Largest ratio ${Format.ratio(worst.ratio)}: ${text}` : text);
   }
 
@@ -123,7 +124,7 @@ class Readings {
       entry("limit", limits.name[limit]),
     );
     document.getElementById("noise-note").textContent =
-      `${name} comes nearest to its requirement at ${Format.hz(verdict.hz)}: ratio ${Format.ratio(verdict.ratio)}. ` +
+      `The largest ratio of ${name} is ${Format.ratio(verdict.ratio)}, at ${Format.hz(verdict.hz)}. ` +
       `Temperatures: ${found.temperature}. The slider stops at the frequencies of the case file; nothing is interpolated.`;
   }
 }

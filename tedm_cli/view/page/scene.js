@@ -75,31 +75,35 @@ class Scene {
     }
   }
 
-  /** Triangles of the mesh, then those of bench and boxes; each corner with the entry of the palette of its face. */
+  /** Triangles of the mesh, then those of bench and boxes; each corner with the entry of the palette of its face, and
+   *  above these 16 bits which of the sides opposite its three corners are edges of the mesh. */
   _faces() {
     const gl = this.gl;
-    const { quad, quadColour, triangle, triangleColour, edge } = this.drawing;
-    const data = [];
+    const { quad, quadColour, triangle, triangleColour } = this.drawing;
+    const data = new Uint32Array(12 * quadColour.length + 2 * triangle.length);
+    let o = 0;
     const entry = (colour) => (typeof colour === "string" ? this.fixed[colour] : colour < 0 ? this.fixed.none : colour);
+    const add = (corners, colour, edges) => {
+      for (const corner of corners) {
+        data[o++] = corner;
+        data[o++] = entry(colour) | (edges << 16);
+      }
+    };
     for (let f = 0; f < quadColour.length; f++) {
       const [a, b, c, d] = quad.subarray(4 * f, 4 * f + 4);
-      const colour = entry(quadColour[f]);
-      data.push(a, colour, b, colour, c, colour);
-      if (d !== c) data.push(a, colour, c, colour, d, colour);
+      if (d === c) add([a, b, c], quadColour[f], 7);
+      else {
+        add([a, b, c], quadColour[f], 5);
+        add([a, c, d], quadColour[f], 3);
+      }
     }
-    this.meshCount = data.length / 2;
-    triangle.forEach((corner, i) => data.push(corner, entry(triangleColour[Math.floor(i / 3)])));
-    this.allCount = data.length / 2;
-    const attributes = (stride) => Object.assign([[0, 1, 0, 0], [1, 1, 4, 0]], { stride });
+    this.meshCount = o / 2;
+    for (let i = 0; i < triangle.length; i += 3) add(triangle.slice(i, i + 3), triangleColour[i / 3], 0);
+    this.allCount = o / 2;
+    this.boxFirst = this.allCount - 36 * this.drawing.boxes;
     this.faceArray = gl.createVertexArray();
     gl.bindVertexArray(this.faceArray);
-    this._buffer(new Uint32Array(data), attributes(8));
-    this.edgeArray = gl.createVertexArray();
-    gl.bindVertexArray(this.edgeArray);
-    const edges = new Uint32Array(4 * edge.length);
-    edge.forEach(([a, b, colour], i) => edges.set([a, entry(colour), b, entry(colour)], 4 * i));
-    this._buffer(edges, attributes(8));
-    this.edgeCount = 2 * edge.length;
+    this._buffer(data.subarray(0, o), Object.assign([[0, 1, 0, 0], [1, 1, 4, 0]], { stride: 8 }));
   }
 
   /** Bars and rods, then beams, as rectangles on the screen. */
@@ -163,10 +167,11 @@ class Scene {
     });
   }
 
-  /** `look`: matrix, factor, byDisplacement, largest (m), cut [x, y, z, w] or null, edges, chosen, background [r, g, b]. */
+  /** `look`: matrix, factor, byDisplacement, largest (m), cut [x, y, z, w] or null, edges, chosen, background [r, g, b],
+   *  detail: pixels drawn per pixel of the screen. */
   draw(look) {
     const gl = this.gl;
-    const ratio = Math.min(window.devicePixelRatio || 1, Scene.MOST_RATIO);
+    const ratio = look.detail * Math.min(window.devicePixelRatio || 1, Scene.MOST_RATIO);
     const [w, h] = [this.canvas.clientWidth, this.canvas.clientHeight].map((v) => Math.max(1, Math.round(v * ratio)));
     if (this.canvas.width !== w || this.canvas.height !== h) Object.assign(this.canvas, { width: w, height: h });
     gl.viewport(0, 0, w, h);
@@ -175,33 +180,31 @@ class Scene {
     const set = (program) => this._uniforms(program, look, [w, h], ratio);
     let at = set(this.programs.face);
     gl.bindVertexArray(this.faceArray);
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(1, 1);
     gl.drawArrays(gl.TRIANGLES, 0, this.meshCount);
-    gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.uniform4f(at.u_cut, 0, 0, 0, 1);
     gl.drawArrays(gl.TRIANGLES, this.meshCount, this.allCount - this.meshCount);
     gl.enable(gl.BLEND);
-    if (look.edges) {
-      gl.uniform4f(at.u_cut, ...(look.cut ?? [0, 0, 0, 1]));
-      gl.uniform1i(at.u_ink, 1);
-      gl.bindVertexArray(this.edgeArray);
-      gl.drawArrays(gl.LINES, 0, this.edgeCount);
-    }
+    this._through(at, 0.25, () => gl.drawArrays(gl.TRIANGLES, this.boxFirst, this.allCount - this.boxFirst));
     at = set(this.programs.line);
     gl.bindVertexArray(this.lineArray);
     this._segments(0, this.barCount);
     gl.uniform4f(at.u_cut, 0, 0, 0, 1);
     this._segments(this.barCount, this.beamCount);
-    // Beams run inside the structure: where something hides them, they shine through it.
-    gl.depthFunc(gl.GREATER);
-    gl.depthMask(false);
-    gl.uniform1f(at.u_alpha, 0.45);
-    this._segments(this.barCount, this.beamCount);
-    gl.depthMask(true);
-    gl.depthFunc(gl.LESS);
+    this._through(at, 0.45, () => this._segments(this.barCount, this.beamCount));
     gl.disable(gl.BLEND);
     gl.bindVertexArray(null);
+  }
+
+  /** Beams and test masses are inside the structure: where something hides them, they shine through it. */
+  _through(at, alpha, draw) {
+    const gl = this.gl;
+    gl.depthFunc(gl.GREATER);
+    gl.depthMask(false);
+    gl.uniform1f(at.u_alpha, alpha);
+    draw();
+    gl.uniform1f(at.u_alpha, 1);
+    gl.depthMask(true);
+    gl.depthFunc(gl.LESS);
   }
 
   _segments(first, count) {
@@ -230,7 +233,7 @@ class Scene {
     gl.uniform4f(at.u_cut, ...(look.cut ?? [0, 0, 0, 1]));
     gl.uniform1i(at.u_areas, this.areas);
     gl.uniform1i(at.u_chosen, look.chosen);
-    gl.uniform1i(at.u_ink, 0);
+    gl.uniform1i(at.u_edges, look.edges ? 1 : 0);
     gl.uniform1i(at.u_flat, program === this.programs.line.program ? 1 : 0);
     gl.uniform1i(at.u_pick, look.pick ? 1 : 0);
     gl.uniform1f(at.u_alpha, 1);
@@ -278,17 +281,22 @@ uniform float u_factor, u_largest, u_alpha, u_ratio;
 uniform vec4 u_cut;
 uniform vec3 u_eye;
 uniform vec2 u_size;
-uniform int u_areas, u_chosen, u_ink, u_pick, u_flat;
+uniform int u_areas, u_chosen, u_edges, u_pick, u_flat;
 uniform mat4 u_matrix;
 ivec2 cell(uint i) { return ivec2(int(i) & 1023, int(i) >> 10); }
 `;
 const CORNER = `
-flat out int v_entry;
-out vec3 v_at, v_rest;
+flat out int v_entry, v_edges;
+flat out vec3 v_base;
+out vec3 v_at, v_rest, v_weight;
 out float v_moved;
 vec3 rest(uint i) { return texelFetch(u_place, cell(i), 0).xyz; }
 vec3 moved(uint i) { return texelFetch(u_move, cell(i), 0).xyz; }
-bool hidden(uint entry) { return texelFetch(u_palette, cell(entry), 0).a < 0.5; }
+bool hidden(uint entry) {
+  vec4 colour = texelFetch(u_palette, cell(entry), 0);
+  v_base = colour.rgb;
+  return colour.a < 0.5;
+}
 void corner(uint i) {
   v_rest = rest(i);
   vec3 d = moved(i);
@@ -301,9 +309,13 @@ layout(location = 0) in uint a_corner;
 layout(location = 1) in uint a_entry;
 ${CORNER}
 void main() {
-  v_entry = int(a_entry);
+  uint entry = a_entry & 65535u;
+  v_entry = int(entry);
+  v_edges = int(a_entry >> 16);
+  int place = gl_VertexID % 3;
+  v_weight = vec3(place == 0, place == 1, place == 2);
   corner(a_corner);
-  gl_Position = hidden(a_entry) ? vec4(2.0, 2.0, 2.0, 1.0) : u_matrix * vec4(v_at, 1.0);
+  gl_Position = hidden(entry) ? vec4(2.0, 2.0, 2.0, 1.0) : u_matrix * vec4(v_at, 1.0);
 }`;
 const LINE_VERTEX = `${SHADER_HEAD}
 layout(location = 0) in uvec2 a_ends;
@@ -312,6 +324,8 @@ layout(location = 2) in uint a_width;
 ${CORNER}
 void main() {
   v_entry = int(a_entry);
+  v_edges = 0;
+  v_weight = vec3(1.0);
   bool second = gl_VertexID > 1;
   corner(second ? a_ends.x : a_ends.y);
   vec4 other = u_matrix * vec4(v_at, 1.0);
@@ -325,8 +339,9 @@ void main() {
   gl_Position = hidden(a_entry) ? vec4(2.0, 2.0, 2.0, 1.0) : own;
 }`;
 const FACE_FRAGMENT = `${SHADER_HEAD}
-flat in int v_entry;
-in vec3 v_at, v_rest;
+flat in int v_entry, v_edges;
+flat in vec3 v_base;
+in vec3 v_at, v_rest, v_weight;
 in float v_moved;
 out vec4 colour;
 void main() {
@@ -335,11 +350,7 @@ void main() {
     colour = vec4(float(v_entry & 255), float(v_entry >> 8), 0.0, 255.0) / 255.0;
     return;
   }
-  if (u_ink == 1) {
-    colour = vec4(0.0, 0.0, 0.0, 0.22);
-    return;
-  }
-  vec3 base = texelFetch(u_palette, cell(uint(v_entry)), 0).rgb;
+  vec3 base = v_base;
   if (u_largest >= 0.0 && v_entry < u_areas) {
     float part = u_largest > 0.0 ? clamp(v_moved / u_largest, 0.0, 1.0) : 0.0;
     base = texelFetch(u_scale, ivec2(int(part * 255.0 + 0.5), 0), 0).rgb;
@@ -349,6 +360,11 @@ void main() {
   vec3 towards = normalize(u_eye - v_at);
   float lit = size > 0.0 && u_flat == 0 ? abs(dot(normal / size, normalize(towards + vec3(0.0, 0.0, 0.35)))) : 1.0;
   base *= 0.5 + 0.5 * lit;
+  if (u_edges == 1 && v_edges != 0) {
+    vec3 away = v_weight / max(fwidth(v_weight), vec3(1e-6)); // px from each side of the triangle
+    vec3 seen = mix(vec3(9.0), away, vec3(v_edges & 1, (v_edges >> 1) & 1, (v_edges >> 2) & 1));
+    base *= 1.0 - 0.28 * (1.0 - smoothstep(0.0, 0.9 * u_ratio, min(seen.x, min(seen.y, seen.z))));
+  }
   if (v_entry == u_chosen) {
     float stripe = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / (10.0 * u_ratio)));
     base = mix(base, vec3(1.0), 0.45 * stripe);

@@ -9,6 +9,7 @@ class Temperatures {
     for (const kelvin of Temperatures.REACH) this.reach.append(new Option(`± ${Format.si(kelvin, "K")}`, kelvin));
     this.reach.addEventListener("change", () => this.show(this.temperature));
     this.temperature = new Float64Array(areas.name.length);
+    this.per = "";
     this.rows = [];
     this.groups = [];
     const place = document.getElementById("sliders");
@@ -63,25 +64,27 @@ class Temperatures {
     if (most === 0) this.reach.value = 1e-3;
   }
 
-  show(temperature) {
-    this.temperature = temperature;
+  /** `per`: what the temperatures are amplitudes per, or nothing. */
+  show(temperature, per = this.per) {
+    Object.assign(this, { temperature, per });
+    const kelvinText = (t) => Format.si(t, `K${per}`);
     const set = (row, kelvin, mixed) => {
       row.range.value = Math.round((100 * kelvin) / this.reach.value);
-      row.range.setAttribute("aria-valuetext", mixed ? "different temperatures" : Format.si(kelvin, "K"));
+      row.range.setAttribute("aria-valuetext", mixed ? "different temperatures" : kelvinText(kelvin));
       if (document.activeElement !== row.number) row.number.value = mixed ? "" : Number((kelvin * 1000).toPrecision(6));
       row.number.placeholder = mixed ? "different" : "mK";
     };
     this.rows.forEach((row, i) => {
       set(row, temperature[i], false);
-      row.label.textContent = `${row.text}: ${Format.si(temperature[i], "K")}`;
+      row.label.textContent = `${row.text}: ${kelvinText(temperature[i])}`;
     });
     for (const group of this.groups) {
       const values = group.members.map((i) => temperature[i]);
       const mixed = values.some((v) => v !== values[0]);
       set(group, values.reduce((a, v) => a + v, 0) / values.length, mixed);
       const said = mixed
-        ? `${Format.si(Math.min(...values), "K")} to ${Format.si(Math.max(...values), "K")}`
-        : Format.si(values[0], "K");
+        ? `${kelvinText(Math.min(...values))} to ${kelvinText(Math.max(...values))}`
+        : kelvinText(values[0]);
       group.label.textContent = `${group.text}: ${said}`;
     }
   }
