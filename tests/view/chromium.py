@@ -15,8 +15,8 @@ from typing import Any
 
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--remote-debugging-pipe", "--use-gl=angle",
-    "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--remote-debugging-pipe", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 )  # fmt: skip
 
 
@@ -39,7 +39,7 @@ class Browser:
         self.read_end, from_child = os.pipe()
 
         # The protocol is spoken on the file descriptors 3 and 4 of the browser.
-        shell = f"exec 3<&{to_child} 4>&{from_child}; exec \"$@\""
+        shell = f'exec 3<&{to_child} 4>&{from_child}; exec "$@"'
         self.process = subprocess.Popen(
             ["/bin/bash", "-c", shell, "chromium", *command],
             pass_fds=(to_child, from_child),

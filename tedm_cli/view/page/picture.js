@@ -208,21 +208,23 @@ class Picture {
 
   redraw() {
     if (this.request || this.lost || !this.temperature) return;
-    this.request = requestAnimationFrame((now) => {
+    const asked = performance.now();
+    this.request = requestAnimationFrame(() => {
       this.request = null;
       // What moves is drawn with fewer pixels where the machine is slow, and in full once it stands still.
-      const apart = now - (this.before ?? -Infinity);
-      if (apart > Picture.SLOW_MS && apart < Picture.STILL_MS) this.slow = true;
-      else if (apart < Picture.SLOW_MS / 4) this.slow = false;
+      const now = performance.now();
+      const moving = now - (this.before ?? -Infinity) < Picture.STILL_MS;
+      if (now - asked > Picture.SLOW_MS) this.slow = moving;
+      else if (now - asked < Picture.SLOW_MS / 3) this.slow = false;
       this.before = now;
       clearTimeout(this.rest);
-      const detail = this.slow && apart < Picture.STILL_MS ? 0.5 : 1;
+      const detail = this.slow && moving ? 0.5 : 1;
       this.scene.draw({ ...this._look(), detail });
       if (detail < 1) this.rest = setTimeout(() => this.redraw(), Picture.STILL_MS);
       document.documentElement.dataset.drawn ??= Math.round(performance.now());
     });
   }
 }
-[Picture.SLOW_MS, Picture.STILL_MS] = [100, 350]; // between frames that follow each other, and after the last of them
+[Picture.SLOW_MS, Picture.STILL_MS] = [60, 350]; // that a frame waits for the one before, and until nothing moves
 Picture.SHARE = 0.05; // of the size of the model that the largest displacement is drawn as
 Picture.MANY_FACES = 12000; // from which on their edges would hide them
