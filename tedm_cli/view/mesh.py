@@ -41,7 +41,7 @@ class DrawnMesh:
 def drawn_mesh(
     position: FloatArray, surface: Surface, face_area: IntArray, line_area: IntArray, area: IntArray, most: int
 ) -> DrawnMesh:
-    """The outer surface and the lines of a model on at most `most` of its grids, as far as its lines allow.
+    """The outer surface and the lines of a model on at most `most` of its grids, as far as lines and areas allow.
 
     Parameters
     ----------

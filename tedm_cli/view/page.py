@@ -17,6 +17,7 @@ SCRIPTS = (
     "format.js",
     "colours.js",
     "camera.js",
+    "shaders.js",
     "scene.js",
     "chart.js",
     "temperatures.js",

@@ -63,7 +63,7 @@ def _film(source: Path, table: SeriesTable, areas: AreaTable) -> Film:
             while sum(map(len, time)) > 2 * MOST_SAMPLES:
                 every *= 2
                 time, kept, number = (_thinned(parts, number, every) for parts in (time, kept, number))
-    every = max(1, -(-trend.count // MOST_SAMPLES) // every) * every
+    every *= max(1, -(-trend.count // (every * MOST_SAMPLES)))
     time, kept, number = (_thinned(parts, number, every) for parts in (time, kept, number))
     base, slope = trend.line(table.remove)
     places = np.concatenate(number)
