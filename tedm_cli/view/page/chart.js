@@ -72,15 +72,16 @@ const Chart = (() => {
     }
   }
 
-  /** A series `values` [B] in `unit` over `time` [B] s, with a mark at sample `at`. */
-  function series(svg, time, values, unit, at) {
+  /** A series `values` [B] of `name` in `unit` over `time` [B] s, with a mark at sample `at`. */
+  function series(svg, name, time, values, unit, at) {
     const most = Math.max(...Array.from(values, Math.abs)) || 1;
     const top = Arithmetic.roundUp(most);
     const [t0, t1] = [time[0], time[time.length - 1]];
     const x = (t) => LEFT + ((W - LEFT - RIGHT) * (t - t0)) / (t1 - t0 || 1);
     const y = (v) => (TOP + H - BOTTOM) / 2 - ((H - TOP - BOTTOM) / 2) * (v / top);
-    const ticks = [0, 0.25, 0.5, 0.75, 1].map((p) => t0 + p * (t1 - t0)).map((t) => [x(t), Format.time(t)]);
+    const ticks = [0, 0.25, 0.5, 0.75, 1].map((p) => t0 + p * (t1 - t0)).map((t) => [x(t), Format.time(t, t1)]);
     frame(svg, ticks, [-1, 0, 1].map((p) => [y(p * top), Format.si(p * top, unit, 1)]), "time");
+    svg.append(node("text", { x: LEFT + 5, y: TOP + 11 }, name));
     svg.append(node("path", { d: path(Array.from(time, x), Array.from(values, y)), class: "noise" }));
     svg.append(node("line", { x1: x(time[at]), x2: x(time[at]), y1: TOP, y2: H - BOTTOM, class: "mark" }));
     svg.append(node("circle", { cx: x(time[at]), cy: y(values[at]), r: 3.2, class: "noise" }));

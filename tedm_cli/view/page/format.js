@@ -53,10 +53,10 @@ const Format = (() => {
   const unit = (text) => UNIT[text] ?? text;
   const hz = (value) => si(value, "Hz");
 
-  /** Seconds, or hours and days where they are many. */
-  function time(seconds) {
-    if (Math.abs(seconds) < 7200) return `${Math.round(seconds)} s`;
-    if (Math.abs(seconds) < 2 * 86400) return `${(seconds / 3600).toFixed(2)} h`;
+  /** Seconds, or hours and days where there are many, of this or of the time `last` that it is one of. */
+  function time(seconds, last = seconds) {
+    if (Math.abs(last) < 7200) return `${Math.round(seconds)} s`;
+    if (Math.abs(last) < 2 * 86400) return `${(seconds / 3600).toFixed(2)} h`;
     return `${(seconds / 86400).toFixed(2)} d`;
   }
 

@@ -174,6 +174,7 @@ class App {
   async choose() {
     const { areas, cases, series, outputs } = this.data;
     const kind = this.field("kind").value;
+    const turn = (this.turn = (this.turn ?? 0) + 1);
     const shown = { case: ["typical", "worst", "play"], output: ["typical", "worst"], area: ["area"], series: ["series"] };
     for (const [id, kinds] of Object.entries(shown)) this.field(`${id}-field`).hidden = !kinds.includes(kind);
     if (shown.case.includes(kind)) this.field("noise-case").value = this.field("case").value;
@@ -217,9 +218,11 @@ class App {
       tellFault(`${CANNOT_UNPACK} A film cannot be played here.`);
       return;
     }
+    if (turn !== this.turn) return; // something else was chosen meanwhile
     this.film = film;
     if (film) this._fitFilm(film);
     else {
+      this.picture?.free();
       this.temperatures.fit(temperature);
       this.warm(temperature);
       this.picture?.fit();
@@ -232,7 +235,7 @@ class App {
   _fitFilm(film) {
     const count = film.time.length;
     const some = Array.from({ length: 24 }, (_, i) => Arithmetic.frame(film, Math.floor((i * (count - 1)) / 23)));
-    this.picture?.fit(some);
+    this.picture?.fit(some, film.scale.reduce((a, s) => Math.max(a, 32767 * s), 0));
     this.temperatures.fit(film.scale.map((s) => 32767 * s));
     film.rows ??= new Map();
   }
@@ -241,10 +244,12 @@ class App {
     const temperature = this.temperature.slice();
     for (const i of members) temperature[i] = kelvin;
     if (this.field("kind").value !== "hand") {
+      this.turn += 1;
       this.field("kind").value = "hand";
       for (const id of ["case", "output", "area", "series"]) this.field(`${id}-field`).hidden = true;
       this.field("words").textContent = "Temperatures as they are set by hand.";
       this.film = null;
+      this.picture?.free();
       this.per = "";
       this.player.load(null);
     }
@@ -278,7 +283,7 @@ class App {
       film.rows.set(output, Array.from(film.time, (_, s) => Arithmetic.outputs(row, Arithmetic.frame(film, s))[0]));
     }
     const svg = this.field("film");
-    Chart.series(svg, film.time, film.rows.get(output), Format.unit(outputs.unit[output]), this.player.sample);
+    Chart.series(svg, outputs.label[output], film.time, film.rows.get(output), Format.unit(outputs.unit[output]), this.player.sample);
     svg.setAttribute("aria-label", `${outputs.label[output]} over time`);
   }
 
@@ -337,7 +342,8 @@ async function main() {
     return;
   }
   app.picture.warm(app.temperature, app.per);
-  app.picture.fit();
+  if (app.film) app._fitFilm(app.film);
+  else app.picture.fit();
   app.mark(app.field("kind").value === "area" ? Number(app.field("area").value) : -1, false);
 }
 

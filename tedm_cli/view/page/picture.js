@@ -74,15 +74,23 @@ class Picture {
     this.repaint();
   }
 
-  /** The largest displacement (m) of anything drawn under any of these temperatures. */
+  /** The largest displacement (m) in each layer under any of these temperatures. */
   _most(frames) {
-    const all = frames.map((t) => Math.max(...this.layers.map((l) => Arithmetic.largest(Arithmetic.displace(l, t, l.moved)).value)));
-    return Math.max(0, ...all);
+    return this.layers.map((l) => Math.max(...frames.map((t) => Arithmetic.largest(Arithmetic.displace(l, t, l.moved)).value)));
   }
 
-  /** Exaggerate so that the largest of these temperatures' displacements, by default of those there are, is well seen. */
-  fit(frames = [this.temperature]) {
-    this.wished = Arithmetic.exaggeration(this._most(frames), this.box.size, Picture.SHARE);
+  /** No film any more: colours follow what is there. */
+  free() {
+    this.frames = this.scaled = null;
+  }
+
+  /** Exaggerate so that the largest of these temperatures' displacements, by default of those there are, is well seen.
+   *  `hottest` (K): they are a film, whose colours keep their meaning while it is played. */
+  fit(frames = this.frames ?? [this.temperature], hottest = this.scaled?.temperature) {
+    this.frames = hottest === undefined ? null : frames;
+    const most = this._most(frames);
+    this.scaled = hottest === undefined ? null : { temperature: hottest, displacement: most[0] };
+    this.wished = Arithmetic.exaggeration(Math.max(...most), this.box.size, Picture.SHARE);
     this.field("exaggeration").value = 50;
     this._exaggerate();
     if (this.temperature) this.warm(this.temperature);
@@ -114,7 +122,8 @@ class Picture {
     const k = areas.name.length;
     const row = Number(this.field("of").value);
     const value = by === "temperature" ? this.temperature : outputs.rows.subarray(row * k, (row + 1) * k);
-    const most = value.reduce((a, v) => Math.max(a, Math.abs(v)), 0);
+    const now = value.reduce((a, v) => Math.max(a, Math.abs(v)), 0);
+    const most = (by === "temperature" && this.scaled?.temperature) || now;
     const colour = areas.name.map((_, i) =>
       by === "area" ? this.drawing.colour[i] : by === "displacement" ? Colours.NONE : Colours.diverging(most ? value[i] / most : 0),
     );
@@ -141,7 +150,7 @@ class Picture {
       legend.append(line("Thermal areas: hue by group, lightness by area"), list);
     } else {
       const unit = by === "temperature" ? `K${this.per}` : by === "displacement" ? `m${this.per}` : `${Format.unit(outputs.unit[row])}/K`;
-      const top = by === "displacement" ? this.largest[0].value : most;
+      const top = by === "displacement" ? this._top() : most;
       const title = { temperature: "Temperature", displacement: "Displacement", sensitivity: outputs.label[row] + " per kelvin of each area" };
       const bar = Object.assign(document.createElement("div"), { className: "bar" });
       bar.style.background = Colours.gradient(by === "displacement" ? Colours.sequential : (t) => Colours.diverging(2 * t - 1));
@@ -154,6 +163,11 @@ class Picture {
       const extra = by === "sensitivity" ? `, ${Format.si(value[this.area], `${Format.unit(outputs.unit[row])}/K`)}` : "";
       legend.append(line(`Striped: ${areas.name[this.area]}, ${Format.si(this.temperature[this.area], `K${this.per}`)}${extra}`));
     }
+  }
+
+  /** The displacement (m) at the end of the scale of colours. */
+  _top() {
+    return this.scaled?.displacement ?? this.largest[0].value;
   }
 
   /** What is seen, in words. */
@@ -198,7 +212,7 @@ class Picture {
       eye: this.camera.target.map((t, c) => t + this.camera.distance * b[c]),
       factor: this.factor,
       byDisplacement: this.field("colour").value === "displacement",
-      largest: this.largest[0].value,
+      largest: this._top(),
       cut,
       edges: !this.hidden.has("edges"),
       chosen: this.area,

@@ -26,7 +26,7 @@ class Player {
   go(sample) {
     this.sample = sample;
     this.scrub.value = sample;
-    const text = Format.time(this.film.time[sample]);
+    const text = Format.time(this.film.time[sample], this.film.time[this.film.time.length - 1]);
     document.getElementById("clock").textContent = text;
     this.scrub.setAttribute("aria-valuetext", text);
     this.show(sample);

@@ -42,7 +42,6 @@ class Temperatures {
     const number = Object.assign(document.createElement("input"), { type: "number", step: "any" });
     number.setAttribute("aria-label", `${text}, millikelvin`);
     const unit = Object.assign(document.createElement("span"), { textContent: "mK" });
-    unit.className = "unseen";
     range.addEventListener("input", () => this._take(members, (range.value / 100) * this.reach.value, false));
     range.addEventListener("change", () => this._take(members, (range.value / 100) * this.reach.value, true));
     number.addEventListener("change", () => {
