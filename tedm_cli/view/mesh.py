@@ -76,7 +76,8 @@ def _clustered(
     def clusters(cell: float) -> IntArray:
         key = np.floor((position[used] - low) / cell).astype(np.int64)
         own = np.where(ends, np.arange(len(used)) + 1, 0)
-        return np.unique(np.column_stack([key, look, area[used], own]), axis=0, return_inverse=True)[1].reshape(-1)
+        _, number = np.unique(np.column_stack([key, look, area[used], own]), axis=0, return_inverse=True)
+        return np.asarray(number.reshape(-1), dtype=np.int64)
 
     small, large = 0.0, size  # too many, few enough
     for _ in range(_STEPS):

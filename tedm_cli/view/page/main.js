@@ -269,7 +269,7 @@ class App {
   read() {
     this.outputs = Arithmetic.outputs(this.data.outputs.rows, this.temperature);
     const safety = this.data.cases[Number(this.field("noise-case").value)].safety;
-    this.readings.show(this.outputs, Number(this.field("frequency").value), safety, this.per);
+    this.readings.show(this.outputs, Number(this.field("frequency").value), safety, this.per, !!this.film);
   }
 
   /** The drawn output over the time of the film. */

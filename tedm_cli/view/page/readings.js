@@ -52,13 +52,14 @@ class Readings {
     return Format.unit(this.data.outputs.unit[output]);
   }
 
-  /** Outputs [n] now (`per`: amplitudes per √Hz), and their ratios as such amplitudes at place `f` of the frequencies. */
-  show(values, f, safety, per) {
+  /** Outputs [n] now (`per`: amplitudes per √Hz), and their ratios as such amplitudes at place `f` of the frequencies, but
+   *  of a moment of a film. */
+  show(values, f, safety, per, moment) {
     const { limits, outputs } = this.data;
     const count = limits.frequency.length;
     let worst = null;
     this.judged.forEach(({ output, limit }, i) => {
-      const ratio = Arithmetic.ratio(safety, values[output], limits.amplitude[limit * count + f]);
+      const ratio = moment ? NaN : Arithmetic.ratio(safety, values[output], limits.amplitude[limit * count + f]);
       const [now, cell] = this.rows.outputs[i];
       now.textContent = Format.si(values[output], this.unit(output) + per);
       Readings.judge(cell, ratio);
@@ -68,9 +69,11 @@ class Readings {
       this.rows.others[i][0].textContent = Format.si(values[output], this.unit(output) + per);
     });
     document.getElementById("read-note").textContent = this.judged.length
-      ? `${per ? "Amplitudes per √Hz. Ratio:" : "Under these temperatures. Ratio: if they were amplitudes per √Hz"} at ` +
-        `${Format.hz(limits.frequency[f])}, with the safety factor ${safety}; – outside the band of the requirement. ` +
-        "The frequency is chosen below."
+      ? moment
+        ? "At this moment. Requirements are on amplitudes per √Hz; those of a case are below."
+        : `${per ? "Amplitudes per √Hz. Ratio:" : "Under these temperatures. Ratio: if they were amplitudes per √Hz"} at ` +
+          `${Format.hz(limits.frequency[f])}, with the safety factor ${safety}; – outside the band of the requirement. ` +
+          "The frequency is chosen below."
       : "Nothing is required of any output.";
     const most = worst ?? { output: 0 };
     const text = `${outputs.label[most.output]} ${Format.si(values[most.output], this.unit(most.output) + per)}`;
