@@ -92,9 +92,9 @@ def view(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Write the model as a page to look at: what happens when an area warms.
+    """Write the model as a page to warm and turn.
 
-    The model in 3-D, deformed, with sliders for the temperatures and every output beside it. The page needs no other
+    What happens when an area warms: the model in 3-D, deformed, with sliders for the temperatures and every output. The page needs no other
     file and no network.
     """
     from tedm_cli.progress import progress

@@ -30,7 +30,7 @@ from tedm_cli.view.payload import CaseView, Film, Limits, VerdictView
 SAMPLES = 256
 SEED = 1
 _PER_PERIOD = 16  # samples in a period of the lowest frequency of the requirements
-_ACCURATE = 64  # the filters of a realisation are exact from the lowest frequency over this on
+_RESOLVED = 16  # the filters of a realisation, 128 periods long, resolve the lowest frequency over this
 
 
 def limits_of(cases: Sequence[Reader]) -> Limits:
@@ -100,7 +100,7 @@ def _realisation(
     source = TemperatureNoise(temperature, correlation(case, outputs.areas))
     lowest = config.lowest_band_hz()
     rate = _PER_PERIOD * lowest
-    low = max(config.frequency.min_hz, lowest / _ACCURATE)
+    low = max(config.frequency.min_hz, lowest / _RESOLVED)
     high = min(config.frequency.max_hz, rate / 2.0)
     try:
         blocks = list(temperature_blocks(source, Plan(rate, SAMPLES, SEED, low, high, lowest)))
@@ -109,6 +109,6 @@ def _realisation(
     values: FloatArray = np.concatenate(blocks, axis=1)
     words = (
         f"one realisation of the temperatures of this case, seed {SEED}: {SAMPLES} samples, {1.0 / rate:.4g} s apart,"
-        f" with the case's spectrum up to {mhz_text(high)}"
+        f" with the case's spectrum from {mhz_text(low)}, below which it is level, to {mhz_text(high)}"
     )
     return Film.of(np.arange(SAMPLES) / rate, values, words)
