@@ -94,8 +94,8 @@ def view(
 ) -> None:
     """Write the model as a page to warm and turn.
 
-    What happens when an area warms: the model in 3-D, deformed, with sliders for the temperatures and every output. The page needs no other
-    file and no network.
+    What happens when an area warms: the model in 3-D, deformed, with sliders for the temperatures and every output. The
+    page needs no other file and no network.
     """
     from tedm_cli.progress import progress
     from tedm_cli.stages.reporting.view import view as stage
