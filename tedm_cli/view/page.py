@@ -15,6 +15,7 @@ from typing import Any
 SCRIPTS = (
     "arithmetic.js",
     "format.js",
+    "unpack.js",
     "colours.js",
     "camera.js",
     "shaders.js",
@@ -24,6 +25,7 @@ SCRIPTS = (
     "readings.js",
     "picture.js",
     "play.js",
+    "app.js",
     "main.js",
 )
 _STYLE, _FRAME = "page.css", "page.html"

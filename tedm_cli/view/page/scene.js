@@ -2,7 +2,7 @@
 // The drawing, with WebGL 2. Places and displacements of all corners are textures; faces and lines name their corners, so
 // that a new temperature uploads the displacements and nothing else.
 class Scene {
-  /** `drawing` as `unpackDrawing` of main.js makes it. Throws where there is no WebGL 2. */
+  /** `drawing` as `unpackDrawing` makes it. Throws where there is no WebGL 2. */
   constructor(canvas, drawing, areas) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
     if (!gl) throw new Error("this browser offers no WebGL 2");
