@@ -130,6 +130,7 @@ def test_patterns_of_a_case_make_what_its_file_says(program: Program, built: Bui
                 of_case, bound = read_psd(file, [label])[0, f], read_bound(file, "maximum", [label])[0, f]
                 np.testing.assert_allclose(rows[v["output"]] @ typical, np.sqrt(of_case), rtol=1e-9)
                 np.testing.assert_allclose(rows[v["output"]] @ worst, np.sqrt(bound), rtol=1e-12)
+                assert (len(case["silent"]) > 0) == (case["id"] == "7")
                 assert (typical[case["silent"]] == 0.0).all()
                 assert (worst[case["silent"]] == 0.0).all()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,8 @@ from chromium import Browser, chromium
 from view_project import GROUP, TITLE, Built
 
 from tedm_cli.results.outputs import read_outputs
+from tedm_cli.view.packing import coordinates, numbers, places, steps
+from tedm_cli.view.page import page as assembled
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(chromium() is None, reason="there is no Chromium on this machine")]
 DRAWN = "document.documentElement.dataset.drawn"
@@ -73,6 +76,19 @@ def test_what_is_drawn_changes_with_what_is_warm(page: Browser, tmp_path: Path) 
     said = page.value("document.getElementById('drawn').textContent")
     assert " times larger: the largest, " in said
     assert "504 grids of 570" in said
+
+
+def test_corners_are_drawn_where_the_temperatures_put_them(page: Browser, built: Built) -> None:
+    """What the graphics card is given are the displacements of mesh and bench, and the picture has them in it."""
+    choose(page, kind="area", area=2)
+    given = np.array(page.value("Array.from(app.picture.scene.move.array)")).reshape(-1, 4)
+    first = 0
+    for number in range(2):
+        moved = np.array(page.value(f"Array.from(app.picture.layers[{number}].moved)")).reshape(3, -1).T
+        np.testing.assert_allclose(given[first : first + len(moved), :3], moved, rtol=1e-6, atol=0)
+        assert np.abs(moved).max() > 0
+        first += len(moved)
+    assert (given[first:] == 0).all()  # test masses, compensation masses, and what is left of the texture
 
 
 @pytest.mark.parametrize("kind", ["area", "uniform", "typical", "worst", "play", "series"])
@@ -167,6 +183,8 @@ def test_a_screen_reader_finds_every_control_by_name(page: Browser) -> None:
     nodes = [n for n in page.send("Accessibility.getFullAXTree")["nodes"] if not n["ignored"] and controls(n)]
     assert len(nodes) > 28 + 20
     assert [n for n in nodes if not n.get("name", {}).get("value", "").strip()] == []
+    fields_of_numbers = [n["name"]["value"] for n in nodes if n["role"]["value"] == "spinbutton"]
+    assert len(fields_of_numbers) == len(set(fields_of_numbers)) >= 28
     focusable = page.value(
         "Array.from(document.querySelectorAll('select, input, button, canvas')).filter((e) => e.tabIndex < 0).length"
     )
@@ -179,6 +197,39 @@ def test_texts_of_users_do_nothing(page: Browser) -> None:
     assert page.value("document.getElementById('sliders').textContent").count(GROUP) >= 2
     assert page.value("document.images.length") == 0
     assert [f for f in page.faults() if OF_THE_BROWSER not in f] == []
+
+
+def bare(content: dict[str, Any]) -> dict[str, Any]:
+    """The same where nothing is required, no film is there, and the layout does not say where its beams run."""
+    c = json.loads(json.dumps(content))
+    k, f = len(c["areas"]["name"]), c["limits"]["frequency"]["shape"][0]
+    c["limits"] |= {"name": [], "amplitude": numbers(np.zeros((0, f)))}
+    c["cases"] = [case | {"verdicts": [], "film": None} for case in c["cases"]]
+    c["series"], c["drawing"]["boxes"] = [], []
+    c["drawing"]["bench"] |= {
+        "position": coordinates(np.zeros((0, 3))), "scale": numbers(np.zeros(k)),
+        "steps": steps(np.zeros((k, 0), dtype=np.int16)), "face": places(np.zeros((0, 3))),
+        "faceKind": places(np.zeros(0)), "segment": places(np.zeros((0, 2))), "segmentBeam": places(np.zeros(0)),
+    }  # fmt: skip
+    return c
+
+
+def test_a_bare_project_is_drawn_as_well(browser: Browser, built: Built, tmp_path: Path) -> None:
+    path = tmp_path / "bare.html"
+    path.write_text(assembled("bare", bare(built.content)), encoding="utf-8")
+    browser.size(1440, 900)
+    browser.events.clear()
+    browser.open(path, DRAWN)
+    choose(browser, kind="uniform")
+    assert browser.value("document.querySelectorAll('#others tbody tr').length") == 24
+    assert not browser.value("document.getElementById('noise').checkVisibility()")
+    assert browser.value("Array.from(document.getElementById('kind').options, (o) => o.value)") == [
+        "area",
+        "uniform",
+        "hand",
+    ]
+    assert "Beams" not in browser.value("document.getElementById('drawn').textContent")
+    assert [f for f in browser.faults() if OF_THE_BROWSER not in f] == []
 
 
 @pytest.mark.parametrize("dark", [False, True])

@@ -10,7 +10,7 @@ import pytest
 from view_project import ROOT
 
 from tedm_cli.config.optics import load_layout
-from tedm_cli.fem.surface import outer_surface
+from tedm_cli.fem.surface import Surface, outer_surface
 from tedm_cli.optics.bodies import body
 from tedm_cli.optics.exaggerated import motion_of_elements, traced_bench
 from tedm_cli.optics.layout import OpticalLayout
@@ -77,6 +77,21 @@ def test_a_large_model_is_drawn_on_fewer_grids(most: int) -> None:
     shapes = Counter(tuple(sorted(f)) for f in mesh.face.tolist())
     assert max(shapes.values()) == 1, "a face is drawn twice"
     assert all(len({*f}) >= 3 for f in mesh.face.tolist())
+
+
+def test_faces_that_become_one_are_drawn_once() -> None:
+    """Two plates on each other, with grids of their own: on half of the grids they are one plate."""
+    x, y = (v.reshape(-1) for v in np.meshgrid(np.linspace(0, 1, 11), np.linspace(0, 1, 11), indexing="ij"))
+    one = np.column_stack([x, y, 0 * x])
+    place = np.arange(121).reshape(11, 11)
+    face = np.stack([place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:]], axis=-1).reshape(-1, 4)
+    faces = np.concatenate([face, face + 121])
+    none = np.zeros((0, 2), dtype=np.int64)
+    surface = Surface(faces, np.zeros(len(faces), dtype=bool), none, none)
+    area = np.zeros(242, dtype=np.int64)
+    mesh = drawn_mesh(np.concatenate([one, one]), surface, area[: len(faces)], area[:0], area, 121)
+    assert len(mesh.grid) == 121
+    assert len(mesh.face) == len(mesh.face_area) == 100
 
 
 def test_bars_keep_their_ends() -> None:

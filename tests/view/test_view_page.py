@@ -138,7 +138,7 @@ def test_what_the_page_says_of_the_model(built: Built) -> None:
     for source in built.content["sources"]:
         path = built.project.build_dir / source["name"]
         assert source["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
-    assert [c["id"] for c in built.content["cases"]] == ["1", "3", "10"]
+    assert [c["id"] for c in built.content["cases"]] == ["1", "3", "7", "10"]
     assert len(built.text) < 1_000_000
 
 
@@ -199,7 +199,7 @@ def test_realisations_are_correlated_as_their_case_says(built: Built) -> None:
 def test_the_page_is_the_same_every_time(built: Built, tmp_path: Path) -> None:
     again = view(built.project, tmp_path / "again.html", silent)
     assert again.path.read_text(encoding="utf-8") == built.text
-    assert (again.drawn, again.grids, again.cases, again.series) == (504, 570, 3, 1)
+    assert (again.drawn, again.grids, again.cases, again.series) == (504, 570, 4, 1)
 
 
 def test_a_coarser_page_says_so(built: Built, tmp_path: Path) -> None:

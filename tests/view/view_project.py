@@ -70,9 +70,9 @@ def build(folder: Path) -> Built:
     model.write_text(text + COMPENSATION, encoding="utf-8")
     cases = (ROOT / "configs" / "cases.toml").read_text(encoding="utf-8").replace('"struts"', quoted(GROUP))
     head, *found = cases.split("[[case]]")
-    kept = [c for c in found if re.search(r'^id = "(1|3|10)"$', c, re.M)]
+    kept = [c for c in found if re.search(r'^id = "(1|3|7|10)"$', c, re.M)]
     kept[0] = re.sub("^reason = .*", lambda _: f"reason = {quoted(REASON)}", kept[0], flags=re.M)
-    kept[2] += '\ndelays = [{ areas = ["STRUT_1"], delay_s = 40.0 }]\n'
+    kept[3] += '\ndelays = [{ areas = ["STRUT_1"], delay_s = 40.0 }]\n'
     (folder / "cases.toml").write_text("[[case]]".join([head, *kept]) + SERIES, encoding="utf-8")
     (folder / "tedm.toml").write_text(f"title = {quoted(TITLE)}\n", encoding="utf-8")
     rng = np.random.default_rng(5)

@@ -28,6 +28,8 @@ from tedm_cli.view.patterns import typical_pattern, worst_pattern
 from tedm_cli.view.payload import CaseView, Film, Limits, VerdictView
 
 SAMPLES = 256
+FILM_NUMBERS = 2_000_000  # of all cases: 4 MB before they are deflated; of many areas and cases there are fewer samples
+_FEWEST = 16
 SEED = 1
 _PER_PERIOD = 16  # samples in a period of the lowest frequency of the requirements
 _RESOLVED = 16  # the filters of a realisation, 128 periods long, resolve the lowest frequency over this
@@ -43,6 +45,8 @@ def limits_of(cases: Sequence[Reader]) -> Limits:
 def case_views(project: Project, results: Results, outputs: Outputs, step: Step) -> list[CaseView]:
     """Every case, with a realisation where its noise can be held."""
     temperature = temperature_model(project, results.config, outputs.areas)
+    films = len(outputs.areas) * len(results.cases)
+    samples = max(_FEWEST, min(SAMPLES, FILM_NUMBERS // films))
     views = []
     for number, file in enumerate(results.cases):
         step(number, len(results.cases), "realising cases")
@@ -57,7 +61,7 @@ def case_views(project: Project, results: Results, outputs: Outputs, step: Step)
                 temperature=case.temperature,
                 silent=np.flatnonzero(~case.active),
                 verdicts=_verdicts(file, case, outputs),
-                film=_realisation(project, results.config, case.id, temperature, outputs),
+                film=_realisation(project, results.config, case.id, temperature, outputs, samples),
             )
         )
     step(len(results.cases), len(results.cases), "realising cases")
@@ -74,7 +78,7 @@ def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs) -> list[VerdictVi
     for judged in case.judged:
         output = outputs.labels.index(judged.output)
         f = int(np.abs(case.frequency_hz - judged.contribution_hz).argmin())
-        amplitude = np.where(case.active, asd[spectrum, f], 0.0)
+        amplitude = asd[spectrum, f]  # silent areas have no correlation, and no sign
         real = matrix_at(found.matrix.astype(np.complex128), found.delay_s, float(case.frequency_hz[f]))
         sign = extremal[labels.index(judged.output), :, 0]
         views.append(
@@ -93,7 +97,12 @@ def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs) -> list[VerdictVi
 
 
 def _realisation(
-    project: Project, config: CasesConfig, case_id: str, temperature: TemperatureModel, outputs: Outputs
+    project: Project,
+    config: CasesConfig,
+    case_id: str,
+    temperature: TemperatureModel,
+    outputs: Outputs,
+    samples: int,
 ) -> Film | None:
     """A few periods of the lowest frequency that is judged, sampled finely enough to be played."""
     case = config.case(case_id, where=str(project.cases))
@@ -103,12 +112,12 @@ def _realisation(
     low = max(config.frequency.min_hz, lowest / _RESOLVED)
     high = min(config.frequency.max_hz, rate / 2.0)
     try:
-        blocks = list(temperature_blocks(source, Plan(rate, SAMPLES, SEED, low, high, lowest)))
+        blocks = list(temperature_blocks(source, Plan(rate, samples, SEED, low, high, lowest)))
     except InputError:  # delays of more past noise than is held; the case is shown without a realisation
         return None
     values: FloatArray = np.concatenate(blocks, axis=1)
     words = (
-        f"one realisation of the temperatures of this case, seed {SEED}: {SAMPLES} samples, {1.0 / rate:.4g} s apart,"
+        f"one realisation of the temperatures of this case, seed {SEED}: {samples} samples, {1.0 / rate:.4g} s apart,"
         f" with the case's spectrum from {mhz_text(low)}, below which it is level, to {mhz_text(high)}"
     )
-    return Film.of(np.arange(SAMPLES) / rate, values, words)
+    return Film.of(np.arange(samples) / rate, values, words)

@@ -15,9 +15,9 @@ const Colours = (() => {
     mirror: [196, 202, 210],
     beamsplitter: [150, 205, 235],
     window: [176, 224, 240],
-    photodiode: [110, 60, 150],
-    meas: [226, 44, 30],
-    ref: [20, 120, 60],
+    photodiode: [0, 120, 120],
+    meas: [230, 50, 20],
+    ref: [150, 50, 190], // and wider
   };
 
   function along(scale, t) {

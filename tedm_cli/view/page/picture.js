@@ -41,7 +41,7 @@ class Picture {
     const { areas } = this.data;
     const kinds = {
       "mesh lines": ["edges"],
-      beams: ["meas", "ref"],
+      "beams (measurement red, reference violet)": ["meas", "ref"],
       "optical elements": ["injector", "mirror", "beamsplitter", "window", "photodiode"],
       "test masses": ["test mass"],
       "compensation masses": ["compensation mass"],
