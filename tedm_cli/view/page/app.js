@@ -44,7 +44,7 @@ class App {
     const judged = this.readings.judged;
     const caseText = (c) => `${c.id}: ${c.title}${c.role ? ` (${c.role})` : ""}`;
     const kinds = [["area", "One area, 1 mK warmer"], ["uniform", "All areas, 1 mK warmer"]];
-    if (judged.length) kinds.push(["typical", "A case, as an output feels it"], ["worst", "A case at its worst for an output"]);
+    if (judged.length) kinds.push(["typical", "A case, as an output feels it"], ["worst", "A case at its worst"]);
     if (cases.some((c) => c.film)) kinds.push(["play", "A case, played in time"]);
     if (series.length) kinds.push(["series", "A series, played in time"]);
     kinds.push(["hand", "Set by hand"]);
@@ -110,7 +110,9 @@ class App {
     const found = cases[Number(this.field("case").value)];
     this.per = ["typical", "worst"].includes(kind) ? "/√Hz" : "";
     if (kind !== "area") this.mark(-1, false);
-    const named = `Case ${found.id}${found.role ? ` (${found.role})` : ""}: ${found.title}.`;
+    const silent = found.silent.length ? ` ${Format.count(found.silent.length, "area")} silent.` : "";
+    const reason = found.reason ? ` ${found.reason.replace(/([^.!?])$/, "$1.")}` : "";
+    const named = `Case ${found.id}${found.role ? ` (${found.role})` : ""}: ${found.title}.${reason}${silent}`;
     let film = null;
     let temperature = this.temperature;
     let words = "Temperatures as they were set by hand, with the sliders below.";

@@ -9,7 +9,7 @@ class Readings {
     const named = new Set(this.judged.map((j) => j.output));
     this.others = outputs.label.map((_, o) => o).filter((o) => !named.has(o));
     this.rows = [];
-    const head = ["Output", "now", "ratio to requirement, as noise"];
+    const head = ["Output", "now", "ratio"];
     this._table("outputs", head, this.judged, ({ output, limit }) => [outputs.label[output], limits.name[limit]]);
     this._table("others", ["Output", "now"], this.others, (o) => [outputs.label[o], "not judged"]);
     document.getElementById("more").textContent = `${Format.count(this.others.length, "output")} that nothing is required of`;
