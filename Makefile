@@ -20,14 +20,14 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c const
 RUN_STAMP := $(VENV)/.tedm-installed
 DEV_STAMP := $(VENV)/.tedm-dev-installed
 OPTIONS := -c $(PROJECT) -d $(BUILD)
-CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f)
+CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f -o -path '*/page/*' -type f)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: FORCE help all test quick check format bench sample-small clean distclean
 
 help: ## Show this help
-	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md)"
+	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md) and view.html"
 	@echo "make test     set up and run the tests"
 	@echo "make quick    run the tests of the pure rooms and of one chain: about a minute"
 	@echo "make check    lint and types"
@@ -99,8 +99,8 @@ $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAM
 # A configuration file that the project no longer names may be gone.
 $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML): ;
 
-all: $(BUILD)/report.html
-	@echo "open $(BUILD)/report.html"
+all: $(BUILD)/report.html $(BUILD)/view.html
+	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # The shipped sample; a project that names another model never asks for it.
 $(BUILD)/ltp.bdf: sample_models/ltp_like.py $(OPTICS_TOML) $(BUILD)/element_size | $(RUN_STAMP)
@@ -170,3 +170,6 @@ $(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMU
 
 $(BUILD)/report.html: $(BUILD)/figures.stamp
 	$(TEDM) report $(OPTIONS)
+
+$(BUILD)/view.html: $(CASE_FILES) $(SIMULATION_FILES) $(wildcard $(BUILD)/series_*.h5)
+	$(TEDM) view $(OPTIONS)

@@ -18,7 +18,7 @@ app = typer.Typer(
     help="Thermo-elastic distortion modelling for drag-free satellites: from a Nastran model and its unit-load results"
     " to self-gravity and read-out noise, judged against requirements.",
     epilog="Stages in order: write-deck, solve, ingest, build-distortion, build-sensitivity, build-optics, run-case,"
-    " plot, report. `make all` runs them all.",
+    " plot, report, view. `make all` runs them all.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -85,6 +85,28 @@ def report(
 
 
 @app.command()
+def view(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Write the model as a page to warm and turn.
+
+    What happens when an area warms: the model in 3-D, deformed, with sliders for the temperatures and every output. The
+    page needs no other file and no network.
+    """
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.reporting.view import view as stage
+
+    project = open_project(config, build_dir, verbose)
+    with progress(quiet) as step:
+        done = stage(project, output, step)
+    say(quiet, f"{done.path}: {done.path.stat().st_size / 1e6:.2f} MB, {done.drawn:,} of {done.grids:,} grids drawn")
+
+
+@app.command()
 def show(
     file: Annotated[Path, typer.Argument(help="An HDF5 file of tedm.")],
     as_json: Json = False,

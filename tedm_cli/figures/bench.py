@@ -22,7 +22,6 @@ from tedm_cli.figures.bench_shapes import (
     SIDE,
     View,
     beam_segments,
-    body,
     interferometers,
     out_of_plane,
     outline,
@@ -31,6 +30,7 @@ from tedm_cli.figures.key import key
 from tedm_cli.figures.labels import place_labels
 from tedm_cli.figures.spec import PAGE_WIDTH
 from tedm_cli.figures.style import COLOURS, SMALL, heading, heading_lines, style
+from tedm_cli.optics.bodies import body
 from tedm_cli.optics.exaggerated import ExaggeratedBench, TracedBench
 from tedm_cli.optics.layout import Beam, Kind, OpticalLayout
 from tedm_cli.results.wording import SUPERSCRIPT

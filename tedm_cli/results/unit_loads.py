@@ -1,6 +1,8 @@
-"""The mass of the model as unit_loads.h5 tells it."""
+"""The model as unit_loads.h5 tells it: its mass, and the thermal areas of its grids."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from tedm_cli.arrays import IntArray
 from tedm_cli.contracts import UNIT_LOADS
@@ -22,6 +24,14 @@ def _concentrated(unit: Reader) -> PointMasses:
         node=unit.array(UNIT_LOADS.MASS_CONCENTRATED_NODE),
         offset=unit.array(UNIT_LOADS.MASS_CONCENTRATED_LEVER),
     )
+
+
+def area_of_grids(unit: Reader) -> IntArray:
+    """Row of the thermal area of each grid [N], -1: none."""
+    offset = unit.array(UNIT_LOADS.AREA_NODE_OFFSET)
+    label = np.full(unit.dataset(UNIT_LOADS.GRID_ID).shape[0], -1)
+    label[unit.array(UNIT_LOADS.AREA_NODE_INDEX)] = np.repeat(np.arange(len(offset) - 1), np.diff(offset))
+    return label
 
 
 def lever_nodes_of(unit: Reader) -> IntArray:

@@ -72,19 +72,21 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
         "simulate",
         "plot",
         "report",
+        "view",
     }
     return shop
 
 
 def test_second_make_does_nothing(workshop: Workshop) -> None:
     assert (workshop.build / "report.html").exists()
+    assert (workshop.build / "view.html").exists()
     assert workshop.make("all") == []
 
 
-def test_touching_the_cases_reruns_cases_plots_and_report(workshop: Workshop) -> None:
+def test_touching_the_cases_reruns_cases_plots_report_and_view(workshop: Workshop) -> None:
     (workshop.configs / "cases.toml").touch()
     commands = workshop.make("all")
-    assert set(commands) == {"make-rules", "run-case", "simulate", "plot", "report"}
+    assert set(commands) == {"make-rules", "run-case", "simulate", "plot", "report", "view"}
     assert workshop.make("all") == []
 
 
@@ -117,5 +119,5 @@ def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_
     assert done.returncode == 0, done.stderr
     commands = [line.split()[1] for line in done.stdout.splitlines() if "/bin/tedm " in line]
     assert commands.count("simulate") == commands.count("run-case") == 12
-    assert commands[-2:] == ["plot", "report"]
+    assert commands[-3:] == ["plot", "report", "view"]
     assert commands.index("build-dynamics") < commands.index("simulate")

@@ -13,6 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.exports.mesh import Cells, element_cells, label_of_cells, vertices
 from tedm_cli.exports.vtu import MeshArray, Names
 from tedm_cli.files.store import Reader
+from tedm_cli.results.unit_loads import area_of_grids
 
 OPTICAL = "optical element"
 
@@ -52,7 +53,7 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
         return np.concatenate([unit.array(path)[row], *parts])
 
     ids = unit.array(UNIT_LOADS.GRID_ID)
-    label, (groups, group_of) = _area_of_grids(unit), _groups(unit)
+    label, (groups, group_of) = area_of_grids(unit), _groups(unit)
     area = np.concatenate([np.zeros(0, dtype=np.int64), *(label_of_cells(c.nodes, label) for c in cells)])
     which = np.concatenate([np.full(len(row) + len(heavy), -1), np.arange(len(grid))])
     on_cells = [
@@ -121,14 +122,6 @@ def optical_grids(unit: Reader, distortion: Reader) -> IntArray:
             hint=f"rebuild it with `{distortion.kind.made_by}`",
         )
     return np.asarray(rows, dtype=np.int64)
-
-
-def _area_of_grids(unit: Reader) -> IntArray:
-    """Row of the thermal area of each grid [N], -1: none."""
-    offset = unit.array(UNIT_LOADS.AREA_NODE_OFFSET)
-    label = np.full(unit.dataset(UNIT_LOADS.GRID_ID).shape[0], -1)
-    label[unit.array(UNIT_LOADS.AREA_NODE_INDEX)] = np.repeat(np.arange(len(offset) - 1), np.diff(offset))
-    return label
 
 
 def _groups(unit: Reader) -> tuple[list[str], IntArray]:

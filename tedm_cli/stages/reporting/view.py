@@ -1,0 +1,159 @@
+"""view: the model, its outputs and its cases as one page that can be turned, warmed and played."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli import __version__
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.compensation import compensation_masses
+from tedm_cli.config.model import load_model
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
+from tedm_cli.exports.mesh import label_of_cells
+from tedm_cli.fem.surface import outer_surface
+from tedm_cli.figures.colours import area_colours
+from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
+from tedm_cli.files.provenance import input_files
+from tedm_cli.files.store import Reader, open_checked, replacing
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.progress import Step
+from tedm_cli.results.build_folder import Results, open_results
+from tedm_cli.results.optics import read_bench_motion
+from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.unit_loads import area_of_grids
+from tedm_cli.stages.common import out_path
+from tedm_cli.stages.reporting.view_cases import case_views, limits_of
+from tedm_cli.stages.reporting.view_series import series_films
+from tedm_cli.view.bench import drawn_bench
+from tedm_cli.view.mesh import DrawnMesh, drawn_mesh
+from tedm_cli.view.packing import Quantised, quantised
+from tedm_cli.view.page import page
+from tedm_cli.view.payload import Box, Drawing, ViewModel, payload, planes
+
+VIEW_FILE = "view.html"
+MOST_NUMBERS = 6_000_000  # displacements in a page, of all areas: 12 MB before they are deflated
+
+
+@dataclass(frozen=True)
+class ViewWritten:
+    """What was written: how many of the model's grids are drawn, and how many cases and series are there."""
+
+    path: Path
+    drawn: int
+    grids: int
+    cases: int
+    series: int
+
+
+def view(project: Project, output: Path | None, step: Step, most_numbers: int = MOST_NUMBERS) -> ViewWritten:
+    """Write the page.
+
+    Raises
+    ------
+    InputError : a result is missing, or does not stem from the others or from the configuration as they are now.
+    """
+    path = out_path(project, VIEW_FILE, output)
+    loads = project.build_dir / UNIT_LOADS_FILE
+    with open_results(project) as results, open_checked(loads, UNIT_LOADS) as unit:
+        used = [*input_files([loads]), results.distortion_file]
+        for file in (results.distortion, results.sensitivity, results.optics):
+            for one in used:
+                require_input(file, one)
+        outputs = read_outputs(project).with_differences(results.config.applied_requirements())
+        drawing = _drawing(project, results, unit, outputs.areas, most_numbers, step)
+        content = ViewModel(
+            title=project.title,
+            version=__version__,
+            sources=[
+                (f.path.name, f.sha256)
+                for f in (*used, results.sensitivity_file, results.optics_file, *results.case_files)
+            ],
+            outputs=outputs,
+            limits=limits_of(results.cases),
+            cases=case_views(project, results, outputs, step),
+            series=series_films(project, results, outputs.areas),
+            drawing=drawing,
+        )
+        text = page(project.title, payload(content))
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+    return ViewWritten(path, len(drawing.mesh.grid), drawing.grids, len(content.cases), len(content.series))
+
+
+def _drawing(
+    project: Project, results: Results, unit: Reader, areas: AreaTable, most_numbers: int, step: Step
+) -> Drawing:
+    position = unit.array(UNIT_LOADS.GRID_POSITION)
+    label = area_of_grids(unit)
+    card = unit.strings(UNIT_LOADS.ELEMENT_TYPE)
+    surface = outer_surface(card, unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET), unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX))
+    mesh = drawn_mesh(
+        position,
+        surface,
+        label_of_cells(surface.face, label),
+        label_of_cells(surface.line, label),
+        label,
+        most_numbers // (3 * len(areas)),
+    )
+    bench = read_bench_motion(results.distortion)
+    return Drawing(
+        mesh=mesh,
+        position=position[mesh.grid],
+        motion=_motion(results.distortion, mesh.grid, step),
+        grids=len(position),
+        bench=drawn_bench(results.layout, bench.motion, bench.position_m),
+        boxes=_boxes(project, results.sensitivity),
+        colour=area_colours(areas.group.tolist(), _neighbours(mesh)),
+    )
+
+
+def _motion(distortion: Reader, grid: IntArray, step: Step) -> Quantised:
+    """[D] of the drawn grids, read area by area."""
+    dataset = distortion.dataset(DISTORTION.D_TRANSLATION)
+    k = dataset.shape[0]
+    rows = []
+    for area in range(k):
+        step(area, k, "reading displacements")
+        field = np.asarray(dataset[area, :], dtype=np.float64)[grid]
+        rows.append(quantised(planes(field[None])))
+    step(k, k, "reading displacements")
+    return Quantised(np.concatenate([q.scale for q in rows]), np.concatenate([q.step for q in rows]))
+
+
+def _neighbours(mesh: DrawnMesh) -> set[tuple[int, int]]:
+    """Pairs of areas, lower row first, whose faces share a grid."""
+    corner = np.unique(np.column_stack([mesh.face.reshape(-1), np.repeat(mesh.face_area, 4)]), axis=0)
+    pairs: set[tuple[int, int]] = set()
+    for members in np.split(corner[:, 1], np.flatnonzero(np.diff(corner[:, 0])) + 1):
+        if len(members) > 1:
+            found = sorted(int(m) for m in members if m >= 0)
+            pairs |= {(a, b) for i, a in enumerate(found) for b in found[i + 1 :]}
+    return pairs
+
+
+def _boxes(project: Project, sensitivity: Reader) -> list[Box]:
+    """Test masses and compensation masses."""
+    signs = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1]
+
+    def box(name: str, kind: str, centre: FloatArray, size: FloatArray, axes: FloatArray) -> Box:
+        return Box(name, kind, centre + (signs * size) @ axes)
+
+    boxes = [
+        box(name, "test mass", *placed)
+        for name, *placed in zip(
+            sensitivity.strings(SENSITIVITY.TEST_MASS_NAME),
+            sensitivity.array(SENSITIVITY.TEST_MASS_POSITION),
+            sensitivity.array(SENSITIVITY.TEST_MASS_SIDE),
+            sensitivity.array(SENSITIVITY.TEST_MASS_AXES),
+            strict=True,
+        )
+    ]
+    _, model = load_model(project.model)
+    return boxes + [
+        box(m.name, "compensation mass", m.centre_m, m.size_m, m.axes) for m in compensation_masses(project, model)
+    ]

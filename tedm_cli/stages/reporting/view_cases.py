@@ -1,0 +1,123 @@
+"""view, the cases: spectra and limits of what is judged, patterns that stand for a case, and a realisation to play."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.cases import CasesConfig
+from tedm_cli.config.project import Project
+from tedm_cli.config.temperature_tables import temperature_model
+from tedm_cli.contracts import CASE
+from tedm_cli.errors import InputError
+from tedm_cli.files.store import Reader
+from tedm_cli.noise.bounds import matrix_at
+from tedm_cli.noise.correlation import correlation
+from tedm_cli.noise.outputs import Outputs
+from tedm_cli.noise.propagation import TemperatureNoise
+from tedm_cli.noise.realisation import Plan, temperature_blocks
+from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.progress import Step
+from tedm_cli.results.build_folder import Results
+from tedm_cli.results.case_file import read_case, read_correlation
+from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.wording import mhz_text
+from tedm_cli.view.patterns import typical_pattern, worst_pattern
+from tedm_cli.view.payload import CaseView, Film, Limits, VerdictView
+
+SAMPLES = 256
+FILM_NUMBERS = 2_000_000  # of all cases: 4 MB before they are deflated; of many areas and cases there are fewer samples
+_FEWEST = 16
+SEED = 1
+_PER_PERIOD = 16  # samples in a period of the lowest frequency of the requirements
+_RESOLVED = 16  # the filters of a realisation, 128 periods long, resolve the lowest frequency over this
+
+
+def limits_of(cases: Sequence[Reader]) -> Limits:
+    """Frequencies and requirements of the cases, which are the same in all files of one configuration."""
+    first = read_case(cases[0])
+    amplitude = np.array([q.amplitude for q in first.limits]).reshape(-1, len(first.frequency_hz))
+    return Limits(first.frequency_hz, [q.name for q in first.limits], amplitude)
+
+
+def case_views(project: Project, results: Results, outputs: Outputs, step: Step) -> list[CaseView]:
+    """Every case, with a realisation where its noise can be held."""
+    temperature = temperature_model(project, results.config, outputs.areas)
+    films = len(outputs.areas) * len(results.cases)
+    samples = max(_FEWEST, min(SAMPLES, FILM_NUMBERS // films))
+    views = []
+    for number, file in enumerate(results.cases):
+        step(number, len(results.cases), "realising cases")
+        case = read_case(file)
+        views.append(
+            CaseView(
+                id=case.id,
+                title=case.title,
+                role=case.role,
+                reason=case.reason,
+                safety_factor=case.safety_factor,
+                temperature=case.temperature,
+                silent=np.flatnonzero(~case.active),
+                verdicts=_verdicts(file, case, outputs),
+                film=_realisation(project, results.config, case.id, temperature, outputs, samples),
+            )
+        )
+    step(len(results.cases), len(results.cases), "realising cases")
+    return views
+
+
+def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs) -> list[VerdictView]:
+    found = read_correlation(file)
+    spectrum, asd = file.array(CASE.TEMPERATURE_SPECTRUM), file.array(CASE.TEMPERATURE_ASD)
+    extremal = file.array(CASE.EXTREMAL.of("maximum"))
+    names = [q.name for q in case.limits]
+    labels = file.strings(CASE.OUTPUT_LABEL)
+    views = []
+    for judged in case.judged:
+        output = outputs.labels.index(judged.output)
+        f = int(np.abs(case.frequency_hz - judged.contribution_hz).argmin())
+        amplitude = asd[spectrum, f]  # silent areas have no correlation, and no sign
+        real = matrix_at(found.matrix.astype(np.complex128), found.delay_s, float(case.frequency_hz[f]))
+        sign = extremal[labels.index(judged.output), :, 0]
+        views.append(
+            VerdictView(
+                output=output,
+                limit=names.index(judged.requirement),
+                ratio=judged.ratio,
+                hz=judged.binding_hz,
+                asd=judged.asd,
+                pattern_hz=float(case.frequency_hz[f]),
+                typical=typical_pattern(outputs.rows[output], amplitude, real, float(judged.asd[f])),
+                worst=worst_pattern(sign, amplitude),
+            )
+        )
+    return views
+
+
+def _realisation(
+    project: Project,
+    config: CasesConfig,
+    case_id: str,
+    temperature: TemperatureModel,
+    outputs: Outputs,
+    samples: int,
+) -> Film | None:
+    """A few periods of the lowest frequency that is judged, sampled finely enough to be played."""
+    case = config.case(case_id, where=str(project.cases))
+    source = TemperatureNoise(temperature, correlation(case, outputs.areas))
+    lowest = config.lowest_band_hz()
+    rate = _PER_PERIOD * lowest
+    low = max(config.frequency.min_hz, lowest / _RESOLVED)
+    high = min(config.frequency.max_hz, rate / 2.0)
+    try:
+        blocks = list(temperature_blocks(source, Plan(rate, samples, SEED, low, high, lowest)))
+    except InputError:  # delays of more past noise than is held; the case is shown without a realisation
+        return None
+    values: FloatArray = np.concatenate(blocks, axis=1)
+    words = (
+        f"one realisation of the temperatures of this case, seed {SEED}: {samples} samples, {1.0 / rate:.4g} s apart,"
+        f" with the case's spectrum from {mhz_text(low)}, below which it is level, to {mhz_text(high)}"
+    )
+    return Film.of(np.arange(samples) / rate, values, words)

@@ -1,0 +1,80 @@
+"use strict";
+// What the page holds, as arrays.
+
+async function inflate(text) {
+  const stream = new Blob([Arithmetic.bytes(text)]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** The payload with its numbers as arrays; what is deflated is left for later. */
+function unpackNumbers(content) {
+  const { outputs, limits, cases, series } = content;
+  outputs.rows = Arithmetic.numbers(outputs.rows);
+  limits.frequency = Arithmetic.numbers(limits.frequency);
+  limits.amplitude = Arithmetic.numbers(limits.amplitude);
+  for (const verdict of cases.flatMap((c) => c.verdicts)) {
+    for (const key of ["asd", "typical", "worst"]) verdict[key] = Arithmetic.numbers(verdict[key]);
+  }
+  for (const film of [...series, ...cases.map((c) => c.film)].filter(Boolean)) {
+    film.time = Arithmetic.numbers(film.time);
+    film.scale = Arithmetic.numbers(film.scale);
+  }
+  return content;
+}
+
+async function unpackFilm(film) {
+  if (!(film.steps instanceof Int16Array)) film.steps = Arithmetic.steps(film.steps.shape, await inflate(film.steps.int16));
+  return film;
+}
+
+/** Mesh, bench and boxes as one list of corners with what they make, and the layers of displacements. */
+async function unpackDrawing(packed) {
+  const { mesh, bench, boxes } = packed;
+  const whole = async (p) => Arithmetic.words(p.shape, await inflate(p.int32), Int32Array);
+  const real = async (p) => Arithmetic.words(p.shape, await inflate(p.float32), Float32Array);
+  const layer = async (l) => ({
+    scale: Arithmetic.numbers(l.scale),
+    steps: Arithmetic.steps(l.steps.shape, await inflate(l.steps.int16)),
+    moved: new Float64Array(l.steps.shape[1]),
+  });
+  const [meshAt, benchAt] = [await real(mesh.position), await real(bench.position)];
+  const [n, b] = [meshAt.length / 3, benchAt.length / 3];
+  const shifted = (array, by) => array.map((v) => v + by);
+  const [benchFace, benchSegment] = [shifted(await whole(bench.face), n), shifted(await whole(bench.segment), n)];
+  const position = new Float32Array(3 * (n + b + 8 * boxes.length));
+  position.set(meshAt);
+  position.set(benchAt, 3 * n);
+  const triangle = [...benchFace];
+  const triangleColour = Array.from(await whole(bench.faceKind), (kind) => bench.kinds[kind]);
+  boxes.forEach((box, i) => {
+    const first = n + b + 8 * i;
+    box.corner.forEach((p, c) => position.set(p, 3 * (first + c)));
+    for (const [p, q, r, s] of [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]) {
+      triangle.push(...[p, q, r, p, r, s].map((c) => first + c));
+      triangleColour.push(box.kind, box.kind);
+    }
+  });
+  const quad = await whole(mesh.face);
+  const quadColour = await whole(mesh.faceArea);
+  const line = await whole(mesh.line);
+  const lineColour = await whole(mesh.lineArea);
+  const areaOfCorner = new Int32Array(n).fill(-1);
+  quadColour.forEach((area, f) => quad.subarray(4 * f, 4 * f + 4).forEach((corner) => (areaOfCorner[corner] = area)));
+  lineColour.forEach((area, l) => line.subarray(2 * l, 2 * l + 2).forEach((corner) => (areaOfCorner[corner] = area)));
+  const box = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  position.forEach((v, i) => {
+    box[0][i % 3] = Math.min(box[0][i % 3], v);
+    box[1][i % 3] = Math.max(box[1][i % 3], v);
+  });
+  const segmentColour = Array.from(await whole(bench.segmentBeam), (beam) => bench.beams[beam]);
+  const kinds = new Set([...triangleColour, ...segmentColour]);
+  if (quadColour.includes(-1) || lineColour.includes(-1)) kinds.add("none");
+  return {
+    layers: [await layer(mesh), await layer(bench)],
+    drawing: {
+      corners: position.length / 3, meshCorners: n, grids: packed.grids, cell: packed.cell, position, quad, quadColour,
+      triangle, triangleColour, line, lineColour, segment: benchSegment, segmentColour,
+      boxes: boxes.length, areaOfCorner, box, kinds, colour: packed.colour.map((rgb) => rgb.map((v) => Math.round(255 * v))),
+    },
+  };
+}
