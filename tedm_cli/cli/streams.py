@@ -36,6 +36,9 @@ class Answers(io.TextIOBase):
         with self._told_apart():
             self._stream.flush()
 
+    def close(self) -> None:
+        """The stream itself stays open, and a finaliser that flushes it once more would have nobody to tell."""
+
     def isatty(self) -> bool:
         return bool(self._stream.isatty())
 

@@ -90,8 +90,9 @@ def test_a_name_that_is_no_utf8(chain: Project, tmp_path: Path) -> None:
 def test_a_name_that_is_too_long(chain: Project) -> None:
     done = shell('"$@"', "check", "-d", "a" * 4000)
     assert done.returncode == 4
-    assert "File name too long" in done.stderr
-    assert "internal" not in done.stderr
+    # From Python 3.13 on nothing is found under such a name, where older ones say why.
+    assert done.stderr.startswith(f"error: {'a' * 4000}: ")
+    assert any(fact in done.stderr for fact in ("File name too long", "holds no HDF5 files"))
 
 
 @pytest.mark.parametrize("length", [250, 255])

@@ -93,7 +93,7 @@ def test_independent_drives_add() -> None:
 def test_a_sinusoid_makes_what_the_transfer_function_says(frequency: float) -> None:
     """To eight digits: straight between its samples, a sinusoid is one at every f + k/T too, at sinc² of each."""
     plant = example_plant()
-    control, step_s = controlled(plant), 4.0
+    control, step_s = controlled(plant), 5.0
     labels = ["TM1_x", "TM2_a_x", "u_TM2_Fx", "delta_g", "delta_g_full"]
     v = np.zeros((45, 2))
     v[DISTURBANCES.index("n_TM1_x"), 0], v[DISTURBANCES.index("s_TM2_a_x"), 1] = 1e-7, 2e-13
@@ -113,7 +113,7 @@ def test_a_sinusoid_makes_what_the_transfer_function_says(frequency: float) -> N
         h = np.concatenate([x[:, rows] @ v for _, x in responses(plant, control, np.abs(f), difference_s=step_s)])
         return np.where((f < 0)[:, None, None], h.conj(), h)
 
-    nu = frequency + np.arange(-60, 61) / step_s
+    nu = frequency + np.arange(-200, 201) / step_s
     direct = transfer(np.array([frequency + 1e7 / step_s]))[0]  # what does not fall with frequency: sinc² add to 1
     wanted = direct + np.einsum("f,fnk->kn", np.sinc(nu * step_s) ** 2, transfer(nu) - direct).T
     np.testing.assert_allclose(found.T / np.abs(wanted), wanted / np.abs(wanted), atol=3e-8)
