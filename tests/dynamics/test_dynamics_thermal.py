@@ -35,7 +35,8 @@ def test_an_area_that_follows_later_does_so_in_the_loop(delay_s: float) -> None:
     v[DISTURBANCES.index("s_TM2_a_x"), 0], v[DISTURBANCES.index("n_TM2_x"), 1] = pull, motion
     t = step_s * np.arange(120_000)
     signals = np.sin(2 * np.pi * frequency * (t - np.array([[0.0], [delay_s]])))
-    series = np.concatenate(list(respond(time_loop(plant, control, labels), v, iter([signals]), step_s, ([0, 1],))), axis=-1)
+    loop = time_loop(plant, control, labels)
+    series = np.concatenate(list(respond(loop, v, iter([signals]), step_s, ([0, 1],))), axis=-1)
     tail = slice(-1000, None)  # five periods, after what the beginning left has died
     wave = np.exp(2j * np.pi * frequency * t[1:-1][tail])
     amplitude = np.abs(2 * (series.reshape(len(labels), -1)[:, tail] @ wave.conj()) / len(wave))
