@@ -76,7 +76,9 @@ def _preset(
     source: str,
     kinks_hz: tuple[float, ...] = (),
 ) -> Requirement:
-    return Requirement(name, kind, UNITS[kind], band_hz, _scaled(level, shape), source, "single", kinks_hz, _TITLE[name])
+    return Requirement(
+        name, kind, UNITS[kind], band_hz, _scaled(level, shape), source, "single", kinks_hz, _TITLE[name]
+    )
 
 
 PRESETS: dict[str, Requirement] = {

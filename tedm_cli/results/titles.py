@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tedm_cli.dynamics.signals import OUTPUTS
@@ -12,7 +12,11 @@ from tedm_cli.results.wording import and_text
 
 ANGLES = {"theta": "θ", "eta": "η", "phi": "φ"}
 #: What a subsystem of the field at rest is, in a sentence.
-BY = {"IS": "its inertial sensor", "LTP": "the rest of the LTP", "IS+LTP": "inertial sensor and rest of the LTP together"}
+BY = {
+    "IS": "its inertial sensor",
+    "LTP": "the rest of the LTP",
+    "IS+LTP": "inertial sensor and rest of the LTP together",
+}
 _TURNS_ABOUT = {"theta": "x", "eta": "y", "phi": "z"}
 _DELTA_G = {
     "delta_g": "differential acceleration Δg (as LISA Pathfinder computes it)",
@@ -86,7 +90,7 @@ def _named(label: str) -> _Named:
     if label in _LOOP and (found := re.fullmatch(r"(.+)_(x|y|z|theta|eta|phi)", label)):
         return _Named(_motion(found[2], "rotation {} of {{mass}} in its housing"), found[1])
     if found := re.fullmatch(r"([^_]+)_([^_]+)_(x|y|z|theta|eta|phi)", label):
-        return _Named(f"read-out of {ANGLES.get(found[3], found[3])}, {{mass}}", (found[2],), found[1])
+        return _Named(f"read-out of {ANGLES.get(found[3], found[3])}, {{mass}}", found[2], found[1])
     if found := re.fullmatch(r"(.+_.+)_(x|y|z|theta|eta|phi)", label):  # which part names the set is not plain
         return _Named(f"read-out of {ANGLES.get(found[2], found[2])}, {found[1]}")
     return _Named(label)
@@ -123,6 +127,6 @@ def mass_title(test_mass: str) -> str:
     return _masses([test_mass])
 
 
-def requirement_title(name: str) -> str:
-    """Plain title of a preset; a requirement of the user's own bears its own name."""
-    return PRESETS[name].title if name in PRESETS else name
+def requirement_title(name: str, own: Mapping[str, str]) -> str:
+    """Plain title of a requirement: its `own` in the configuration, or the preset's; else its name."""
+    return own.get(name) or (PRESETS[name].title if name in PRESETS else name)
