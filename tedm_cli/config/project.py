@@ -47,7 +47,7 @@ class Project:
     cases: Path
     dynamics: Path | None
     build_dir: Path
-    report: ReportTable = ReportTable()
+    report: ReportTable
 
     def resolve(self, text: str) -> Path:
         """A path written in the model configuration: relative to that file, `{build_dir}` replaced."""

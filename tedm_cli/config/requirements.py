@@ -24,8 +24,8 @@ class RequirementTable(Strict):
     """A requirement and the labels of the outputs it judges; `TM1_a_x-TM2_a_x` is the difference of two outputs.
 
     Without `table` the name is that of a preset. `table` is a CSV with the columns `frequency_hz` and `amplitude` (in
-    the unit of `quantity` per √Hz), straight between its points in log-log; its band is all of them unless given. `title`
-    is what the report calls it.
+    the unit of `quantity` per √Hz), straight between its points in log-log; its band is all of them unless given.
+    `title` is what the report calls it.
     """
 
     table: str | None = None

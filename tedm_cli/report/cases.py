@@ -29,7 +29,8 @@ def cases_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> Sect
     """Ratios of all cases at a glance, and their spectra in one figure for each quantity."""
     blocks: list[Block] = [
         Paragraph(
-            "A case says which temperatures move together. Ratio: largest safety factor × noise / limit over the band, met"
+            "A case says which temperatures move together. Ratio: largest safety factor × noise / limit over the"
+            " band, met"
             " where it is at most 1."
         )
     ]
@@ -49,7 +50,8 @@ def what_cases_stand_for(cases: Sequence[CaseNoise]) -> Table:
     reasons = tuple(row(c.id, c.role, c.title, c.reason) for c in cases)
     head = columns("Case", "Role", "Correlation", "Why it is looked at", text=(0, 1, 2, 3))
     caption = (
-        "What the cases stand for. Likely cases decide; possible ones can occur; diagnostic ones isolate a part and decide"
+        "What the cases stand for. Likely cases decide; possible ones can occur; diagnostic ones isolate a part and"
+        " decide"
         " nothing."
     )
     return Table(head, reasons, caption, tight=True, key="roles")
@@ -78,7 +80,7 @@ def _verdicts(cases: Sequence[CaseNoise], titles: Titles) -> Table:
         text=(0, 1, 4),
     )
     rows: list[Row] = []
-    for case in cases:
+    for case in without_repeats(cases):
         rows.append(case_head(case))
         for j in case.judged:
             filters = j.filter_ratio
@@ -88,7 +90,7 @@ def _verdicts(cases: Sequence[CaseNoise], titles: Titles) -> Table:
                     verdict_cell(j.passed),
                     ratio_text(j.ratio),
                     f"{j.binding_hz * 1e3:.3g}",
-                    Cell(titles(j.requirement), label=j.requirement),
+                    titles(j.requirement),
                     "no low-pass" if filters is None else span(float(filters.min()), float(filters.max())),
                     span(*j.correlation_ratio),
                 )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field as default
+from dataclasses import dataclass
+from dataclasses import field as default
 from functools import partial
 
 from tedm_cli import __version__
@@ -69,8 +70,8 @@ class ReportInputs:
     """All that a report is made from; `files` are all result files in the order of the chain.
 
     `closed_loop` is None where there are not two `test_masses`, or where it has not been simulated.
-    `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report that
-    shows the model, or "".
+    `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report
+    that shows the model, or "".
     """
 
     title: str
@@ -112,14 +113,14 @@ def documents_of(inputs: ReportInputs) -> tuple[Document, Document]:
     """
     figures, titles = _figures(inputs.figures), partial(requirement_title, own=inputs.requirement_titles)
     subject = inputs.front.title or "Thermo-elastic distortion: self-gravity and read-out noise against requirements"
-    report = Document(
-        inputs.title, subject, __version__, _report_sections(inputs, figures.report, titles), front=_front(inputs.front)
-    )
+    others = _annex_sections(inputs, figures, titles)
+    sections = (*_report_sections(inputs, figures.report, titles), _annex_words(others))
+    report = Document(inputs.title, subject, __version__, sections, front=_front(inputs.front))
     annex = Document(
         inputs.title,
         f"Annex to: {subject}",
         __version__,
-        _annex_sections(inputs, figures, titles),
+        (_about(inputs), *others),
         front=_front(inputs.front),
         mark="A",
     )
@@ -131,7 +132,7 @@ def _front(front: Front) -> tuple[tuple[str, str], ...]:
     rows = (
         ("Mission", front.mission),
         ("Issue", front.issue or "not given"),
-        ("Date", front.date or "date not given"),
+        ("Date", front.date or "not given"),
         ("Prepared by", front.prepared_by),
         ("Made by", f"tedm {__version__}"),
     )
@@ -194,10 +195,16 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
         model_section(inputs.model, inputs.distortion),
         provenance_section(inputs.files, figures.all),
     ]
-    return (_about(inputs, sections), *sections)
+    return tuple(sections)
 
 
-def _about(inputs: ReportInputs, sections: Sequence[Section]) -> Section:
+def _annex_words(sections: Sequence[Section]) -> Section:
+    """What the annex holds, section by section."""
+    links = [piece for s in sections for piece in (Link(s.title, s.id), "; ")][:-1]
+    return Section("more", "The annex", "Annex", (Paragraph(("The annex holds everything else: ", *links, ".")),))
+
+
+def _about(inputs: ReportInputs) -> Section:
     blocks: list[Block] = [
         Paragraph(
             (

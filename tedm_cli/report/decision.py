@@ -18,6 +18,7 @@ from tedm_cli.results.titles import BY, at_rest_title, output_title
 from tedm_cli.results.wording import (
     and_text,
     capital,
+    clause,
     count,
     mhz_text,
     number_word,
@@ -44,7 +45,7 @@ def cards_section(
     cards = [_card(limit, pairs, areas, titles) for limit, pairs in by_requirement(without_repeats(cases))]
     cards.append(_field_card(dc))
     cards.sort(key=lambda card: _ORDER.index(card.state))
-    return Section("requirements", "Each requirement", "Requirements", (*cards, closed_loop))
+    return Section("requirements", "Each requirement", "Requirements", (*cards, closed_loop), new_page=True)
 
 
 def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles) -> VerdictCard:
@@ -63,7 +64,8 @@ def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles)
         Label(labels),
         " is ",
         _where(state, likely, possible),
-        f": the {output_title(j.output)} reaches {ratio_text(j.ratio)} times the limit at {mhz_text(j.binding_hz)} in case {case.id}"
+        f": the {clause(output_title(j.output))} reaches {ratio_text(j.ratio)} times the limit at"
+        f" {mhz_text(j.binding_hz)} in case {case.id}"
         f" ({case.title[:1].lower()}{case.title[1:]}), with a safety factor of {case.safety_factor:g} on amplitudes.",
     )
     facts: list[tuple[str, Text]] = []
@@ -172,7 +174,8 @@ def cancelling(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> str:
             f"{largest}, {sci(float(size.max()), 3)} {unit}, is cancelled by many small terms to {sci(total, 3)} {unit}"
         )
     return (
-        f"{number_word(large)} large terms, {areas.name[int(size.argmax())]} the largest with {sci(float(size.max()), 3)}"
+        f"{number_word(large)} large terms, {areas.name[int(size.argmax())]} the largest with"
+        f" {sci(float(size.max()), 3)}"
         f" {unit}, cancel to {sci(total, 3)} {unit}"
     )
 
@@ -237,6 +240,7 @@ def field_words(dc: Sequence[DcVerdict]) -> str:
     )
     return (
         f"{how}; the worst is the {at_rest_title(worst.quantity, worst.test_mass)} by {BY[worst.subsystem]},"
-        f" {sci(worst.value)} {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit (nominal frame of"
+        f" {sci(worst.value)} {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit (nominal"
+        " frame of"
         " the test mass)."
     )

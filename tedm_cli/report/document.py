@@ -28,7 +28,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Ref:
-    """A figure or table, by its key, of whichever document holds it; `numbering` makes "table A3 of the annex" of it."""
+    """A figure or table, by its key, in either document; `numbering` makes "table A3 of the annex" of it."""
 
     key: str
 

@@ -28,7 +28,7 @@ from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import DIAGNOSTIC, deciding
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import and_text, capital, count, mhz_text, percent, ratio_text, sci
+from tedm_cli.results.wording import and_text, capital, clause, count, mhz_text, percent, ratio_text, sci
 
 SECTION = "loop"
 _NAMED = 3  # groups named of each verdict
@@ -57,7 +57,7 @@ def closed_loop_words(found: ClosedLoop | None, test_masses: int, ids: Sequence[
     missing = _missing(found, ids)
     title = titles(j.requirement)
     text: Text = (
-        f"In closed loop the {output_title(j.output)} is ",
+        f"In closed loop the {clause(output_title(j.output))} is ",
         Strong(f"{ratio_text(j.ratio)} times its limit"),
         f" ({title}) in case {case.id}, at {mhz_text(j.binding_hz)}; {made_of[0]} makes"
         f" {percent(made_of[1])} of its power" + (f"; not simulated: {_cases(missing)}." if missing else "."),
@@ -127,7 +127,7 @@ def _row(cases: str, j: LoopOutput, titles: Titles) -> Row:
     margin = ratio_text(1.0 / j.ratio) if j.ratio > 0.0 else "any"
     made_of = ", ".join(f"{group} {percent(share)}" for group, share in j.largest(_NAMED, _LEAST))
     verdict, ratio = verdict_cell(j.passed), ratio_cell(j.ratio)
-    named = Cell(capital(output_title(j.output)), label=j.output), Cell(titles(j.requirement), label=j.requirement)
+    named = Cell(capital(output_title(j.output)), label=j.output), titles(j.requirement)
     return row(*named, cases, verdict, ratio, margin, mhz_text(j.binding_hz), made_of)
 
 
@@ -166,7 +166,8 @@ def _help(decided: Sequence[Pair], titles: Titles) -> list[Block]:
     if not rows:
         return []
     text = (
-        "What would help where a requirement is violated in closed loop: the ratio without one group of sources, and the factor on its"
+        "What would help where a requirement is violated in closed loop: the ratio without one group of sources, and"
+        " the factor on its"
         " amplitude, the others unchanged, that just meets the requirement."
     )
     head = columns("Group", "Share", "Ratio without\n(1)", "Factor\n(1)", text=(0,))

@@ -37,7 +37,7 @@ def to_html(document: Document, other: str) -> str:
         anchor=anchor,
         arranged=_arranged,
     )
-    return environment.get_template("report.html.j2").render(document=document)
+    return environment.get_template("report.html.j2").render(document=document, other=quote(other))
 
 
 def _inline(text: Text, other: str) -> Markup:

@@ -131,7 +131,7 @@ def _inline(text: Text, here: _Place) -> str:
 
 
 def _piece(piece: Piece, here: _Place) -> str:
-    """A piece of a text. What is in the same file needs no link: anchors differ from one reader of Markdown to the next."""
+    """A piece of a text. What is in the same file is no link: anchors differ from reader to reader."""
     if isinstance(piece, str):
         return _escape(piece)
     words = _escape(plain((piece,)))

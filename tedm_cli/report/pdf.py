@@ -31,7 +31,7 @@ from tedm_cli.report.inline import size_of
 from tedm_cli.report.numbering import anchor, kind_of
 
 _WIDEST_PT, _HIGHEST_PT = 178 / 25.4 * 72, 205 / 25.4 * 72  # what a page leaves to a figure and its caption
-_HALF_PT = 308.0  # height of a figure of which two fit on a page
+_HALF_PT = 318.0  # height of a figure of which two fit on a page
 _SCALE, _LEAST = 0.8, 0.58  # of figures made for a screen, and where two are to fit on a page
 
 

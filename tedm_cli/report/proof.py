@@ -1,4 +1,4 @@
-"""The evidence that decides, as the report tells it: what limits, the field at rest, how sure, key figures, assumptions."""
+"""The evidence that decides, as the report tells it: what limits, field at rest, how sure, key figures, assumptions."""
 
 from __future__ import annotations
 
@@ -69,7 +69,8 @@ def how_sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> S
         )
     text = (
         "A verdict rests on assumptions. Whether other ones would turn it, changed one at a time: other temperature"
-        " filters; other correlations of the areas, between the blocks of the case and inside of them; no safety factor."
+        " filters; other correlations of the areas, between the blocks of the case and inside of them; no safety"
+        " factor."
         " Every number is in ",
         Ref("sure"),
         ".",
@@ -95,7 +96,8 @@ def key_figures_section(
         row("Centre of gravity", f"{decimals(model.centre_of_gravity_m.tolist(), 1e3, 3)} mm, Nastran basic frame"),
         row(
             "Largest translation of a grid",
-            f"{sci(float(distortion.largest.max()), 3)} m per kelvin of {distortion.area[int(distortion.largest.argmax())]}",
+            f"{sci(float(distortion.largest.max()), 3)} m per kelvin of"
+            f" {distortion.area[int(distortion.largest.argmax())]}",
         ),
     ]
     if distortion.superposition_translation is not None:

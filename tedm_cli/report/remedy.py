@@ -30,7 +30,18 @@ from tedm_cli.report.verdicts import Titles, exceeding, loop_judgements, noise_j
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput
 from tedm_cli.results.titles import BY, at_rest_title, output_title
-from tedm_cli.results.wording import and_text, capital, count, mhz_text, percent, power_text, ratio_text, sci, unit_text
+from tedm_cli.results.wording import (
+    and_text,
+    capital,
+    clause,
+    count,
+    mhz_text,
+    percent,
+    power_text,
+    ratio_text,
+    sci,
+    unit_text,
+)
 
 _LEAST = 0.01  # shares of a closed loop's output below this have no remedy
 _MEASURE = {
@@ -54,16 +65,14 @@ def remedy_section(
     closed = [j for j in worst_first(loop_judgements(loop)) if j.state != "met"]
     blocks: list[Block] = []
     if noise:
-        blocks += [Heading("Temperatures"), *_temperatures(noise, areas), *figures]
+        blocks += [Heading("Temperatures"), *_temperatures(noise, areas)]
     if outside := exceeding(dc):
         blocks += [Heading("Field at rest"), *_balance(outside, len(dc))]
     if closed:
         blocks += [Heading("Closed loop"), *_closed_loop(closed, bool(outside), titles)]
     if not blocks:
-        blocks += [
-            Paragraph("Nothing has to be done: all that is judged is met, in every case that can occur."),
-            *figures,
-        ]
+        blocks.append(Paragraph("Nothing has to be done: all that is judged is met, in every case that can occur."))
+    blocks += figures
     return Section("todo", "What to do", "What to do", tuple(blocks), new_page=True)
 
 
@@ -99,18 +108,20 @@ def _first_remedy(noise: Noise) -> Text:
         what = {
             SILENCED: f"silence {count(n, 'area')}",
             QUIETER: f"bring {count(n, 'area')} to a tenth of the noise",
-            MATCHED: f"give {count(n, 'block')} one common temperature",
+            MATCHED: f"give {count(n, 'block')} one common temperature"
+            if n > 1
+            else "keep one block at the common temperature",
         }[way]
         after = ratio_text(m.after(way, n))
         words = (
             Strong(f"{capital(what)} ({few(m.chosen[way][:n])})"),
-            f": this brings the {title} from {ratio_text(j.ratio)} to {after} times its limit."
+            f": this brings the {clause(title)} from {ratio_text(j.ratio)} to {after} times its limit."
             f" Or allow no more than {all_areas}. ",
         )
     else:
         words = (
             Strong(f"Allow no more than {all_areas}"),
-            f": no smaller measure that was tried brings the {title} within its limit. ",
+            f": no smaller measure that was tried brings the {clause(title)} within its limit. ",
         )
     return (
         *words,
@@ -137,11 +148,11 @@ def measures(j: JudgedOutput) -> list[Row]:
         rows.append(row(name, where, ratio_cell(after), _verdict(after)))
     alone = [f"{g} to {ratio_text(f)}" for g, f in m.group_factor.items() if np.isfinite(f) and f < 1.0]
     if alone:
-        rows.append(row("One group alone, by this factor", "; ".join(alone), "1", Cell("yes", "met")))
+        rows.append(row("One group alone, by this factor", "; ".join(alone), "1.00", Cell("yes", "met")))
     else:
         rows.append(row("One group alone", "none can meet it, however quiet", "", Cell("no", "violated")))
     every = f"temperature noise by the factor {ratio_text(m.all_factor)}"
-    rows.append(row("All areas alike", every, "1", Cell("yes", "met")))
+    rows.append(row("All areas alike", every, "1.00", Cell("yes", "met")))
     return rows
 
 
@@ -150,9 +161,9 @@ def _verdict(ratio: float) -> Cell:
 
 
 def _stability(noise: Noise, areas: AreaTable) -> Table:
-    """Temperature noise that each group has, and what would just meet the requirement: by itself, and with all."""
+    """Temperature noise of each group, and what would just be allowed of what fails: by itself, and with all alike."""
     rows: list[Row] = []
-    for found in noise:
+    for found in [j for j in noise if j.state == "violated"] or noise:
         case, j = found.decides
         m = j.improvement
         title = f"{capital(output_title(found.output))}, case {case.id}"
@@ -243,7 +254,8 @@ def _closed_loop(closed: Loop, unbalanced: bool, titles: Titles) -> list[Block]:
     ]
     if ACTUATION in names and unbalanced:
         words += [
-            "In the noise of LISA Pathfinder that is preset, actuation noise grows with the acceleration at rest that has to"
+            "In the noise of LISA Pathfinder that is preset, actuation noise grows with the acceleration at rest that"
+            " has to"
             " be held: balancing the field, above, lowers it too. "
         ]
     words += ["Budgets and all groups: ", Link("closed loop", "loop"), "."]
@@ -259,5 +271,5 @@ def _closed_loop(closed: Loop, unbalanced: bool, titles: Titles) -> list[Block]:
         "Ratio\nwithout it (1)",
         text=(0, 1, 2, 4),
     )
-    text = "The group of sources to quieten, the factor on it alone that just meets the requirement, and the ratio without it."
+    text = "The group of sources to quieten, the factor on it alone that would do, and the ratio without it."
     return [Paragraph(tuple(words)), Table(head, tuple(rows), text, tight=True, key="loop remedy")]

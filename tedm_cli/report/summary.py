@@ -1,4 +1,4 @@
-"""The first page: the verdict in a sentence, every judged output in a table, and the parameters that decide beside it."""
+"""The first page: the verdict in a sentence, every judged output in a table, and the parameters that decide."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tedm_cli.report.verdicts import (
     Titles,
     at_rest_rows,
     exceeding,
-    judgement_row,
+    judgement_rows,
     loop_judgements,
     noise_judgements,
     worst_first,
@@ -23,7 +23,7 @@ from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, SimulatedCase
 from tedm_cli.results.field import worst_at_rest
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import and_text, capital, count, mhz_text, ratio_text, span
+from tedm_cli.results.wording import and_text, capital, clause, count, mhz_text, ratio_text, span
 
 Noise = list[Judgement[CaseNoise, JudgedOutput]]
 Loop = list[Judgement[SimulatedCase, LoopOutput]]
@@ -61,7 +61,7 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
     if failing:
         case, worst_noise = failing[0].decides
         title, ratio = output_title(failing[0].output), ratio_text(worst_noise.ratio)
-        said.append(f"the {title} is {ratio} times its limit in case {case.id}")
+        said.append(f"the {clause(title)} is {ratio} times its limit in case {case.id}")
     if outside:
         worst = worst_at_rest(dc)
         said.append(
@@ -93,31 +93,29 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
 def _risk_words(found: Judgement[C, J]) -> str:
     case, j = found.decides
     title = output_title(found.output)
-    return f"the {title} is within its limit in the likely cases but {ratio_text(j.ratio)} times it in case {case.id}"
+    beyond = f"{ratio_text(j.ratio)} times it in case {case.id}"
+    return f"the {clause(title)} is within its limit in the likely cases but {beyond}"
 
 
 def _verdicts(noise: Noise, dc: Sequence[DcVerdict], closed: Loop, by_role: bool, titles: Titles) -> Table:
     rows: list[Row] = []
     for head, more, part in (
-        ("Noise by temperature", "each output by itself", [judgement_row(j, titles, by_role) for j in noise]),
+        ("Noise by temperature", "each output by itself", judgement_rows(noise, titles, by_role)),
         (
             "Closed loop",
             "the same temperatures, and all other noise",
-            [judgement_row(j, titles, by_role) for j in closed],
+            judgement_rows(closed, titles, by_role),
         ),
-        ("Field at rest", "static gravity of the model", at_rest_rows(dc, by_role)),
+        ("Field at rest", "static gravity of the model; the worst figure of each test mass", at_rest_rows(dc, by_role)),
     ):
         if part:
             rows += [row(head, more, kind="head"), *part]
     titles_of = ["Output", "Requirement", "Verdict", "Ratio\n(1)", "Margin\n(1)", "At"]
     titles_of += ["Worst likely\ncase", "Worst of all\npossible cases"] if by_role else ["Worst case"]
-    text = (
-        "Every judged output. Ratio: largest safety factor × noise / limit over the band of the requirement"
-        + (", in the worst of the likely cases" if by_role else ", in the worst case that can occur")
-        + "; margin: the factor by which the noise could still grow (below 1: must fall). At risk: met in the likely"
-        " cases, violated in another that can occur." * by_role
+    text = "Every judged output. Ratio: largest safety factor × noise / limit over the band; margin: 1 / ratio." + (
+        " At risk: met in the likely cases, violated in another that can occur." * by_role
     )
-    head_row = columns(*titles_of, text=(0, 1, 2, 6, 7))
+    head_row = columns(*titles_of, text=(0, 1, 2, 5, 6, 7))
     return Table(head_row, tuple(rows), text, tight=True, key="verdicts")
 
 
@@ -141,7 +139,7 @@ def _parameters(first: Judgement[CaseNoise, JudgedOutput], cases: Sequence[CaseN
             row(
                 "Temperature filter",
                 "order and corner of the low-pass are assumed",
-                _span_cell(low, high, f", with order {orders} and corner {corners} mHz"),
+                _span_cell(low, high, f" over orders {orders} and corners {corners} mHz"),
             )
         )
     rows.append(
@@ -168,7 +166,8 @@ def _parameters(first: Judgement[CaseNoise, JudgedOutput], cases: Sequence[CaseN
     band = f"{limit.band_hz[0] * 1e3:g} to {limit.band_hz[1] * 1e3:g} mHz"
     rows.append(row("Band", band, f"binds at {mhz_text(j.binding_hz)}"))
     text = (
-        f"The parameters that decide, and what the ratio {ratio_text(j.ratio)} of the {output_title(first.output)} would be"
+        f"The parameters that decide, and what the ratio {ratio_text(j.ratio)} of the {output_title(first.output)}"
+        " would be"
         " with others, one changed at a time."
     )
     return Table(columns("Parameter", "Here", "With another value", text=(0, 1, 2)), tuple(rows), text, tight=True,

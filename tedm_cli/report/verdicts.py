@@ -127,13 +127,25 @@ def margin_text(ratio: float) -> str:
     return ratio_text(1.0 / ratio) if ratio > 0.0 else "any"
 
 
-def judgement_row(found: Judgement[C, J], titles: Titles, by_role: bool) -> Row:
-    """A row of the table of verdicts; `by_role`: likely cases and all that can occur have columns of their own."""
+def judgement_rows(found: Sequence[Judgement[C, J]], titles: Titles, by_role: bool) -> list[Row]:
+    """Rows of the table of verdicts; outputs of which the same is to be said share one.
+
+    `by_role`: likely cases and all that can occur have columns of their own.
+    """
+    alike: dict[tuple[Cell | str, ...], list[str]] = {}
+    for one in found:
+        alike.setdefault(_said(one, titles, by_role), []).append(one.output)
+    return [
+        row(Cell(capital(output_title(", ".join(outputs))), label=", ".join(sorted(outputs))), *cells)
+        for cells, outputs in alike.items()
+    ]
+
+
+def _said(found: Judgement[C, J], titles: Titles, by_role: bool) -> tuple[Cell | str, ...]:
     likely, worst = found.likely, found.possible
     case, j = likely or worst
     cells: list[Cell | str] = [
-        Cell(capital(output_title(found.output)), label=found.output),
-        Cell(titles(found.requirement), label=found.requirement),
+        titles(found.requirement),
         state_cell(found.state),
         Cell(ratio_text(j.ratio), "met" if j.passed else "violated"),
         margin_text(j.ratio),
@@ -143,24 +155,27 @@ def judgement_row(found: Judgement[C, J], titles: Titles, by_role: bool) -> Row:
     if by_role:
         passed = worst[1].passed
         cells.append(Cell(f"{ratio_text(worst[1].ratio)} (case {worst[0].id})", "met" if passed else "open"))
-    return row(*cells)
+    return tuple(cells)
 
 
 def at_rest_rows(verdicts: Sequence[DcVerdict], by_role: bool) -> list[Row]:
-    """A row of the table of verdicts for the field at rest on each test mass."""
-    rows = []
+    """Rows of the table of verdicts for the worst figure of the field at rest on each test mass."""
+    alike: dict[tuple[Cell | str, ...], list[DcVerdict]] = {}
     for name in dict.fromkeys(v.test_mass for v in verdicts):
         own = [v for v in verdicts if v.test_mass == name]
         worst = worst_at_rest(own)
         state: State = "violated" if exceeding(own) else "met"
         cells: list[Cell | str] = [
-            Cell(capital(at_rest_title(worst.quantity, name)) + f", by {BY[worst.subsystem]}: the worst of {len(own)}"),
             AT_REST,
             state_cell(state),
             Cell(ratio_text(worst.ratio), state),
             margin_text(worst.ratio),
             "at rest",
             f"{len(exceeding(own))} of {len(own)} exceed",
+            *([""] if by_role else []),
         ]
-        rows.append(row(*cells, *([""] if by_role else [])))
-    return rows
+        alike.setdefault((worst.quantity, worst.subsystem, *cells), []).append(worst)
+    return [
+        row(f"{capital(at_rest_title(v[0].quantity, *(w.test_mass for w in v)))}, by {BY[v[0].subsystem]}", *cells[2:])
+        for cells, v in alike.items()
+    ]

@@ -13,7 +13,7 @@ from tedm_cli.results.wording import and_text
 ANGLES = {"theta": "θ", "eta": "η", "phi": "φ"}
 #: What a subsystem of the field at rest is, in a sentence.
 BY = {
-    "IS": "its inertial sensor",
+    "IS": "the inertial sensor",
     "LTP": "the rest of the LTP",
     "IS+LTP": "inertial sensor and rest of the LTP together",
 }
@@ -58,7 +58,7 @@ def outputs_title(labels: Sequence[str]) -> str:
         by_words.setdefault(named.words, []).append(named)
     said = []
     for words, alike in by_words.items():
-        masses, sets = (list(dict.fromkeys(names)) for names in ([n.mass for n in alike], [n.set for n in alike]))
+        masses, sets = (sorted(set(names)) for names in ([n.mass for n in alike], [n.set for n in alike]))
         if len(alike) == len(masses) * len(sets):
             said.append(_told(words, masses, sets))
         else:
@@ -115,11 +115,11 @@ def _masses(names: Sequence[str]) -> str:
     return f"test mass{'es' * (len(said) > 1)} {and_text(said)}"
 
 
-def at_rest_title(quantity: str, test_mass: str) -> str:
-    """Plain title of a judged quantity of the field at rest."""
+def at_rest_title(quantity: str, *test_masses: str) -> str:
+    """Plain title of a judged quantity of the field at rest, on one test mass or several."""
     if quantity.startswith("gamma_"):
-        return f"gravity gradient {quantity.removeprefix('gamma_')} on {_masses([test_mass])}"
-    return output_title(f"{test_mass}_{quantity}")
+        return f"gravity gradient {quantity.removeprefix('gamma_')} on {_masses(test_masses)}"
+    return outputs_title([f"{name}_{quantity}" for name in test_masses])
 
 
 def mass_title(test_mass: str) -> str:

@@ -121,5 +121,11 @@ def number_word(n: int) -> str:
 
 
 def decimals(values: Sequence[float], unit_factor: float, digits: int) -> str:
-    """A vector in a unit that makes its size everyday, `(−0.158, 0.042, −8.483)`."""
-    return f"({', '.join(f'{v * unit_factor:.{digits}f}'.replace('-', '−') for v in values)})"
+    """A vector in a unit that makes its size everyday, `(−0.158, 0, −8.483)`."""
+    shown = (f"{v * unit_factor:.{digits}f}" for v in values)
+    return f"({', '.join('0' if float(t) == 0.0 else t.replace('-', '−') for t in shown)})"
+
+
+def clause(title: str) -> str:
+    """A title in front of its verb: set off by a comma where it has commas of its own."""
+    return f"{title}," if "," in title else title

@@ -71,7 +71,12 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     specs: list[FigureSpec] = []
 
     def add(
-        name: str, section: str, caption: str, sources: tuple[str, ...], drawn: Callable[[], Figure], decides: bool = False
+        name: str,
+        section: str,
+        caption: str,
+        sources: tuple[str, ...],
+        drawn: Callable[[], Figure],
+        decides: bool = False,
     ) -> None:
         specs.append(FigureSpec(name, section, caption, sources, drawn, decides))
 
@@ -93,7 +98,8 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         add(
             f"all_{kind}.svg",
             "all cases",
-            f"All cases: {title}, amplitude spectral density with the safety factor applied; a curve above the black one"
+            f"All cases: {title}, amplitude spectral density with the safety factor applied; a curve above the black"
+            " one"
             f" violates the requirement.{_flight_words(cases[0], kind)}",
             all_cases,
             partial(draw.overlay, cases, kind),
@@ -128,7 +134,8 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             add(
                 f"contributors_{which}.svg",
                 "contributors",
-                f"What the noise of the {title} is made of in case {case.id}. Bars to the left cancel bars to the right.",
+                f"What the noise of the {title} is made of in case {case.id}. Bars to the left cancel bars to the"
+                " right.",
                 (only,),
                 partial(draw.contributors, case, judged, areas),
                 decides=place == 0,
@@ -162,7 +169,8 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     add(
         "field_at_rest.svg",
         "field",
-        f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(results.sensitivity))}: right"
+        f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(results.sensitivity))}:"
+        " right"
         " of 1 it exceeds it;"
         " theta, eta and phi turn about x, y and z.",
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),

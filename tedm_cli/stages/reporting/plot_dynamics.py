@@ -76,7 +76,8 @@ def budget_words(case: SimulatedCase, j: LoopOutput) -> str:
     temperatures = ", the temperatures among them," if THERMAL in groups else ""
     black = "requirement with its band" if len(limits) == 1 else "requirements with their bands"
     return (
-        f"What the noise of the {output_title(j.output)} in closed loop is made of in case {case.id}: amplitude spectral density times"
+        f"What the noise of the {output_title(j.output)} in closed loop is made of in case {case.id}: amplitude"
+        " spectral density times"
         f" the safety factor {case.safety_factor:g}, in total and by group of sources{temperatures} and the {black}."
     )
 
@@ -84,7 +85,8 @@ def budget_words(case: SimulatedCase, j: LoopOutput) -> str:
 def _thermal_words(case: SimulatedCase, j: LoopOutput) -> str:
     several = len(case.limits_of(j.output)) > 1
     return (
-        f"The part of the temperatures in the {output_title(j.output)}, closed loop, case {case.id}, times the safety factor"
+        f"The part of the temperatures in the {output_title(j.output)}, closed loop, case {case.id}, times the safety"
+        " factor"
         f" {case.safety_factor:g}: gravity and read-out as they add with their phases, as they would add without, and"
         f" gravity alone; in black the requirement{'s' * several}. Without phases the power at the frequency that binds"
         f" would be {ratio_text(j.incoherent)} times as large."

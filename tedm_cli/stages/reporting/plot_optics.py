@@ -83,7 +83,14 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     for name, row in zip(read_outs.label, read_outs.N[first], strict=True):
         worst.setdefault(worst_area(row), []).append(name)
     for area, felt_by in worst.items():
-        specs.append(_area_spec(results, areas, area, f" It is the worst area for the {outputs_title([f'{first}_{name}' for name in felt_by])}."))
+        specs.append(
+            _area_spec(
+                results,
+                areas,
+                area,
+                f" It is the worst area for the {outputs_title([f'{first}_{name}' for name in felt_by])}.",
+            )
+        )
     return specs
 
 
