@@ -9,6 +9,7 @@ from tedm_cli.report.document import (
     Cell,
     Figure,
     Paragraph,
+    Piece,
     Ref,
     Row,
     Section,
@@ -27,15 +28,14 @@ from tedm_cli.results.wording import capital, ratio_text, span
 
 def cases_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> Section:
     """Ratios of all cases at a glance, and their spectra in one figure for each quantity."""
-    blocks: list[Block] = [
-        Paragraph(
-            "A case says which temperatures move together. Ratio: largest safety factor × noise / limit over the"
-            " band, met"
-            " where it is at most 1."
-        )
+    text: list[Piece] = [
+        "A case says which temperatures move together. Ratio: largest safety factor × noise / limit over the band, met"
+        " where it is at most 1."
     ]
-    if cases[0].judged:
-        blocks += [_matrix(cases), Paragraph(("Every verdict with its ranges: ", Ref("every verdict"), "."))]
+    if not cases[0].judged:
+        return Section("cases", "Evidence: every case", "Every case", (Paragraph(tuple(text)), *figures))
+    text += [" Every verdict with its ranges is in ", Ref("every verdict"), "."]
+    blocks: list[Block] = [Paragraph(tuple(text)), _matrix(cases)]
     return Section("cases", "Evidence: every case", "Every case", (*blocks, *figures))
 
 
@@ -65,11 +65,11 @@ def _matrix(cases: Sequence[CaseNoise]) -> Table:
             Cell(ratio_text(j.ratio) + ("" if j.passed else " FAIL"), "met" if j.passed else "violated")
             for j in case.judged
         ]
-        rows.append(row(case.id, case.title, "" if case.role == "possible" else case.role, *cells))
+        rows.append(row(case.id, case.title, case.role, *cells))
     titles = [
         capital(output_title(j.output)).replace(", ", ",\n").replace(" of test", "\nof test") for j in merged[0].judged
     ]
-    caption = "Ratio of noise to limit in every case; possible cases have no role named."
+    caption = "Ratio of noise to limit in every case."
     return Table(columns("Case", "Correlation", "Role", *titles, text=(0, 1, 2)), tuple(rows), caption, tight=True)
 
 

@@ -154,7 +154,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
         sections.append(binding_section(cases, areas, figures["contributors"]))
     sections.append(at_rest_section(dc, figures["field"]))
     if loop is not None:
-        sections.append(closed_loop_section(loop, ids, words, figures["closed loop"], titles))
+        sections.append(closed_loop_section(loop, words, figures["closed loop"], titles))
     if judged:
         sections.append(how_sure_section(cases, figures["certainty"]))
     sections += [
@@ -181,7 +181,7 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
             change_section(cases, areas, of["improvement"], titles),
         ]
     if loop is not None:
-        sections.append(loop_detail_section(loop, of["closed loop"], titles))
+        sections.append(loop_detail_section(loop, [case.id for case in cases], of["closed loop"], titles))
     if inputs.series:
         sections.append(series_section(inputs.series, of["series"], titles))
     text = (

@@ -73,7 +73,7 @@ def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles)
         facts.append(("Likely cases", _by_case(likely)))
     facts += [
         ("All possible cases", _by_case(possible)),
-        ("How sure", how_sure(case, j)),
+        ("How sure", (f"{how_sure(case, j)} (", Ref("sure"), ").")),
         ("Limited by", limited_by(case, j, areas)),
         ("What would help" if not j.passed else "Margin", _improvement(case, j, limit.name)),
     ]
@@ -109,7 +109,7 @@ def _by_case(pairs: Sequence[Pair]) -> Text:
     return tuple(pieces)
 
 
-def how_sure(case: CaseNoise, j: JudgedOutput) -> Text:
+def how_sure(case: CaseNoise, j: JudgedOutput) -> str:
     """Would other temperature filters, correlations or safety factors turn the verdict?"""
     said = []
     if j.filter_ratio is not None:
@@ -144,7 +144,7 @@ def how_sure(case: CaseNoise, j: JudgedOutput) -> Text:
     if case.safety_factor != 1.0 and not j.passed:
         said.append(f"without the safety factor it is {ratio_text(bare)}, {'met' if bare <= 1.0 else 'still violated'}")
     text = "; ".join(said)
-    return (f"{capital(text)} (", Ref("sure"), ").")
+    return capital(text)
 
 
 def limited_by(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> str:

@@ -74,29 +74,15 @@ def _cases(ids: Sequence[str]) -> str:
     return f"case{'s' if len(ids) > 1 else ''} {and_text(ids)}"
 
 
-def closed_loop_section(
-    found: ClosedLoop, ids: Sequence[str], words: Paragraph, figures: Sequence[Figure], titles: Titles
-) -> Section:
-    """Verdicts on the outputs of the loop in the case that decides each; `ids` are all cases there could be."""
-    first = found.cases[0]
-    facts: list[tuple[str, Text]] = [
-        ("Controller", found.stability.origin),
-        ("Read-outs heard", f"set {first.read_out_set}"),
-        ("Temperature noise", first.temperature),
-        ("Safety factor", f"{first.safety_factor:g}, on noise amplitudes"),
-    ]
-    if missing := _missing(found, ids):
-        facts.append(("Not simulated", _cases(missing)))
+def closed_loop_section(found: ClosedLoop, words: Paragraph, figures: Sequence[Figure], titles: Titles) -> Section:
+    """Verdicts on the outputs of the loop, each in the case that decides it."""
     blocks: list[Block] = [
         words,
         Paragraph(
             "The outputs of the drag-free loop with all of its noise: the temperatures of a case push the test masses"
             " and shift what the controller hears at once, beside the sources of the loop itself. Made of: parts of the"
-            " noise power at the frequency that binds, by group of sources; the temperatures are called thermal. Each"
-            " row is of the case that decides: the worst likely one where that violates the requirement, or else the"
-            " worst of all that can occur."
+            " noise power at the frequency that binds, by group of sources; the temperatures are called thermal."
         ),
-        Facts(tuple(facts)),
     ]
     if pairs := found.pairs():
         rows = [_row(case.id, j, titles) for case, j in map(deciding, pairs.values())]
@@ -106,9 +92,18 @@ def closed_loop_section(
     return Section(SECTION, "Evidence: closed loop", "Closed loop", (*blocks, *figures))
 
 
-def loop_detail_section(found: ClosedLoop, figures: Sequence[Figure], titles: Titles) -> Section:
-    """All else of the closed loop: every verdict, what would help each output, budgets, and margins."""
-    blocks: list[Block] = []
+def loop_detail_section(found: ClosedLoop, ids: Sequence[str], figures: Sequence[Figure], titles: Titles) -> Section:
+    """All else of the closed loop: setting, verdicts, what would help, budgets, margins; `ids`: all cases there are."""
+    first = found.cases[0]
+    facts: list[tuple[str, Text]] = [
+        ("Controller", found.stability.origin),
+        ("Read-outs heard", f"set {first.read_out_set}"),
+        ("Temperature noise", first.temperature),
+        ("Safety factor", f"{first.safety_factor:g}, on noise amplitudes"),
+    ]
+    if missing := _missing(found, ids):
+        facts.append(("Not simulated", _cases(missing)))
+    blocks: list[Block] = [Facts(tuple(facts))]
     pairs = found.pairs()
     if pairs:
         if any(case.role != DIAGNOSTIC for case in found.cases):
@@ -171,7 +166,7 @@ def _help(decided: Sequence[Pair], titles: Titles) -> list[Block]:
         " amplitude, the others unchanged, that just meets the requirement."
     )
     head = columns("Group", "Share", "Ratio without\n(1)", "Factor\n(1)", text=(0,))
-    return [Table(head, tuple(rows), text)]
+    return [Table(head, tuple(rows), text, key="loop groups")]
 
 
 def _margins(stability: LoopStability) -> list[Block]:

@@ -109,7 +109,7 @@ def _table(table: Table) -> Iterator[str]:
     group = ""
     for row in table.rows:
         if row.kind == "head":
-            group = " ".join(c.text for c in row.cells[:2])
+            group = ": ".join(c.text for c in row.cells[:2] if c.text)
         else:
             yield _line(([_escape(group)] if grouped else []) + _cells(row))
 

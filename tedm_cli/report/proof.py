@@ -25,15 +25,18 @@ from tedm_cli.results.wording import capital, count, decimals, ratio_text, sci, 
 
 def binding_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[Figure]) -> Section:
     """Each judged output in the case that decides it: what limits it, in words; figures of the worst."""
-    rows: list[tuple[str, Text]] = []
+    rows = []
     for found in worst_first(noise_judgements(cases)):
         case, j = found.decides
-        name = f"{capital(output_title(found.output))}: {ratio_text(j.ratio)} in case {case.id}"
-        rows.append((name, f"{limited_by(case, j, areas)}."))
-    text = "What the noise of each judged output comes from, in the case that decides its verdict."
-    return Section(
-        "binding", "Evidence: what the noise comes from", "What limits", (Paragraph(text), Facts(tuple(rows)), *figures)
-    )
+        rows.append(row(capital(output_title(found.output)), _where(case, j.ratio), limited_by(case, j, areas)))
+    caption = "What the noise of each judged output comes from, in the case that decides its verdict."
+    table = Table(columns("Output", "Ratio", "Made of", text=(0, 1, 2)), tuple(rows), caption, tight=True)
+    title = "Evidence: what the noise comes from"
+    return Section("binding", title, "What limits", (table, *figures))
+
+
+def _where(case: CaseNoise, ratio: float) -> str:
+    return f"{ratio_text(ratio)} in case {case.id}"
 
 
 def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Section:
@@ -61,23 +64,19 @@ def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Secti
 
 def how_sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> Section:
     """Whether other temperature filters, correlations or safety factors would turn a verdict."""
-    rows: list[tuple[str, Text]] = []
+    rows = []
     for found in worst_first(noise_judgements(cases)):
         case, j = found.decides
-        rows.append(
-            (f"{capital(output_title(found.output))}: {ratio_text(j.ratio)} in case {case.id}", how_sure(case, j))
-        )
+        rows.append(row(capital(output_title(found.output)), _where(case, j.ratio), how_sure(case, j)))
     text = (
-        "A verdict rests on assumptions. Whether other ones would turn it, changed one at a time: other temperature"
-        " filters; other correlations of the areas, between the blocks of the case and inside of them; no safety"
-        " factor."
-        " Every number is in ",
+        "A verdict rests on assumptions: temperature filter, correlation of the areas, safety factor. Every ratio under"
+        " other ones is in ",
         Ref("sure"),
         ".",
     )
-    return Section(
-        "sure", "Evidence: how sure the verdicts are", "How sure", (Paragraph(text), Facts(tuple(rows)), *figures)
-    )
+    caption = "Whether other assumptions would turn a verdict, changed one at a time."
+    table = Table(columns("Output", "Ratio", "With others", text=(0, 1, 2)), tuple(rows), caption, tight=True)
+    return Section("sure", "Evidence: how sure the verdicts are", "How sure", (Paragraph(text), table, *figures))
 
 
 def key_figures_section(

@@ -24,10 +24,12 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
+from tedm_cli.report.dynamics import SECTION
 from tedm_cli.report.evidence import factor_cell, few, improvement_key, ratio_cell
 from tedm_cli.report.summary import Loop, Noise
 from tedm_cli.report.verdicts import Titles, exceeding, loop_judgements, noise_judgements, worst_first
 from tedm_cli.results.dynamics import ClosedLoop
+from tedm_cli.results.field import worst_at_rest
 from tedm_cli.results.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput
 from tedm_cli.results.titles import BY, at_rest_title, output_title
 from tedm_cli.results.wording import (
@@ -36,14 +38,13 @@ from tedm_cli.results.wording import (
     clause,
     count,
     mhz_text,
-    percent,
+    number_word,
     power_text,
     ratio_text,
     sci,
     unit_text,
 )
 
-_LEAST = 0.01  # shares of a closed loop's output below this have no remedy
 _MEASURE = {
     SILENCED: "Areas without any noise",
     QUIETER: "The same areas with a tenth of their noise",
@@ -193,7 +194,9 @@ def _stability(noise: Noise, areas: AreaTable) -> Table:
 
 def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
     """What compensation masses, or masses moved, must take up."""
-    shown = [v for v in outside if v.whole] or list(outside)
+    whole = [v for v in outside if v.whole]
+    parts = [v for v in outside if not v.whole]
+    shown = whole or parts
     rows = []
     for v in sorted(shown, key=lambda v: -v.ratio):
         nearest = v.upper if v.value > 0.0 else v.lower
@@ -207,69 +210,70 @@ def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
                 unit_text(v.unit),
             )
         )
-    text: Text = (
+    words: list[str | Strong | Ref | Link] = [
         Strong("Balance the static field"),
         f" by compensation masses or by moving masses: it exceeds its allocation in {len(outside)} of"
-        f" {count(judged, 'figure')}. ",
+        f" {count(judged, 'figure')}. How much must be taken up at least is in ",
         Ref("balance"),
-        " says how much must be taken up at least; all figures are in ",
+        "; all figures are in ",
         Ref("at rest"),
         ".",
-    )
+    ]
+    if whole and parts:
+        worst = worst_at_rest(parts)
+        words.append(
+            f" {capital(number_word(len(parts)))} of them {'are' if len(parts) > 1 else 'is'} of inertial sensor or"
+            " rest of"
+            f" the LTP alone (the worst is {ratio_text(worst.ratio)} times its limit), which pull against each other:"
+            " balance each by itself, or share the allocation between them anew."
+        )
     head = columns(*("Figure", "By", "Value", "Limit", "To take up", "Unit"), text=(0, 1, 5))
     caption = (
         "The field at rest that exceeds its allocation"
-        + (", of inertial sensor and rest of the LTP together," if shown[0].whole else "")
+        + (", inertial sensor and rest of the LTP together," if whole else "")
         + " and what must be taken up at least."
     )
-    return [Paragraph(text), Table(head, tuple(rows), caption, tight=True, key="balance")]
+    return [Paragraph(tuple(words)), Table(head, tuple(rows), caption, tight=True, key="balance")]
 
 
 def _closed_loop(closed: Loop, unbalanced: bool, titles: Titles) -> list[Block]:
-    """For each output the group of sources that alone would do, or else the largest."""
-    rows, decisive = [], []
+    """For each output the fewest groups of sources that would do, and how quiet they had to be."""
+    rows: list[Row] = []
+    decisive: list[str] = []
     for found in closed:
         case, j = found.decides
-        groups = j.largest(len(j.share), _LEAST)
-        doing = [g for g, _ in groups if np.isfinite(j.factor[g]) and j.factor[g] < 1.0]
-        group = (doing or [g for g, _ in groups])[0]
-        decisive.append(group)
+        quieter = case.quieter(j)
+        decisive += list(quieter.factor)
         rows.append(
             row(
-                Cell(capital(output_title(found.output))),
+                capital(output_title(found.output)),
                 titles(found.requirement),
                 f"case {case.id}",
                 ratio_cell(j.ratio),
-                f"{group} ({percent(j.share[group])})",
-                factor_cell(j.factor[group]),
-                ratio_cell(j.silenced[group]),
+                and_text([f"{group} to {ratio_text(factor)}" for group, factor in quieter.factor.items()]),
+                ratio_cell(quieter.without),
             )
         )
     names = list(dict.fromkeys(decisive))
     words: list[str | Strong | Ref | Link] = [
         Strong(f"Lower the noise of {and_text(names)}"),
-        " by the factors of ",
+        " by the factors in ",
         Ref("loop remedy"),
         ". ",
     ]
     if ACTUATION in names and unbalanced:
-        words += [
+        words.append(
             "In the noise of LISA Pathfinder that is preset, actuation noise grows with the acceleration at rest that"
-            " has to"
-            " be held: balancing the field, above, lowers it too. "
-        ]
-    words += ["Budgets and all groups: ", Link("closed loop", "loop"), "."]
+            " has to be held: balancing the field, above, lowers it too. "
+        )
+    words += ["Budgets are in ", Link("the evidence", SECTION), ", every group by itself in ", Ref("loop groups"), "."]
     head = columns(
-        *(
-            "Output",
-            "Requirement",
-            "Case",
-            "Ratio\n(1)",
-            "Quieten\n(share of the power)",
-            "Factor on its\namplitude (1)",
-        ),
-        "Ratio\nwithout it (1)",
+        *("Output", "Requirement", "Case", "Ratio\n(1)", "Sources, to this part\nof their amplitude"),
+        "Ratio without\nthem (1)",
         text=(0, 1, 2, 4),
     )
-    text = "The group of sources to quieten, the factor on it alone that would do, and the ratio without it."
+    text = (
+        "The fewest groups of sources to quieten, factors on their amplitudes that together just meet the requirement,"
+        " and the ratio without these groups."
+    )
     return [Paragraph(tuple(words)), Table(head, tuple(rows), text, tight=True, key="loop remedy")]

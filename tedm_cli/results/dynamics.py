@@ -118,6 +118,14 @@ class LoopOutput:
         return [(name, share) for name, share in order if share >= least]
 
 
+@dataclass(frozen=True)
+class Quieter:
+    """By group of sources, factors on amplitudes that together meet a requirement, and the ratio without the groups."""
+
+    factor: dict[str, float]
+    without: float
+
+
 @dataclass(frozen=True, eq=False)
 class SimulatedCase:
     """One case in closed loop, at `frequency_hz` [F]."""
@@ -136,6 +144,31 @@ class SimulatedCase:
         """Limits that judge one output."""
         names = {j.requirement for j in self.judged if j.output == output}
         return [q for q in self.limits if q.name in names]
+
+    def quieter(self, j: LoopOutput) -> Quieter:
+        """The fewest groups of sources that together can meet the requirement of an output, and how quiet they must be.
+
+        Groups are taken one after the other, each the largest where those before it leave the most too much. What the
+        others leave of the limit is shared equally between them, and their factors raised until the limit is just met.
+        """
+        limit = next(q for q in self.limits if q.name == j.requirement)
+        inside = np.isfinite(limit.amplitude)
+        allowed = (limit.amplitude[inside] / self.safety_factor) ** 2
+        rest = {name: asd[inside] ** 2 for name, asd in j.group_asd.items()}
+        chosen: dict[str, FloatArray] = {}
+        while rest:
+            over = np.sum(list(rest.values()), axis=0) / allowed
+            worst = int(over.argmax())
+            if chosen and over[worst] < 1.0:
+                break
+            name = max(rest, key=lambda name: rest[name][worst])
+            chosen[name] = rest.pop(name)
+        left = np.sum(list(rest.values()), axis=0) if rest else np.zeros(len(allowed))
+        room = allowed - left
+        power = {name: min(1.0, _smallest(room / len(chosen), own)) for name, own in chosen.items()}
+        raised = _smallest(room, np.sum([power[name] * own for name, own in chosen.items()], axis=0))
+        factor = {name: float(np.sqrt(min(1.0, raised * power[name]))) for name in chosen}
+        return Quieter(factor, float(np.sqrt((left / allowed).max())))
 
     def budget_range(self, j: LoopOutput) -> tuple[float, float]:
         """Amplitudes that a budget of the output shows, the safety factor included."""
@@ -189,6 +222,11 @@ class ClosedLoop:
         """The verdict on Δg that decides; where Δg is not judged, the worst of those that do; None without any."""
         pairs = [deciding(pairs) for pairs in self.pairs().values()]
         return self.deciding_delta_g() or (worst_of(pairs) if pairs else None)
+
+
+def _smallest(room: FloatArray, power: FloatArray) -> float:
+    """Smallest ratio of `room` to `power` [F] where there is any power."""
+    return float(np.divide(room, power, out=np.full(len(power), np.inf), where=power > 0.0).min())
 
 
 def read_closed_loop(dynamics: Reader | None, simulations: Sequence[Reader]) -> ClosedLoop | None:
