@@ -118,11 +118,11 @@ def loop_detail_section(found: ClosedLoop, ids: Sequence[str], figures: Sequence
     return Section("loop-details", "Closed loop", "Closed loop", tuple(blocks))
 
 
-def _row(cases: str, j: LoopOutput, titles: Titles) -> Row:
+def _row(cases: str, j: LoopOutput, titles: Titles, label: str = "") -> Row:
     margin = ratio_text(1.0 / j.ratio) if j.ratio > 0.0 else "any"
     made_of = ", ".join(f"{group} {percent(share)}" for group, share in j.largest(_NAMED, _LEAST))
     verdict, ratio = verdict_cell(j.passed), ratio_cell(j.ratio)
-    named = Cell(capital(output_title(j.output)), label=j.output), titles(j.requirement)
+    named = Cell(capital(output_title(j.output)), label=label), titles(j.requirement)
     return row(*named, cases, verdict, ratio, margin, mhz_text(j.binding_hz), made_of)
 
 
@@ -138,8 +138,10 @@ def _every(pairs: dict[tuple[str, str], list[Pair]], titles: Titles) -> Table:
         alike: dict[Row, list[Pair]] = {}
         for case, j in of_one:
             if case.role != DIAGNOSTIC:
-                alike.setdefault(_row("", j, titles), []).append((case, j))
-        rows += [_row(", ".join(case.id for case, _ in same), same[0][1], titles) for same in alike.values()]
+                alike.setdefault(_row("", j, titles, j.output), []).append((case, j))
+        for same in alike.values():
+            j = same[0][1]
+            rows.append(_row(", ".join(case.id for case, _ in same), j, titles, j.output))
     return _table(rows, "Cases", "Every verdict in closed loop, without diagnostic cases.")
 
 
