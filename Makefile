@@ -21,7 +21,7 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f)
 .PHONY: FORCE help all test check format bench sample-small clean distclean
 
 help: ## Show this help
-	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md)"
+	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md; report_annex)"
 	@echo "make test     set up and run the tests"
 	@echo "make check    lint and types"
 	@echo "make format   format the code"
@@ -138,5 +138,6 @@ $(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(wildcard $(BUILD)/se
 	$(TEDM) plot $(OPTIONS)
 	@touch $@
 
-$(BUILD)/report.html: $(BUILD)/figures.stamp
+# Writes report.pdf and .md as well, and the annex of each.
+$(BUILD)/report.html: $(BUILD)/figures.stamp $(PROJECT)
 	$(TEDM) report $(OPTIONS)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.cli.printing.titles import legend_lines
 
 if TYPE_CHECKING:
     from tedm_cli.dynamics.judging import JudgedOutput
@@ -63,6 +64,7 @@ def simulation_lines(path: Path, r: Simulation) -> list[str]:
         rows.append((v.output, v.requirement, *numbers, verdict, _dominating(r, j)))
     head = ("output", "requirement", "noise", "limit", "ratio", "margin", "at mHz", "verdict", "made of")
     lines += table(head, rows, right=(2, 3, 4, 5, 6))
+    lines += legend_lines((j.verdict.output, j.verdict.requirement) for j in r.judged)
     if r.realised is not None:
         ratio = r.realised.ratio.mean(axis=1)
         parts = ", ".join(f"{label} {value:.3f}" for label, value in zip(r.realised.labels, ratio, strict=True))
