@@ -51,8 +51,7 @@ def what_cases_stand_for(cases: Sequence[CaseNoise]) -> Table:
     head = columns("Case", "Role", "Correlation", "Why it is looked at", text=(0, 1, 2, 3))
     caption = (
         "What the cases stand for. Likely cases decide; possible ones can occur; diagnostic ones isolate a part and"
-        " decide"
-        " nothing."
+        " decide nothing."
     )
     return Table(head, reasons, caption, tight=True, key="roles")
 

@@ -201,7 +201,9 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
 def _annex_words(sections: Sequence[Section]) -> Section:
     """What the annex holds, section by section."""
     links = [piece for s in sections for piece in (Link(s.title, s.id), "; ")][:-1]
-    return Section("more", "The annex", "Annex", (Paragraph(("The annex holds everything else: ", *links, ".")),))
+    return Section(
+        "more", "What the annex holds", "In the annex", (Paragraph(("The annex holds everything else: ", *links, ".")),)
+    )
 
 
 def _about(inputs: ReportInputs) -> Section:

@@ -240,7 +240,5 @@ def field_words(dc: Sequence[DcVerdict]) -> str:
     )
     return (
         f"{how}; the worst is the {at_rest_title(worst.quantity, worst.test_mass)} by {BY[worst.subsystem]},"
-        f" {sci(worst.value)} {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit (nominal"
-        " frame of"
-        " the test mass)."
+        f" {sci(worst.value)} {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit."
     )

@@ -79,9 +79,9 @@ def closed_loop_section(found: ClosedLoop, words: Paragraph, figures: Sequence[F
     blocks: list[Block] = [
         words,
         Paragraph(
-            "The outputs of the drag-free loop with all of its noise: the temperatures of a case push the test masses"
-            " and shift what the controller hears at once, beside the sources of the loop itself. Made of: parts of the"
-            " noise power at the frequency that binds, by group of sources; the temperatures are called thermal."
+            "All noise of the drag-free loop at once: the temperatures (thermal) push the test masses and shift what"
+            " the controller hears, beside the sources of the loop itself. Made of: parts of the noise power at the"
+            " frequency that binds."
         ),
     ]
     if pairs := found.pairs():
@@ -164,8 +164,7 @@ def _help(decided: Sequence[Pair], titles: Titles) -> list[Block]:
         return []
     text = (
         "What would help where a requirement is violated in closed loop: the ratio without one group of sources, and"
-        " the factor on its"
-        " amplitude, the others unchanged, that just meets the requirement."
+        " the factor on its amplitude, the others unchanged, that just meets the requirement."
     )
     head = columns("Group", "Share", "Ratio without\n(1)", "Factor\n(1)", text=(0,))
     return [Table(head, tuple(rows), text, key="loop groups")]

@@ -42,16 +42,14 @@ def why_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[
     for case, j in deciding_pairs(cases):
         text = (
             f"{capital(output_title(j.output))} ({j.output}), case {case.id}: what makes {ratio_text(j.ratio)} times"
-            " the"
-            f" limit of {titles(j.requirement)} at {mhz_text(j.contribution_hz)}."
+            f" the limit of {titles(j.requirement)} at {mhz_text(j.contribution_hz)}."
         )
         tables.append(Columns(tuple(_parts(j, areas)), text))
     text = (
         "Each judged output in the case that decides its verdict: the worst of the likely ones where they violate it,"
         " or else the worst of all that can occur. Share: part of the noise power, at the binding frequency and over"
         " the requirement's band. The shares of an output sum to the whole; inside a correlated block they carry a"
-        " sign."
-        " Where large terms cancel, a share is told as a multiple of the whole (×) in place of a percentage."
+        " sign. Where large terms cancel, a share is told as a multiple of the whole (×) in place of a percentage."
         " Contribution: sensitivity × temperature noise at the binding frequency, without the safety factor."
     )
     return Section("contributors", "What the noise comes from", "Contributors", (Paragraph(text), *figures, *tables))

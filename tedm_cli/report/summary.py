@@ -167,8 +167,7 @@ def _parameters(first: Judgement[CaseNoise, JudgedOutput], cases: Sequence[CaseN
     rows.append(row("Band", band, f"binds at {mhz_text(j.binding_hz)}"))
     text = (
         f"The parameters that decide, and what the ratio {ratio_text(j.ratio)} of the {output_title(first.output)}"
-        " would be"
-        " with others, one changed at a time."
+        " would be with others, one changed at a time."
     )
     return Table(columns("Parameter", "Here", "With another value", text=(0, 1, 2)), tuple(rows), text, tight=True,
                  key="parameters")  # fmt: skip

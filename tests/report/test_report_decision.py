@@ -118,8 +118,7 @@ def test_the_sentence_counts_what_exceeds_and_names_the_worst() -> None:
     text = sentence([case("1", "likely", judged(0.2))], dc)
     assert text == (
         "The requirements are not met: the field at rest exceeds its allocation in 2 of 3 figures (the worst is 3.00"
-        " times"
-        " its limit)."
+        " times its limit)."
     )
     assert field_words(dc).startswith("exceeds its allocation in 2 of 3 figures; the worst is the acceleration of test")
     assert field_words([PASSED_DC]).startswith("is within its allocation in 1 figure")

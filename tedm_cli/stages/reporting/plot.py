@@ -99,8 +99,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             f"all_{kind}.svg",
             "all cases",
             f"All cases: {title}, amplitude spectral density with the safety factor applied; a curve above the black"
-            " one"
-            f" violates the requirement.{_flight_words(cases[0], kind)}",
+            f" one violates the requirement.{_flight_words(cases[0], kind)}",
             all_cases,
             partial(draw.overlay, cases, kind),
             decides=True,
@@ -170,8 +169,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         "field_at_rest.svg",
         "field",
         f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(results.sensitivity))}:"
-        " right"
-        " of 1 it exceeds it;"
+        " right of 1 it exceeds it;"
         " theta, eta and phi turn about x, y and z.",
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
         partial(draw.field_at_rest, results.sensitivity),
