@@ -27,7 +27,7 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f -o -
 .PHONY: FORCE help all test quick check format bench sample-small clean distclean
 
 help: ## Show this help
-	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md) and view.html"
+	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md), its annex, view.html"
 	@echo "make test     set up and run the tests"
 	@echo "make quick    run the tests of the pure rooms and of one chain: about a minute"
 	@echo "make check    lint and types"
@@ -168,7 +168,8 @@ $(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMU
 	$(TEDM) plot $(OPTIONS)
 	@touch $@
 
-$(BUILD)/report.html: $(BUILD)/figures.stamp
+# Writes report.pdf and .md as well, and the annex of each.
+$(BUILD)/report.html: $(BUILD)/figures.stamp $(PROJECT)
 	$(TEDM) report $(OPTIONS)
 
 $(BUILD)/view.html: $(CASE_FILES) $(SIMULATION_FILES) $(wildcard $(BUILD)/series_*.h5)

@@ -115,6 +115,7 @@ MATRIX_ENTRY = Quantity("matrix entry", "in its unit", -1e20, 1e20)
 
 # Whole numbers. Ids of Nastran have at most nine digits.
 ID = Quantity("Nastran id", "", 1, 999_999_999)
+ISSUE = Quantity("issue", "", 0, 9_999)
 FRAME_ID = Quantity("id of a coordinate system", "", 0, 999_999_999)
 GAUSS_POINTS = Quantity("number of Gauss points", "", 3, 16)
 GRID_POINTS = Quantity("number of frequencies", "", 2, 100_000)

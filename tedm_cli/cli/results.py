@@ -68,15 +68,19 @@ def report(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="One .html, .pdf or .md file instead of all three.")
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="One .html, .pdf or .md file instead of all three; its annex lies beside it."
+        ),
     ] = None,
     fmt: Annotated[list[_ReportFormat] | None, typer.Option("--format", help="Only this one; may be repeated.")] = None,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Write the report: HTML, PDF and Markdown.
+    """Write the report and its annex: HTML, PDF and Markdown.
 
-    Decision first: verdicts, why, how sure, what would change them; then the evidence. The page needs no other file.
+    Decision first, then what to do, then the evidence that decides; the annex (report_annex) holds all else. The pages
+    need no other file. [report] in the project file gives title, mission, issue, date and prepared_by.
     """
     from tedm_cli.stages.reporting.report import report as stage
 

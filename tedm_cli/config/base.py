@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
 from tedm_cli import quantities as q
@@ -46,6 +46,16 @@ class Bounded:
         return value
 
 
+def _one_line(text: str) -> str:
+    """A text that is seen, in one line."""
+    if not text.strip():
+        raise ValueError("must not be blank; leave the key out")
+    if unseen := [c for c in text if not c.isprintable()]:
+        raise ValueError(f"must be one line of printable text; it holds {unseen[0]!r}")
+    return text
+
+
+OneLine = Annotated[str, Field(max_length=200), AfterValidator(_one_line)]
 Length = Annotated[float, Bounded(q.LENGTH)]
 LengthOrZero = Annotated[float, Bounded(q.LENGTH_OR_ZERO)]
 LengthTolerance = Annotated[float, Bounded(q.LENGTH_TOLERANCE)]

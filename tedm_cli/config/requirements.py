@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from tedm_cli.config.base import Frequency, Strict
+from tedm_cli.config.base import Frequency, OneLine, Strict
 from tedm_cli.config.correlation import Names
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.requirements import AppliedRequirement, Requirement, tabulated
@@ -25,6 +25,7 @@ class RequirementTable(Strict):
 
     Without `table` the name is that of a preset. `table` is a CSV with the columns `frequency_hz` and `amplitude` (in
     the unit of `quantity` per √Hz), straight between its points in log-log; its band is all of them unless given.
+    `title` is what the report calls it.
     """
 
     table: str | None = None
@@ -34,6 +35,7 @@ class RequirementTable(Strict):
     quantity: Literal["acceleration", "angular_acceleration", "displacement", "angle"] | None = None
     band_hz: Annotated[list[Frequency], Field(min_length=2, max_length=2)] | None = None
     source: str | None = None
+    title: OneLine | None = None
 
     @field_validator("name")
     @classmethod
@@ -61,10 +63,11 @@ class RequirementTable(Strict):
     def requirement(self) -> Requirement:
         """The requirement; raises `InputError` or `ConfigError` for its table."""
         if self.table is None:
-            return replace(PRESETS[self.name], applies_to=self.applies_to)
+            preset = PRESETS[self.name]
+            return replace(preset, applies_to=self.applies_to, title=self.title or preset.title)
         rows = read_table(Path(self.table), COLUMNS)
         frequency_hz, amplitude = (np.array([row.number[c] for row in rows]) for c in COLUMNS)
-        return tabulated(
+        own = tabulated(
             self.name,
             str(self.quantity),
             frequency_hz,
@@ -74,6 +77,7 @@ class RequirementTable(Strict):
             source=self.source or f"table {Path(self.table).name}",
             where=self.table,
         )
+        return replace(own, title=self.title or "")
 
     def applied(self) -> AppliedRequirement:
         """The requirement with the outputs it judges."""

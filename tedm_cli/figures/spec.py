@@ -16,10 +16,14 @@ PAGE_WIDTH, PAGE_HEIGHT = 8.75, 10.0
 
 @dataclass(frozen=True)
 class FigureSpec:
-    """A figure: name of its file, section of the report, caption, what it is drawn from, and how."""
+    """A figure: name of its file, section of the report, caption, what it is drawn from, and how.
+
+    `decides`: it is shown in the report itself, as part of the evidence that decides; else in the annex.
+    """
 
     name: str
     section: str
     caption: str
     sources: tuple[str, ...]
     draw: Callable[[], Figure]
+    decides: bool = False

@@ -23,6 +23,22 @@ _TAIJI_SOURCE = (
 )
 _TIANQIN_SOURCE = "level: Luo J. et al., Class. Quantum Grav. 33 (2016) 035010, table 1"
 
+#: Plain titles, for readers who do not know the names.
+_TITLE = {
+    "lpf_acceleration": "LISA Pathfinder, acceleration noise",
+    "lpf_selfgravity_ltp": "LISA Pathfinder, self-gravity noise of the LTP",
+    "lpf_readout_item": "LISA Pathfinder, one noise source of the read-out",
+    "lpf_readout": "LISA Pathfinder, read-out noise",
+    "lisa_acceleration": "LISA, acceleration noise of one test mass",
+    "lisa_acceleration_differential": "LISA, differential acceleration noise",
+    "lpf_jitter": "LISA Pathfinder, jitter between test mass and spacecraft",
+    "lisa_oms": "LISA, optical metrology of one link",
+    "taiji_acceleration": "Taiji, acceleration noise of one test mass",
+    "taiji_oms": "Taiji, optical metrology of one link",
+    "tianqin_acceleration": "TianQin, acceleration noise of one test mass",
+    "tianqin_oms": "TianQin, optical metrology of one link",
+}
+
 
 def _scaled(level: float, shape: Shape) -> Shape:
     return lambda f: level * shape(f)
@@ -60,7 +76,9 @@ def _preset(
     source: str,
     kinks_hz: tuple[float, ...] = (),
 ) -> Requirement:
-    return Requirement(name, kind, UNITS[kind], band_hz, _scaled(level, shape), source, "single", kinks_hz)
+    return Requirement(
+        name, kind, UNITS[kind], band_hz, _scaled(level, shape), source, "single", kinks_hz, _TITLE[name]
+    )
 
 
 PRESETS: dict[str, Requirement] = {

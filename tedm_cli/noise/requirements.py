@@ -34,6 +34,7 @@ class Requirement:
     source : document and equation the limit is from.
     applies_to : `single` for one test mass, `differential` for the difference of two.
     kinks_hz : frequencies at which the limit has a kink; a frequency grid should hold them.
+    title : in plain words; empty where there is none but the name.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Requirement:
     source: str
     applies_to: str = "single"
     kinks_hz: tuple[float, ...] = ()
+    title: str = ""
 
     @property
     def grid_hz(self) -> tuple[float, ...]:

@@ -1,39 +1,69 @@
-"""The report: what the results say, arranged for its readers. Computes next to nothing."""
+"""The report and its annex: what the results say, arranged for their readers. Computes next to nothing."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from dataclasses import field as default
+from functools import partial
 
 from tedm_cli import __version__
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.report.cases import cases_section, spectra_section
-from tedm_cli.report.decision import decision_section, summary
-from tedm_cli.report.document import Document, Figure, Paragraph, Section
-from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words
+from tedm_cli.report.cases import cases_section, every_case_section, spectra_section
+from tedm_cli.report.decision import cards_section
+from tedm_cli.report.document import Block, Document, Figure, FileLink, Link, Paragraph, Section
+from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words, loop_detail_section
 from tedm_cli.report.evidence import change_section, sure_section, why_section
 from tedm_cli.report.field import field_section
 from tedm_cli.report.model import model_section
+from tedm_cli.report.numbering import numbered
 from tedm_cli.report.optics import optics_section
+from tedm_cli.report.proof import (
+    assumptions_section,
+    at_rest_section,
+    binding_section,
+    how_sure_section,
+    key_figures_section,
+)
 from tedm_cli.report.provenance import ReportFile, provenance_section
+from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.series import series_section
+from tedm_cli.report.summary import summary_section
+from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.dynamics import ClosedLoop
+from tedm_cli.results.dynamics_in_time import IN_TIME
 from tedm_cli.results.field import FieldAtRest
 from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsQuality, ReadOuts
 from tedm_cli.results.series import SeriesSummary
+from tedm_cli.results.titles import requirement_title
 
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure to be placed in a section of the report: its caption, and the name and the text of its SVG file."""
+    """A figure to be placed in a section: its caption, and the name and the text of its SVG file.
+
+    `decides`: it belongs to the evidence that the report itself shows; the others are in the annex.
+    """
 
     section: str
     caption: str
     svg: str
     file: str
+    decides: bool = False
+
+
+@dataclass(frozen=True)
+class Front:
+    """The title block; empty texts are not given."""
+
+    title: str = ""
+    mission: str = ""
+    issue: str = ""
+    date: str = ""
+    prepared_by: str = ""
 
 
 @dataclass(frozen=True)
@@ -41,6 +71,8 @@ class ReportInputs:
     """All that a report is made from; `files` are all result files in the order of the chain.
 
     `closed_loop` is None where there are not two `test_masses`, or where it has not been simulated.
+    `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report
+    that shows the model, or "".
     """
 
     title: str
@@ -56,51 +88,145 @@ class ReportInputs:
     closed_loop: ClosedLoop | None
     files: list[ReportFile]
     figures: list[ReportFigure]
+    front: Front = Front()
+    requirement_titles: Mapping[str, str] = default(default_factory=dict)
+    model_view: str = ""
 
 
-def document_of(inputs: ReportInputs) -> Document:
-    """The report: decision first, then why, how sure and what to change, then the evidence.
+@dataclass(frozen=True)
+class _Figures:
+    """Figures by the section they belong to, of the report and of the annex."""
+
+    report: dict[str, list[Figure]]
+    annex: dict[str, list[Figure]]
+
+    @property
+    def all(self) -> list[Figure]:
+        return [figure for of in (self.report, self.annex) for section in of.values() for figure in section]
+
+
+def documents_of(inputs: ReportInputs) -> tuple[Document, Document]:
+    """The report and its annex, numbered, with references to each other.
 
     Raises
     ------
     InputError : files stem from different versions of one configuration.
     """
-    areas = inputs.areas
-    figures = _figures(inputs.figures)
-    ids = [case.id for case in inputs.cases]
-    said = closed_loop_words(inputs.closed_loop, inputs.test_masses, ids)
-    sections = [decision_section(inputs.cases, areas, inputs.field.verdicts, said, figures)]
-    if any(c.judged for c in inputs.cases):
+    figures, titles = _figures(inputs.figures), partial(requirement_title, own=inputs.requirement_titles)
+    subject = inputs.front.title or "Thermo-elastic distortion: self-gravity and read-out noise against requirements"
+    others = _annex_sections(inputs, figures, titles)
+    sections = (*_report_sections(inputs, figures.report, titles), _annex_words(others))
+    report = Document(inputs.title, subject, __version__, sections, front=_front(inputs.front))
+    annex = Document(
+        inputs.title,
+        f"Annex to: {subject}",
+        __version__,
+        (_about(inputs), *others),
+        front=_front(inputs.front),
+        mark="A",
+    )
+    first, second = numbered([report, annex])
+    return first, second
+
+
+def _front(front: Front) -> tuple[tuple[str, str], ...]:
+    rows = (
+        ("Mission", front.mission),
+        ("Issue", front.issue or "not given"),
+        ("Date", front.date or "not given"),
+        ("Prepared by", front.prepared_by),
+        ("Made by", f"tedm {__version__}"),
+    )
+    return tuple((name, value) for name, value in rows if value)
+
+
+def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], titles: Titles) -> tuple[Section, ...]:
+    """Decision, remedy, and the evidence that decides."""
+    cases, areas, dc, loop = inputs.cases, inputs.areas, inputs.field.verdicts, inputs.closed_loop
+    ids = [case.id for case in cases]
+    words = closed_loop_words(loop, inputs.test_masses, ids, titles)
+    judged = any(c.judged for c in cases)
+    sections = [
+        summary_section(cases, dc, loop, words, titles, inputs.model_view),
+        remedy_section(cases, areas, dc, loop, titles, figures["improvement"]),
+        cases_section(cases, [*figures["verdict"], *figures["all cases"]]),
+    ]
+    if judged:
+        sections.append(binding_section(cases, areas, figures["contributors"]))
+    sections.append(at_rest_section(dc, figures["field"]))
+    if loop is not None:
+        sections.append(closed_loop_section(loop, words, figures["closed loop"], titles))
+    if judged:
+        sections.append(how_sure_section(cases, figures["certainty"]))
+    sections += [
+        key_figures_section(
+            inputs.model, inputs.distortion, inputs.field, inputs.optics, inputs.read_outs, areas, loop
+        ),
+        assumptions_section(cases, inputs.field, loop, titles),
+    ]
+    return tuple(sections)
+
+
+def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> tuple[Section, ...]:
+    """Everything else."""
+    cases, areas, loop, of = inputs.cases, inputs.areas, inputs.closed_loop, figures.annex
+    words = closed_loop_words(loop, inputs.test_masses, [case.id for case in cases], titles)
+    sections = [cards_section(cases, areas, inputs.field.verdicts, words, titles)]
+    sections.append(every_case_section(cases, [*of["verdict"], *of["all cases"]], titles))
+    if of["cases"]:
+        sections.append(spectra_section(of["cases"]))
+    if any(c.judged for c in cases):
         sections += [
-            why_section(inputs.cases, areas, figures),
-            sure_section(inputs.cases, figures),
-            change_section(inputs.cases, areas, figures),
+            why_section(cases, areas, of["contributors"], titles),
+            sure_section(cases, of["certainty"]),
+            change_section(cases, areas, of["improvement"], titles),
         ]
-    sections.append(cases_section(inputs.cases, figures))
-    if figures["cases"]:
-        sections.append(spectra_section(figures))
-    if inputs.closed_loop is not None:
-        sections.append(closed_loop_section(inputs.closed_loop, ids, figures))
+    if loop is not None:
+        ids = [case.id for case in cases]
+        sections.append(loop_detail_section(loop, ids, of["closed loop"], of[IN_TIME], titles))
     if inputs.series:
-        sections.append(series_section(inputs.series, figures))
+        sections.append(series_section(inputs.series, of["series"], titles))
     text = (
         "Response to one kelvin in one thermal area. Cells at the dark end of a scale may lie below it (zero by"
         " symmetry)."
     )
     sections += [
-        Section("sensitivity", "Sensitivity by area", "Sensitivity", (Paragraph(text), *figures["sensitivity"])),
-        field_section(inputs.field, figures),
-        optics_section(inputs.optics, inputs.read_outs, areas, figures),
+        Section("sensitivity", "Sensitivity by area", "Sensitivity", (Paragraph(text), *of["sensitivity"])),
+        field_section(inputs.field, of["field"]),
+        optics_section(inputs.optics, inputs.read_outs, areas, of),
         model_section(inputs.model, inputs.distortion),
-        provenance_section(inputs.files, [f for section in figures.values() for f in section]),
+        provenance_section(inputs.files, figures.all),
     ]
-    subject = "Thermo-elastic distortion: self-gravity and read-out noise against requirements"
-    return Document(inputs.title, subject, __version__, tuple(sections), (summary(sections[0]),))
+    return tuple(sections)
 
 
-def _figures(figures: Sequence[ReportFigure]) -> dict[str, list[Figure]]:
-    """Figures by the section they belong to; no list for a section without."""
-    found: dict[str, list[Figure]] = defaultdict(list)
+def _annex_words(sections: Sequence[Section]) -> Section:
+    """What the annex holds, section by section."""
+    links = [piece for s in sections for piece in (Link(s.title, s.id), "; ")][:-1]
+    return Section(
+        "more", "What the annex holds", "In the annex", (Paragraph(("The annex holds everything else: ", *links, ".")),)
+    )
+
+
+def _about(inputs: ReportInputs) -> Section:
+    blocks: list[Block] = [
+        Paragraph(
+            (
+                "All that the report itself leaves out. The decision and what to do are in ",
+                Link("the report", "verdict"),
+                ".",
+            )
+        )
+    ]
+    if inputs.model_view:
+        blocks.append(Paragraph(("The model with its motions: ", FileLink(inputs.model_view, inputs.model_view), ".")))
+    return Section("annex", "What this annex holds", "About", tuple(blocks))
+
+
+def _figures(figures: Sequence[ReportFigure]) -> _Figures:
+    """Figures by document and section; no list for a section without."""
+    found = _Figures(defaultdict(list), defaultdict(list))
     for number, figure in enumerate(figures):
-        found[figure.section].append(Figure(f"f{number}", figure.caption, figure.svg, figure.file))
+        of = found.report if figure.decides else found.annex
+        of[figure.section].append(Figure(f"f{number}", figure.caption, figure.svg, figure.file))
     return found

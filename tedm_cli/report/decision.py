@@ -1,4 +1,4 @@
-"""What a reader must know first: the verdict on each requirement, how sure it is, what limits it, what would help."""
+"""Each requirement in detail: the verdict in every case, how sure it is, what limits it, what would help."""
 
 from __future__ import annotations
 
@@ -8,69 +8,64 @@ import numpy as np
 
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.report.document import Block, Facts, Figure, Link, Paragraph, Section, State, Strong, Text, VerdictCard
-from tedm_cli.results.deciding import (
-    DIAGNOSTIC,
-    LIKELY,
-    POSSIBLE,
-    Pair,
-    by_requirement,
-    deciding,
-    possible_of,
-    worst_of,
-)
-from tedm_cli.results.field import symbol, worst_at_rest
+from tedm_cli.report.document import Label, Link, Paragraph, Ref, Section, State, Strong, Text, VerdictCard
+from tedm_cli.report.evidence import cancels, few, improvement_key
+from tedm_cli.report.verdicts import Titles, exceeding, state_of
+from tedm_cli.results.deciding import LIKELY, Pair, by_requirement, deciding, possible_of, without_repeats, worst_of
+from tedm_cli.results.field import worst_at_rest
 from tedm_cli.results.noise import MATCHED, SILENCED, WAYS, CaseNoise, JudgedOutput, Limit
-from tedm_cli.results.wording import and_text, count, mhz_text, percent, ratio_text, sci, span, unit_text
+from tedm_cli.results.titles import BY, at_rest_title, output_title
+from tedm_cli.results.wording import (
+    and_text,
+    capital,
+    clause,
+    count,
+    mhz_text,
+    number_word,
+    percent,
+    ratio_text,
+    sci,
+    span,
+    unit_text,
+)
 
 _NAMED = 3  # groups, areas and optical elements named in a sentence
 _ORDER: tuple[State, ...] = ("violated", "open", "met")
-_CANCELLED = 1.5  # sum of the sizes of shares from which on areas are said to cancel
 _SMALL = 0.05  # shares of the power below this are not named
+_LARGE = 0.1  # of the largest contribution: a term of this size is a large one
 
 
-def decision_section(
-    cases: Sequence[CaseNoise],
-    areas: AreaTable,
-    dc: Sequence[DcVerdict],
-    closed_loop: Paragraph,
-    figures: dict[str, list[Figure]],
+def cards_section(
+    cases: Sequence[CaseNoise], areas: AreaTable, dc: Sequence[DcVerdict], closed_loop: Paragraph, titles: Titles
 ) -> Section:
-    """A card for each requirement and one for the field at rest, the worst first, then what they rest on.
+    """A card for each requirement and one for the field at rest, the worst first.
 
     `closed_loop` is what is to be said of the drag-free loop here.
     """
-    cards = [_card(limit, pairs, areas) for limit, pairs in by_requirement(cases)]
-    nothing = [] if cards else [Paragraph("The configuration names no requirement on noise: none is judged.")]
+    cards = [_card(limit, pairs, areas, titles) for limit, pairs in by_requirement(without_repeats(cases))]
     cards.append(_field_card(dc))
     cards.sort(key=lambda card: _ORDER.index(card.state))
-    blocks: tuple[Block, ...] = (*nothing, *cards, closed_loop, *figures["verdict"], Facts(tuple(_setting(cases))))
-    return Section("verdict", "Decision", "Decision", blocks)
+    return Section("requirements", "Each requirement", "Requirements", (*cards, closed_loop), new_page=True)
 
 
-def summary(section: Section) -> Text:
-    """The verdicts in one line."""
-    cards = [block for block in section.blocks if isinstance(block, VerdictCard)]
-    said = []
-    for state in _ORDER:
-        names = [card.name for card in cards if card.state == state]
-        if names:
-            said.append(f"{next(c.word for c in cards if c.state == state).lower()}: {', '.join(names)}")
-    return ("In short, ", Strong("; ".join(said)), ".")
-
-
-def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable) -> VerdictCard:
+def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles) -> VerdictCard:
     likely = [p for p in pairs if p[0].role == LIKELY]
     possible = possible_of(pairs)
     case, j = deciding(pairs)
-    state: State = "met" if j.passed else "violated" if case.role == LIKELY or not likely else "open"
+    state = state_of(pairs)
     word = {"met": "Met", "violated": "Violated", "open": "At risk"}[state]
-    outputs = ", ".join(dict.fromkeys(o.output for _, o in pairs))
+    labels = ", ".join(dict.fromkeys(o.output for _, o in pairs))
+    title = titles(limit.name)
     lead: Text = (
-        Strong(limit.name),
-        f" ({outputs}) is ",
+        Strong(title),
+        " ",
+        Label(limit.name if title != limit.name else ""),
+        f" for {output_title(labels)} ",
+        Label(labels),
+        " is ",
         _where(state, likely, possible),
-        f": {j.output} reaches {ratio_text(j.ratio)} times the limit at {mhz_text(j.binding_hz)} in case {case.id}"
+        f": the {clause(output_title(j.output))} reaches {ratio_text(j.ratio)} times the limit at"
+        f" {mhz_text(j.binding_hz)} in case {case.id}"
         f" ({case.title[:1].lower()}{case.title[1:]}), with a safety factor of {case.safety_factor:g} on amplitudes.",
     )
     facts: list[tuple[str, Text]] = []
@@ -78,11 +73,11 @@ def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable) -> VerdictCard:
         facts.append(("Likely cases", _by_case(likely)))
     facts += [
         ("All possible cases", _by_case(possible)),
-        ("How sure", _how_sure(case, j)),
-        ("Limited by", limited_by(j, areas)),
-        ("What would help" if not j.passed else "Margin", _improvement(case, j)),
+        ("How sure", (f"{how_sure(case, j)} (", Ref("sure"), ").")),
+        ("Limited by", limited_by(case, j, areas)),
+        ("What would help" if not j.passed else "Margin", _improvement(case, j, limit.name)),
     ]
-    return VerdictCard(state, word, limit.name, lead, tuple(facts))
+    return VerdictCard(state, word, title, lead, tuple(facts))
 
 
 def _where(state: State, likely: Sequence[Pair], possible: Sequence[Pair]) -> str:
@@ -114,7 +109,7 @@ def _by_case(pairs: Sequence[Pair]) -> Text:
     return tuple(pieces)
 
 
-def _how_sure(case: CaseNoise, j: JudgedOutput) -> Text:
+def how_sure(case: CaseNoise, j: JudgedOutput) -> str:
     """Would other temperature filters, correlations or safety factors turn the verdict?"""
     said = []
     if j.filter_ratio is not None:
@@ -149,34 +144,52 @@ def _how_sure(case: CaseNoise, j: JudgedOutput) -> Text:
     if case.safety_factor != 1.0 and not j.passed:
         said.append(f"without the safety factor it is {ratio_text(bare)}, {'met' if bare <= 1.0 else 'still violated'}")
     text = "; ".join(said)
-    return (f"{text[:1].upper()}{text[1:]}. ", Link("Table", "sure"))
+    return capital(text)
 
 
-def limited_by(j: JudgedOutput, areas: AreaTable) -> str:
-    """Groups, areas and optical elements with the largest parts of the power at the binding frequency."""
+def limited_by(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> str:
+    """Groups, areas and optical elements with the largest parts of the power, or that large terms cancel."""
     groups = {name: float(j.share[areas.group == name].sum()) for name in dict.fromkeys(areas.group)}
     single = dict(zip(areas.name, j.share.tolist(), strict=True))
-    said = [f"groups {_largest(groups)}"]
-    if np.abs(j.share).sum() > _CANCELLED:
-        largest = max(single, key=lambda name: abs(single[name]))
-        said.append(f"areas cancel each other, {largest} alone is {percent(single[largest])}")
-    else:
-        said.append(f"areas {_largest(single)}")
+    said = [_parts("groups", groups)]
+    said.append(cancelling(case, j, areas) or _parts("areas", single))
     if j.path is not None:
-        said.append(f"optical elements {_largest(j.path)}")
+        said.append(_parts("optical elements", j.path))
     if j.distortion_ratio is not None:
         said.append(f"if the bench did not move as one, the ratio would be {ratio_text(j.distortion_ratio)}")
-    text = "; ".join(said)
-    return f"Shares of the power at {mhz_text(j.contribution_hz)} (negative ones cancel): {text}"
+    return f"Noise power at {mhz_text(j.contribution_hz)}: {'; '.join(said)}"
 
 
-def _largest(shares: dict[str, float]) -> str:
+def cancelling(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> str:
+    """`twelve large terms cancel to 8.92 × 10⁻¹³ m/√Hz`, where areas of a block go against each other; else ""."""
+    if not cancels(j.share):
+        return ""
+    size = np.abs(j.contribution)
+    large = int((size >= _LARGE * size.max()).sum())
+    total = float(j.asd[int(np.abs(case.frequency_hz - j.contribution_hz).argmin())])
+    unit = f"{unit_text(j.unit)}/√Hz"
+    if large == 1:
+        largest = areas.name[int(size.argmax())]
+        return (
+            f"{largest}, {sci(float(size.max()), 3)} {unit}, is cancelled by many small terms to {sci(total, 3)} {unit}"
+        )
+    return (
+        f"{number_word(large)} large terms, {areas.name[int(size.argmax())]} the largest with"
+        f" {sci(float(size.max()), 3)}"
+        f" {unit}, cancel to {sci(total, 3)} {unit}"
+    )
+
+
+def _parts(what: str, shares: dict[str, float]) -> str:
+    """The largest of the parts; where they cancel each other a share says nothing, and their names have to do."""
     order = sorted(shares, key=lambda name: -abs(shares[name]))[:_NAMED]
+    if cancels(np.array(list(shares.values()))):
+        return f"{what} cancel each other, {and_text([n for n in order if abs(shares[n]) >= _SMALL])} the largest"
     shown = [f"{name} {percent(shares[name])}" for name in order if abs(shares[name]) >= _SMALL]
-    return ", ".join(shown) or f"none above {percent(_SMALL)}"
+    return f"{what} {', '.join(shown) or f'none above {percent(_SMALL)}'}"
 
 
-def _improvement(case: CaseNoise, j: JudgedOutput) -> Text:
+def _improvement(case: CaseNoise, j: JudgedOutput, requirement: str) -> Text:
     m = j.improvement
     if j.passed:
         return (
@@ -193,10 +206,9 @@ def _improvement(case: CaseNoise, j: JudgedOutput) -> Text:
     said.append(f"all groups together would need {ratio_text(m.all_factor)} of their temperature noise")
     for way, (verb, _) in WAYS.items():
         chosen = m.chosen[way]
-        enough = next((min(int(n), len(chosen)) for n, r in zip(m.count, m.ratio[way], strict=True) if r <= 1.0), 0)
-        if enough:
+        if enough := m.enough(way):
             what = count(enough, "block" if way == MATCHED else "area")
-            said.append(f"{verb} {what} ({_few(chosen[:enough])}) is enough")
+            said.append(f"{verb} {what} ({few(chosen[:enough])}) is enough")
         elif way == SILENCED and chosen:
             most = min(int(m.count[-1]), len(chosen))  # fewer where no other would help
             what = f"the {most} worst areas" if most > 1 else chosen[0]
@@ -204,55 +216,29 @@ def _improvement(case: CaseNoise, j: JudgedOutput) -> Text:
         elif way == SILENCED:
             said.append("silencing a single area does not lower it")
     text = "; ".join(said)
-    return (f"{text[:1].upper()}{text[1:]}. ", Link("Table", "change"))
-
-
-def _few(names: Sequence[str]) -> str:
-    return "; ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+    return (f"{capital(text)} (", Ref(improvement_key(requirement, j.output)), ").")
 
 
 def _field_card(dc: Sequence[DcVerdict]) -> VerdictCard:
-    whole = [v for v in dc if v.whole]
-    worst = worst_at_rest(dc)
-    met = all(v.passed for v in dc)
-    told = [
-        sum(bool(v.passed) == met for v in which) for which in (dc, whole)
-    ]  # those within where all are, else those not
+    outside = exceeding(dc)
+    lead: Text = ("the ", Link("field at rest", "field-at-rest"), " ", field_words(dc))
+    return VerdictCard("violated" if outside else "met", "Violated" if outside else "Met", "field at rest", lead)
+
+
+def field_words(dc: Sequence[DcVerdict]) -> str:
+    """How the field at rest stands to its allocation."""
+    whole, outside, worst = [v for v in dc if v.whole], exceeding(dc), worst_at_rest(dc)
     together = (
-        f" ({told[1]} of {len(whole)} for inertial sensor and rest of the LTP together)" if len(whole) < len(dc) else ""
+        f" ({len(exceeding(whole))} of {len(whole)} for inertial sensor and rest of the LTP together)"
+        if len(whole) < len(dc) and outside
+        else ""
     )
-    lead: Text = (
-        "the ",
-        Link("field at rest", "field"),
-        f" is {'within' if met else 'outside'} its allocation in {told[0]} of"
-        f" {count(len(dc), 'quantity', 'quantities')}{together}; the worst is"
-        f" {symbol(worst.quantity)} of {worst.test_mass} by {worst.subsystem}, {sci(worst.value)}"
-        f" {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit (nominal frame of the test"
-        " mass).",
+    how = (
+        f"exceeds its allocation in {len(outside)} of {count(len(dc), 'figure')}{together}"
+        if outside
+        else f"is within its allocation in {'all ' * (len(dc) > 1)}{count(len(dc), 'figure')}"
     )
-    return VerdictCard("met" if met else "violated", "Met" if met else "Violated", "field at rest", lead)
-
-
-def _setting(cases: Sequence[CaseNoise]) -> list[tuple[str, Text]]:
-    first = cases[0]
-    factor = f"{first.safety_factor:g}, on noise amplitudes wherever they are compared to a requirement"
-    facts: list[tuple[str, Text]] = [("Temperature noise", first.temperature), ("Safety factor", factor)]
-    if first.filter_order.size:
-        orders = ", ".join(f"{v:g}" for v in first.filter_order)
-        corners = ", ".join(f"{v * 1e3:g}" for v in first.filter_corner_hz)
-        facts.append(
-            (
-                "Assumption",
-                "order and corner of the low-pass temperature filter are assumed, and verdicts depend on them; tried as"
-                f" well: every order of {orders} with every corner of {corners} mHz, levels held at the reference"
-                " frequency",
-            )
-        )
-    roles = {role: [c.id for c in cases if c.role == role] for role in (LIKELY, POSSIBLE, DIAGNOSTIC)}
-    if roles[LIKELY] or roles[DIAGNOSTIC]:
-        said = [f"{role}: {', '.join(ids)}" for role, ids in roles.items() if ids]
-        facts.append(("Cases", f"{'; '.join(said)} (diagnostic ones isolate a part and decide nothing)"))
-    for limit, _ in by_requirement(cases):
-        band = f"{limit.band_hz[0] * 1e3:g} to {limit.band_hz[1] * 1e3:g} mHz"
-        facts.append((limit.name, f"{limit.source}; {unit_text(limit.unit)}/√Hz, {band}"))
-    return facts
+    return (
+        f"{how}; the worst is the {at_rest_title(worst.quantity, worst.test_mass)} by {BY[worst.subsystem]},"
+        f" {sci(worst.value)} {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit."
+    )

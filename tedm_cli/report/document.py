@@ -19,13 +19,37 @@ class Strong:
 
 @dataclass(frozen=True)
 class Link:
-    """Words that lead to the section `target`."""
+    """Words that lead to `target`, the anchor of a section, figure or table; `away`: in the other document."""
 
     text: str
     target: str
+    away: bool = False
 
 
-Text = str | tuple[str | Strong | Link, ...]
+@dataclass(frozen=True)
+class Ref:
+    """A figure or table, by its key, in either document; `numbering` makes "table A3 of the annex" of it."""
+
+    key: str
+
+
+@dataclass(frozen=True)
+class FileLink:
+    """Words that lead to a file beside the report."""
+
+    text: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Label:
+    """What commands and files call the thing just named: in small type."""
+
+    text: str
+
+
+Piece = str | Strong | Link | Ref | FileLink | Label
+Text = str | tuple[Piece, ...]
 State = Literal["met", "violated", "open"]
 
 
@@ -53,12 +77,16 @@ class Facts:
 
 @dataclass(frozen=True)
 class Cell:
-    """`state` of a verdict; `rounding`: nothing but rounding is left of the number; `long`: may be broken anywhere."""
+    """`state` of a verdict; `rounding`: nothing but rounding is left of the number; `long`: may be broken anywhere.
+
+    `label`: what commands and files call the thing that `text` names.
+    """
 
     text: str
     state: State | None = None
     rounding: bool = False
     long: bool = False
+    label: str = ""
 
 
 @dataclass(frozen=True)
@@ -79,23 +107,32 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """`tight`: many columns, which need narrow gaps; `heading_column`: the first column says what the row is."""
+    """`tight`: many columns, which need narrow gaps; `heading_column`: the first column says what the row is.
+
+    `key` is what a `Ref` names; `number` is given by `numbering`, to every table with a caption.
+    """
 
     columns: tuple[Column, ...]
     rows: tuple[Row, ...]
     caption: str = ""
     tight: bool = False
     heading_column: bool = False
+    key: str = ""
+    number: str = ""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """`key` is unique in a document; `svg`: text of an SVG file; `file`: its name in the folder of the figures."""
+    """`key` is unique in both documents; `svg`: text of an SVG file; `file`: its name in the folder of the figures.
+
+    `number` is given by `numbering`.
+    """
 
     key: str
     caption: str
     svg: str
     file: str
+    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -111,9 +148,12 @@ class VerdictCard:
 
 @dataclass(frozen=True)
 class Columns:
-    """Blocks that may stand beside each other."""
+    """Blocks that may stand beside each other; with a `caption` they are the parts of one numbered table."""
 
     blocks: tuple[Block, ...]
+    caption: str = ""
+    key: str = ""
+    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -136,23 +176,30 @@ Block = Paragraph | Heading | Facts | Table | Figure | VerdictCard | Columns | F
 
 @dataclass(frozen=True)
 class Section:
-    """A section with its anchor; `short`: its name where there is little room."""
+    """A section with its anchor; `short`: its name where there is little room; `new_page`: begins one in print."""
 
     id: str
     title: str
     short: str
     blocks: tuple[Block, ...]
+    new_page: bool = False
 
 
 @dataclass(frozen=True)
 class Document:
-    """A report; `notes` stand below its title."""
+    """The report, or its annex.
+
+    `front`: rows of the title block; `notes` stand below it. `mark` stands before the
+    numbers of figures and tables.
+    """
 
     title: str
     subject: str
     version: str
     sections: tuple[Section, ...]
     notes: tuple[Text, ...] = field(default=())
+    front: tuple[tuple[str, str], ...] = ()
+    mark: str = ""
 
 
 def row(*cells: str | Cell, kind: Literal["", "sum", "failed", "head"] = "") -> Row:
@@ -172,4 +219,5 @@ def columns(*titles: str, text: Sequence[int] = ()) -> tuple[Column, ...]:
 
 def plain(text: Text) -> str:
     """A text without its marks."""
-    return text if isinstance(text, str) else "".join(p if isinstance(p, str) else p.text for p in text)
+    pieces = (text,) if isinstance(text, str) else text
+    return "".join(p if isinstance(p, str) else p.key if isinstance(p, Ref) else p.text for p in pieces)

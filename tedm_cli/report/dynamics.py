@@ -6,14 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tedm_cli.dynamics.signals import DELTA_G, TEST_MASSES
+from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.report.document import (
     Block,
+    Cell,
     Facts,
     Figure,
-    Folded,
     Heading,
-    Link,
     Paragraph,
     Row,
     Section,
@@ -26,10 +25,11 @@ from tedm_cli.report.document import (
 )
 from tedm_cli.report.dynamics_in_time import in_time_blocks
 from tedm_cli.report.evidence import factor_cell, ratio_cell
-from tedm_cli.results.deciding import DIAGNOSTIC, deciding, worst_of
+from tedm_cli.report.verdicts import Titles
+from tedm_cli.results.deciding import DIAGNOSTIC, deciding
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
-from tedm_cli.results.dynamics_in_time import IN_TIME
-from tedm_cli.results.wording import and_text, capital, count, mhz_text, percent, ratio_text, sci
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import and_text, capital, clause, count, mhz_text, percent, ratio_text, sci
 
 SECTION = "loop"
 _NAMED = 3  # groups named of each verdict
@@ -39,7 +39,7 @@ _MARGINS = "loop_margins.svg"
 Pair = tuple[SimulatedCase, LoopOutput]
 
 
-def closed_loop_words(found: ClosedLoop | None, test_masses: int, ids: Sequence[str]) -> Paragraph:
+def closed_loop_words(found: ClosedLoop | None, test_masses: int, ids: Sequence[str], titles: Titles) -> Paragraph:
     """The closed loop in one sentence: Δg where it is judged, or else the worst output; or why there is none.
 
     `ids` are all cases of the configuration.
@@ -50,29 +50,20 @@ def closed_loop_words(found: ClosedLoop | None, test_masses: int, ids: Sequence[
     if found is None:
         words = "The dynamics of the drag-free loop has not been run (`tedm build-dynamics`, then `tedm simulate all`)."
         return Paragraph(words, quiet=True)
-    pair = _told(found)
+    pair = found.told_first()
     if pair is None:
-        return Paragraph(("No output of the ", Link("closed loop", SECTION), " is judged."), quiet=True)
+        return Paragraph("No output of the closed loop is judged.", quiet=True)
     case, j = pair
-    name = "Δg" if j.output == DELTA_G[0] else f"Δg ({j.output})" if j.output in DELTA_G else j.output
     made_of = j.largest(1, 0.0)[0]
     missing = _missing(found, ids)
+    title = titles(j.requirement)
     text: Text = (
-        "In ",
-        Link("closed loop", SECTION),
-        f" {name} is ",
-        Strong(f"{ratio_text(j.ratio)} times its requirement"),
-        f" {j.requirement} in case {case.id}, at {mhz_text(j.binding_hz)}; {made_of[0]} makes"
+        f"In closed loop the {clause(output_title(j.output))} is ",
+        Strong(f"{ratio_text(j.ratio)} times its limit"),
+        f" ({title}) in case {case.id}, at {mhz_text(j.binding_hz)}; {made_of[0]} makes"
         f" {percent(made_of[1])} of its power" + (f"; not simulated: {_cases(missing)}." if missing else "."),
     )
     return Paragraph(text)
-
-
-def _told(found: ClosedLoop) -> Pair | None:
-    """The verdict on Δg that decides; where Δg is not judged, the worst of those that do."""
-    delta_g = found.deciding_delta_g()
-    pairs = [deciding(pairs) for pairs in found.pairs().values()]
-    return delta_g or (worst_of(pairs) if pairs else None)
 
 
 def _missing(found: ClosedLoop, ids: Sequence[str]) -> list[str]:
@@ -84,8 +75,31 @@ def _cases(ids: Sequence[str]) -> str:
     return f"case{'s' if len(ids) > 1 else ''} {and_text(ids)}"
 
 
-def closed_loop_section(found: ClosedLoop, ids: Sequence[str], figures: dict[str, list[Figure]]) -> Section:
-    """Verdicts on the outputs of the loop, what would help, and its margins; `ids` are all cases there could be."""
+def closed_loop_section(found: ClosedLoop, words: Paragraph, figures: Sequence[Figure], titles: Titles) -> Section:
+    """Verdicts on the outputs of the loop, each in the case that decides it."""
+    blocks: list[Block] = [
+        words,
+        Paragraph(
+            "All noise of the drag-free loop at once: the temperatures (thermal) push the test masses and shift what"
+            " the controller hears, beside the sources of the loop itself. Made of: parts of the noise power at the"
+            " frequency that binds."
+        ),
+    ]
+    if pairs := found.pairs():
+        rows = [_row(case.id, j, titles) for case, j in map(deciding, pairs.values())]
+        blocks.append(_table(rows, "Case", "Outputs of the closed loop, in the case that decides each."))
+    else:
+        blocks.append(Paragraph("No requirement applies to an output of the loop."))
+    return Section(SECTION, "Evidence: closed loop", "Closed loop", (*blocks, *figures))
+
+
+def loop_detail_section(
+    found: ClosedLoop, ids: Sequence[str], figures: Sequence[Figure], in_time: Sequence[Figure], titles: Titles
+) -> Section:
+    """All else of the closed loop: setting, verdicts, what would help, budgets, the loop in time, margins.
+
+    `ids`: all cases there are; `in_time`: figures of realisations and series.
+    """
     first = found.cases[0]
     facts: list[tuple[str, Text]] = [
         ("Controller", found.stability.origin),
@@ -95,69 +109,59 @@ def closed_loop_section(found: ClosedLoop, ids: Sequence[str], figures: dict[str
     ]
     if missing := _missing(found, ids):
         facts.append(("Not simulated", _cases(missing)))
-    blocks: list[Block] = [
-        Paragraph(
-            "The outputs of the drag-free loop with all of its noise: the temperatures of a case push the test masses"
-            " and shift what the controller hears at once, beside the sources of the loop itself. Ratio: largest safety"
-            " factor × noise / requirement over the band; margin: the factor on all noise that just meets it. Made of:"
-            " parts of the noise power at the frequency that binds, by group of sources; the temperatures are called"
-            " thermal. Every requirement in the case that decides: the worst likely one where that violates it, or else"
-            " the worst of all that can occur."
-        ),
-        Facts(tuple(facts)),
-    ]
+    blocks: list[Block] = [Facts(tuple(facts))]
     pairs = found.pairs()
-    drawn = figures["closed loop"]
     if pairs:
-        possible = any(case.role != DIAGNOSTIC for case in found.cases)
-        decided = [deciding(of_one) for of_one in pairs.values()]
-        blocks += [_table([_row(case.id, j) for case, j in decided], "Case")]
-        blocks += [figure for figure in drawn if figure.file != _MARGINS]
-        blocks += _help(decided)
-        if possible:
-            blocks.append(Folded("Every verdict in closed loop, without diagnostic cases", (_every(pairs),)))
-    else:
-        blocks.append(Paragraph("No requirement applies to an output of the loop."))
-    blocks += in_time_blocks(found.in_time, figures.get(IN_TIME, []))
+        if any(case.role != DIAGNOSTIC for case in found.cases):
+            blocks.append(_every(pairs, titles))
+        blocks += _help([deciding(of_one) for of_one in pairs.values()], titles)
+    blocks += [figure for figure in figures if figure.file != _MARGINS]
+    blocks += in_time_blocks(found.in_time, in_time, titles)
     blocks += [
         Heading("Margins of the loops"),
-        *(figure for figure in drawn if figure.file == _MARGINS),
+        *(figure for figure in figures if figure.file == _MARGINS),
         *_margins(found.stability),
     ]
-    return Section(SECTION, "Evidence: closed loop", "Closed loop", tuple(blocks))
+    return Section("loop-details", "Closed loop", "Closed loop", tuple(blocks))
 
 
-def _row(cases: str, j: LoopOutput) -> Row:
+def _row(cases: str, j: LoopOutput, titles: Titles, label: str = "") -> Row:
     margin = ratio_text(1.0 / j.ratio) if j.ratio > 0.0 else "any"
     made_of = ", ".join(f"{group} {percent(share)}" for group, share in j.largest(_NAMED, _LEAST))
     verdict, ratio = verdict_cell(j.passed), ratio_cell(j.ratio)
-    return row(j.output, j.requirement, cases, verdict, ratio, margin, mhz_text(j.binding_hz), made_of)
+    named = Cell(capital(output_title(j.output)), label=label), titles(j.requirement)
+    return row(*named, cases, verdict, ratio, margin, mhz_text(j.binding_hz), made_of)
 
 
-def _table(rows: Sequence[Row], cases: str) -> Table:
+def _table(rows: Sequence[Row], cases: str, caption: str) -> Table:
     titles = ("Output", "Requirement", cases, "Verdict", "Ratio\n(1)", "Margin\n(1)", "Binds at", "Made of")
-    return Table(columns(*titles, text=(0, 1, 2, 3, 7)), tuple(rows), tight=True)
+    return Table(columns(*titles, text=(0, 1, 2, 3, 7)), tuple(rows), caption, tight=True)
 
 
-def _every(pairs: dict[tuple[str, str], list[Pair]]) -> Table:
+def _every(pairs: dict[tuple[str, str], list[Pair]], titles: Titles) -> Table:
     """All that can occur, cases of which the same is to be said in one row; diagnostic cases are left out."""
     rows = []
     for of_one in pairs.values():
         alike: dict[Row, list[Pair]] = {}
         for case, j in of_one:
             if case.role != DIAGNOSTIC:
-                alike.setdefault(_row("", j), []).append((case, j))
-        rows += [_row(", ".join(case.id for case, _ in same), same[0][1]) for same in alike.values()]
-    return _table(rows, "Cases")
+                alike.setdefault(_row("", j, titles, j.output), []).append((case, j))
+        for same in alike.values():
+            j = same[0][1]
+            rows.append(_row(", ".join(case.id for case, _ in same), j, titles, j.output))
+    return _table(rows, "Cases", "Every verdict in closed loop, without diagnostic cases.")
 
 
-def _help(decided: Sequence[Pair]) -> list[Block]:
+def _help(decided: Sequence[Pair], titles: Titles) -> list[Block]:
     """Of each requirement that is violated in the case that decides: its groups, and how quiet each had to be alone."""
     rows: list[Row] = []
     for case, j in decided:
         if j.passed:
             continue
-        title = f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement}"
+        title = (
+            f"{capital(output_title(j.output))}, case {case.id}: {ratio_text(j.ratio)} × the limit of"
+            f" {titles(j.requirement)}"
+        )
         rows.append(row(title, kind="head"))
         rows += [
             row(group, percent(share, 1), ratio_cell(j.silenced[group]), factor_cell(j.factor[group]))
@@ -170,12 +174,12 @@ def _help(decided: Sequence[Pair]) -> list[Block]:
     if not rows:
         return []
     text = (
-        "For every requirement that is violated: the ratio without one group of sources, and the factor on its"
-        " amplitude, the others unchanged, that just meets the requirement. Where no group can do it alone: those that"
-        " are needed together, none of which can be left out, and the factor on the amplitudes of all of them."
+        "What would help where a requirement is violated in closed loop: the ratio without one group of sources, and"
+        " the factor on its amplitude, the others unchanged, that just meets the requirement. Where no group can do it"
+        " alone: those that are needed together, none of which can be left out, and the factor on all their amplitudes."
     )
     head = columns("Group", "Share", "Ratio without\n(1)", "Factor\n(1)", text=(0,))
-    return [Heading("What would help"), Paragraph(text), Table(head, tuple(rows))]
+    return [Table(head, tuple(rows), text, key="loop groups")]
 
 
 def _margins(stability: LoopStability) -> list[Block]:
@@ -198,7 +202,7 @@ def _margins(stability: LoopStability) -> list[Block]:
             for x in loops
         ]
     titles = ("Loop", "Crossover", "Phase\n(°)", "Gain\n(dB)", "Reduction\n(dB)", "Peak\n(1)")
-    return [Paragraph(text), Table(columns(*titles, text=(0,)), tuple(rows))]
+    return [Paragraph(text), Table(columns(*titles, text=(0,)), tuple(rows), "Margins of every loop.")]
 
 
 def _decibel(value: float) -> str:

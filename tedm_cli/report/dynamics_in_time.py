@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tedm_cli.report.document import Block, Facts, Figure, Heading, Paragraph, Table, columns, row
+from tedm_cli.report.document import Block, Cell, Facts, Figure, Heading, Paragraph, Table, columns, row
 from tedm_cli.report.series import verdicts_table
+from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.dynamics_in_time import LoopInTime
 from tedm_cli.results.noise import REALISATION_CONFIDENCE
-from tedm_cli.results.wording import percent, sci
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital, percent, sci
 
 
-def in_time_blocks(found: LoopInTime, figures: Sequence[Figure]) -> list[Block]:
+def in_time_blocks(found: LoopInTime, figures: Sequence[Figure], titles: Titles) -> list[Block]:
     """Nothing where there is nothing in time; `figures`: one for each realisation, then one for each series."""
     blocks: list[Block] = []
     if found.realised:
@@ -22,14 +24,22 @@ def in_time_blocks(found: LoopInTime, figures: Sequence[Figure]) -> list[Block]:
         )
         head = columns("Output", "Case", "Mean\n(1)", "Held", "Samples", text=(0, 1))
         rows = [
-            row(output, r.case, f"{mean:.3f}", percent(r.held, 1), f"{r.samples:,} at {r.rate_hz:g} Hz")
+            row(
+                Cell(capital(output_title(output)), label=output),
+                r.case,
+                f"{mean:.3f}",
+                percent(r.held, 1),
+                f"{r.samples:,} at {r.rate_hz:g} Hz",
+            )
             for r in found.realised
             for output, mean in r.mean.items()
         ]
-        blocks += [Heading("Realised in time"), Paragraph(text), Table(head, tuple(rows))]
+        blocks += [Heading("Realised in time"), Paragraph(text)]
+        blocks.append(Table(head, tuple(rows), "Realisations of the closed loop against its exact spectra."))
         blocks += figures[: len(found.realised)]
     for (name, s), figure in zip(found.series.items(), figures[len(found.realised) :], strict=True):
         treatment = f"{s.treatment}; {s.samples:,} samples over {sci(s.span_s)} s"
         facts = (("Temperatures", f"{s.source}, without the noise of the loop"), ("Treatment", treatment))
-        blocks += [Heading(f"Series {name} through the loop"), Facts(facts), figure, verdicts_table(s)]
+        blocks += [Heading(f"Series {name} through the loop"), Facts(facts), figure]
+        blocks.append(verdicts_table(f"{name} through the loop", s, titles))
     return blocks

@@ -6,30 +6,53 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
+from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import Pair, by_requirement, deciding, without_repeats
 from tedm_cli.results.noise import MATCHED, WAYS, CaseNoise, JudgedOutput
-from tedm_cli.results.wording import count, mhz_text, percent, power_text, ratio_text, sci, span, unit_text
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital, count, mhz_text, percent, power_text, ratio_text, sci, span, unit_text
 
 _TOP = 5  # areas and optical elements listed for each judged output
+_NAMED = 3  # areas named in a sentence
+_CANCELLED = 1.5  # sum of the sizes of shares from which on terms are said to cancel
+_WHOLE = 1.005  # a share above this is no part of a whole
 
 
-def why_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: dict[str, list[Figure]]) -> Section:
+def cancels(share: FloatArray) -> bool:
+    """Whether shares of a power go against each other so far that a percentage says nothing."""
+    return bool(np.abs(share).sum() > _CANCELLED or share.max(initial=0.0) > _WHOLE)
+
+
+def few(names: Sequence[str]) -> str:
+    """The first of many names."""
+    return "; ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+
+
+def improvement_key(requirement: str, output: str) -> str:
+    """What a reference to the improvement of one output by area names."""
+    return f"improvement {requirement} {output}"
+
+
+def why_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[Figure], titles: Titles) -> Section:
     """For each judged output, in the case that decides it: the areas, groups and elements its noise comes from."""
     tables: list[Block] = []
     for case, j in deciding_pairs(cases):
-        title = f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement} at {mhz_text(j.contribution_hz)}"
-        tables += [Heading(title), Columns(tuple(_parts(j, areas)))]
+        text = (
+            f"{capital(output_title(j.output))} ({j.output}), case {case.id}: what makes {ratio_text(j.ratio)} times"
+            f" the limit of {titles(j.requirement)} at {mhz_text(j.contribution_hz)}."
+        )
+        tables.append(Columns(tuple(_parts(j, areas)), text))
     text = (
         "Each judged output in the case that decides its verdict: the worst of the likely ones where they violate it,"
         " or else the worst of all that can occur. Share: part of the noise power, at the binding frequency and over"
-        " the requirement's band. Shares of an output sum to 100 %; inside a correlated block they carry a sign, so"
-        " single ones can exceed 100 % where others cancel. Contribution: sensitivity × temperature noise at the"
-        " binding frequency, without the safety factor."
+        " the requirement's band. The shares of an output sum to the whole; inside a correlated block they carry a"
+        " sign. Where large terms cancel, a share is told as a multiple of the whole (×) in place of a percentage."
+        " Contribution: sensitivity × temperature noise at the binding frequency, without the safety factor."
     )
-    blocks = (*figures["contributors"], Paragraph(text), *tables)
-    return Section("contributors", "Why: what the noise comes from", "Why", blocks)
+    return Section("contributors", "What the noise comes from", "Contributors", (Paragraph(text), *figures, *tables))
 
 
 def deciding_pairs(cases: Sequence[CaseNoise]) -> list[Pair]:
@@ -42,8 +65,14 @@ def deciding_pairs(cases: Sequence[CaseNoise]) -> list[Pair]:
 
 
 def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:
+    groups = list(dict.fromkeys(areas.group))
+    member = np.array([areas.group == name for name in groups], dtype=float)
+    at, band = member @ j.share, member @ j.band_share
+    of_path = [] if j.path is None else list(j.path.values())
+    cancelled = any(cancels(np.array(x)) for x in (j.share, at, of_path))
+
     def cells(share: float, band: float) -> tuple[str, str]:
-        return percent(share, 1), percent(band, 1)
+        return share_text(share, cancelled), share_text(band, cancelled)
 
     order = np.argsort(-np.abs(j.share), kind="stable")[:_TOP]
     by_area = [
@@ -55,9 +84,6 @@ def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:
         *("Area", "Group", f"Contribution\n({unit_text(j.unit)}/√Hz)", "Share", "Share in band"), text=(0, 1)
     )
     tables = [Table(head, tuple(by_area))]
-    groups = list(dict.fromkeys(areas.group))
-    member = np.array([areas.group == name for name in groups], dtype=float)
-    at, band = member @ j.share, member @ j.band_share
     ranked = np.argsort(-np.abs(at), kind="stable")
     size = member.sum(axis=1).astype(int)
     rows = [row(groups[g], f"{size[g]}", *cells(float(at[g]), float(band[g]))) for g in ranked.tolist()]
@@ -71,7 +97,12 @@ def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:
     return tables
 
 
-def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -> Section:
+def share_text(share: float, cancelled: bool) -> str:
+    """A share of a power: a percentage, or a multiple of the whole where terms cancel."""
+    return f"{share:+.2f} ×".replace("-", "−") if cancelled else percent(share, 1)
+
+
+def sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> Section:
     """The ratio of every verdict for other temperature filters, correlations and safety factors."""
     orders = cases[0].filter_order
     head = columns(
@@ -100,7 +131,16 @@ def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -
             ]
             factor = case.safety_factor
             allowed = ratio_text(factor * j.improvement.all_factor)
-            rows.append(row(j.output, ratio_cell(j.ratio), *filters, *bounds, ratio_cell(j.ratio / factor), allowed))
+            rows.append(
+                row(
+                    capital(output_title(j.output)),
+                    ratio_cell(j.ratio),
+                    *filters,
+                    *bounds,
+                    ratio_cell(j.ratio / factor),
+                    allowed,
+                )
+            )
     text = (
         "A verdict rests on assumptions. Here is what each ratio of noise to requirement would be with others, one"
         " changed at a time. Order: of the temperature filter, from the smallest to the largest ratio over the corners"
@@ -108,8 +148,9 @@ def sure_section(cases: Sequence[CaseNoise], figures: dict[str, list[Figure]]) -
         " as in the case; without a negative one: the largest ratio where no two areas go against each other. Factor 1:"
         " without the safety factor; allowed factor: the safety factor at which the ratio is 1."
     )
-    table = [Table(head, tuple(rows), tight=True)] if rows else []
-    return Section("sure", "How sure: other assumptions", "How sure", (*figures["certainty"], Paragraph(text), *table))
+    caption = "Every ratio under other assumptions, one changed at a time."
+    table = [Table(head, tuple(rows), caption, tight=True, key="sure")] if rows else []
+    return Section("assumptions-changed", "Other assumptions", "Other assumptions", (Paragraph(text), *figures, *table))
 
 
 def ratio_cell(value: float) -> Cell:
@@ -121,14 +162,15 @@ def _ratio_span(low: float, high: float) -> Cell:
     return Cell(span(low, high), "violated" if low > 1.0 else "met" if high <= 1.0 else "open")
 
 
-def change_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: dict[str, list[Figure]]) -> Section:
+def change_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[Figure], titles: Titles) -> Section:
     """For each verdict, in the case that decides it: what quieter or better matched areas would make of it."""
     blocks: list[Block] = []
     for case, j in deciding_pairs(cases):
+        of = f"{capital(output_title(j.output))}, case {case.id}"
         blocks += [
-            Heading(f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement}"),
-            _by_group(j, areas),
-            _by_area(j),
+            Heading(f"{of}: {ratio_text(j.ratio)} × the limit of {titles(j.requirement)}"),
+            _by_group(j, areas, f"{of}: required temperature stability."),
+            _by_area(j, f"{of}: improvement by area."),
         ]
     text = (
         "Required temperature stability: the factor on the temperature amplitudes of one group, the others unchanged,"
@@ -138,11 +180,10 @@ def change_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: dict[s
         " other blocks stay as they are. Areas and blocks are chosen one after the other; an area that stands alone is"
         " a block."
     )
-    blocks = [*figures["improvement"], Paragraph(text), *blocks]
-    return Section("change", "What would change it", "What to change", tuple(blocks))
+    return Section("change", "What would change it", "Improvement", (Paragraph(text), *figures, *blocks))
 
 
-def _by_group(j: JudgedOutput, areas: AreaTable) -> Table:
+def _by_group(j: JudgedOutput, areas: AreaTable, caption: str) -> Table:
     rows = []
     for group, factor in j.improvement.group_factor.items():
         level = j.improvement.group_level[group]
@@ -153,7 +194,7 @@ def _by_group(j: JudgedOutput, areas: AreaTable) -> Table:
     rows.append(row("all together", f"{len(areas)}", "", everything, "", kind="sum"))
     at = mhz_text(j.binding_hz)
     head = columns("Group", "Areas", f"Now at {at}\n(K/√Hz)", "Factor\n(1)", "Allowed\n(K/√Hz)", text=(0,))
-    return Table(head, tuple(rows), "Required temperature stability")
+    return Table(head, tuple(rows), caption)
 
 
 def factor_cell(factor: float) -> Cell:
@@ -165,7 +206,7 @@ def factor_cell(factor: float) -> Cell:
     return Cell(ratio_text(factor), "violated" if factor < 1.0 else "met")
 
 
-def _by_area(j: JudgedOutput) -> Table:
+def _by_area(j: JudgedOutput, caption: str) -> Table:
     """Ratios with more and more areas improved; silent and quieter areas are the same ones."""
     m = j.improvement
     families = [[way for way in WAYS if way != MATCHED], [MATCHED]]
@@ -187,7 +228,8 @@ def _by_area(j: JudgedOutput) -> Table:
         )
     ]
     words = tuple(1 + i for i, title in enumerate(titles) if not title.startswith("Ratio"))
-    return Table(columns("Number", *titles, text=words), tuple(rows), "Improvement by area", tight=True)
+    key = improvement_key(j.requirement, j.output)
+    return Table(columns("Number", *titles, text=words), tuple(rows), caption, tight=True, key=key)
 
 
 def case_head(case: CaseNoise) -> Row:

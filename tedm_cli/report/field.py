@@ -25,14 +25,15 @@ from tedm_cli.report.document import (
     row,
 )
 from tedm_cli.results.field import FieldAtRest, Linearised, symbol
+from tedm_cli.results.titles import mass_title
 from tedm_cli.results.wording import SUPERSCRIPT, ratio_text, sci, unit_text, vector
 
 _ROUNDING = 1e-9  # entries this far below what they are compared with are shown as 0
 
 
-def field_section(field: FieldAtRest, figures: dict[str, list[Figure]]) -> Section:
-    """What the report says of sensitivity.h5 apart from [S_SG]."""
-    blocks: list[Block] = [*figures["field"], *_verdicts(field.verdicts), *_by_source(field)]
+def field_section(field: FieldAtRest, figures: Sequence[Figure]) -> Section:
+    """All that the annex says of sensitivity.h5 apart from [S_SG]."""
+    blocks: list[Block] = [*figures, *_verdicts(field.verdicts), *_by_source(field)]
     blocks += [
         Heading("Stiffness, all sources"),
         Paragraph(
@@ -45,7 +46,7 @@ def field_section(field: FieldAtRest, figures: dict[str, list[Figure]]) -> Secti
     ]
     for t, name in enumerate(field.test_mass):
         blocks += _stiffness(field, t, name)
-    return Section("field", "Field at rest", "Field at rest", (*blocks, _linearised(field.linearised)))
+    return Section("field-at-rest", "Field at rest", "Field at rest", (*blocks, _linearised(field.linearised)))
 
 
 def _verdicts(verdicts: Sequence[DcVerdict]) -> list[Block]:
@@ -69,7 +70,7 @@ def _verdicts(verdicts: Sequence[DcVerdict]) -> list[Block]:
             " over the limit on its side, met where it is at most 1. A ratio below 10⁻⁹ is rounding; its value is shown"
             " as 0."
         ),
-        Columns(tuple(tables)),
+        Columns(tuple(tables), "Every figure of the field at rest against its allocation.", key="at rest"),
     ]
 
 
@@ -139,7 +140,7 @@ def _by_source(field: FieldAtRest) -> list[Block]:
             f" structure: {quality} The errors of the other sources are differences between two orders of Gauss"
             " quadrature."
         ),
-        Table(head, tuple(rows), "Acceleration and angular acceleration by source, and summed", tight=True),
+        Table(head, tuple(rows), "Acceleration and angular acceleration by source, and summed.", tight=True),
     ]
 
 
@@ -163,8 +164,10 @@ def _stiffness(field: FieldAtRest, t: int, name: str) -> list[Block]:
         parts += [_matrix(v, f"{letter} ({unit}), {s}") for s, v in zip(field.source, value, strict=True)]
     return [
         Heading(name),
-        Columns(tuple(sums)),
-        Folded(f"Stiffness of {name} by source", (Columns(tuple(parts)),)),
+        Columns(tuple(sums), f"Stiffness of {mass_title(name)}, all sources."),
+        Folded(
+            f"Stiffness of {name} by source", (Columns(tuple(parts), f"Stiffness of {mass_title(name)} by source."),)
+        ),
     ]
 
 
@@ -192,6 +195,6 @@ def _linearised(motion: Linearised) -> Folded:
                 " Structure and compensation masses stay at rest. Blocks on the diagonal are the stiffness matrices"
                 " above; the others are what the motion of one test mass does to another."
             ),
-            Table(tuple(head), tuple(rows), tight=True, heading_column=True),
+            Table(tuple(head), tuple(rows), "Linearised equations of motion.", tight=True, heading_column=True),
         ),
     )

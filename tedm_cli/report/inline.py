@@ -80,13 +80,19 @@ def _local(name: object) -> str:
     return str(name).rpartition("}")[2]
 
 
+def size_of(svg: str) -> tuple[float, float]:
+    """Width and height of a figure in points."""
+    found = re.search(r'viewBox="\S+ \S+ (\S+) (\S+)"', svg)
+    assert found, "figures of matplotlib have a viewBox"
+    return float(found[1]), float(found[2])
+
+
 def inline_svg(text: str, prefix: str, label: str) -> str:
     """An SVG file as an element of a page: scalable, described by `label`, its ids unlike those of others."""
     body = text[text.index("<svg") :]
     body = re.sub(r"\s*<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     head, rest = body.split(">", 1)
     head = re.sub(r'\s(width|height)="[^"]*"', "", head)
-    width = re.search(r'viewBox="\S+ \S+ (\S+)', head)
-    size = f' style="--width: {float(width[1]) / 72:.2f}in"' if width else ""
-    body = f'{head} role="img" aria-label="{html.escape(label)}"{size}>{rest}'
+    size = f"--width: {size_of(head)[0] / 72:.2f}in"
+    body = f'{head} role="img" aria-label="{html.escape(label)}" style="{size}">{rest}'
     return re.sub(r'(\sid="|url\(#|href="#)', lambda m: m[1] + prefix, body).strip()

@@ -8,7 +8,7 @@ import numpy as np
 
 from tedm_cli.report.document import Columns, Facts, Section, Table, Text, columns, row
 from tedm_cli.results.model import DistortionSize, ModelSize
-from tedm_cli.results.wording import sci, vector
+from tedm_cli.results.wording import decimals, sci
 
 
 def model_section(model: ModelSize, distortion: DistortionSize) -> Section:
@@ -17,7 +17,7 @@ def model_section(model: ModelSize, distortion: DistortionSize) -> Section:
         ("Grids", f"{model.grids:,}"),
         ("Elements", f"{len(model.card):,}"),
         ("Mass", f"{model.mass_kg:.6g} kg"),
-        ("Centre of gravity", f"{vector(model.centre_of_gravity_m.tolist())} m, Nastran basic frame"),
+        ("Centre of gravity", f"{decimals(model.centre_of_gravity_m.tolist(), 1e3, 3)} mm, Nastran basic frame"),
         *_distortion_facts(distortion),
     ]
     tables = Columns((_areas(model), _elements(model)))
@@ -59,7 +59,7 @@ def _areas(model: ModelSize) -> Table:
         rows.append(row(group, f"{len(members)}", sci(float(mass[members].sum())), sides))
     rows.append(row("all", f"{len(groups)}", sci(float(mass.sum())), "", kind="sum"))
     head = columns("Group", "Areas", "Lumped mass\n(kg)", "Thermal shield", text=(0, 3))
-    return Table(head, tuple(rows), "Thermal areas by group")
+    return Table(head, tuple(rows), "Thermal areas by group.")
 
 
 def _elements(model: ModelSize) -> Table:
@@ -70,4 +70,4 @@ def _elements(model: ModelSize) -> Table:
     ]
     concentrated = model.concentrated_kg
     rows.append(row("concentrated masses", f"{len(concentrated):,}", sci(float(concentrated.sum()))))
-    return Table(columns("Type", "Number", "Mass\n(kg)", text=(0,)), tuple(rows), "Elements by type")
+    return Table(columns("Type", "Number", "Mass\n(kg)", text=(0,)), tuple(rows), "Elements by type.")

@@ -7,6 +7,7 @@ import numpy as np
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import (
     Block,
+    Cell,
     Facts,
     Figure,
     Folded,
@@ -20,7 +21,8 @@ from tedm_cli.report.document import (
 )
 from tedm_cli.results.optics import OpticsQuality, ReadOuts
 from tedm_cli.results.ranking import first_largest
-from tedm_cli.results.wording import count, sci
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital, count, sci
 
 
 def optics_section(
@@ -40,9 +42,9 @@ def optics_section(
         ),
         _worst_areas(read_outs, areas),
         *figures["read-out"],
-        Heading("The bench under the worst areas"),
     ]
     first, rest = figures["load"][:1], figures["load"][1:]
+    blocks += [Heading("The bench under the worst areas")] if first else []
     blocks += [*first, *(Folded(f.caption.split(", before")[0], (f,)) for f in rest)]
     return Section("optics", "Optics", "Optics", tuple(blocks))
 
@@ -67,7 +69,7 @@ def _facts(quality: OpticsQuality, read_outs: ReadOuts) -> list[tuple[str, Text]
 def _residuals(quality: OpticsQuality) -> Table:
     rows = tuple(row(name.replace("_", " "), sci(value, 2)) for name, value in quality.residual.items())
     head = columns("Invariance", "Residual (1)", text=(0,))
-    return Table(head, rows, "Residuals of invariances that hold exactly")
+    return Table(head, rows, "Residuals of invariances that hold exactly.")
 
 
 def _worst_areas(r: ReadOuts, areas: AreaTable) -> Table:
@@ -77,6 +79,13 @@ def _worst_areas(r: ReadOuts, areas: AreaTable) -> Table:
         for label, unit, values in zip(r.label, r.unit, r.N[name], strict=True):
             worst = first_largest(range(len(values)), [float(v) for v in np.abs(values)])
             numbers = (float(values[worst]), float(values.sum()), float(np.linalg.norm(values)))
-            rows.append(row(f"{name}_{label}", areas.name[worst], *(sci(v, 3) for v in numbers), f"{unit}/K"))
+            rows.append(
+                row(
+                    Cell(capital(output_title(f"{name}_{label}")), label=f"{name}_{label}"),
+                    areas.name[worst],
+                    *(sci(v, 3) for v in numbers),
+                    f"{unit}/K",
+                )
+            )
     head = columns("Read-out", "Worst area", "N", "Sum over areas", "Rss over areas", "Unit", text=(0, 1, 5))
-    return Table(head, tuple(rows), "Worst area of each read-out")
+    return Table(head, tuple(rows), "Worst area of each read-out.")

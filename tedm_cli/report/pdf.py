@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import tempfile
 from importlib.resources import files
 from pathlib import Path
@@ -18,6 +17,7 @@ from tedm_cli.report.document import (
     Figure,
     Folded,
     Heading,
+    Label,
     Link,
     Listing,
     Paragraph,
@@ -25,10 +25,14 @@ from tedm_cli.report.document import (
     Table,
     Text,
     VerdictCard,
+    plain,
 )
+from tedm_cli.report.inline import size_of
+from tedm_cli.report.numbering import anchor, kind_of
 
 _WIDEST_PT, _HIGHEST_PT = 178 / 25.4 * 72, 205 / 25.4 * 72  # what a page leaves to a figure and its caption
-_SCALE = 0.8  # of figures made for a screen
+_HALF_PT = 318.0  # height of a figure of which two fit on a page
+_SCALE, _LEAST = 0.8, 0.775  # of figures made for a screen; and where two are to fit on a page: type of 6.8 points
 
 
 def to_pdf(document: Document, font_folder: str) -> bytes:
@@ -39,10 +43,11 @@ def to_pdf(document: Document, font_folder: str) -> bytes:
     content = {
         "title": document.title,
         "subject": document.subject,
-        "version": document.version,
+        "front": [list(pair) for pair in document.front],
         "notes": [_inline(note) for note in document.notes],
         "sections": [
-            {"id": s.id, "title": s.title, "blocks": [_block(b, figures) for b in s.blocks]} for s in document.sections
+            {"id": s.id, "title": s.title, "new_page": s.new_page, "blocks": [_block(b, figures) for b in s.blocks]}
+            for s in document.sections
         ],
     }
     with tempfile.TemporaryDirectory() as name:
@@ -77,27 +82,33 @@ def _block(block: Block, figures: dict[str, str]) -> dict[str, Any]:
         return kind | _table(block)
     if isinstance(block, Figure):
         figures[f"{block.key}.svg"] = block.svg
-        return kind | {"file": f"{block.key}.svg", "caption": block.caption, "width": _width_pt(block.svg)}
+        return kind | _caption(block) | {"file": f"{block.key}.svg", "width": _width_pt(block.svg)}
     if isinstance(block, VerdictCard):
         facts = [[name, _inline(value)] for name, value in block.facts]
         return kind | {"state": block.state, "word": block.word, "lead": _inline(block.lead), "rows": facts}
     inner = [_block(b, figures) for b in block.blocks]
     if isinstance(block, Columns):
-        return kind | {"blocks": inner}
+        return kind | _caption(block) | {"blocks": inner}
     assert isinstance(block, Folded)
     return kind | {"summary": block.summary, "blocks": inner}
 
 
+def _caption(block: Figure | Table | Columns) -> dict[str, str]:
+    named = {"called": f"{kind_of(block)} {block.number}", "anchor": anchor(block)} if block.number else {}
+    return {"caption": block.caption, "called": "", "anchor": "", **named}
+
+
 def _table(table: Table) -> dict[str, Any]:
-    return {
-        "caption": table.caption,
+    return _caption(table) | {
+        "heading_column": table.heading_column,
         "tight": table.tight,
         "columns": [{"title": c.title, "text": c.text} for c in table.columns],
         "rows": [
             {
                 "kind": row.kind,
                 "cells": [
-                    {"text": c.text, "state": c.state or "", "rounding": c.rounding, "long": c.long} for c in row.cells
+                    {"text": c.text, "state": c.state or "", "rounding": c.rounding, "long": c.long, "label": c.label}
+                    for c in row.cells
                 ],
             }
             for row in table.rows
@@ -111,16 +122,17 @@ def _inline(text: Text) -> list[dict[str, str]]:
     for piece in pieces:
         if isinstance(piece, Strong):
             out.append({"mark": "strong", "text": piece.text})
-        elif isinstance(piece, Link):
+        elif isinstance(piece, Link) and not piece.away:  # a PDF is passed on alone: it leads to no other file
             out.append({"mark": "link", "text": piece.text, "target": piece.target})
         else:
-            out.append({"mark": "", "text": piece})
+            out.append({"mark": "label" if isinstance(piece, Label) else "", "text": plain((piece,))})
     return out
 
 
 def _width_pt(svg: str) -> float:
-    """Width on paper, no wider than the page and no higher than leaves room for a caption."""
-    found = re.search(r'viewBox="\S+ \S+ (\S+) (\S+)"', svg)
-    assert found, "figures of matplotlib have a viewBox"
-    width, height = float(found[1]), float(found[2])
-    return min(_SCALE * width, _WIDEST_PT, _HIGHEST_PT * width / height)
+    """Width on paper: no wider than the page; of half its height or less, where that leaves the figure legible."""
+    width, height = size_of(svg)
+    scale = min(_SCALE, _WIDEST_PT / width, _HIGHEST_PT / height)
+    if _LEAST * height <= _HALF_PT < scale * height:
+        scale = _HALF_PT / height
+    return scale * width

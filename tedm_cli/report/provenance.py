@@ -72,8 +72,8 @@ def provenance_section(files: Sequence[ReportFile], figures: Sequence[Figure]) -
     blocks: list[Block] = [
         Paragraph("File names are as seen from the folder of the results."),
         Facts(tuple(sorted(versions.items(), key=lambda v: v[0].lower()))),
-        _table("Commands", "Made by", commands),
-        _table("Files", "SHA-256", sorted(inputs.items())),
+        _table("What made each file.", "Made by", commands),
+        _table("Every file and its SHA-256.", "SHA-256", sorted(inputs.items())),
         Heading("Configurations"),
     ]
     for name, (sha, text) in sorted(configs.items()):

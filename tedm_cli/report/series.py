@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from tedm_cli.report.document import (
     Block,
+    Cell,
     Facts,
     Figure,
     Heading,
@@ -16,11 +17,13 @@ from tedm_cli.report.document import (
     row,
     verdict_cell,
 )
+from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.series import SeriesSummary
-from tedm_cli.results.wording import mhz_text, ratio_text, sci, unit_text
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital, mhz_text, ratio_text, sci, unit_text
 
 
-def series_section(series: Mapping[str, SeriesSummary], figures: dict[str, list[Figure]]) -> Section:
+def series_section(series: Mapping[str, SeriesSummary], figures: Sequence[Figure], titles: Titles) -> Section:
     """Each series that was run: where it comes from, its figure, and how its outputs stand to the requirements."""
     blocks: list[Block] = [
         Paragraph(
@@ -30,24 +33,24 @@ def series_section(series: Mapping[str, SeriesSummary], figures: dict[str, list[
             " at the limit."
         )
     ]
-    for (name, s), figure in zip(series.items(), figures["series"], strict=True):
+    for (name, s), figure in zip(series.items(), figures, strict=True):
         treatment = f"{s.treatment}; {s.samples:,} samples over {sci(s.span_s)} s"
         facts = Facts((("Temperatures", s.source), ("Treatment", treatment)))
-        blocks += [Heading(name), facts, figure, verdicts_table(s)]
+        blocks += [Heading(name), facts, figure, verdicts_table(name, s, titles)]
     return Section("series", "Time series", "Time series", tuple(blocks))
 
 
-def verdicts_table(s: SeriesSummary) -> Block:
+def verdicts_table(name: str, s: SeriesSummary, titles: Titles) -> Block:
     """How the outputs of a series stand to their requirements."""
     if not s.verdicts:
         return Paragraph("No requirement could be judged: none has its band within the frequencies of the estimate.")
     rows = [
         row(
-            v.output,
+            Cell(capital(output_title(v.output)), label=v.output),
             verdict_cell(v.passed),
             ratio_text(v.ratio),
             mhz_text(v.binding_hz),
-            v.requirement,
+            Cell(titles(v.requirement), label=v.requirement),
             f"{sci(v.band_rms, 3)} {unit_text(v.unit)}",
             f"{sci(v.band_limit, 3)} {unit_text(v.unit)}",
         )
@@ -56,4 +59,4 @@ def verdicts_table(s: SeriesSummary) -> Block:
     head = columns(
         *("Output", "Verdict", "Ratio\n(1)", "Binds at", "Requirement", "In band", "At the limit"), text=(0, 1, 4)
     )
-    return Table(head, tuple(rows))
+    return Table(head, tuple(rows), f"Verdicts on the series {name}.", tight=True)

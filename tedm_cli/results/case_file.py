@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import AnyArray, FloatArray, IntArray
+from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from tedm_cli.contracts import CASE
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.bounds import BOUNDS
@@ -225,7 +225,12 @@ def _read_improvement(file: Reader, v: int, binding_hz: float) -> NamedImproveme
     """What would bring verdict number `v` down."""
     names, block = np.array(file.strings(CASE.AREA_NAME)), file.array(CASE.CASE_BLOCK)
     worst = [str(names[i]) for i in file.array(CASE.IMPROVEMENT_AREA)[v] if i >= 0]
-    match = [listed(names[block == b].tolist()) for b in file.array(CASE.IMPROVEMENT_MATCHED_BLOCK)[v] if b >= 0]
+    attributes = [
+        (text, np.array(file.strings(path)))
+        for text, path in (("{} the thermal shield", CASE.AREA_SHIELD), ("of {}", CASE.AREA_GROUP))
+    ]
+    matched = file.array(CASE.IMPROVEMENT_MATCHED_BLOCK)[v]
+    match = [block_name(names, attributes, block == b) for b in matched if b >= 0]
     groups = file.strings(CASE.IMPROVEMENT_GROUP)
     at = int(np.abs(file.array(CASE.FREQUENCY) - binding_hz).argmin())
     level = file.array(CASE.TEMPERATURE_ASD)[file.array(CASE.TEMPERATURE_SPECTRUM), at]
@@ -239,6 +244,19 @@ def _read_improvement(file: Reader, v: int, binding_hz: float) -> NamedImproveme
         group_level={g: _common(level[of_area == g]) for g in groups},
         all_factor=float(file.array(CASE.IMPROVEMENT_ALL_FACTOR)[v]),
     )
+
+
+def block_name(names: AnyArray, attributes: Sequence[tuple[str, AnyArray]], members: BoolArray) -> str:
+    """A block in few words: `all 66 areas inside the thermal shield`, `all 26 areas of IS1`; else its first areas.
+
+    `attributes`: text with {} for a value, and the values [k] of the areas.
+    """
+    if members.sum() > 1:
+        for text, values in attributes:
+            value = values[members][0]
+            if (members == (values == value)).all():
+                return f"all {members.sum()} areas {text.format(value)}"
+    return listed(names[members].tolist())
 
 
 def _common(values: FloatArray) -> float:

@@ -193,6 +193,11 @@ class ClosedLoop:
         pairs = [p for (output, _), found in self.pairs().items() if output in DELTA_G for p in found]
         return deciding(pairs) if pairs else None
 
+    def told_first(self) -> tuple[SimulatedCase, LoopOutput] | None:
+        """The verdict on Δg that decides; where Δg is not judged, the worst of those that do; None without any."""
+        pairs = [deciding(pairs) for pairs in self.pairs().values()]
+        return self.deciding_delta_g() or (worst_of(pairs) if pairs else None)
+
 
 def read_closed_loop(
     dynamics: Reader | None, simulations: Sequence[Reader], series: Mapping[str, Reader] = MappingProxyType({})

@@ -55,6 +55,17 @@ class NamedImprovement:
     group_level: dict[str, float]
     all_factor: float
 
+    def enough(self, way: str) -> int:
+        """The smallest number of areas, or blocks, that meets the requirement; 0 where none that was tried does."""
+        chosen = len(self.chosen[way])
+        tried = zip(self.count.tolist(), self.ratio[way].tolist(), strict=True)
+        return next((min(n, chosen) for n, ratio in tried if ratio <= 1.0), 0)
+
+    def after(self, way: str, n: int) -> float:
+        """The ratio with `n` areas, or blocks, of those chosen: as many as were tried, or all that help."""
+        chosen = len(self.chosen[way])
+        return float(self.ratio[way][[min(k, chosen) for k in self.count.tolist()].index(n)])
+
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:

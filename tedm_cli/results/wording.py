@@ -13,6 +13,9 @@ QUANTITY = {
     "displacement": "read-out displacement",
     "angle": "read-out angle",
 }
+_NUMBER_WORDS = (
+    *("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve"),
+)
 #: Unit that a read-out in m or rad is shown in, and the factor to it.
 READ_OUT_UNIT = {"m": ("pm", 1e12), "rad": ("nrad", 1e9)}
 
@@ -118,3 +121,19 @@ def shortened(text: str, most: int) -> str:
         return text
     head = (most - 1) // 2
     return f"{text[:head].rstrip()}…{text[len(text) - (most - 1 - head) :].lstrip()}"
+
+
+def number_word(n: int) -> str:
+    """`twelve`; larger numbers in digits."""
+    return _NUMBER_WORDS[n] if 0 <= n < len(_NUMBER_WORDS) else f"{n}"
+
+
+def decimals(values: Sequence[float], unit_factor: float, digits: int) -> str:
+    """A vector in a unit that makes its size everyday, `(−0.158, 0, −8.483)`."""
+    shown = (f"{v * unit_factor:.{digits}f}" for v in values)
+    return f"({', '.join('0' if float(t) == 0.0 else t.replace('-', '−') for t in shown)})"
+
+
+def clause(title: str) -> str:
+    """A title in front of its verb: set off by a comma where it has commas of its own."""
+    return f"{title}," if "," in title else title

@@ -51,6 +51,11 @@ def mixed(rng: random.Random) -> str:
     return rng.choice(["", " ", " word "]).join(parts) or "-"
 
 
+def printable(text: str) -> str:
+    """What a text of one line may be."""
+    return "".join(c for c in text if c.isprintable())[:200].strip() or "-"
+
+
 def quoted(text: str) -> str:
     """As a basic string of TOML."""
     return '"' + "".join(c if c.isalnum() and c.isascii() else f"\\U{ord(c):08x}" for c in text) + '"'
@@ -113,13 +118,15 @@ def plain(chain: Project, tmp_path_factory: pytest.TempPathFactory) -> Project:
 def test_a_project_full_of_it(chain: Project, plain: Project, tmp_path: Path, seed: int) -> None:
     rng = random.Random(seed)
     project = shortened(chain.copy(tmp_path / "small"))
-    (project.folder / "tedm.toml").write_text(f"title = {quoted(mixed(rng))}\n")
+    front = "".join(f"{key} = {quoted(printable(mixed(rng)))}\n" for key in ("title", "mission", "issue", "date"))
+    (project.folder / "tedm.toml").write_text(f"title = {quoted(mixed(rng))}\n[report]\n{front}")
     layout, cases = project.folder / "optics.toml", project.folder / "cases.toml"
     layout.write_text(re.sub("^title = .*", lambda _: f"title = {quoted(mixed(rng))}", layout.read_text(), flags=re.M))
     text = re.sub("^(title|reason) = .*", lambda m: f"{m[1]} = {quoted(mixed(rng))}", cases.read_text(), flags=re.M)
     (project.folder / "budget.csv").write_text("frequency_hz,amplitude\n1e-3,1e-14\n3e-2,1e-14\n")
     text += "".join(
-        f'\n[[requirement]]\nname = {quoted(mixed(rng))}\ntable = "budget.csv"\nquantity = "acceleration"\n'
+        f"\n[[requirement]]\nname = {quoted(mixed(rng))}\ntitle = {quoted(printable(mixed(rng)))}\n"
+        'table = "budget.csv"\nquantity = "acceleration"\n'
         f'outputs = ["{output}"]\nsource = {quoted(mixed(rng))}\n'
         for output in ("TM1_a_y", "TM2_a_y")
     )
@@ -131,18 +138,21 @@ def test_a_project_full_of_it(chain: Project, plain: Project, tmp_path: Path, se
     built(project)
     assert not list(tmp_path.rglob("pwned"))
 
-    page, reference = tags(project.build / "report.html"), tags(plain.build / "report.html")
-    assert page.seen <= reference.seen
-    assert {v for v in page.links if not v.startswith(("#", "data:image/png;base64,"))} == set()
+    for name, other in (("report", "report_annex"), ("report_annex", "report")):
+        page, reference = tags(project.build / f"{name}.html"), tags(plain.build / f"{name}.html")
+        assert page.seen <= reference.seen
+        away = {v.partition("#")[0] for v in page.links if not v.startswith(("#", "data:image/png;base64,"))}
+        assert away == {f"{other}.html"}
 
-    kinds = {kind for kind, _ in tokens(plain.build / "report.md")}
-    found = list(tokens(project.build / "report.md"))
-    assert {kind for kind, _ in found} <= kinds | {"text_special"}
-    assert all(re.fullmatch(r"figures/[\w.-]+", target) for _, target in found if target)
+        kinds = {kind for kind, _ in tokens(plain.build / f"{name}.md")}
+        found = list(tokens(project.build / f"{name}.md"))
+        assert {kind for kind, _ in found} <= kinds | {"text_special"}
+        targets = {target for _, target in found if target}
+        assert all(re.fullmatch(rf"figures/[\w.-]+|{other}\.md", target) for target in targets)
 
-    for page_of_pdf in pypdf.PdfReader(project.build / "report.pdf").pages:
-        for note in page_of_pdf.get("/Annots", []):
-            assert "/URI" not in (note.get_object().get("/A") or {})
+        for page_of_pdf in pypdf.PdfReader(project.build / f"{name}.pdf").pages:
+            for note in page_of_pdf.get("/Annots", []):
+                assert "/URI" not in (note.get_object().get("/A") or {})
 
     for figure in (project.build / "figures").glob("*.svg"):
         names = {element.tag.rpartition("}")[2] for element in ET.parse(figure).iter()}

@@ -99,11 +99,13 @@ def test_a_series_is_drawn_with_its_parts(project: Project) -> None:
 
 def test_the_report_tells_of_both(project: Project) -> None:
     sketch(project)
-    text = report(project, project.build_dir / "r.md")[0].read_text(encoding="utf-8")
-    section = text[text.index("## Evidence: closed loop") :]
+    annex = project.build_dir / "r_annex.md"
+    assert annex in report(project, project.build_dir / "r.md")
+    text = annex.read_text(encoding="utf-8")
+    section = text[text.index("## Closed loop") :]
     section = section[: section.index("\n## ", 5)]
     assert "### Realised in time" in section
-    assert "| delta_g | 1 | " in section
+    assert "| Differential acceleration Δg (as LISA Pathfinder computes it) (delta_g) | 1 | " in section
     assert "### Series warm through the loop" in section
     with open_checked(project.build_dir / "simulation_warm.h5", SIMULATED_SERIES) as file:
         (ratio,) = file.array("/verdict/ratio")

@@ -29,7 +29,7 @@ from tedm_cli.report.pdf import _width_pt
 from tedm_cli.results.areas import AreaMap
 from tedm_cli.results.noise import CaseNoise
 
-LEAST_PT = 7.0  # on the page
+LEAST_PT = 6.8  # on the page
 
 
 def faults(figure: Figure) -> list[str]:

@@ -31,8 +31,11 @@ def test_the_figure_is_drawn_where_it_was_made(copy: Project) -> None:
         assert read_imposed(results.imposed).noises[0].ratio == found.noises[0].ratio
     assert spec.name == "figure_6_2.svg"
     assert "5 nm/√Hz" in spec.caption
-    spectra, parts = spec.draw().axes
-    lines = {str(line.get_label()): line for line in spectra.get_lines()}
+    figure = spec.draw()
+    spectra, parts = figure.axes
+    named = [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
+    assert len(named) == len(found.noises) + 2
+    lines = dict(zip(named, spectra.get_lines(), strict=False))  # beyond the key: ends of the band
     for n in found.noises:
         np.testing.assert_array_equal(height(lines[f"{n.test_mass}, {n.model}"]), n.asd)
     np.testing.assert_allclose(height(lines["TM1, Montemurro 2004: other test mass"]), 3.4348e-17, rtol=1.5e-5)

@@ -1,7 +1,8 @@
-"""What the report decides: roles of cases, what turns a verdict, and what is said to limit it and to bring it down."""
+"""What is decided: roles of cases, what turns a verdict, and what is said to limit it and to bring it down."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +10,11 @@ import pytest
 
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.report.decision import decision_section, limited_by, summary
+from tedm_cli.report.decision import cards_section, field_words, limited_by
 from tedm_cli.report.document import Paragraph, Table, VerdictCard, plain
-from tedm_cli.report.evidence import change_section, deciding_pairs
+from tedm_cli.report.evidence import change_section, deciding_pairs, share_text
+from tedm_cli.report.summary import verdict_sentence
+from tedm_cli.report.verdicts import noise_judgements, worst_first
 from tedm_cli.results.deciding import deciding, without_repeats
 from tedm_cli.results.noise import SILENCED, WAYS, CaseNoise, JudgedOutput, Limit, NamedImprovement
 
@@ -24,7 +27,6 @@ AREAS = AreaTable(
 FREQUENCY = np.array([1e-3, 1e-2])
 LIMIT = Limit("lpf_readout_item", "a thesis", "m", (1e-3, 1e-2), np.ones(2))
 PASSED_DC = DcVerdict("TM1", "a_x", "IS+LTP", 1e-10, -1e-9, 1e-9)
-FIGURES = {"verdict": [], "improvement": []}
 LOOP = Paragraph("The loop has not been closed.", quiet=True)
 BOUNDS = ("minimum", "known_blocks_minimum", "known_blocks", "maximum_non_negative", "maximum")
 
@@ -57,9 +59,17 @@ def case(case_id: str, role: str, *outputs: JudgedOutput) -> CaseNoise:
                      (LIMIT,), np.array([2.0]), np.array([1e-3, 1e-2]))  # fmt: skip
 
 
+def cards(cases: Sequence[CaseNoise], dc: DcVerdict = PASSED_DC) -> list[VerdictCard]:
+    found = cards_section(cases, AREAS, [dc], LOOP, str)
+    return [b for b in found.blocks if isinstance(b, VerdictCard)]
+
+
 def card(*cases: CaseNoise) -> VerdictCard:
-    found = decision_section(cases, AREAS, [PASSED_DC], LOOP, FIGURES)  # type: ignore[arg-type]
-    return next(b for b in found.blocks if isinstance(b, VerdictCard) and b.name == LIMIT.name)
+    return next(b for b in cards(cases) if b.name == LIMIT.name)
+
+
+def sentence(cases: Sequence[CaseNoise], dc: Sequence[DcVerdict] = (PASSED_DC,)) -> str:
+    return plain(verdict_sentence(worst_first(noise_judgements(cases)), dc, []))
 
 
 @pytest.mark.parametrize(
@@ -83,16 +93,35 @@ def test_roles_of_cases_decide(ratios: dict[str, float], state: str, word: str, 
     assert ("Likely cases" in dict(found.facts)) == ("likely" in ratios)
 
 
-def test_the_worst_card_comes_first_and_the_summary_names_all() -> None:
-    cases = [case("1", "likely", judged(2.0))]
+def test_the_worst_card_comes_first() -> None:
     failed_dc = replace(PASSED_DC, value=3e-9)
-    for dc, names in ((PASSED_DC, [LIMIT.name, "field at rest"]), (failed_dc, [LIMIT.name, "field at rest"])):
-        section = decision_section(cases, AREAS, [dc], LOOP, FIGURES)  # type: ignore[arg-type]
-        cards = [b for b in section.blocks if isinstance(b, VerdictCard)]
-        assert [c.name for c in cards] == names
-        assert all(name in plain(summary(section)) for name in names)
-    section = decision_section([case("1", "likely", judged(0.2))], AREAS, [failed_dc], LOOP, FIGURES)  # type: ignore[arg-type]
-    assert next(b for b in section.blocks if isinstance(b, VerdictCard)).name == "field at rest"
+    for dc in (PASSED_DC, failed_dc):
+        assert [c.name for c in cards([case("1", "likely", judged(2.0))], dc)] == [LIMIT.name, "field at rest"]
+    assert [c.name for c in cards([case("1", "likely", judged(0.2))], failed_dc)] == ["field at rest", LIMIT.name]
+
+
+@pytest.mark.parametrize(
+    ("ratios", "said"),
+    [
+        ({"likely": 0.5, "possible": 0.6, "diagnostic": 9.0}, "All that is required is met, in every case that can"),
+        ({"likely": 0.5, "possible": 3.0}, "met in the likely cases, and at risk in others: the read-out of x"),
+        ({"likely": 1.5, "possible": 3.0}, "are not met: the read-out of x, test mass 1, set A, is 1.50 times"),
+        ({"possible": 3.0, "diagnostic": 9.0}, "is 3.00 times its limit in case possible."),
+    ],
+)  # fmt: skip
+def test_the_verdict_in_a_sentence(ratios: dict[str, float], said: str) -> None:
+    assert said in sentence([case(role, role, judged(ratio)) for role, ratio in ratios.items()])
+
+
+def test_the_sentence_counts_what_exceeds_and_names_the_worst() -> None:
+    dc = [PASSED_DC, replace(PASSED_DC, value=3e-9), replace(PASSED_DC, value=2e-9)]
+    text = sentence([case("1", "likely", judged(0.2))], dc)
+    assert text == (
+        "The requirements are not met: the field at rest exceeds its allocation in 2 of 3 figures (the worst is 3.00"
+        " times its limit)."
+    )
+    assert field_words(dc).startswith("exceeds its allocation in 2 of 3 figures; the worst is the acceleration of test")
+    assert field_words([PASSED_DC]).startswith("is within its allocation in 1 figure")
 
 
 @pytest.mark.parametrize(
@@ -118,12 +147,30 @@ def test_how_sure_a_verdict_is(ratio: float, more: dict[str, object], said: str)
 
 
 def test_what_limits() -> None:
-    text = limited_by(judged(2.0), AREAS)
+    text = limited_by(case("1", "likely"), judged(2.0, path={"M1": 0.8, "BS1": 0.2}), AREAS)
     assert "groups struts 92 %, bench 8 %" in text
     assert text.endswith("if the bench did not move as one, the ratio would be 0.700")
-    assert "areas S1 90 %, B1 8 %; optical elements M1 120 %, BS1 −20 %" in text
-    cancelling = judged(2.0, share=np.array([12.0, -11.5, 0.5]), path=None)
-    assert "areas cancel each other, S1 alone is 1200 %" in limited_by(cancelling, AREAS)
+    assert "areas S1 90 %, B1 8 %; optical elements M1 80 %, BS1 20 %" in text
+
+
+def test_terms_that_cancel_are_told_by_their_amplitudes_and_not_as_percentages() -> None:
+    """Shares of 1200 % of a power are no shares."""
+    j = judged(
+        2.0,
+        share=np.array([12.0, -11.5, 0.5]),
+        contribution=np.array([1.2, -1.15, 0.05]),
+        path={"M1": 1.2, "BS1": -0.2},
+    )
+    text = limited_by(case("1", "likely"), replace(j, contribution_hz=1e-2, asd=np.array([9.0, 0.1])), AREAS)
+    assert "two large terms, S1 the largest with 1.2 m/√Hz, cancel to 0.1 m/√Hz" in text
+    assert "optical elements cancel each other, M1 and BS1 the largest" in text
+    assert "120" not in text
+    assert "1200" not in text
+    assert (share_text(12.0, True), share_text(-11.5, True), share_text(0.5, False)) == (
+        "+12.00 ×",
+        "−11.50 ×",
+        "50.0 %",
+    )
 
 
 def test_what_would_help() -> None:
@@ -157,7 +204,7 @@ def test_no_more_areas_are_silenced_than_help(chosen: list[str], ratios: list[fl
         chosen=j.improvement.chosen | {SILENCED: chosen},
     )
     facts = card(case("1", "likely", replace(j, improvement=improvement))).facts
-    text = plain(dict(facts)["What would help"]).replace(". Table", ";")
+    text = plain(dict(facts)["What would help"]).replace(" (improvement", ";")
     assert f"; {said};" in text
 
 
@@ -173,7 +220,7 @@ def test_outputs_that_say_the_same_are_told_once() -> None:
 
 
 def test_required_stability_names_levels() -> None:
-    section = change_section([case("1", "likely", judged(2.0))], AREAS, FIGURES)  # type: ignore[arg-type]
+    section = change_section([case("1", "likely", judged(2.0))], AREAS, [], str)
     tables = [b for b in section.blocks if isinstance(b, Table)]
     rows = {r.cells[0].text: [c.text for c in r.cells[1:]] for r in tables[0].rows}
     assert rows["struts"] == ["2", "1.00 × 10⁻³", "0.250", "2.50 × 10⁻⁴"]

@@ -16,6 +16,8 @@ from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import plot
 from tedm_cli.stages.reporting.plot_optics import optics_specs
@@ -24,7 +26,7 @@ from tedm_cli.stages.reporting.report import report
 
 @pytest.fixture(scope="module")
 def section(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> str:
-    text = report(finished, tmp_path_factory.mktemp("optics") / "page.html")[0].read_text(encoding="utf-8")
+    text = report(finished, tmp_path_factory.mktemp("optics") / "page.html")[1].read_text(encoding="utf-8")
     start = text.index('<section id="optics">')
     return text[start : text.index("</section>", start)]
 
@@ -39,7 +41,10 @@ def test_every_figure_of_the_optics_is_in_its_section(finished: Project, section
     specs = specs_of(finished)
     assert len(captions) == len(specs) == section.count("<svg")
     for caption, spec in zip(captions, specs, strict=True):
-        assert caption[:60] == spec.caption.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")[:60]
+        assert (
+            re.sub(r"^Figure A\d+\. ", "", caption)[:60]
+            == spec.caption.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")[:60]
+        )
     loads = sum(s.section == "load" for s in specs)
     assert loads >= 2, "the made-up motions must have several worst areas"
     assert section.count("<details>") == loads - 1, "the first is seen at once"
@@ -52,7 +57,9 @@ def test_worst_areas_are_those_of_n(finished: Project, section: str) -> None:
     body = section[section.index("Worst area of each read-out") :]
     rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", body)]
     rows = [row for row in rows if len(row) == 6]
-    assert [row[0] for row in rows] == [f"{s}_{r}" for s in noise for r in read_outs]
+    labels = [f"{s}_{r}" for s in noise for r in read_outs]
+    named = [f'{capital(output_title(label))} <span class="label">{label}</span>' for label in labels]
+    assert [row[0] for row in rows] == named
 
     def number(text: str) -> float:
         return float(text.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")).replace(" × 10", "e"))
@@ -66,8 +73,9 @@ def test_worst_areas_are_those_of_n(finished: Project, section: str) -> None:
 
 def test_each_read_out_is_named_under_its_worst_area(finished: Project) -> None:
     captions = " ".join(s.caption for s in specs_of(finished) if s.section == "load")
-    for read_out in ("TM1_x", "TM1_eta", "TM1_phi", "TM2_x", "TM2_eta", "TM2_phi"):
-        assert captions.count(read_out) == 1
+    named = re.findall(r"read-out of (x|η|φ), test mass(?:es)? (1 and 2|1|2), set A", captions)
+    found = [(dof, mass) for dof, masses in named for mass in masses.split(" and ")]
+    assert sorted(found) == [(dof, mass) for dof in "xηφ" for mass in "12"]
 
 
 def test_figures_of_another_bench_are_refused(copy: Project) -> None:

@@ -16,7 +16,8 @@ from tedm_cli.contracts import CASE, SENSITIVITY
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.results.wording import ratio_text
+from tedm_cli.results.titles import BY, at_rest_title, output_title, requirement_title
+from tedm_cli.results.wording import capital, clause, ratio_text
 from tedm_cli.stages.reporting.plot import plot
 from tedm_cli.stages.reporting.report import report
 
@@ -65,19 +66,27 @@ class Page(HTMLParser):
         self.text += data
         if "style" in self.open:
             self.references += re.findall(r"(?:url\(|@import)\s*['\"]?([^)'\"\s]*)", data)
-        if (self.open and self.open[-1] in ("td", "th")) or "th" in self.open[-3:]:
+        if {"td", "th"} & set(self.open[-3:]):
             self.rows[-1][-1] += data
 
 
 @pytest.fixture(scope="module")
-def source(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> str:
-    path = report(finished, tmp_path_factory.mktemp("page") / "page.html")[0]
-    return path.read_text(encoding="utf-8")
+def sources(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The report and its annex."""
+    paths = report(finished, tmp_path_factory.mktemp("page") / "page.html")
+    assert [path.name for path in paths] == ["page.html", "page_annex.html"]
+    return [path.read_text(encoding="utf-8") for path in paths]
 
 
 @pytest.fixture(scope="module")
-def page(source: str) -> Page:
-    return Page(source)
+def first(sources: list[str]) -> Page:
+    return Page(sources[0])
+
+
+@pytest.fixture(scope="module")
+def page(sources: list[str]) -> Page:
+    """The annex, which holds every number."""
+    return Page(sources[1])
 
 
 def verdicts(project: Project, name: str) -> list[tuple[str, str, float, float, bool]]:
@@ -96,43 +105,62 @@ def verdicts(project: Project, name: str) -> list[tuple[str, str, float, float, 
 
 def test_same_inputs_give_the_same_bytes(copy: Project) -> None:
     """Also where the copy lies in another folder, and where figures and report are made anew."""
-    first = report(copy, None)[0].read_bytes()
+    before = [path.read_bytes() for path in report(copy, None)]
     names = sorted(p.name for p in (copy.build_dir / "figures").iterdir())
     figures = [(copy.build_dir / "figures" / n).read_bytes() for n in names]
     plot(copy, None, silent)
     assert [(copy.build_dir / "figures" / n).read_bytes() for n in names] == figures
-    assert report(copy, None)[0].read_bytes() == first
+    assert [path.read_bytes() for path in report(copy, None)] == before
 
 
-def test_a_copy_in_another_folder_gives_the_same_report(copy: Project, source: str) -> None:
-    assert report(copy, None)[0].read_text(encoding="utf-8") == source
+def test_a_copy_in_another_folder_gives_the_same_report(copy: Project, sources: list[str]) -> None:
+    written = [path.read_text(encoding="utf-8") for path in report(copy, None, ["html"])]
+    assert [text.replace("report_annex.html", "page_annex.html").replace("report.html", "page.html") for text in written
+            ] == sources  # fmt: skip
 
 
-def test_page_needs_nothing_but_itself(source: str, page: Page) -> None:
-    assert page.references, "the figures refer to their own parts"
-    assert [r for r in page.references if not r.startswith(("#", "data:image/png;base64,"))] == []
-    assert not page.tags & {"script", "link", "img", "iframe", "object", "embed"}
-    addresses = set(re.findall(r"https?://[^\s\"'<>)]*", source))
-    assert addresses <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+def test_pages_need_nothing_but_themselves_and_lead_to_each_other(sources: list[str], first: Page, page: Page) -> None:
+    for source, one, other in ((sources[0], first, "page_annex.html"), (sources[1], page, "page.html")):
+        assert one.references, "the figures refer to their own parts"
+        away = {r for r in one.references if not r.startswith(("#", "data:image/png;base64,"))}
+        assert {r.partition("#")[0] for r in away} == {other}
+        assert not one.tags & {"script", "link", "img", "iframe", "object", "embed"}
+        addresses = set(re.findall(r"https?://[^\s\"'<>)]*", source))
+        assert addresses <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
 
 
-def test_ids_are_unique_and_every_reference_finds_one(page: Page) -> None:
-    assert len(page.ids) == len(set(page.ids))
-    assert {r[1:] for r in page.references if r.startswith("#")} <= set(page.ids)
-    assert page.open == []
+def test_ids_are_unique_and_every_reference_finds_one(first: Page, page: Page) -> None:
+    for one, other in ((first, page), (page, first)):
+        assert len(one.ids) == len(set(one.ids))
+        assert {r[1:] for r in one.references if r.startswith("#")} <= set(one.ids)
+        away = {r.partition("#")[2] for r in one.references if r.startswith("page") and "#" in r}
+        assert away
+        assert away <= set(other.ids)
+        assert one.open == []
 
 
-def test_every_verdict_is_a_row(finished: Project, page: Page) -> None:
-    first = next(i for i, row in enumerate(page.rows) if row[1:2] == ["Verdict"] and row[0] == "Output")
-    section = [i for i, row in enumerate(page.rows) if i > first and row and row[0].startswith("Case ")]
-    for number, (case_id, name) in enumerate(CASE_FILES.items()):
-        start = section[number]
-        assert page.rows[start][0].startswith(f"Case {case_id} ")
-        expected = verdicts(finished, name)
-        assert {passed for *_, passed in expected} <= {True, False}
-        for row, (output, requirement, ratio, at, passed) in zip(page.rows[start + 1 :], expected, strict=False):
-            shown = [output, "pass" if passed else "FAIL", ratio_text(ratio), f"{at * 1e3:.3g}", requirement]
-            assert row[:5] == shown
+def row_of(page: Page, case_id: str, label: str) -> list[str]:
+    """The row of an output in the table of every verdict; outputs that say the same share one."""
+    head = next(i for i, row in enumerate(page.rows) if row[:2] == ["Output", "Verdict"])
+    start = next(i for i, row in enumerate(page.rows) if i > head and row[0].startswith(f"Case {case_id} "))
+    return next(row for row in page.rows[start + 1 :] if re.search(rf"(?<!\w){label}(?!\w)", row[0]))
+
+
+def test_every_verdict_is_a_row_with_its_plain_title(finished: Project, page: Page) -> None:
+    seen = set()
+    for case_id, name in CASE_FILES.items():
+        for output, requirement, ratio, at, passed in verdicts(finished, name):
+            row = row_of(page, case_id, output)
+            assert row[0].startswith(capital(output_title(output)))
+            shown = [
+                "pass" if passed else "FAIL",
+                ratio_text(ratio),
+                f"{at * 1e3:.3g}",
+                requirement_title(requirement, {}),
+            ]
+            assert row[1:5] == shown
+            seen.add(passed)
+    assert seen == {True, False}
 
 
 def test_first_sentence_of_a_requirement_counts_its_cases(finished: Project, page: Page) -> None:
@@ -142,10 +170,11 @@ def test_first_sentence_of_a_requirement_counts_its_cases(finished: Project, pag
         by_case = [[v for v in verdicts(finished, n) if v[1] == requirement] for n in CASE_FILES.values()]
         met = sum(all(v[4] for v in case) for case in by_case)
         worst = max((v for case in by_case for v in case), key=lambda v: v[2])
-        sentence = text[text.index(f": {requirement} (") :][:500]
+        sentence = text[text.index(f": {requirement_title(requirement, {})} {requirement} for ") :][:500]
         said = "met in all 3 cases that can occur" if met == 3 else f"violated in {3 - met} of 3 cases"
         assert f"is {said}" in sentence
-        assert f"{worst[0]} reaches {ratio_text(worst[2])} times the limit at {worst[3] * 1e3:.3g} mHz" in sentence
+        assert f"the {clause(output_title(worst[0]))} reaches {ratio_text(worst[2])} times the limit" in sentence
+        assert f"at {worst[3] * 1e3:.3g} mHz" in sentence
         assert "safety factor of 2" in sentence
         seen.add(met == 3)
     assert seen == {True, False}, "the made-up matrices must show both outcomes"
@@ -153,11 +182,9 @@ def test_first_sentence_of_a_requirement_counts_its_cases(finished: Project, pag
 
 def test_filter_range_is_that_of_the_file(finished: Project, page: Page) -> None:
     with open_checked(finished.build_dir / "case02.h5", CASE) as file:
-        ratio = file.array("/filter_sensitivity/ratio")
-    first = next(i for i, row in enumerate(page.rows) if row[1:2] == ["Verdict"] and row[0] == "Output")
-    start = next(i for i, row in enumerate(page.rows) if i > first and row[0].startswith("Case 2 "))
-    for row, values in zip(page.rows[start + 1 :], ratio, strict=False):
-        ends = row[5].split(" to ")
+        ratio, outputs = file.array("/filter_sensitivity/ratio"), file.strings("/verdict/output")
+    for output, values in zip(outputs, ratio, strict=True):
+        ends = row_of(page, "2", output)[5].split(" to ")
         assert (ends[0], ends[-1]) == (ratio_text(values.min()), ratio_text(values.max()))
 
 
@@ -184,14 +211,14 @@ def test_field_at_rest_is_summed_over_sources(finished: Project, page: Page) -> 
         np.testing.assert_allclose([number(row[9]) for row in rows[:3]], error[t], rtol=0.06)
 
 
-def test_every_verdict_at_rest_is_a_row(finished: Project, source: str, page: Page) -> None:
+def test_every_verdict_at_rest_is_a_row(finished: Project, sources: list[str], page: Page) -> None:
     with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
         names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem")]
         value, ratio, passed = (file.array(f"/dc_verdict/{c}") for c in ("value", "ratio", "passed"))
     rows = [row for row in page.rows if len(row) == 6 and row[1] in ("IS", "LTP", "IS+LTP")]
     assert len(rows) == len(value) == 42
     assert 0 < passed.sum() < 42, "the made-up field must show both outcomes"
-    assert source.count('<tr class="failed">') == 42 - passed.sum()
+    assert sources[1].count('<tr class="failed">') == 42 - passed.sum()
     for row, quantity, subsystem, v, r, p in zip(rows, *names[1:], value, ratio, passed, strict=True):
         assert row[0].startswith(quantity.replace("gamma", "Γ").replace("omegadot", "ω̇") + " (")
         assert (row[1], row[2]) == (subsystem, "pass" if p else "FAIL")
@@ -203,10 +230,11 @@ def test_every_verdict_at_rest_is_a_row(finished: Project, source: str, page: Pa
     assert [row[5] for row in rows[:4]] == ["(−1 to 2) × 10⁻⁷", "(−2 to 3) × 10⁻⁷", "(−3 to 5) × 10⁻⁷", "±3.5 × 10⁻¹⁰"]
     worst = int(np.argmax(ratio))
     sentence = re.sub(r"\s+", " ", page.text)
-    sentence = sentence[sentence.index("field at rest is outside") :][:400]
+    sentence = sentence[sentence.index("field at rest exceeds its allocation") :][:400]
     whole = [bool(p) for s, p in zip(names[2], passed, strict=True) if s == "IS+LTP"]
-    assert f"outside its allocation in {42 - passed.sum()} of 42 quantities ({14 - sum(whole)} of 14 for" in sentence
-    assert f"the worst is {names[1][worst]} of {names[0][worst]} by {names[2][worst]}," in sentence
+    assert f"exceeds its allocation in {42 - passed.sum()} of 42 figures ({14 - sum(whole)} of 14 for" in sentence
+    title = at_rest_title(names[1][worst], names[0][worst])
+    assert f"the worst is the {title} by {BY[names[2][worst]]}," in sentence
     assert f"which is {ratio_text(ratio[worst])} times its limit" in sentence
 
 
@@ -225,7 +253,7 @@ def test_weak_coupling_of_test_masses_is_not_rounding(tmp_path: Path) -> None:
     k[3:6, 9:12] = 1e-12 * np.array([[1.0, 1e-10, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 0.0]])
     project = make_project(tmp_path, ONE_CASE, {"/stiffness/linearised": k})
     sketch(project)
-    page = Page(report(project, None)[0].read_text(encoding="utf-8"))
+    page = Page(report(project, None, ["html"])[1].read_text(encoding="utf-8"))
     assert [row[10:13] for row in page.rows if len(row) == 13][4:7] == [
         ["1.00 × 10⁻¹²", "0", "1.00 × 10⁻¹²"],
         ["1.00 × 10⁻¹²"] * 3,
@@ -237,14 +265,15 @@ def test_lumped_masses_have_no_error_estimate(tmp_path: Path) -> None:
     error = np.array([[np.nan, 1e-14, 1e-10]] * 2)
     project = make_project(tmp_path, ONE_CASE, {"/source/mass_model": "lumped", "/source/quadrature_error": error})
     sketch(project)
-    page = Page(report(project, None)[0].read_text(encoding="utf-8"))
+    page = Page(report(project, None, ["html"])[1].read_text(encoding="utf-8"))
     assert "Mass model of the structure: lumped" in page.text
     rows = [row for row in page.rows if row[1:2] == ["structure"]]
     assert [row[9] for row in rows] == ["no estimate"] * 2
 
 
-def test_names_of_the_user_come_out_as_text(source: str, page: Page) -> None:
-    assert "b" not in page.tags
+def test_names_of_the_user_come_out_as_text(first: Page, page: Page) -> None:
+    assert "b" not in page.tags | first.tags
+    assert "Made up & <small>" in first.text
     for name in (*AREAS["/area/name"], "All correlated: 5 < 7 & $x$", "Made up & <small>"):  # type: ignore[misc]
         assert str(name) in page.text
     assert CASES in page.text
@@ -262,19 +291,20 @@ def test_project_without_requirements(with_cases: Callable[[str], Project]) -> N
     kept = re.sub(r"\[\[requirement\]\]\nname.*\noutputs.*\n", "", ONE_CASE)
     project = with_cases(kept)
     sketch(project)
-    text = report(project, None)[0].read_text(encoding="utf-8")
+    text = report(project, None, ["html"])[0].read_text(encoding="utf-8")
     assert "no requirement on noise: none is judged" in text
 
 
 def test_white_temperature_has_no_filter_to_vary(with_cases: Callable[[str], Project]) -> None:
     project = with_cases(ONE_CASE.replace('preset = "thesis"', 'preset = "white"'))
     sketch(project)
-    text = Page(report(project, None)[0].read_text(encoding="utf-8")).text
+    text = " ".join(Page(path.read_text(encoding="utf-8")).text for path in report(project, None, ["html"]))
     assert "no low-pass" in text
     assert "low-pass temperature filter are assumed" not in text
     assert "range over filter" not in text
 
 
 def test_report_goes_where_it_is_told(finished: Project, tmp_path: Path) -> None:
-    assert report(finished, tmp_path / "deep" / "r.html") == [tmp_path / "deep" / "r.html"]
+    folder = tmp_path / "deep"
+    assert report(finished, folder / "r.html") == [folder / "r.html", folder / "r_annex.html"]
     assert not (finished.build_dir / "report.html").exists()

@@ -20,7 +20,8 @@ from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.noise import Spectrum
 from tedm_cli.results.series import MOST_PIECES, piece_starts, read_series, thinned
-from tedm_cli.results.wording import ratio_text
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital, ratio_text
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.noise.series import run_series
 from tedm_cli.stages.reporting.plot_series import series_specs
@@ -150,13 +151,13 @@ def test_a_realised_case_shows_its_estimate_over_the_exact_curve(project: Projec
 
 def test_the_report_tells_of_series_and_where_they_come_from(project: Project) -> None:
     sketch(project)
-    text = report(project, project.build_dir / "r.md")[0].read_text(encoding="utf-8")
+    text = report(project, project.build_dir / "r.md")[1].read_text(encoding="utf-8")
     section = text[text.index("## Time series") :]
     section = section[: section.index("\n## ", 5)]
     with open_checked(project.build_dir / "series_warm.h5", SERIES) as file:
         ratio = dict(zip(file.strings("/verdict/output"), file.array("/verdict/ratio"), strict=True))
         assert file.string("/temperature/source") in section
     for output, value in ratio.items():
-        assert f"| {output} | " in section
+        assert f"{capital(output_title(output))} ({output}) | " in section
         assert ratio_text(float(value)) in section
     assert sha256_of(project.build_dir / "series_warm.h5") in text

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.cli.printing.titles import legend_lines
 from tedm_cli.results.wording import count
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def case_lines(path: Path, result: CaseResult) -> list[str]:
         *table(head, rows, right=(2, 3, 4, 5, 6)),
         "noise and limit: amplitude spectral density at the binding frequency, "
         + ", ".join(f"{u}/sqrt(Hz) ({k})" for k, u in _units(result)),
+        *legend_lines((v.output, v.requirement) for v in result.verdicts),
     ]
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from tedm_cli.cli.printing.series import series_dict, series_lines
 from tedm_cli.cli.printing.table import table
+from tedm_cli.cli.printing.titles import legend_lines
 from tedm_cli.dynamics.signals import unit
 from tedm_cli.results.deciding import deciding
 from tedm_cli.results.wording import and_text, ratio_text, rounded_down
@@ -73,6 +74,7 @@ def simulation_lines(path: Path, r: Simulation) -> list[str]:
         rows.append((v.output, v.requirement, *numbers, verdict, _dominating(r, j)))
     head = ("output", "requirement", "noise", "limit", "ratio", "margin", "at mHz", "verdict", "made of")
     lines += table(head, rows, right=(2, 3, 4, 5, 6))
+    lines += legend_lines((j.verdict.output, j.verdict.requirement) for j in r.judged)
     if r.realised is not None:
         ratio = r.realised.ratio.mean(axis=1)
         parts = ", ".join(f"{label} {value:.3f}" for label, value in zip(r.realised.labels, ratio, strict=True))

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.cli.printing.titles import legend_lines
 
 if TYPE_CHECKING:
     from tedm_cli.arrays import FloatArray
@@ -51,6 +52,7 @@ def series_lines(r: SeriesResult, parts: Mapping[str, FloatArray] = MappingProxy
             f"ratio = safety factor {r.safety_factor:g} x noise / limit, at its largest, in amplitude spectral density;"
             " the scatter of the estimate is in it"
         )
+        lines += legend_lines((v.worst.output, v.worst.requirement) for v in r.verdicts)
     return lines + [f"not judged: {fact}" for fact in r.unjudged]
 
 

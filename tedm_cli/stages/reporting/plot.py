@@ -24,6 +24,7 @@ from tedm_cli.results.deciding import worth_showing
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, NamedImprovement, kinds_of
 from tedm_cli.results.self_gravity import gravity_maps
+from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import quantity
 from tedm_cli.stages.reporting import draw
 from tedm_cli.stages.reporting.plot_dynamics import dynamics_specs
@@ -73,30 +74,39 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     all_cases = tuple(f"{i.path.name} {i.sha256}" for i in results.case_files)
     specs: list[FigureSpec] = []
 
-    def add(name: str, section: str, caption: str, sources: tuple[str, ...], drawn: Callable[[], Figure]) -> None:
-        specs.append(FigureSpec(name, section, caption, sources, drawn))
+    def add(
+        name: str,
+        section: str,
+        caption: str,
+        sources: tuple[str, ...],
+        drawn: Callable[[], Figure],
+        decides: bool = False,
+    ) -> None:
+        specs.append(FigureSpec(name, section, caption, sources, drawn, decides))
 
     kinds, ids = kinds_of(cases), [c.id for c in cases]
     if kinds:
         add(
             "ratios.svg",
             "verdict",
-            "Ratio of noise to requirement in every case, the safety factor included"
+            "Ratio of noise to requirement in every case, the safety factor included: right of 1 it is violated"
             + "; grey bars: range of that ratio over the orders and corners of the temperature filter that were tried"
             * any(_worst_filters(cases, kind) for kind in kinds)
             + ".",
             all_cases,
             partial(draw.ratios, cases, kinds),
+            decides=True,
         )
     for kind in kinds:
         title = quantity(kind, sorted({j.output for c in cases for j in c.of_kind(kind)}))
         add(
             f"all_{kind}.svg",
             "all cases",
-            f"All cases: {title}, amplitude spectral density with the safety factor applied."
-            f"{_flight_words(cases[0], kind)}",
+            f"All cases: {title}, amplitude spectral density with the safety factor applied; a curve above the black"
+            f" one violates the requirement.{_flight_words(cases[0], kind)}",
             all_cases,
             partial(draw.overlay, cases, kind),
+            decides=True,
         )
     for kind in kinds:
         title = quantity(kind, sorted({j.output for c in cases for j in c.of_kind(kind)}))
@@ -119,26 +129,31 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             + (", and other temperature filters." if _worst_filters(cases, kind) else ", or none that is negative."),
             all_cases,
             partial(draw.certainty, cases, kind),
+            decides=True,
         )
-        for case, judged in worth_showing(cases, kind):
+        for place, (case, judged) in enumerate(worth_showing(cases, kind)):
+            title = output_title(judged.output)
             only, which = all_cases[ids.index(case.id)], f"{kind}_{Path(case_file_name(case.id)).stem}"
             add(
                 f"contributors_{which}.svg",
                 "contributors",
-                f"What the noise of {judged.output} is made of in case {case.id}.",
+                f"What the noise of the {title} is made of in case {case.id}. Bars to the left cancel bars to the"
+                " right.",
                 (only,),
                 partial(draw.contributors, case, judged, areas),
+                decides=place == 0,
             )
             add(
                 f"improvement_{which}.svg",
                 "improvement",
-                f"What would lower the ratio of {judged.output} in case {case.id}. Above: the worst areas improved,"
+                f"What would lower the ratio of the {title} in case {case.id}. Above: the worst areas improved,"
                 " each the one that helps most after those before it, or the best blocks matched. Below: the factor"
                 " on the temperature amplitude of one group, the others unchanged, that just meets the requirement"
                 + _levels_words(judged.improvement)
                 + ".",
                 (only,),
                 partial(draw.improvement, case, judged),
+                decides=place == 0 and not judged.passed,
             )
     add(
         "temperature.svg",
@@ -158,10 +173,12 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     add(
         "field_at_rest.svg",
         "field",
-        f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(results.sensitivity))};"
+        f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(results.sensitivity))}:"
+        " right of 1 it exceeds it;"
         " theta, eta and phi turn about x, y and z.",
         (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
         partial(draw.field_at_rest, results.sensitivity),
+        decides=True,
     )
     specs += imposed_specs(results)
     specs += dynamics_specs(results)

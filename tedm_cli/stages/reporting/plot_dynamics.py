@@ -11,6 +11,7 @@ from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.dynamics import FAMILIES, LoopOutput, LoopStability, SimulatedCase, read_closed_loop
+from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, ratio_text
 from tedm_cli.stages.reporting import draw
 
@@ -32,17 +33,23 @@ def dynamics_specs(results: Results) -> list[FigureSpec]:
             "loop_margins.svg", SECTION, loop_words(found.stability), loop, partial(draw.loop_margins, found.stability)
         )
     ]
-    worst = found.worst_likely()
+    worst, told = found.worst_likely(), found.told_first()
     for output, (case, j) in worst.items():
         name = f"budget_{output}_{Path(case_file_name(case.id)).stem}.svg"
-        specs.append(FigureSpec(name, SECTION, budget_words(case, j), of_case[case.id], partial(draw.budget, case, j)))
+        drawn, decides = partial(draw.budget, case, j), told is not None and told[1].output == output
+        specs.append(FigureSpec(name, SECTION, budget_words(case, j), of_case[case.id], drawn, decides))
     delta_g = next((worst[output] for output in DELTA_G if output in worst), None)
     if delta_g is not None and delta_g[1].feels_temperatures:
         case, j = delta_g
         name = f"closed_loop_thermal_{Path(case_file_name(case.id)).stem}.svg"
         specs.append(
             FigureSpec(
-                name, SECTION, _thermal_words(case, j), of_case[case.id], partial(draw.closed_loop_thermal, case, j)
+                name,
+                SECTION,
+                _thermal_words(case, j),
+                of_case[case.id],
+                partial(draw.closed_loop_thermal, case, j),
+                decides=True,
             )
         )
     return specs
@@ -69,7 +76,8 @@ def budget_words(case: SimulatedCase, j: LoopOutput) -> str:
     temperatures = ", the temperatures among them," if THERMAL in groups else ""
     black = "requirement with its band" if len(limits) == 1 else "requirements with their bands"
     return (
-        f"What the noise of {j.output} in closed loop is made of in case {case.id}: amplitude spectral density times"
+        f"What the noise of the {output_title(j.output)} in closed loop is made of in case {case.id}: amplitude"
+        " spectral density times"
         f" the safety factor {case.safety_factor:g}, in total and by group of sources{temperatures} and the {black}."
     )
 
@@ -77,7 +85,8 @@ def budget_words(case: SimulatedCase, j: LoopOutput) -> str:
 def _thermal_words(case: SimulatedCase, j: LoopOutput) -> str:
     several = len(case.limits_of(j.output)) > 1
     return (
-        f"The part of the temperatures in {j.output}, closed loop, case {case.id}, times the safety factor"
+        f"The part of the temperatures in the {output_title(j.output)}, closed loop, case {case.id}, times the safety"
+        " factor"
         f" {case.safety_factor:g}: gravity and read-out as they add with their phases, as they would add without, and"
         f" gravity alone; in black the requirement{'s' * several}. Without phases the power at the frequency that binds"
         f" would be {ratio_text(j.incoherent)} times as large."

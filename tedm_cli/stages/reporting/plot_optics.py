@@ -21,6 +21,7 @@ from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_out_maps, read_read_outs
 from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.titles import outputs_title
 from tedm_cli.results.wording import READ_OUT_UNIT, number_text
 from tedm_cli.stages.reporting import draw
 
@@ -87,7 +88,14 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     for name, row in zip(read_outs.label, read_outs.N[first], strict=True):
         worst.setdefault(worst_area(row), []).append(name)
     for area, felt_by in worst.items():
-        specs.append(_area_spec(results, areas, area, f" It is the worst area for {', '.join(felt_by)}."))
+        specs.append(
+            _area_spec(
+                results,
+                areas,
+                area,
+                f" It is the worst area for the {outputs_title([f'{first}_{name}' for name in felt_by])}.",
+            )
+        )
     return specs
 
 

@@ -1,19 +1,22 @@
-"""report: everything a build folder holds, as one HTML page, as PDF, and as Markdown."""
+"""report: everything a build folder holds, as a report that decides and an annex, in HTML, PDF and Markdown."""
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Sequence
 from os.path import relpath
 from pathlib import Path
 from typing import Literal
 
-from tedm_cli.config.project import Project
+from tedm_cli.config.cases import CasesConfig
+from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.project import Project, ReportTable
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import UsageError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import open_checked, replacing
-from tedm_cli.report.contents import ReportFigure, ReportInputs, document_of
+from tedm_cli.report.contents import Front, ReportFigure, ReportInputs, documents_of
 from tedm_cli.report.document import Document
 from tedm_cli.report.html import to_html
 from tedm_cli.report.inline import read_figure
@@ -32,12 +35,15 @@ from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 
 Format = Literal["html", "pdf", "md"]
 FORMATS: tuple[Format, ...] = ("html", "pdf", "md")
+ANNEX = "_annex"  # end of the name of the annex
+VIEW = "view.html"  # shows the model, where it lies beside the report
 
 
 def report(project: Project, output: Path | None, formats: Sequence[Format] = ()) -> list[Path]:
-    """Write the report of all cases, with the figures that `plot` left in the build folder.
+    """Write report and annex of all cases, with the figures that `plot` left in the build folder.
 
-    `formats`: all, where none is named; `output`: one file, whose ending says its format.
+    `formats`: all, where none is named; `output`: the report, whose ending says its format. The annex lies beside it,
+    with `_annex` in its name. Returns the reports of all formats, then the annexes.
 
     Raises
     ------
@@ -47,15 +53,17 @@ def report(project: Project, output: Path | None, formats: Sequence[Format] = ()
     wanted = list(dict.fromkeys(formats)) or list(FORMATS)
     if output is not None:
         wanted = [_format_of(output, formats)]
-    document = _document(project)
-    written = []
-    for fmt in wanted:
-        path = out_path(project, f"report.{fmt}", output)
-        data = _rendered(document, fmt, path, project.build_dir / FIGURES)
+    paths = [out_path(project, f"report.{fmt}", output) for fmt in wanted]
+    documents = _documents(project, paths[0].parent)
+    rendered = []
+    for document, ending in zip(documents, ("", ANNEX), strict=True):
+        for fmt, path in zip(wanted, paths, strict=True):
+            own, other = (path.with_name(f"{path.stem}{e}{path.suffix}") for e in (ending, ANNEX if not ending else ""))
+            rendered.append((own, _rendered(document, fmt, own, other.name, project.build_dir / FIGURES)))
+    for path, data in rendered:
         with replacing(path) as temporary:
             temporary.write_bytes(data)
-        written.append(path)
-    return written
+    return [path for path, _ in rendered]
 
 
 def _format_of(output: Path, formats: Sequence[Format]) -> Format:
@@ -68,18 +76,19 @@ def _format_of(output: Path, formats: Sequence[Format]) -> Format:
     return found
 
 
-def _rendered(document: Document, fmt: Format, path: Path, figures: Path) -> bytes:
+def _rendered(document: Document, fmt: Format, path: Path, other: str, figures: Path) -> bytes:
     if fmt == "html":
-        return to_html(document).encode()
+        return to_html(document, other).encode()
     if fmt == "md":
-        return to_markdown(document, Path(relpath(figures, path.parent)).as_posix()).encode()
+        return to_markdown(document, Path(relpath(figures, path.parent)).as_posix(), other).encode()
     from tedm_cli.figures.fonts import font_folder
     from tedm_cli.report.pdf import to_pdf
 
     return to_pdf(document, font_folder())
 
 
-def _document(project: Project) -> Document:
+def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
+    """Report and annex, to be written into a folder."""
     build = project.build_dir
     loads = build / UNIT_LOADS_FILE
     with (
@@ -92,7 +101,7 @@ def _document(project: Project) -> Document:
                 require_input(file, used)
         cases = [read_case(r) for r in results.cases]
         figures = [
-            ReportFigure(s.section, s.caption, read_figure(build / FIGURES / s.name, s.sources), s.name)
+            ReportFigure(s.section, s.caption, read_figure(build / FIGURES / s.name, s.sources), s.name, s.decides)
             for s in figure_specs(results, cases)
         ]
         readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
@@ -105,7 +114,7 @@ def _document(project: Project) -> Document:
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
         hashes += results.simulated_series_files.values()
         hashes += [results.imposed_file] if results.imposed_file is not None else []
-        return document_of(
+        return documents_of(
             ReportInputs(
                 title=project.title,
                 model=read_model_size(unit_loads),
@@ -120,5 +129,20 @@ def _document(project: Project) -> Document:
                 closed_loop=read_closed_loop(results.dynamics, results.simulations, results.simulated_series),
                 files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
                 figures=figures,
+                front=_front(project.report),
+                requirement_titles=_requirement_titles(project, results.config),
+                model_view=VIEW if (folder / VIEW).is_file() else "",
             )
         )
+
+
+def _front(table: ReportTable) -> Front:
+    date = table.date.isoformat() if isinstance(table.date, datetime.date) else table.date
+    issue = "" if table.issue is None else str(table.issue)
+    return Front(table.title or "", table.mission or "", issue, date or "", table.prepared_by or "")
+
+
+def _requirement_titles(project: Project, cases: CasesConfig) -> dict[str, str]:
+    """Plain titles that the configuration gives requirements, by name."""
+    tables = [*cases.requirements, *load_dynamics(project.dynamics)[1].requirements]
+    return {table.name: table.title for table in tables if table.title is not None}

@@ -1,0 +1,175 @@
+"""The evidence that decides, as the report tells it: what limits, field at rest, how sure, key figures, assumptions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.report.cases import what_cases_stand_for
+from tedm_cli.report.decision import field_words, how_sure, limited_by
+from tedm_cli.report.document import Block, Cell, Facts, Figure, Paragraph, Ref, Row, Section, Table, Text, columns, row
+from tedm_cli.report.verdicts import Titles, exceeding, noise_judgements, worst_first
+from tedm_cli.results.deciding import by_requirement
+from tedm_cli.results.dynamics import ClosedLoop
+from tedm_cli.results.field import FieldAtRest
+from tedm_cli.results.model import DistortionSize, ModelSize
+from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.optics import OpticsQuality, ReadOuts
+from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.titles import BY, at_rest_title, mass_title, output_title
+from tedm_cli.results.wording import capital, count, decimals, ratio_text, sci, unit_text
+
+
+def binding_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[Figure]) -> Section:
+    """Each judged output in the case that decides it: what limits it, in words; figures of the worst."""
+    rows = []
+    for found in worst_first(noise_judgements(cases)):
+        case, j = found.decides
+        rows.append(row(capital(output_title(found.output)), _where(case, j.ratio), limited_by(case, j, areas)))
+    caption = "What the noise of each judged output comes from, in the case that decides its verdict."
+    table = Table(columns("Output", "Ratio", "Made of", text=(0, 1, 2)), tuple(rows), caption, tight=True)
+    title = "Evidence: what the noise comes from"
+    return Section("binding", title, "What limits", (table, *figures))
+
+
+def _where(case: CaseNoise, ratio: float) -> str:
+    return f"{ratio_text(ratio)} in case {case.id}"
+
+
+def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Section:
+    """The field at rest: how it stands, and the figures that exceed their allocation."""
+    blocks: list[Block] = [
+        Paragraph((f"The field at rest {field_words(dc)} All figures: ", Ref("at rest"), ".")),
+        *figures,
+    ]
+    if outside := sorted(exceeding(dc), key=lambda v: -v.ratio):
+        rows = tuple(
+            row(
+                capital(at_rest_title(v.quantity, v.test_mass)),
+                BY[v.subsystem],
+                Cell(ratio_text(v.ratio), "violated"),
+                sci(v.value),
+                sci(v.upper if v.value > 0.0 else v.lower),
+                unit_text(v.unit),
+            )
+            for v in outside
+        )
+        head = columns("Figure", "By", "Ratio\n(1)", "Value", "Limit", "Unit", text=(0, 1, 5))
+        blocks.append(Table(head, rows, "Every figure of the field at rest that exceeds its allocation.", tight=True))
+    return Section("at-rest", "Evidence: field at rest", "Field at rest", tuple(blocks))
+
+
+def how_sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> Section:
+    """Whether other temperature filters, correlations or safety factors would turn a verdict."""
+    rows = []
+    for found in worst_first(noise_judgements(cases)):
+        case, j = found.decides
+        rows.append(row(capital(output_title(found.output)), _where(case, j.ratio), how_sure(case, j)))
+    text = (
+        "A verdict rests on assumptions: temperature filter, correlation of the areas, safety factor. Every ratio under"
+        " other ones is in ",
+        Ref("sure"),
+        ".",
+    )
+    caption = "Whether other assumptions would turn a verdict, changed one at a time."
+    table = Table(columns("Output", "Ratio", "With others", text=(0, 1, 2)), tuple(rows), caption, tight=True)
+    return Section("sure", "Evidence: how sure the verdicts are", "How sure", (Paragraph(text), table, *figures))
+
+
+def key_figures_section(
+    model: ModelSize,
+    distortion: DistortionSize,
+    field: FieldAtRest,
+    quality: OpticsQuality,
+    read_outs: ReadOuts,
+    areas: AreaTable,
+    loop: ClosedLoop | None,
+) -> Section:
+    """The figures by which one model is told from another."""
+    rows: list[Row] = [
+        row("Model", f"{model.grids:,} grids, {len(model.card):,} elements, {len(areas)} thermal areas"),
+        row("Mass", f"{model.mass_kg:.6g} kg"),
+        row("Centre of gravity", f"{decimals(model.centre_of_gravity_m.tolist(), 1e3, 3)} mm, Nastran basic frame"),
+        row(
+            "Largest translation of a grid",
+            f"{sci(float(distortion.largest.max()), 3)} m per kelvin of"
+            f" {distortion.area[int(distortion.largest.argmax())]}",
+        ),
+    ]
+    if distortion.superposition_translation is not None:
+        residual = sci(distortion.superposition_translation, 2)
+        rows.append(
+            row("Sum of all areas against the uniform load", f"differs by {residual} of the largest translation")
+        )
+    for t, name in enumerate(field.test_mass):
+        a = field.acceleration[t].sum(axis=0)
+        parts = ", ".join(sci(float(v), 3) for v in a)
+        rows.append(row(f"Acceleration at rest of {mass_title(name)}", f"({parts}) m/s² along x, y, z"))
+    first = next(iter(read_outs.sets))
+    for label, unit, values in zip(read_outs.label, read_outs.unit, read_outs.N[first], strict=True):
+        if unit == "m":
+            worst = first_largest(range(len(values)), [float(v) for v in np.abs(values)])
+            rows.append(
+                row(
+                    f"Largest {output_title(f'{first}_{label}')}",
+                    f"{sci(float(values[worst]), 3)} {unit} per kelvin of {areas.name[worst]};"
+                    f" {sci(float(values.sum()), 3)} {unit} per kelvin of all areas together",
+                )
+            )
+    conditions = ", ".join(f"{sci(c, 3)} (set {name})" for name, c in quality.condition.items())
+    rows.append(row("Condition number of the read-out", f"{conditions}; in metres and radians"))
+    if loop is not None:
+        phases = [x for x in loop.stability.loops if np.isfinite(x.phase_deg)]
+        least = min(phases, key=lambda x: x.phase_deg) if phases else None
+        words = f"; smallest phase margin {least.phase_deg:.1f}° ({least.name})" if least else ""
+        rows.append(row("Drag-free loop", f"{count(len(loop.stability.loops), 'loop')}, stable{words}"))
+    head = columns("Figure", "Value", text=(0, 1))
+    return Section(
+        "key", "Key figures", "Key figures", (Table(head, tuple(rows), "Key figures of the model.", tight=True),)
+    )
+
+
+def assumptions_section(
+    cases: Sequence[CaseNoise], field: FieldAtRest, loop: ClosedLoop | None, titles: Titles
+) -> Section:
+    """What every verdict takes for granted: temperatures, safety factor, cases, requirements, masses."""
+    first = cases[0]
+    factor = f"{first.safety_factor:g}, on noise amplitudes wherever they are compared to a requirement"
+    facts: list[tuple[str, Text]] = [("Temperature noise", first.temperature), ("Safety factor", factor)]
+    if first.filter_order.size:
+        orders = ", ".join(f"{v:g}" for v in first.filter_order)
+        corners = ", ".join(f"{v * 1e3:g}" for v in first.filter_corner_hz)
+        facts.append(
+            (
+                "Temperature filter",
+                "order and corner of the low-pass temperature filter are assumed, and verdicts depend on them; tried as"
+                f" well: every order of {orders} with every corner of {corners} mHz, levels held at the reference"
+                " frequency",
+            )
+        )
+    how = {"quadrature": "spread over its elements", "lumped": "lumped at its grids"}.get(
+        field.mass_model, field.mass_model
+    )
+    facts.append(("Mass of the structure", f"{how} ({field.mass_model})"))
+    if loop is not None:
+        facts.append(("Drag-free loop", f"{loop.stability.origin}; hears set {loop.cases[0].read_out_set}"))
+    limits = {limit.name: limit for limit, _ in by_requirement(cases)}
+    for case in loop.cases if loop is not None else ():
+        limits |= {limit.name: limit for limit in case.limits}
+    rows = tuple(
+        row(
+            Cell(titles(limit.name), label=limit.name),
+            f"{limit.band_hz[0] * 1e3:g} to {limit.band_hz[1] * 1e3:g} mHz",
+            f"{unit_text(limit.unit)}/√Hz",
+            limit.source,
+        )
+        for limit in limits.values()
+    )
+    head = columns("Requirement", "Band", "Unit", "Source", text=(0, 1, 2, 3))
+    blocks: list[Block] = [Facts(tuple(facts)), what_cases_stand_for(cases)]
+    if rows:
+        blocks.append(Table(head, rows, "The requirements, and where they are from.", tight=True))
+    return Section("assumptions", "Assumptions", "Assumptions", tuple(blocks))

@@ -1,0 +1,280 @@
+"""What to do: what would bring every verdict that is not met within its limit, told before any evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.report.document import (
+    Block,
+    Cell,
+    Figure,
+    Heading,
+    Link,
+    Paragraph,
+    Ref,
+    Row,
+    Section,
+    Strong,
+    Table,
+    Text,
+    columns,
+    row,
+)
+from tedm_cli.report.dynamics import SECTION
+from tedm_cli.report.evidence import factor_cell, few, improvement_key, ratio_cell
+from tedm_cli.report.summary import Loop, Noise
+from tedm_cli.report.verdicts import Titles, exceeding, loop_judgements, noise_judgements, worst_first
+from tedm_cli.results.dynamics import ClosedLoop
+from tedm_cli.results.field import worst_at_rest
+from tedm_cli.results.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput
+from tedm_cli.results.titles import BY, at_rest_title, output_title
+from tedm_cli.results.wording import (
+    and_text,
+    capital,
+    clause,
+    count,
+    mhz_text,
+    number_word,
+    power_text,
+    ratio_text,
+    rounded_down,
+    sci,
+    unit_text,
+)
+
+_MEASURE = {
+    SILENCED: "Areas without any noise",
+    QUIETER: "The same areas with a tenth of their noise",
+    MATCHED: "One common temperature of blocks",
+}
+ACTUATION = "actuation"
+
+
+def remedy_section(
+    cases: Sequence[CaseNoise],
+    areas: AreaTable,
+    dc: Sequence[DcVerdict],
+    loop: ClosedLoop | None,
+    titles: Titles,
+    figures: Sequence[Figure],
+) -> Section:
+    """What would help, of all that is judged; `figures` show it for what fails first."""
+    noise = [j for j in worst_first(noise_judgements(cases)) if j.state != "met"]
+    closed = [j for j in worst_first(loop_judgements(loop)) if j.state != "met"]
+    blocks: list[Block] = []
+    if noise:
+        blocks += [Heading("Temperatures"), *_temperatures(noise, areas)]
+    if outside := exceeding(dc):
+        blocks += [Heading("Field at rest"), *_balance(outside, len(dc))]
+    if closed:
+        blocks += [Heading("Closed loop"), *_closed_loop(closed, bool(outside), titles)]
+    if not blocks:
+        blocks.append(Paragraph("Nothing has to be done: all that is judged is met, in every case that can occur."))
+    blocks += figures
+    return Section("todo", "What to do", "What to do", tuple(blocks), new_page=True)
+
+
+def _temperatures(noise: Noise, areas: AreaTable) -> list[Block]:
+    blocks: list[Block] = [Paragraph(_first_remedy(noise))]
+    rows: list[Row] = []
+    for found in noise:
+        case, j = found.decides
+        rows.append(
+            row(
+                capital(output_title(found.output)), f"{ratio_text(j.ratio)} × its limit in case {case.id}", kind="head"
+            )
+        )
+        rows += measures(j)
+    head = columns("Measure", "Where", "Ratio after\n(1)", "Enough?", text=(0, 1, 3))
+    text = (
+        "What each measure makes of the ratio. Areas and blocks are those that help most, chosen one after the other; a"
+        " common temperature: all areas of the blocks follow one fluctuation, each with its own amplitude."
+    )
+    return [*blocks, Table(head, tuple(rows), text, tight=True, key="measures"), _stability(noise, areas)]
+
+
+def _first_remedy(noise: Noise) -> Text:
+    """The measure of the fewest changes that is enough for what fails first, in a sentence."""
+    found = noise[0]
+    _, j = found.decides
+    title, m = output_title(found.output), j.improvement
+    enough = [(way, n) for way in _MEASURE if (n := m.enough(way))]
+    all_areas = f"{ratio_text(m.all_factor)} of the present temperature noise in all areas"
+    words: Text
+    if enough:
+        way, n = min(enough, key=lambda item: item[1])
+        what = {
+            SILENCED: f"silence {count(n, 'area')}",
+            QUIETER: f"bring {count(n, 'area')} to a tenth of the noise",
+            MATCHED: f"give {count(n, 'block')} one common temperature"
+            if n > 1
+            else "keep one block at the common temperature",
+        }[way]
+        after = ratio_text(m.after(way, n))
+        words = (
+            Strong(f"{capital(what)} ({few(m.chosen[way][:n])})"),
+            f": this brings the {clause(title)} from {ratio_text(j.ratio)} to {after} times its limit."
+            f" Or allow no more than {all_areas}. ",
+        )
+    else:
+        words = (
+            Strong(f"Allow no more than {all_areas}"),
+            f": no smaller measure that was tried brings the {clause(title)} within its limit. ",
+        )
+    return (
+        *words,
+        "All measures are in ",
+        Ref("measures"),
+        ", every area and block in ",
+        Ref(improvement_key(found.requirement, found.output)),
+        ".",
+    )
+
+
+def measures(j: JudgedOutput) -> list[Row]:
+    """Every measure on one output: as few areas as are enough, or as many as were tried where none are."""
+    m = j.improvement
+    rows = []
+    for way, name in _MEASURE.items():
+        chosen = m.chosen[way]
+        if not chosen:
+            rows.append(row(name, "a single one does not lower it", ratio_cell(j.ratio), Cell("no", "violated")))
+            continue
+        n = m.enough(way) or min(int(m.count[-1]), len(chosen))
+        after = m.after(way, n)
+        where = f"{count(n, 'block' if way == MATCHED else 'area')}: {few(chosen[:n])}"
+        rows.append(row(name, where, ratio_cell(after), _verdict(after)))
+    alone = [f"{g} to {ratio_text(f)}" for g, f in m.group_factor.items() if np.isfinite(f) and f < 1.0]
+    if alone:
+        rows.append(row("One group alone, by this factor", "; ".join(alone), "1.00", Cell("yes", "met")))
+    else:
+        rows.append(row("One group alone", "none can meet it, however quiet", "", Cell("no", "violated")))
+    every = f"temperature noise by the factor {ratio_text(m.all_factor)}"
+    rows.append(row("All areas alike", every, "1.00", Cell("yes", "met")))
+    return rows
+
+
+def _verdict(ratio: float) -> Cell:
+    return Cell("yes", "met") if ratio <= 1.0 else Cell("no", "violated")
+
+
+def _stability(noise: Noise, areas: AreaTable) -> Table:
+    """Temperature noise of each group, and what would just be allowed of what fails: by itself, and with all alike."""
+    rows: list[Row] = []
+    for found in [j for j in noise if j.state == "violated"] or noise:
+        case, j = found.decides
+        m = j.improvement
+        title = f"{capital(output_title(found.output))}, case {case.id}"
+        rows.append(row(title, f"at {mhz_text(j.binding_hz)}", kind="head"))
+        for group, factor in m.group_factor.items():
+            level = m.group_level[group]
+            known = not np.isnan(level)
+            alone = power_text(factor * level, 3) if np.isfinite(factor) and known else ""
+            rows.append(
+                row(
+                    group,
+                    f"{(areas.group == group).sum()}",
+                    power_text(level, 3) if known else "differ",
+                    power_text(m.all_factor * level, 3) if known and np.isfinite(m.all_factor) else "",
+                    factor_cell(factor),
+                    alone,
+                )
+            )
+    head = columns(
+        *("Group", "Areas", "Now\n(K/√Hz)", "Allowed with all\ngroups alike (K/√Hz)"),
+        *("Factor, this\ngroup alone (1)", "Allowed, this group\nalone (K/√Hz)"),
+        text=(0,),
+    )
+    text = "Temperature stability that would just be allowed, at the frequency that binds."
+    return Table(head, tuple(rows), text, tight=True, key="stability")
+
+
+def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
+    """What compensation masses, or masses moved, must take up."""
+    whole = [v for v in outside if v.whole]
+    parts = [v for v in outside if not v.whole]
+    shown = whole or parts
+    rows = []
+    for v in sorted(shown, key=lambda v: -v.ratio):
+        nearest = v.upper if v.value > 0.0 else v.lower
+        rows.append(
+            row(
+                capital(at_rest_title(v.quantity, v.test_mass)),
+                BY[v.subsystem],
+                sci(v.value),
+                sci(nearest),
+                Cell(sci(v.value - nearest, 3), "violated"),
+                unit_text(v.unit),
+            )
+        )
+    words: list[str | Strong | Ref | Link] = [
+        Strong("Balance the static field"),
+        f" by compensation masses or by moving masses: it exceeds its allocation in {len(outside)} of"
+        f" {count(judged, 'figure')}. How much must be taken up at least is in ",
+        Ref("balance"),
+        "; all figures are in ",
+        Ref("at rest"),
+        ".",
+    ]
+    if whole and parts:
+        worst = worst_at_rest(parts)
+        words.append(
+            f" {capital(number_word(len(parts)))} of them {'are' if len(parts) > 1 else 'is'} of inertial sensor or"
+            " rest of"
+            f" the LTP alone (the worst is {ratio_text(worst.ratio)} times its limit), which pull against each other:"
+            " balance each by itself, or share the allocation between them anew."
+        )
+    head = columns(*("Figure", "By", "Value", "Limit", "To take up", "Unit"), text=(0, 1, 5))
+    caption = (
+        "The field at rest that exceeds its allocation"
+        + (", inertial sensor and rest of the LTP together," if whole else "")
+        + " and what must be taken up at least."
+    )
+    return [Paragraph(tuple(words)), Table(head, tuple(rows), caption, tight=True, key="balance")]
+
+
+def _closed_loop(closed: Loop, unbalanced: bool, titles: Titles) -> list[Block]:
+    """For each output the groups of sources that would do, and how quiet they had to be."""
+    rows: list[Row] = []
+    decisive: list[str] = []
+    for found in closed:
+        case, j = found.decides
+        decisive += j.together
+        rows.append(
+            row(
+                capital(output_title(found.output)),
+                titles(found.requirement),
+                f"case {case.id}",
+                ratio_cell(j.ratio),
+                and_text(j.together),
+                rounded_down(j.together_factor),
+                ratio_cell(j.together_silenced),
+            )
+        )
+    names = list(dict.fromkeys(decisive))
+    words: list[str | Strong | Ref | Link] = [
+        Strong(f"Lower the noise of {and_text(names)}"),
+        " by the factors in ",
+        Ref("loop remedy"),
+        ". ",
+    ]
+    if ACTUATION in names and unbalanced:
+        words.append(
+            "In the noise of LISA Pathfinder that is preset, actuation noise grows with the acceleration at rest that"
+            " has to be held: balancing the field, above, lowers it too. "
+        )
+    words += ["Budgets are in ", Link("the evidence", SECTION), ", every group by itself in ", Ref("loop groups"), "."]
+    head = columns(
+        *("Output", "Requirement", "Case", "Ratio\n(1)", "Sources", "Allowed part of their\namplitude (1)"),
+        "Ratio without\nthem (1)",
+        text=(0, 1, 2, 4),
+    )
+    text = (
+        "Groups of sources to quieten, none of which can be left out; the factor on the amplitudes of all of them that"
+        " just meets the requirement; and the ratio without them."
+    )
+    return [Paragraph(tuple(words)), Table(head, tuple(rows), text, tight=True, key="loop remedy")]
