@@ -87,6 +87,15 @@ def test_defaults_and_stiffness_by_source(built: Project) -> None:
             np.testing.assert_array_equal(by_source[:, s, rows, columns], wanted[:, names.index(name)])
 
 
+def test_both_test_masses_moved_alike_pull_at_each_other_as_before(built: Project) -> None:
+    """The stiffness that acts back on nothing is all of the other test mass: that of the spacecraft is not in it."""
+    (mutual,) = held(built.build / "dynamics.h5", "stiffness/mutual")
+    pull = np.abs(mutual[:3, 6:9]).max()
+    assert pull > 1e-9
+    for own, other in ((slice(0, 3), slice(6, 9)), (slice(6, 9), slice(0, 3))):
+        np.testing.assert_allclose(mutual[own, own] + mutual[own, other], 0.0, atol=1e-5 * pull)
+
+
 def test_test_masses_are_those_of_the_sensitivities(built: Project) -> None:
     """Moments of cuboids, and what pulls at rest: all sources together, test mass by test mass."""
     moments, at_rest = held(built.build / "dynamics.h5", "test_mass/inertia", "test_mass/at_rest")

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from border_tools import Project
 from dynamics_models import controlled, example_plant
 
+from tedm_cli.config.project import load_project
+from tedm_cli.contracts import OPTICS
 from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.in_time import respond, time_loop
 from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, STRAY
+from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.temperature import white_model
-from tedm_cli.stages.dynamics.thermal import ThermalRows
+from tedm_cli.results.optics import read_read_outs
+from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 7.0, 35.0])
@@ -41,3 +46,12 @@ def test_an_area_that_follows_later_does_so_in_the_loop(delay_s: float) -> None:
     wave = np.exp(2j * np.pi * frequency * t[1:-1][tail])
     amplitude = np.abs(2 * (series.reshape(len(labels), -1)[:, tail] @ wave.conj()) / len(wave))
     np.testing.assert_allclose(amplitude**2, exact, rtol=2e-3)  # straight between samples: sinc² of 5 mHz is 1 - 8e-5
+
+
+@pytest.mark.parametrize("chosen", ["A", "B"])
+def test_the_controller_hears_the_read_outs_of_the_chosen_set(built: Project, chosen: str) -> None:
+    rows = thermal_rows(load_project(built.folder / "tedm.toml", built.build), chosen)
+    with open_checked(built.build / "optics.h5", OPTICS) as file:
+        found = read_read_outs(file)
+    for label, row in zip(found.label, found.N[chosen], strict=True):
+        np.testing.assert_array_equal(rows.read_out[COORDINATES.index(label)], row)
