@@ -262,6 +262,10 @@ def test_a_title_of_a_requirement_is_used(copy: Project) -> None:
     run_cases(copy, ["1", "2", "4b"], None, silent)
     close_loop(copy)
     sketch(copy)
+    with open_results(copy) as results:
+        specs = {spec.name: spec for spec in figure_specs(results, list(map(read_case, results.cases)))}
+        drawn = specs["all_displacement.svg"].draw()
+    assert "requirement: Our *item*" in [t.get_text() for t in drawn.legends[0].get_texts()]
     text = report(copy, None, ["md"])[0].read_text(encoding="utf-8")
     assert r"Our \*item\*" in text
     assert "one noise source of the read-out" not in text
