@@ -83,8 +83,11 @@ def simulate(
     """Noise of the closed loop, with its budget and verdicts.
 
     The temperatures of a case act through gravity, stiffness and read-out at once, beside all other noise sources, on
-    every output of the closed loop; the differential acceleration and what else is required are judged. With --series
-    measured or computed temperatures act alone, in time; with --release nothing acts, and the loop finds back.
+    every output of the closed loop; the differential acceleration and what else is required are judged.
+
+    In place of cases, one of four: --series, measured or computed temperatures act alone, in time; --release, nothing
+    acts, and the loop finds back from where it is let go; --figure-6.2, imposed positions without a loop; --problem, a
+    problem in a file of its own, whose answer is printed.
     """
     from tedm_cli.errors import PhysicsError, UsageError
 

@@ -39,7 +39,9 @@ class _FigureFormat(Enum):
 def plot(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the figures.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the figures, if not figures/ in the build folder.")
+    ] = None,
     area: Annotated[
         list[str] | None,
         typer.Option("--area", metavar="NAME", help="Only the bench under 1 K of this thermal area; may be repeated."),
@@ -96,10 +98,10 @@ def view(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Write the model as a page to warm and turn.
+    """Write view.html: the model in 3-D, to warm, turn and play.
 
-    What happens when an area warms: the model in 3-D, deformed, with sliders for the temperatures and every output. The
-    page needs no other file and no network.
+    What happens when an area warms: the deformed model, sliders for the temperatures, and every output. The page needs
+    no other file and no network.
     """
     from tedm_cli.progress import progress
     from tedm_cli.stages.reporting.view import view as stage

@@ -15,9 +15,11 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.fit import line_count, widest, wrapped
 from tedm_cli.figures.key import key
 from tedm_cli.figures.style import BLUE, LINE, SMALL, VERMILION, WIDTH, grid, heading, heading_lines, inches, style
+from tedm_cli.figures.titles import judged_title, labels_words, limit_words
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
-from tedm_cli.results.wording import and_text, mhz_text, ratio_text
+from tedm_cli.results.titles import outputs_title
+from tedm_cli.results.wording import mhz_text
 
 MOST = 10  # rows of a panel besides that of all others
 _ROW, _GAP, _FOOT = 0.215, 0.38, 0.6  # inches
@@ -36,8 +38,12 @@ def contributors_figure(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> F
         names = [wrapped(name, _NAMES, SMALL) for _, table, _ in tables for name, _ in table]
         row = max(_ROW, 0.06 + LINE * max(map(line_count, names)))
         rows = [len(table) for _, table, _ in tables]
-        title = f"{j.output}, case {case.id}: {ratio_text(j.ratio)} × {j.requirement} at {mhz_text(j.contribution_hz)}"
-        more = "Shares of a panel sum to 100 %. Negative: lowers the noise, because it cancels others." + twins(case, j)
+        title = judged_title(j.output, case.id)
+        limit = limit_words(j.ratio, case.limits, j.requirement, j.contribution_hz)
+        more = (
+            f"{limit}{twins(case, j)} {labels_words(j.output, j.requirement)}\n"
+            "Shares of a panel sum to 100 %. Negative: lowers the noise, because it cancels others."
+        )
         top = heading_lines(title, more)[2] + 0.28
         legend = key(_samples(j), WIDTH - 0.3, sample=2.6)
         foot = _FOOT + legend.height
@@ -61,7 +67,7 @@ def twins(case: CaseNoise, j: JudgedOutput) -> str:
     others = [output for output in case.worst_outputs(j.kind) if output != j.output]
     if j.output not in case.worst_outputs(j.kind) or not others:
         return ""
-    return f" {and_text(others)} {'have' if len(others) > 1 else 'has'} the same ratio."
+    return f" The {outputs_title(others)} {'have' if len(others) > 1 else 'has'} the same ratio."
 
 
 def ranked(share: Mapping[str, float]) -> list[tuple[str, float]]:

@@ -33,8 +33,10 @@ from tedm_cli.figures.style import (
     series_look,
     style,
 )
+from tedm_cli.figures.titles import judged_title, labels_words, limit_words
 from tedm_cli.results.dynamics import ControlLoop, LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.noise import Limit
+from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, mhz_text, ratio_text
 
 _HEADING = "Loops of the controller, each broken while the others are closed"
@@ -177,8 +179,8 @@ def budget_figure(case: SimulatedCase, j: LoopOutput) -> Figure:
         factor, limits = case.safety_factor, case.limits_of(j.output)
         seen = case.seen_groups(j)
         below = [name for name in j.group_asd if name not in seen]
-        said = f"{ratio_text(j.ratio)} × {j.requirement} at {mhz_text(j.binding_hz)}"
-        said += f". Below the axis: {and_text(below)}" if below else ""
+        said = f"{limit_words(j.ratio, limits, j.requirement, j.binding_hz)} {labels_words(j.output, j.requirement)}"
+        said += f" Below the axis: {and_text(below)}." if below else ""
         others = [name for name in j.group_asd if name != THERMAL]  # a group has one look in all budgets
         looks: dict[str, dict[str, Any]] = {
             "total": {"color": COLOURS[0], "linewidth": 5.0, "alpha": 0.45, "label": "total"}
@@ -186,7 +188,9 @@ def budget_figure(case: SimulatedCase, j: LoopOutput) -> Figure:
         for name in seen:
             look = _THERMAL_LOOK if name == THERMAL else series_look(1 + others.index(name), _SOURCES)
             looks[name] = {**look, "linewidth": 1.6, "label": name}
-        figure, axes, legend = _spectrum(f"{j.output} in closed loop, case {case.id}", said, [*looks.values()], limits)
+        figure, axes, legend = _spectrum(
+            f"{judged_title(j.output, case.id)}, in closed loop", said, [*looks.values()], limits
+        )
         low, high = case.budget_range(j)
         bands(axes, limits)
         curves = {"total": j.asd, **j.group_asd}
@@ -212,10 +216,11 @@ def thermal_figure(case: SimulatedCase, j: LoopOutput) -> Figure:
             for name, (colour, width, dashes) in zip(curves, (*STACK[:2], STACK[3]), strict=True)
         ]
         more = (
-            f"Without phases, the power at {mhz_text(j.binding_hz)} would be {ratio_text(j.incoherent)} times as large"
+            f"Without phases, the power at {mhz_text(j.binding_hz)} would be {ratio_text(j.incoherent)} times as large."
+            f" {labels_words(j.output, j.requirement)}"
         )
         figure, axes, legend = _spectrum(
-            f"Temperatures in {j.output}, closed loop, case {case.id}", more, looks, limits
+            f"Temperatures in the {output_title(j.output)}, closed loop, case {case.id}", more, looks, limits
         )
         low, high = log_range([*(factor * c for c in curves.values()), *(q.amplitude for q in limits)])
         bands(axes, limits)

@@ -14,6 +14,8 @@ from tedm_cli.figures.style import COLOURS, SMALL, WIDTH, frequency_axis, grid, 
 from tedm_cli.results.dynamics_in_time import RealisedCase
 from tedm_cli.results.noise import REALISATION_CONFIDENCE
 from tedm_cli.results.series import thinned
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital
 
 _STRIP, _BETWEEN, _FOOT, _LEFT, _RIGHT = 0.95, 0.32, 0.55, 0.8, 0.15  # inches
 _INTERVAL = "#B5B5B5"
@@ -52,7 +54,7 @@ def realisation_figure(r: RealisedCase) -> Figure:
             axes.set_xlabel("frequency (mHz)" if row == n - 1 else "", fontsize=SMALL, labelpad=1)
             axes.set_ylabel("estimate /\nexact (1)", fontsize=SMALL, labelpad=1)
             grid(axes)
-            words = f"{output}: mean of the power {r.mean[output]:.3f}"
+            words = f"{capital(output_title(output))} ({output}): mean of the power {r.mean[output]:.3f}"
             figure.text(_LEFT / WIDTH, (bottom + _STRIP + 0.05) / tall, wrapped(words, WIDTH - _LEFT - _RIGHT, SMALL),
                         fontsize=SMALL, va="bottom")  # fmt: skip
         heading(figure, title, more=more)

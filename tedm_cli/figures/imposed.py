@@ -60,7 +60,7 @@ def _noise_samples(found: ImposedMotion) -> list[Line2D]:
         Line2D([], [], color=colour, linewidth=width, linestyle=dashes, label=name)
         for (name, _), (colour, width, dashes) in zip(_shown(found), STACK, strict=False)
     ]
-    return [*lines, Line2D([], [], color="black", linewidth=2.0, label=f"requirement {found.limit.name}")]
+    return [*lines, Line2D([], [], color="black", linewidth=2.0, label=f"requirement: {found.limit.plain}")]
 
 
 def _source_samples(found: ImposedMotion) -> list[Line2D]:

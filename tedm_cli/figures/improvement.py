@@ -28,6 +28,7 @@ from tedm_cli.figures.style import (
     ratio_axis,
     style,
 )
+from tedm_cli.figures.titles import judged_title, labels_words, limit_words
 from tedm_cli.results.noise import SILENCED, CaseNoise, JudgedOutput
 from tedm_cli.results.wording import mhz_text, power_text, ratio_text
 
@@ -54,8 +55,10 @@ def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
     """Above, the ratio with more and more areas improved; below, the factor that each group's temperatures may have."""
     with style():
         m = j.improvement
-        title = f"{j.output}, case {case.id}: what would lower {ratio_text(j.ratio)} × {j.requirement}?"
-        more = "Above: " + "; ".join(_WORDS[name] for name in m.ratio) + "." + twins(case, j)
+        title = f"{judged_title(j.output, case.id)}: what would lower it?"
+        limit = limit_words(j.ratio, case.limits, j.requirement, j.binding_hz)
+        more = f"{limit}{twins(case, j)} {labels_words(j.output, j.requirement)}\n"
+        more += "Above: " + "; ".join(_WORDS[name] for name in m.ratio) + "."
         chosen = "Worst first: " + (", ".join(m.chosen[SILENCED]) or "no area brings relief")
         chosen = wrapped(chosen, WIDTH - 0.3, SMALL)
         factors = {**m.group_factor, "all together": m.all_factor}

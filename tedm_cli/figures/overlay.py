@@ -20,6 +20,7 @@ from tedm_cli.figures.style import COLOURS, DASHES, FLIGHT, LINE, SMALL, WIDTH, 
 from tedm_cli.noise.flight_results import FlightResult, flight_results
 from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY, POSSIBLE, possible_of
 from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.titles import outputs_title
 from tedm_cli.results.wording import and_text, capital, power_text, quantity, ratio_text
 
 _LEFT, _PANEL, _BELOW = 0.78, 3.6, 0.6  # inches
@@ -66,9 +67,9 @@ def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
 
 
 def _name(case: CaseNoise, kind: str) -> str:
-    """A case with its ratio, and below it all outputs that have it."""
+    """A case with its ratio, and below it all outputs that have it, in plain words."""
     ratio = wrapped(f"case {case.id}: {ratio_text(case.worst(kind).ratio)} × limit", _NAMES, SMALL)
-    return f"{ratio}\n{wrapped(and_text(case.worst_outputs(kind)), _NAMES, SMALL)}"
+    return f"{ratio}\n{wrapped(outputs_title(case.worst_outputs(kind)), _NAMES, SMALL)}"
 
 
 def _look(i: int) -> dict[str, Any]:

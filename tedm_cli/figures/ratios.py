@@ -48,8 +48,8 @@ def ratios_figure(cases: Sequence[CaseNoise], kinds: Sequence[str]) -> Figure:
 
 
 def _title(cases: Sequence[CaseNoise], kind: str, wide: float) -> str:
-    names = dict.fromkeys(j.requirement for c in cases for j in c.of_kind(kind))
-    return wrapped(f"worst output against {', '.join(names)}", wide, SMALL)
+    names = dict.fromkeys(limit.plain for c in cases for limit in c.limits_of(kind))
+    return wrapped(f"worst output; limit: {'; '.join(names)}", wide, SMALL)
 
 
 def _panel(axes: Axes, cases: Sequence[CaseNoise], kind: str) -> None:

@@ -30,8 +30,10 @@ from tedm_cli.figures.style import (
     power_of_ten,
     style,
 )
+from tedm_cli.results.noise import limit_named
 from tedm_cli.results.series import SeriesNoise, SeriesOutput, thinned
-from tedm_cli.results.wording import and_text, mhz_text, power_text, ratio_text, unit_text
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital, mhz_text, power_text, ratio_text, unit_text
 
 _ROW, _BETWEEN = 1.9, 0.5  # inches
 _LEFT, _TIME, _MIDDLE, _SPECTRUM = 0.78, 2.6, 0.94, 2.53
@@ -66,12 +68,14 @@ def series_figure(series: SeriesNoise) -> Figure:
 
 
 def _title(o: SeriesOutput) -> str:
-    rms = f"{o.output}: rms {power_text(o.rms, 3) if o.rms > 0 else '0'} {unit_text(o.unit)}"
+    rms = f"rms {power_text(o.rms, 3) if o.rms > 0 else '0'} {unit_text(o.unit)}"
+    rms = f"{capital(output_title(o.output))} ({o.output}): {rms}"
     if o.verdict is None:
         return f"{rms}; not judged"
     v = o.verdict
     return (
-        f"{rms}; {ratio_text(v.ratio)} × {v.requirement} at {mhz_text(v.binding_hz)}, {'pass' if v.passed else 'FAIL'}"
+        f"{rms}; {ratio_text(v.ratio)} times its limit at {mhz_text(v.binding_hz)}"
+        f" ({limit_named(o.limits, v.requirement).plain}), {'pass' if v.passed else 'FAIL'}"
     )
 
 
@@ -109,7 +113,7 @@ def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
     limit_lines(axes, o.limit_hz, o.limits, 1.8)
     if o.verdict is not None:
         ratio, at = o.verdict.ratio, o.verdict.binding_hz
-        limit = next(q for q in o.limits if q.name == o.verdict.requirement)
+        limit = limit_named(o.limits, o.verdict.requirement)
         inside = np.isfinite(limit.amplitude)
         height = ratio * np.exp(np.interp(np.log(at), np.log(o.limit_hz[inside]), np.log(limit.amplitude[inside])))
         axes.plot([at * 1e3], [height], linestyle="none", marker="o" if passed else "X", markersize=7,
@@ -155,7 +159,7 @@ def _samples(series: SeriesNoise) -> list[Artist]:
         samples.append(Line2D([], [], color=colour, linewidth=3.5, alpha=0.6, label=label))
     limits = {q.name: q for o in series.outputs for q in o.limits}
     if limits:
-        named = f"requirement{'s' if len(limits) > 1 else ''} {and_text(list(limits))}"
+        named = f"requirement{'s' if len(limits) > 1 else ''}: {'; '.join(q.plain for q in limits.values())}"
         samples.append(Line2D([], [], color="black", linewidth=1.8, label=named))
         samples.append(band_sample("band of the requirement"))
     return samples

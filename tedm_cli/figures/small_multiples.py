@@ -30,7 +30,7 @@ from tedm_cli.figures.style import (
     power_of_ten,
     style,
 )
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.noise import CaseNoise, limit_named
 from tedm_cli.results.wording import and_text, capital, quantity, ratio_text, unit_text
 
 _LEFT, _RIGHT, _FOOT, _GAP = 0.8, 0.12, 0.55, 0.28  # inches, as are all below
@@ -94,7 +94,7 @@ def _write(axes: Axes, words: tuple[str, str], passed: bool, high: float) -> Non
 def _panel(axes: Axes, case: CaseNoise, kind: str) -> None:
     f, factor, worst = case.frequency_hz * 1e3, case.safety_factor, case.worst(kind)
     curve = factor * worst.asd
-    limit = next(q for q in case.limits if q.name == worst.requirement)
+    limit = limit_named(case.limits, worst.requirement)
     bands(axes, case.limits_of(kind))
     tiny = np.finfo(np.float64).tiny  # a logarithmic axis has no zero
     axes.fill_between(f, np.maximum(factor * worst.bound_low, tiny), np.maximum(factor * worst.bound_high, tiny),

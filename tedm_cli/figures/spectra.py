@@ -232,7 +232,8 @@ def limit_samples(limits: Sequence[Limit], width: float = 2.4) -> list[Artist]:
         strip = f"band of the requirement{'s' * (len(limits) > 1)}, {spans[0]}"
         return [*(Line2D([], [], **look) for look in looks), band_sample(strip)]
     return [
-        Line2D([], [], **{**look, "label": f"{look['label']}, {span}"}) for look, span in zip(looks, spans, strict=True)
+        Line2D([], [], **{**look, "label": f"{look['label']} ({span})"})
+        for look, span in zip(looks, spans, strict=True)
     ]
 
 
@@ -246,7 +247,7 @@ def _limit_look(i: int, limit: Limit, width: float) -> dict[str, Any]:
         "color": "black",
         "linestyle": DASHES[i % len(DASHES)],
         "linewidth": width,
-        "label": f"requirement {limit.name}",
+        "label": f"requirement: {limit.plain}",
     }
 
 

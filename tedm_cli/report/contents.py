@@ -12,12 +12,12 @@ from tedm_cli import __version__
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.cases import cases_section, every_case_section, spectra_section
 from tedm_cli.report.decision import cards_section
-from tedm_cli.report.document import Block, Document, Figure, FileLink, Link, Paragraph, Section
+from tedm_cli.report.document import Block, Document, Facts, Figure, FileLink, Link, Paragraph, Section
 from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words, loop_detail_section
 from tedm_cli.report.evidence import change_section, sure_section, why_section
 from tedm_cli.report.field import field_section
 from tedm_cli.report.model import model_section
-from tedm_cli.report.numbering import numbered
+from tedm_cli.report.numbering import held, numbered
 from tedm_cli.report.optics import optics_section
 from tedm_cli.report.proof import (
     assumptions_section,
@@ -39,6 +39,8 @@ from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsQuality, ReadOuts
 from tedm_cli.results.series import SeriesSummary
 from tedm_cli.results.titles import requirement_title
+
+ANNEX = "A"  # mark of the annex
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,7 @@ def documents_of(inputs: ReportInputs) -> tuple[Document, Document]:
         __version__,
         (_about(inputs), *others),
         front=_front(inputs.front),
-        mark="A",
+        mark=ANNEX,
     )
     first, second = numbered([report, annex])
     return first, second
@@ -202,10 +204,11 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
 
 def _annex_words(sections: Sequence[Section]) -> Section:
     """What the annex holds, section by section."""
-    links = [piece for s in sections for piece in (Link(s.title, s.id), "; ")][:-1]
-    return Section(
-        "more", "What the annex holds", "In the annex", (Paragraph(("The annex holds everything else: ", *links, ".")),)
+    rows = tuple(
+        (s.title, (Link(numbers or "text", s.id),)) for s, numbers in zip(sections, held(sections, ANNEX), strict=True)
     )
+    text = "All that does not change the decision is in the annex, by section:"
+    return Section("more", "What the annex holds", "In the annex", (Paragraph(text), Facts(rows)))
 
 
 def _about(inputs: ReportInputs) -> Section:

@@ -234,9 +234,9 @@ def field_words(dc: Sequence[DcVerdict]) -> str:
         else ""
     )
     how = (
-        f"exceeds its allocation in {len(outside)} of {count(len(dc), 'figure')}{together}"
+        f"exceeds its allocation in {len(outside)} of {count(len(dc), 'quantity', 'quantities')}{together}"
         if outside
-        else f"is within its allocation in {'all ' * (len(dc) > 1)}{count(len(dc), 'figure')}"
+        else f"is within its allocation in {'all ' * (len(dc) > 1)}{count(len(dc), 'quantity', 'quantities')}"
     )
     return (
         f"{how}; the worst is the {at_rest_title(worst.quantity, worst.test_mass)} by {BY[worst.subsystem]},"

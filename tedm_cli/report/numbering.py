@@ -17,6 +17,7 @@ from tedm_cli.report.document import (
     Paragraph,
     Piece,
     Ref,
+    Section,
     Table,
     Text,
     VerdictCard,
@@ -55,10 +56,7 @@ def numbered(documents: Sequence[Document]) -> list[Document]:
     counted = []
     places: dict[str, _Place] = {}
     for document in documents:
-        count: Counter[str] = Counter()
-        sections = tuple(
-            replace(s, blocks=tuple(_count(b, document.mark, count) for b in s.blocks)) for s in document.sections
-        )
+        sections = _counted(document.sections, document.mark)
         counted.append(replace(document, sections=sections))
         for section in sections:
             places[section.id] = _Place(document.mark, "", section.id)
@@ -66,6 +64,28 @@ def numbered(documents: Sequence[Document]) -> list[Document]:
                 key = block.file if isinstance(block, Figure) else block.key
                 places[key] = _Place(document.mark, f"{kind_of(block).lower()} {block.number}", anchor(block))
     return [_with_references(d, places) for d in counted]
+
+
+def held(sections: Sequence[Section], mark: str) -> list[str]:
+    """The numbers of the tables and figures in each section of a document, `tables A1 to A3, figure A1`."""
+    found = []
+    for section in _counted(sections, mark):
+        numbers: dict[str, list[str]] = {}
+        for block in _numbered_in(section.blocks):
+            numbers.setdefault(kind_of(block).lower(), []).append(block.number)
+        found.append(", ".join(_range(kind, numbers[kind]) for kind in ("table", "figure") if kind in numbers))
+    return found
+
+
+def _range(kind: str, numbers: Sequence[str]) -> str:
+    if len(numbers) == 1:
+        return f"{kind} {numbers[0]}"
+    return f"{kind}s {numbers[0]} {'and' if len(numbers) == 2 else 'to'} {numbers[-1]}"
+
+
+def _counted(sections: Sequence[Section], mark: str) -> tuple[Section, ...]:
+    count: Counter[str] = Counter()
+    return tuple(replace(s, blocks=tuple(_count(b, mark, count) for b in s.blocks)) for s in sections)
 
 
 def _count(block: Block, mark: str, count: Counter[str]) -> Block:

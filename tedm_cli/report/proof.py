@@ -40,9 +40,9 @@ def _where(case: CaseNoise, ratio: float) -> str:
 
 
 def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Section:
-    """The field at rest: how it stands, and the figures that exceed their allocation."""
+    """The field at rest: how it stands, and the quantities that exceed their allocation."""
     blocks: list[Block] = [
-        Paragraph((f"The field at rest {field_words(dc)} All figures: ", Ref("at rest"), ".")),
+        Paragraph((f"The field at rest {field_words(dc)} All quantities: ", Ref("at rest"), ".")),
         *figures,
     ]
     if outside := sorted(exceeding(dc), key=lambda v: -v.ratio):
@@ -57,8 +57,8 @@ def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Secti
             )
             for v in outside
         )
-        head = columns("Figure", "By", "Ratio\n(1)", "Value", "Limit", "Unit", text=(0, 1, 5))
-        blocks.append(Table(head, rows, "Every figure of the field at rest that exceeds its allocation.", tight=True))
+        head = columns("Quantity", "By", "Ratio\n(1)", "Value", "Limit", "Unit", text=(0, 1, 5))
+        blocks.append(Table(head, rows, "Every quantity of the field at rest that exceeds its allocation.", tight=True))
     return Section("at-rest", "Evidence: field at rest", "Field at rest", tuple(blocks))
 
 

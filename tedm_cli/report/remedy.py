@@ -27,7 +27,7 @@ from tedm_cli.report.document import (
 from tedm_cli.report.dynamics import SECTION
 from tedm_cli.report.evidence import factor_cell, few, improvement_key, ratio_cell
 from tedm_cli.report.summary import Loop, Noise
-from tedm_cli.report.verdicts import Titles, exceeding, loop_judgements, noise_judgements, worst_first
+from tedm_cli.report.verdicts import Judgement, Titles, exceeding, loop_judgements, noise_judgements, worst_first
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.field import worst_at_rest
 from tedm_cli.results.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput
@@ -52,6 +52,7 @@ _MEASURE = {
     MATCHED: "One common temperature of blocks",
 }
 ACTUATION = "actuation"
+_TOLD = 3  # outputs whose remedy is told in sentences; those of all are in the table
 
 
 def remedy_section(
@@ -94,7 +95,7 @@ def _temperatures(noise: Noise, areas: AreaTable) -> list[Block]:
         "What each measure makes of the ratio. Areas and blocks are those that help most, chosen one after the other; a"
         " common temperature: all areas of the blocks follow one fluctuation, each with its own amplitude."
     )
-    return [*blocks, Table(head, tuple(rows), text, tight=True, key="measures"), _stability(noise, areas)]
+    return [*blocks, Table(head, tuple(rows), text, tight=True), _stability(noise, areas)]
 
 
 def _first_remedy(noise: Noise) -> Text:
@@ -102,21 +103,12 @@ def _first_remedy(noise: Noise) -> Text:
     found = noise[0]
     _, j = found.decides
     title, m = output_title(found.output), j.improvement
-    enough = [(way, n) for way in _MEASURE if (n := m.enough(way))]
     all_areas = f"{ratio_text(m.all_factor)} of the present temperature noise in all areas"
     words: Text
-    if enough:
-        way, n = min(enough, key=lambda item: item[1])
-        what = {
-            SILENCED: f"silence {count(n, 'area')}",
-            QUIETER: f"bring {count(n, 'area')} to a tenth of the noise",
-            MATCHED: f"give {count(n, 'block')} one common temperature"
-            if n > 1
-            else "keep one block at the common temperature",
-        }[way]
-        after = ratio_text(m.after(way, n))
+    if measure := _least(j):
+        what, where, after = measure
         words = (
-            Strong(f"{capital(what)} ({few(m.chosen[way][:n])})"),
+            Strong(f"{capital(what)} ({where})"),
             f": this brings the {clause(title)} from {ratio_text(j.ratio)} to {after} times its limit."
             f" Or allow no more than {all_areas}. ",
         )
@@ -127,11 +119,39 @@ def _first_remedy(noise: Noise) -> Text:
         )
     return (
         *words,
-        "All measures are in ",
-        Ref("measures"),
-        ", every area and block in ",
+        *map(_further_remedy, noise[1:_TOLD]),
+        "Every area and block is in ",
         Ref(improvement_key(found.requirement, found.output)),
         ".",
+    )
+
+
+def _least(j: JudgedOutput) -> tuple[str, str, str] | None:
+    """The measure of the fewest changes that is enough: what to do, where, and the ratio after; None where none is."""
+    m = j.improvement
+    enough = [(way, n) for way in _MEASURE if (n := m.enough(way))]
+    if not enough:
+        return None
+    way, n = min(enough, key=lambda item: item[1])
+    what = {
+        SILENCED: f"silence {count(n, 'area')}",
+        QUIETER: f"bring {count(n, 'area')} to a tenth of the noise",
+        MATCHED: f"give {count(n, 'block')} one common temperature"
+        if n > 1
+        else "keep one block at the common temperature",
+    }[way]
+    return what, few(m.chosen[way][:n]), ratio_text(m.after(way, n))
+
+
+def _further_remedy(found: Judgement[CaseNoise, JudgedOutput]) -> str:
+    """The same for another output that fails or is at risk, in a sentence."""
+    case, j = found.decides
+    measure = _least(j)
+    least = f"allow no more than {ratio_text(j.improvement.all_factor)} of the temperature noise in all areas"
+    what = f"{measure[0]}, which leaves {measure[2]} times, or {least}" if measure else least
+    return (
+        f"For the {clause(output_title(found.output))} in case {case.id} ({ratio_text(j.ratio)} times its limit):"
+        f" {what}. "
     )
 
 
@@ -214,9 +234,9 @@ def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
     words: list[str | Strong | Ref | Link] = [
         Strong("Balance the static field"),
         f" by compensation masses or by moving masses: it exceeds its allocation in {len(outside)} of"
-        f" {count(judged, 'figure')}. How much must be taken up at least is in ",
+        f" {count(judged, 'quantity', 'quantities')}. How much must be taken up at least is in ",
         Ref("balance"),
-        "; all figures are in ",
+        "; all quantities are in ",
         Ref("at rest"),
         ".",
     ]
@@ -228,7 +248,7 @@ def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
             f" the LTP alone (the worst is {ratio_text(worst.ratio)} times its limit), which pull against each other:"
             " balance each by itself, or share the allocation between them anew."
         )
-    head = columns(*("Figure", "By", "Value", "Limit", "To take up", "Unit"), text=(0, 1, 5))
+    head = columns(*("Quantity", "By", "Value", "Limit", "To take up", "Unit"), text=(0, 1, 5))
     caption = (
         "The field at rest that exceeds its allocation"
         + (", inertial sensor and rest of the LTP together," if whole else "")
@@ -269,8 +289,8 @@ def _closed_loop(closed: Loop, unbalanced: bool, titles: Titles) -> list[Block]:
         )
     words += ["Budgets are in ", Link("the evidence", SECTION), ", every group by itself in ", Ref("loop groups"), "."]
     head = columns(
-        *("Output", "Requirement", "Case", "Ratio\n(1)", "Sources", "Allowed part of their\namplitude (1)"),
-        "Ratio without\nthem (1)",
+        *("Output", "Requirement", "Case", "Ratio\n(1)", "Sources", "Allowed\nfactor (1)"),
+        "Without\nthem (1)",
         text=(0, 1, 2, 4),
     )
     text = (

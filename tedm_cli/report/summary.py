@@ -65,14 +65,14 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
     if outside:
         worst = worst_at_rest(dc)
         said.append(
-            f"the field at rest exceeds its allocation in {len(outside)} of {count(len(dc), 'figure')} (the worst"
-            f" is {ratio_text(worst.ratio)} times its limit)"
+            f"the field at rest exceeds its allocation in {len(outside)} of"
+            f" {count(len(dc), 'quantity', 'quantities')} (the worst is {ratio_text(worst.ratio)} times its limit)"
         )
     if bad:
         worst_ratio = ratio_text(max(j.decides[1].ratio for j in bad))
         said.append(
-            f"in closed loop {len(bad)} of {count(len(closed), 'output')} exceed{'s' * (len(bad) == 1)}"
-            f" {'its limit' if len(bad) == 1 else 'their limits'} (the worst {worst_ratio} times)"
+            f"in closed loop {len(bad)} of {count(len(closed), 'limit')} {'is' if len(bad) == 1 else 'are'} exceeded"
+            f" (the worst {worst_ratio} times)"
         )
     at_risk = [_risk_words(j) for j in noise if j.state == "open"] + [
         _risk_words(j) for j in closed if j.state == "open"
@@ -106,7 +106,11 @@ def _verdicts(noise: Noise, dc: Sequence[DcVerdict], closed: Loop, by_role: bool
             "the same temperatures, and all other noise",
             judgement_rows(closed, titles, by_role),
         ),
-        ("Field at rest", "static gravity of the model; the worst figure of each test mass", at_rest_rows(dc, by_role)),
+        (
+            "Field at rest",
+            "static gravity, the same in every case; the worst quantity of each test mass",
+            at_rest_rows(dc, by_role),
+        ),
     ):
         if part:
             rows += [row(head, more, kind="head"), *part]

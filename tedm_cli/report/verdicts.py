@@ -113,7 +113,7 @@ def worst_first(found: Sequence[Judgement[C, J]]) -> list[Judgement[C, J]]:
 
 
 def exceeding(verdicts: Sequence[DcVerdict]) -> list[DcVerdict]:
-    """Figures of the field at rest that exceed their allocation."""
+    """Quantities of the field at rest that exceed their allocation."""
     return [v for v in verdicts if not v.passed]
 
 
@@ -159,7 +159,7 @@ def _said(found: Judgement[C, J], titles: Titles, by_role: bool) -> tuple[Cell |
 
 
 def at_rest_rows(verdicts: Sequence[DcVerdict], by_role: bool) -> list[Row]:
-    """Rows of the table of verdicts for the worst figure of the field at rest on each test mass."""
+    """Rows of the table of verdicts for the worst quantity of the field at rest on each test mass."""
     alike: dict[tuple[Cell | str, ...], list[DcVerdict]] = {}
     for name in dict.fromkeys(v.test_mass for v in verdicts):
         own = [v for v in verdicts if v.test_mass == name]

@@ -77,6 +77,12 @@ class Results:
     simulated_series_files: dict[str, InputFile]
     loop_requirements: list[AppliedRequirement]
 
+    @property
+    def requirement_titles(self) -> dict[str, str]:
+        """Plain titles of the requirements that have one, by name: what the configuration calls them, or the preset."""
+        applied = [*self.config.applied_requirements(), *self.loop_requirements]
+        return {r.requirement.name: r.requirement.title for r in applied if r.requirement.title}
+
 
 @contextlib.contextmanager
 def open_results(project: Project) -> Iterator[Results]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.ranking import all_largest, first_largest
+from tedm_cli.results.titles import requirement_title
 
 REALISATION_CONFIDENCE = 0.95  # of the intervals drawn around estimates from realisations
 SILENCED, QUIETER, MATCHED = "silenced", "quieter", "matched"
@@ -23,13 +24,32 @@ WAYS = {
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """A requirement: `amplitude` [F] in `unit` per √Hz, NaN outside `band_hz`; `source` says who asks for it."""
+    """A requirement: `amplitude` [F] in `unit` per √Hz, NaN outside `band_hz`; `source` says who asks for it.
+
+    `title` is its own in the configuration, or empty.
+    """
 
     name: str
     source: str
     unit: str
     band_hz: tuple[float, float]
     amplitude: FloatArray
+    title: str = ""
+
+    @property
+    def plain(self) -> str:
+        """What readers are told it is."""
+        return self.title or requirement_title(self.name, {})
+
+
+def titled(limits: Sequence[Limit], titles: Mapping[str, str]) -> tuple[Limit, ...]:
+    """The limits with their titles, by name; those without keep what they have."""
+    return tuple(replace(limit, title=titles.get(limit.name, limit.title)) for limit in limits)
+
+
+def limit_named(limits: Sequence[Limit], name: str) -> Limit:
+    """The one of that name."""
+    return next(limit for limit in limits if limit.name == name)
 
 
 @dataclass(frozen=True, eq=False)

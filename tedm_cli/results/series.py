@@ -191,7 +191,7 @@ def _limits(output: str, requirements: Sequence[AppliedRequirement]) -> tuple[Fl
         amplitude = np.full(len(grid), np.nan)
         inside = in_band(q, grid)
         amplitude[inside] = q.amplitude(grid[inside])
-        limits.append(Limit(q.name, q.source, q.unit, q.band_hz, amplitude))
+        limits.append(Limit(q.name, q.source, q.unit, q.band_hz, amplitude, q.title))
     return grid, tuple(limits)
 
 

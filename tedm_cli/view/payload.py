@@ -17,10 +17,11 @@ from tedm_cli.view.packing import Quantised, coordinates, numbers, places, quant
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """Requirements on one grid of F frequencies (Hz): names, and amplitudes [r, F] per √Hz, NaN outside their bands."""
+    """Requirements on one grid of F frequencies (Hz): names, titles, amplitudes [r, F] per √Hz, NaN outside bands."""
 
     frequency_hz: FloatArray
     name: Sequence[str]
+    title: Sequence[str]
     amplitude: FloatArray
 
 
@@ -97,12 +98,13 @@ class Drawing:
 
 @dataclass(frozen=True, eq=False)
 class ViewModel:
-    """All of a page. `sources`: file names with their SHA-256; `version` of tedm."""
+    """All of a page. `sources`: file names with their SHA-256; `version` of tedm; `output_titles`: in plain words."""
 
     title: str
     version: str
     sources: Sequence[tuple[str, str]]
     outputs: Outputs
+    output_titles: Sequence[str]
     limits: Limits
     cases: Sequence[CaseView]
     series: Sequence[tuple[str, Film]]
@@ -128,12 +130,14 @@ def payload(view: ViewModel) -> dict[str, Any]:
         },
         "outputs": {
             "label": list(outputs.labels),
+            "title": list(view.output_titles),
             "unit": list(outputs.units),
             "rows": numbers(outputs.rows),
         },
         "limits": {
             "frequency": numbers(view.limits.frequency_hz),
             "name": list(view.limits.name),
+            "title": list(view.limits.title),
             "amplitude": numbers(view.limits.amplitude),
         },
         "cases": [_case(case) for case in view.cases],

@@ -28,6 +28,7 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.pdf import _width_pt
 from tedm_cli.results.areas import AreaMap
 from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.titles import outputs_title
 
 LEAST_PT = 6.8  # on the page
 
@@ -97,6 +98,22 @@ def test_maps_of_many_and_of_few_areas(number: int, letters: int) -> None:
             assert faults(drawn(draw(pages[0], areas, "A map"))) == []
 
 
+def test_headings_are_in_plain_words_and_labels_in_small_type(
+    figures: dict[str, Figure], cases: list[CaseNoise]
+) -> None:
+    """Of figures of one judged output; keys name requirements as the report does."""
+    labels = {j.output for c in cases for j in c.judged} | {q.name for c in cases for q in c.limits} | {"delta_g"}
+    of_one = [name for name in figures if re.match("contributors|improvement|budget|closed_loop_thermal", name)]
+    assert len(of_one) > 8
+    for name in of_one:
+        heading, small, *_ = (t.get_text() for t in figures[name].texts)
+        assert [label for label in labels if label in heading] == []
+        assert re.search(r"Labels: \w+[^.]*;\s\w+\.", small), name
+    for name, figure in figures.items():
+        keys = " ".join(t.get_text() for legend in figure.legends for t in legend.get_texts())
+        assert [q.name for c in cases for q in c.limits if q.name in keys] == [], name
+
+
 def test_zero_is_white_and_signs_are_alike() -> None:
     colours = signed_colours(np.array([-3.0, 2.0]))
     assert colours.hex(np.array([0.0])).tolist() == ["#ffffff"]
@@ -132,8 +149,12 @@ def test_outputs_of_one_ratio_are_all_named(
     assert len(outputs) > 1
     for factor, named in ((1 - 1e-12, outputs), (0.99, outputs[:1])):
         figure = draw([tied(c, factor) for c in cases], "displacement")
-        words = " ".join(t.get_text() for t in figure.axes[0].texts)
-        assert [name for name in outputs if name in words] == named
+        words = " ".join(" ".join(t.get_text().split()) for t in figure.axes[0].texts)
+        if draw is overlay_figure:
+            assert outputs_title(named) in words
+            assert outputs_title(outputs[1:]) not in words.replace(outputs_title(named), "")
+        else:
+            assert [name for name in outputs if name in words] == named
         assert faults(drawn(figure)) == []
     case = tied(cases[0], 1.0)
     titles = " ".join(a.get_title(loc="left") for a in case_figure(case).axes)

@@ -39,7 +39,9 @@ def test_the_figure_is_drawn_where_it_was_made(copy: Project) -> None:
     for n in found.noises:
         np.testing.assert_array_equal(height(lines[f"{n.test_mass}, {n.model}"]), n.asd)
     np.testing.assert_allclose(height(lines["TM1, Montemurro 2004: other test mass"]), 3.4348e-17, rtol=1.5e-5)
-    np.testing.assert_array_equal(height(lines["requirement lpf_selfgravity_ltp"]), found.limit.amplitude)
+    np.testing.assert_array_equal(
+        height(lines["requirement: LISA Pathfinder, self-gravity noise of the LTP"]), found.limit.amplitude
+    )
     names = [label.get_text() for label in parts.get_yticklabels()]
     for n, line in zip(found.noises, parts.get_lines(), strict=False):
         at = {names[round(y)].replace("\n", " "): x for x, y in zip(line.get_xdata(), height(line), strict=True)}

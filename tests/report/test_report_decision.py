@@ -117,11 +117,13 @@ def test_the_sentence_counts_what_exceeds_and_names_the_worst() -> None:
     dc = [PASSED_DC, replace(PASSED_DC, value=3e-9), replace(PASSED_DC, value=2e-9)]
     text = sentence([case("1", "likely", judged(0.2))], dc)
     assert text == (
-        "The requirements are not met: the field at rest exceeds its allocation in 2 of 3 figures (the worst is 3.00"
+        "The requirements are not met: the field at rest exceeds its allocation in 2 of 3 quantities (the worst is 3.00"
         " times its limit)."
     )
-    assert field_words(dc).startswith("exceeds its allocation in 2 of 3 figures; the worst is the acceleration of test")
-    assert field_words([PASSED_DC]).startswith("is within its allocation in 1 figure")
+    assert field_words(dc).startswith(
+        "exceeds its allocation in 2 of 3 quantities; the worst is the acceleration of test"
+    )
+    assert field_words([PASSED_DC]).startswith("is within its allocation in 1 quantity")
 
 
 @pytest.mark.parametrize(

@@ -232,7 +232,7 @@ def test_every_verdict_at_rest_is_a_row(finished: Project, sources: list[str], p
     sentence = re.sub(r"\s+", " ", page.text)
     sentence = sentence[sentence.index("field at rest exceeds its allocation") :][:400]
     whole = [bool(p) for s, p in zip(names[2], passed, strict=True) if s == "IS+LTP"]
-    assert f"exceeds its allocation in {42 - passed.sum()} of 42 figures ({14 - sum(whole)} of 14 for" in sentence
+    assert f"exceeds its allocation in {42 - passed.sum()} of 42 quantities ({14 - sum(whole)} of 14 for" in sentence
     title = at_rest_title(names[1][worst], names[0][worst])
     assert f"the worst is the {title} by {BY[names[2][worst]]}," in sentence
     assert f"which is {ratio_text(ratio[worst])} times its limit" in sentence

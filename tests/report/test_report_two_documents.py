@@ -39,13 +39,14 @@ from tedm_cli.report.document import (
 )
 from tedm_cli.report.numbering import numbered
 from tedm_cli.report.remedy import remedy_section
+from tedm_cli.report.verdicts import noise_judgements, worst_first
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import deciding
 from tedm_cli.results.dynamics import ClosedLoop, read_closed_loop
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.noise import WAYS, CaseNoise
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import and_text, capital, ratio_text, rounded_down
+from tedm_cli.results.wording import and_text, capital, clause, ratio_text, rounded_down
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import figure_specs
 from tedm_cli.stages.reporting.report import report
@@ -95,9 +96,8 @@ def test_every_number_that_is_referred_to_exists(written: dict[str, str]) -> Non
     }
     seen = 0
     for name, own in (("r.html", "report"), ("r_annex.html", "annex")):
-        for kind, number, other in re.findall(
-            r"\b(table|figure) (A?\d+)(?: of the (annex|report))?", words(written[name])
-        ):
+        text = words(written[name]).split("is in the annex, by section:")[0]  # that list has a test of its own
+        for kind, number, other in re.findall(r"\b(table|figure) (A?\d+)(?: of the (annex|report))?", text):
             assert f"{capital(kind)} {number}" in have[other or own]
             seen += 1
     assert seen > 8
@@ -207,6 +207,35 @@ def test_nothing_to_do_where_all_is_met(cases: list[CaseNoise], closed: ClosedLo
     assert [b.text for b in found.blocks if isinstance(b, Heading)] == ["Temperatures"]
 
 
+def test_the_remedy_of_every_output_that_fails_is_told(cases: list[CaseNoise], areas: AreaTable) -> None:
+    """The worst first, the next in a sentence each: with their case, how far off they are, and what is allowed."""
+    worse = [replace(c, judged=tuple(replace(j, passed=False, ratio=3.0) for j in c.judged)) for c in cases]
+    first, *others = worst_first(noise_judgements(worse))
+    section = remedy_section(worse, areas, [], None, str, [])
+    text = next(plain(b.text) for b in section.blocks if isinstance(b, Paragraph))
+    assert output_title(first.output) in text.split("For the ")[0]
+    assert len(others) > 1
+    for told, found in zip(text.split("For the ")[1:], others[:2], strict=True):
+        case, j = found.decides
+        assert told.startswith(f"{clause(output_title(found.output))} in case {case.id} (3.00 times its limit): ")
+        assert f"no more than {ratio_text(j.improvement.all_factor)} of the temperature noise in all areas. " in told
+        assert ("which leaves" in told) == any(j.improvement.enough(way) for way in WAYS)
+
+
+def test_the_end_of_the_report_says_where_in_the_annex_what_is(written: dict[str, str]) -> None:
+    """Section by section the first and the last number of its tables and figures."""
+    parts = re.split(r"^## (.*)$", written["r_annex.md"], flags=re.MULTILINE)[3:]
+    assert len(parts) > 16
+    last = written["r.md"].split("## What the annex holds")[1]
+    said = dict(re.findall(r"^- (.*): \[(.*)\]\(r_annex\.md\)$", last, flags=re.MULTILINE))
+    assert list(said) == parts[::2]
+    for title, body in zip(parts[::2], parts[1::2], strict=True):
+        for kind in ("Table", "Figure"):
+            there = re.findall(rf"^\*\*{kind} (A\d+)\.", body, flags=re.MULTILINE)
+            named = re.findall(rf"{kind.lower()}s? (A\d+)(?: (?:to|and) (A\d+))?", said[title])
+            assert [n for pair in named for n in pair if n] == list(dict.fromkeys([*there[:1], *there[-1:]])), title
+
+
 FRONT = """
 [report]
 title = "Thermal <b>stability</b> of the bench"
@@ -262,6 +291,10 @@ def test_a_title_of_a_requirement_is_used(copy: Project) -> None:
     run_cases(copy, ["1", "2", "4b"], None, silent)
     close_loop(copy)
     sketch(copy)
+    with open_results(copy) as results:
+        specs = {spec.name: spec for spec in figure_specs(results, list(map(read_case, results.cases)))}
+        drawn = specs["all_displacement.svg"].draw()
+    assert "requirement: Our *item*" in [t.get_text() for t in drawn.legends[0].get_texts()]
     text = report(copy, None, ["md"])[0].read_text(encoding="utf-8")
     assert r"Our \*item\*" in text
     assert "one noise source of the read-out" not in text

@@ -15,6 +15,8 @@ from chromium import Browser, chromium
 from view_project import GROUP, TITLE, Built
 
 from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.titles import output_title
+from tedm_cli.results.wording import capital
 from tedm_cli.view.packing import coordinates, numbers, places, steps
 from tedm_cli.view.page import page as assembled
 
@@ -105,8 +107,9 @@ def test_outputs_in_the_page_are_those_of_tedm(page: Browser, built: Built, kind
     lines = "Array.from(document.querySelectorAll('#outputs tbody tr'), "
     cells = page.value(f"{lines}(line) => Array.from(line.children, (cell) => cell.textContent))")
     label = built.content["outputs"]["label"]
-    assert [c[0] for c in cells] == ["TM1_a_x", "TM2_a_x", "A_TM1_x", "A_TM2_x", "B_TM1_x", "B_TM2_x"]
-    for name, now, ratio in cells:
+    judged = ["TM1_a_x", "TM2_a_x", "A_TM1_x", "A_TM2_x", "B_TM1_x", "B_TM2_x"]
+    assert [c[0] for c in cells] == [f"{capital(output_title(name))} {name}" for name in judged]
+    for name, (_, now, ratio) in zip(judged, cells, strict=True):
         value = wanted[label.index(name)]
         shown, unit = now.replace("−", "-").split(" ")
         prefix = unit.removesuffix("/√Hz").removesuffix("m/s²").removesuffix("m")
@@ -123,7 +126,9 @@ def test_noise_table_is_the_case_file_at_the_frequency(page: Browser, built: Bui
         v for v in built.content["cases"][1]["verdicts"] if built.content["outputs"]["label"][v["output"]] == "A_TM2_x"
     )
     row = page.value("Array.from(document.querySelectorAll('#noise-table tbody tr')[3].children, (c) => c.textContent)")
-    assert row[0] == "A_TM2_x"
+    assert row[0] == "Read-out of x, test mass 2, set A A_TM2_x"
+    hint = page.value("document.querySelectorAll('#noise-table tbody th')[3].title")
+    assert hint == "Limit: LISA Pathfinder, one noise source of the read-out (lpf_readout_item)"
     assert float(row[3]) == pytest.approx(verdict["ratio"], rel=6e-3)
     now = page.value("document.querySelectorAll('#outputs tbody tr')[3].children[1].textContent")
     assert now.lstrip("−") == row[1]

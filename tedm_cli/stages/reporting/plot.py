@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,7 +23,7 @@ from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
 from tedm_cli.results.field import dc_verdicts
-from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, NamedImprovement, kinds_of
+from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, NamedImprovement, kinds_of, titled
 from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import quantity
@@ -71,6 +72,7 @@ def plot(
 def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     """All figures, in the order of the report. Without requirements there are no judged outputs to draw."""
     areas = read_areas(results.sensitivity)
+    cases = [replace(c, limits=titled(c.limits, results.requirement_titles)) for c in cases]
     all_cases = tuple(f"{i.path.name} {i.sha256}" for i in results.case_files)
     specs: list[FigureSpec] = []
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.dynamics import FAMILIES, LoopOutput, LoopStability, SimulatedCase, read_closed_loop
+from tedm_cli.results.noise import titled
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, ratio_text
 from tedm_cli.stages.reporting import draw
@@ -23,6 +25,8 @@ def dynamics_specs(results: Results) -> list[FigureSpec]:
     found = read_closed_loop(results.dynamics, results.simulations)
     if found is None or results.dynamics_file is None:
         return []
+    titles = results.requirement_titles
+    found = replace(found, cases=tuple(replace(c, limits=titled(c.limits, titles)) for c in found.cases))
     of_case = {
         case.id: (f"{used.path.name} {used.sha256}",)
         for case, used in zip(found.cases, results.simulation_files, strict=True)

@@ -8,8 +8,6 @@ from os.path import relpath
 from pathlib import Path
 from typing import Literal
 
-from tedm_cli.config.cases import CasesConfig
-from tedm_cli.config.dynamics import load_dynamics
 from tedm_cli.config.project import Project, ReportTable
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import UsageError
@@ -130,7 +128,7 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
                 files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
                 figures=figures,
                 front=_front(project.report),
-                requirement_titles=_requirement_titles(project, results.config),
+                requirement_titles=results.requirement_titles,
                 model_view=VIEW if (folder / VIEW).is_file() else "",
             )
         )
@@ -140,9 +138,3 @@ def _front(table: ReportTable) -> Front:
     date = table.date.isoformat() if isinstance(table.date, datetime.date) else table.date
     issue = "" if table.issue is None else str(table.issue)
     return Front(table.title or "", table.mission or "", issue, date or "", table.prepared_by or "")
-
-
-def _requirement_titles(project: Project, cases: CasesConfig) -> dict[str, str]:
-    """Plain titles that the configuration gives requirements, by name."""
-    tables = [*cases.requirements, *load_dynamics(project.dynamics)[1].requirements]
-    return {table.name: table.title for table in tables if table.title is not None}

@@ -25,7 +25,9 @@ from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.titles import output_title
 from tedm_cli.results.unit_loads import area_of_grids
+from tedm_cli.results.wording import capital
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.reporting.view_cases import case_views, limits_of
 from tedm_cli.stages.reporting.view_series import series_films
@@ -74,7 +76,8 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
                 for f in (*used, results.sensitivity_file, results.optics_file, *results.case_files)
             ],
             outputs=outputs,
-            limits=limits_of(results.cases),
+            output_titles=[capital(output_title(label)) for label in outputs.labels],
+            limits=limits_of(results.cases, results.requirement_titles),
             cases=case_views(project, results, outputs, step),
             series=series_films(project, results, outputs.areas),
             drawing=drawing,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.case_file import read_case, read_correlation
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.noise import CaseNoise, titled
 from tedm_cli.results.wording import mhz_text
 from tedm_cli.view.patterns import typical_pattern, worst_pattern
 from tedm_cli.view.payload import CaseView, Film, Limits, VerdictView
@@ -35,11 +35,12 @@ _PER_PERIOD = 16  # samples in a period of the lowest frequency of the requireme
 _RESOLVED = 16  # the filters of a realisation, 128 periods long, resolve the lowest frequency over this
 
 
-def limits_of(cases: Sequence[Reader]) -> Limits:
+def limits_of(cases: Sequence[Reader], titles: Mapping[str, str]) -> Limits:
     """Frequencies and requirements of the cases, which are the same in all files of one configuration."""
     first = read_case(cases[0])
-    amplitude = np.array([q.amplitude for q in first.limits]).reshape(-1, len(first.frequency_hz))
-    return Limits(first.frequency_hz, [q.name for q in first.limits], amplitude)
+    limits = titled(first.limits, titles)
+    amplitude = np.array([q.amplitude for q in limits]).reshape(-1, len(first.frequency_hz))
+    return Limits(first.frequency_hz, [q.name for q in limits], [q.plain for q in limits], amplitude)
 
 
 def case_views(project: Project, results: Results, outputs: Outputs, step: Step) -> list[CaseView]:

@@ -51,10 +51,10 @@ class App {
     fill("kind", kinds);
     fill("case", cases.map((c, i) => [i, caseText(c)]));
     fill("noise-case", cases.map((c, i) => [i, caseText(c)]));
-    const verdicts = judged.map(({ output, limit }, i) => [i, `${outputs.label[output]} (${this.data.limits.name[limit]})`]);
+    const verdicts = judged.map(({ output, limit }, i) => [i, `${outputs.title[output]} (${this.data.limits.title[limit]})`]);
     fill("output", verdicts);
     fill("noise-output", verdicts);
-    fill("of", outputs.label.map((label, o) => [o, label]));
+    fill("of", outputs.title.map((title, o) => [o, title]));
     fill("series", series.map((s, i) => [i, s.name]));
     for (const group of new Set(areas.group)) {
       const options = Object.assign(document.createElement("optgroup"), { label: group || "no group" });

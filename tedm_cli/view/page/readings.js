@@ -10,16 +10,14 @@ class Readings {
     this.others = outputs.label.map((_, o) => o).filter((o) => !named.has(o));
     this.rows = [];
     const head = ["Output", "now", "ratio"];
-    this._table("outputs", head, this.judged, ({ output, limit }) => [outputs.label[output], limits.name[limit]]);
-    this._table("others", ["Output", "now"], this.others, (o) => [outputs.label[o], "not judged"]);
+    const required = ({ output, limit }) => [output, `Limit: ${limits.title[limit]} (${limits.name[limit]})`];
+    this._table("outputs", head, this.judged, required);
+    this._table("others", ["Output", "now"], this.others, (o) => [o, "not judged"]);
     document.getElementById("more").textContent = `${Format.count(this.others.length, "output")} that nothing is required of`;
     document.getElementById("more").parentElement.hidden = !this.others.length;
     document.getElementById("more").parentElement.open = !this.judged.length;
     document.getElementById("outputs").hidden = !this.judged.length;
-    this._table("noise-table", ["Output", "noise", "limit", "ratio"], this.judged, ({ output, limit }) => [
-      outputs.label[output],
-      limits.name[limit],
-    ]);
+    this._table("noise-table", ["Output", "noise", "limit", "ratio"], this.judged, required);
     this.spoken = 0;
   }
 
@@ -35,8 +33,10 @@ class Readings {
     const body = document.createElement("tbody");
     this.rows[id] = rows.map((row) => {
       const line = document.createElement("tr");
-      const [name, title] = names(row);
-      const first = cell("th", name, "row");
+      const [output, title] = names(row);
+      const first = cell("th", this.data.outputs.title[output], "row");
+      const label = Object.assign(document.createElement("span"), { className: "label", textContent: this.data.outputs.label[output] });
+      first.append(" ", label);
       first.title = title;
       const cells = head.slice(1).map(() => cell("td", ""));
       line.append(first, ...cells);
@@ -70,10 +70,10 @@ class Readings {
     });
     document.getElementById("read-note").textContent = this.judged.length
       ? moment
-        ? "At this moment. Requirements are on amplitudes per √Hz; those of a case are below."
-        : `${per ? "Amplitudes per √Hz. Ratio:" : "Under these temperatures. Ratio: if they were amplitudes per √Hz"} at ` +
-          `${Format.hz(limits.frequency[f])}, with the safety factor ${safety}; – outside the band of the requirement. ` +
-          "The frequency is chosen below."
+        ? "At this moment. Limits are on noise, in amplitudes per √Hz: “Noise of a case” below holds them."
+        : `${per ? "Noise of each output in amplitudes per √Hz" : "What each output does under these temperatures"}. Ratio: how many ` +
+          `times its limit that is at ${Format.hz(limits.frequency[f])}${per ? "" : ", if the temperatures were noise of as many K/√Hz"}, ` +
+          `safety factor ${safety} included; above 1 violated, – where no limit holds. Change the frequency below.`
       : "Nothing is required of any output.";
     const most = worst ?? { output: 0 };
     const text = `${outputs.label[most.output]} ${Format.si(values[most.output], this.unit(most.output) + per)}`;
@@ -124,10 +124,10 @@ class Readings {
     const entry = (kind, text) => Object.assign(document.createElement("span"), { className: kind, textContent: text });
     key.replaceChildren(
       entry("noise", `${found.safety} × ${name}, ${this.unit(output)}/√Hz`),
-      entry("limit", limits.name[limit]),
+      entry("limit", limits.title[limit]),
     );
     document.getElementById("noise-note").textContent =
-      `The largest ratio of ${name} is ${Format.ratio(verdict.ratio)}, at ${Format.hz(verdict.hz)}. ` +
+      `The largest ratio of ${name} to its limit is ${Format.ratio(verdict.ratio)}, at ${Format.hz(verdict.hz)}. ` +
       `Temperatures: ${found.temperature}. The slider stops at the frequencies of the case file; nothing is interpolated.`;
   }
 }
