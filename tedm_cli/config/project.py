@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.config.base import Strict, load
+from tedm_cli.config.base import FileName, Strict, load
 from tedm_cli.files.provenance import ConfigFile
 
 
@@ -13,10 +13,10 @@ class ProjectTable(Strict):
     """Paths are relative to the project file."""
 
     title: str
-    model: str = "model.toml"
-    optics: str = "optics.toml"
-    cases: str = "cases.toml"
-    dynamics: str | None = None
+    model: FileName = "model.toml"
+    optics: FileName = "optics.toml"
+    cases: FileName = "cases.toml"
+    dynamics: FileName | None = None
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,11 @@ STILL = 600.0  # s of the clock for one mutant that waits
 FAMILIES: dict[str, dict[str, int]] = {
     "decks": {"bdf": 190, "structure": 80, "solver": 50},
     "OP2": {"op2": 190},
-    "TOML": {"tedm.toml": 15, "model.toml": 40, "optics.toml": 40, "cases.toml": 45, "dynamics.toml": 40, "S_BW.csv.toml": 10},
+    "TOML": {"tedm.toml": 15, "model.toml": 40, "optics.toml": 40, "cases.toml": 45, "dynamics.toml": 40,
+             "S_BW.csv.toml": 10},
     "CSV": {
-        "areas.csv": 25, "blocks.csv": 20, "points.csv": 20, "budget.csv": 15, "spectra.csv": 15, "series.csv": 20, "r.csv": 20,
-        "S_BW.csv": 15, "magnetic.csv": 10,
+        "areas.csv": 25, "blocks.csv": 20, "points.csv": 20, "budget.csv": 15, "spectra.csv": 15, "series.csv": 20,
+        "r.csv": 20, "S_BW.csv": 15, "magnetic.csv": 10,
     },
     "NPZ and MAT": {"r.npz": 20, "optics.npz": 15, "controller.npz": 8, "optics.mat": 17},
     "HDF5": {**dict.fromkeys(fuzz_hdf5_judge.READERS, 10), "dynamics.h5": 6, "case03.h5": 12},
@@ -60,9 +61,7 @@ def share(count: int, kinds: Iterable[str] = WEIGHTS) -> dict[str, int]:
 
 def jobs(seed: int, count: int, kinds: Iterable[str] = WEIGHTS) -> list[Job]:
     """The mutants of a seed, the kinds in turns, so that any part of the list has some of each."""
-    places = [
-        ((i + 0.5) / n, kind, seed * 1_000_000 + i) for kind, n in share(count, kinds).items() for i in range(n)
-    ]
+    places = [((i + 0.5) / n, kind, seed * 1_000_000 + i) for kind, n in share(count, kinds).items() for i in range(n)]
     return [(kind, number) for _, kind, number in sorted(places)]
 
 
@@ -117,7 +116,7 @@ class Counts:
         self.failed += verdict.failed
 
     def table(self) -> str:
-        """A line for each kind and each family, classes across; columns of nothing but zeros are left out but for failures."""
+        """A line for each kind and each family, classes across."""
         lines = [("", "mutants", *COLUMNS)]
         total = Counter[str]()
         for family, kinds in FAMILIES.items():
@@ -177,9 +176,7 @@ class Worker:
         self.ready, self.begun, self.spent = True, time.monotonic(), self._processor()
 
     def overdue(self) -> bool:
-        return self.ready and (
-            self._processor() - self.spent > LIMIT or time.monotonic() - self.begun > STILL
-        )
+        return self.ready and (self._processor() - self.spent > LIMIT or time.monotonic() - self.begun > STILL)
 
     def _processor(self) -> float:
         """Processor time of the process, s."""
@@ -271,14 +268,18 @@ def campaign(seed: int, count: int, processes: int, log: Path | None, out: TextI
             if passed > shown + 20.0:
                 shown = passed
                 left = passed / done * (len(wanted) - done)
-                print(f"{done:,} of {len(wanted):,}, {counts.failed} failed, {left / 60.0:.0f} min left", file=out, flush=True)
+                print(
+                    f"{done:,} of {len(wanted):,}, {counts.failed} failed, {left / 60.0:.0f} min left",
+                    file=out,
+                    flush=True,
+                )
     after = os.times()
     used = sum(after[i] - before[i] for i in range(4))
     passed = time.monotonic() - begin
     print(counts.table(), file=out)
     print(
-        f"seed {seed}: {len(wanted):,} mutants, {counts.failed} failed; {passed / 60.0:.1f} min on {processes} processes, "
-        f"{used / 60.0:.1f} min of processor time",
+        f"seed {seed}: {len(wanted):,} mutants, {counts.failed} failed; {passed / 60.0:.1f} min on {processes} "
+        f"processes, {used / 60.0:.1f} min of processor time",
         file=out,
         flush=True,
     )

@@ -1,8 +1,8 @@
 """Damaged and edited files between the stages of the small sample, each read by a command that uses it.
 
-A verdict is `same` (the command makes the numbers of the sound file), `refused` (one clear error, by its exit code), or a
-failure: `SILENT` (other numbers), `INTERNAL`, `UNCLEAR`, `LITTER`, `SIGNAL`, `HANG`. Every run is a process of its own:
-HDF5 is not trusted with damaged files.
+A verdict is `same` (the command makes the numbers of the sound file), `refused` (one clear error, by its exit code), or
+a failure: `SILENT` (other numbers), `INTERNAL`, `UNCLEAR`, `LITTER`, `SIGNAL`, `HANG`. Every run is a process of its
+own: HDF5 is not trusted with damaged files.
 """
 
 from __future__ import annotations
@@ -50,7 +50,12 @@ READERS: dict[str, tuple[str, ...]] = {
     "optics.h5": ("run-case 3", "run-series warm", "build-dynamics"),
     "case03.h5": ("export-case 3 --format csv", "show case03.h5", "view"),
     "series_warm.h5": ("show series_warm.h5", "view"),
-    "dynamics.h5": ("simulate 3", "simulate --series warm", "export-state-space --loop --format csv", "show dynamics.h5"),
+    "dynamics.h5": (
+        "simulate 3",
+        "simulate --series warm",
+        "export-state-space --loop --format csv",
+        "show dynamics.h5",
+    ),
     "simulation03.h5": ("show simulation03.h5", "view"),
     "simulation_warm.h5": ("show simulation_warm.h5", "view"),
     "release.h5": ("show release.h5",),

@@ -19,7 +19,7 @@ _APOSTROPHE = re.compile("'+[=+\\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
 
 
 def meaning(name: str, data: bytes) -> object:
-    """What the file says: the tables of a TOML, the cells of a CSV. Raises ValueError or csv.Error where it says nothing.
+    """What the file says: the tables of a TOML, the cells of a CSV. ValueError or csv.Error where it says nothing.
 
     Floats are held by their digits: two files say the same when these are equal, NaN or not.
     """

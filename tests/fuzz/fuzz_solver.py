@@ -39,7 +39,9 @@ def compare_decks(found: Parts, sound: Parts, path: Path) -> tuple[str, str]:
     except Exception as exc:
         return "SILENT", f"taken, where pyNastran reads nothing: {type(exc).__name__}: {exc}"
     differ = differences(found, wanted)
-    return ("SILENT", f"read as something else in plain writing: {', '.join(differ[:4])}") if differ else ("meaning", "")
+    return (
+        ("SILENT", f"read as something else in plain writing: {', '.join(differ[:4])}") if differ else ("meaning", "")
+    )
 
 
 def plain_deck(path: Path) -> Path:

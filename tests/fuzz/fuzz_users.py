@@ -1,8 +1,9 @@
 """Run what users write, damaged, through the commands that read it, and judge what came of it.
 
 A verdict is `same` (all numbers of the sound file), `meaning` (those that the plain writing of what the file now says
-makes as well, see `fuzz_meaning`; of an archive, the matrix that NumPy or SciPy reads), the exit code of one clear error,
-or a failure: `CRASH`, `HANG`, `MEMORY`, `UNCLEAR`, `SILENT` (other numbers than the file's, or none that are finite).
+makes as well, see `fuzz_meaning`; of an archive, the matrix that NumPy or SciPy reads), the exit code of one clear
+error, or a failure: `CRASH`, `HANG`, `MEMORY`, `UNCLEAR`, `SILENT` (other numbers than the
+file's, or none that are finite).
 """
 
 from __future__ import annotations
@@ -166,7 +167,7 @@ class Users:
         return ("meaning" if other else "same"), ""
 
     def nameless(self, kind: str, data: bytes, said: str) -> str:
-        """What is wrong with the file that a refusal names: one of the project's, and itself that cannot be read at all.
+        """What is wrong with the file that a refusal names: one of the project's, and itself where it cannot be read.
 
         What a readable file says, and another one contradicts, may be said of either.
         """
@@ -194,7 +195,7 @@ class Users:
         return "meaning", ""
 
     def numbers(self, kind: str) -> tuple[int, Numbers | Ran | str]:
-        """All numbers that the commands print and write; or the run that was refused; or why they are none (code -1)."""
+        """All numbers that the commands print and write; or the run that was refused; or what is none (code -1)."""
         project, commands = self.project(kind), READERS[kind][1]
         out: Numbers = {}
         for args in commands:
@@ -226,7 +227,8 @@ class _Named:
             self.path = self.folder / self.file
             self.kept = self.path.read_bytes()
             text = self.kept.decode("utf-8")
-            self.path.write_text(self.new if self.old is None else text.replace(self.old, self.new, 1), encoding="utf-8")
+            new = self.new if self.old is None else text.replace(self.old, self.new, 1)
+            self.path.write_text(new, encoding="utf-8")
 
     def __exit__(self, *_: object) -> None:
         if self.file is not None:
@@ -311,5 +313,3 @@ def not_finite(path: Path) -> list[str]:
 
         file.visititems(visit)
     return out
-
-
