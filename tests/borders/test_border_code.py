@@ -6,8 +6,12 @@ import ast
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from border_tools import ROOT
+
+from tedm_cli.config.correlation_file import read_matrix
+from tedm_cli.errors import InputError
 
 SOURCES = {
     str(path.relative_to(ROOT / "tedm_cli")): ast.parse(path.read_text(encoding="utf-8"))
@@ -115,15 +119,25 @@ def test_nothing_else_is_found(text: str) -> None:
     ]
 
 
-def test_numpy_reads_no_pickle() -> None:
-    """Every NPZ is read with `allow_pickle` off, or by its members' headers alone."""
-    loads = [
-        n
-        for tree in SOURCES.values()
-        for n in ast.walk(tree)
-        if called(n) in ("read_array", "load") and isinstance(n, ast.Call)
-    ]
-    numpy = [n for n in loads if "format" in ast.unparse(n.func) or ast.unparse(n.func) in ("np.load", "numpy.load")]
-    assert numpy
-    assert all("allow_pickle=False" in ast.unparse(n) for n in numpy), [ast.unparse(n) for n in numpy]
-    assert Path(ROOT / "tedm_cli").is_dir()
+class Touching:
+    """An object that makes a file where it is unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[Callable[[Path], None], tuple[Path]]:
+        return Path.touch, (self.path,)
+
+
+def test_a_pickle_in_an_archive_is_refused_unread(tmp_path: Path) -> None:
+    made = tmp_path / "made"
+    held = np.empty(1, dtype=object)
+    held[0] = Touching(made)
+    np.savez(tmp_path / "r.npz", area=np.array(["A"]), R=held, allow_pickle=True)
+    with np.load(tmp_path / "r.npz", allow_pickle=True) as archive:
+        archive["R"]
+    assert made.exists(), "it is a pickle that does something"
+    made.unlink()
+    with pytest.raises(InputError, match=r"r.npz: not a readable NPZ file of plain arrays: R.* holds object"):
+        read_matrix(tmp_path / "r.npz")
+    assert not made.exists()
