@@ -187,7 +187,7 @@ class Judge:
             new, old = made.data[key], self.expected[key]
             if new.shape != old.shape:
                 return "SILENT", f"{key} has another shape"
-            local = np.linalg.norm(old, axis=-1).sum(axis=0)
+            local = np.linalg.norm(old, axis=-1).sum(axis=0) + np.linalg.norm(old.sum(axis=0), axis=-1)
             moved = np.linalg.norm(new - old, axis=-1).max(axis=0)
             worst = max(worst, float((moved / (local + 0.25 * local.max())).max()) * 2.0**24)
         if worst <= ALLOWED:
