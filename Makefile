@@ -10,6 +10,9 @@ VENV ?= .venv
 CONFIGS ?= configs
 BUILD ?= build
 ELEMENT_SIZE_MM ?= 15
+FUZZ_SEED ?= 2026
+FUZZ_COUNT ?= 10000
+FUZZ_LOG ?= fuzz.log
 
 $(foreach name,CONFIGS BUILD VENV,$(if $(word 2,$($(name))),$(error $(name) = '$($(name))': Make takes no names with blanks)))
 
@@ -24,7 +27,7 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f -o -
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: FORCE help all test quick check format bench sample-small clean distclean
+.PHONY: FORCE help all test quick check format bench fuzz faults sample-small clean distclean
 
 help: ## Show this help
 	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md), its annex, view.html"
@@ -33,6 +36,8 @@ help: ## Show this help
 	@echo "make check    lint and types"
 	@echo "make format   format the code"
 	@echo "make bench    run the benchmarks"
+	@echo "make fuzz     judge $(FUZZ_COUNT) damaged inputs (FUZZ_SEED=$(FUZZ_SEED), FUZZ_COUNT): half an hour"
+	@echo "make faults   kill every command and make all at many moments, fill the disk, run chains at once: ten minutes"
 	@echo "make clean    remove $(BUILD); make distclean removes $(VENV) as well"
 	@echo
 	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM=$(ELEMENT_SIZE_MM) (sample"
@@ -74,6 +79,13 @@ format: $(DEV_STAMP)
 bench: $(DEV_STAMP)
 	$(PIP) -e '.[bench]'
 	$(BIN)/python -m benchmarks
+
+# Mutants that are not fine are in $(FUZZ_LOG), each with the line that judges it alone.
+fuzz: $(DEV_STAMP)
+	$(BIN)/python tests/fuzz --seed $(FUZZ_SEED) --count $(FUZZ_COUNT) --processes 2 --log $(FUZZ_LOG)
+
+faults: $(DEV_STAMP)
+	$(BIN)/python tests/faults
 
 # The small model of the tests is kept in the repository with its results; this makes it again, to the byte.
 sample-small: $(RUN_STAMP)

@@ -72,6 +72,7 @@ Duration = Annotated[float, Bounded(q.DURATION)]
 Probability = Annotated[float, Bounded(q.PROBABILITY)]
 Coefficient = Annotated[float, Bounded(q.CORRELATION)]
 Id = Annotated[int, Bounded(q.ID)]
+FileName = Annotated[str, Field(min_length=1)]  # no name would be the folder itself
 Place = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Direction = Annotated[list[Annotated[float, Bounded(q.DIRECTION)]], Field(min_length=3, max_length=3)]
 Axes = Annotated[list[Direction], Field(min_length=3, max_length=3)]

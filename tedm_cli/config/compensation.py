@@ -8,7 +8,7 @@ import numpy as np
 
 from tedm_cli.config.model import ModelConfig, axes_of_rotation
 from tedm_cli.config.project import Project
-from tedm_cli.errors import ConfigError
+from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.gravity.compensation import CompensationMass
 from tedm_cli.quantities import ANGLE, COORDINATE, LENGTH, MASS
 from tedm_cli.tables.csv_table import Row, read_table
@@ -35,11 +35,11 @@ def compensation_masses(project: Project, config: ModelConfig) -> list[Compensat
 
     Raises
     ------
-    InputError : the CSV or a line of it is wrong.
-    ConfigError : two blocks have the same name.
+    InputError : the CSV or a line of it is wrong, or two of its lines name the same block.
+    ConfigError : a table names a block that is there already.
     """
     path = compensation_file(project, config)
-    blocks = [] if path is None else [_block(row) for row in read_table(path, COLUMNS)]
+    blocks = [] if path is None else _listed(path)
     blocks += [table.block() for table in config.compensation_mass]
     names = [block.name for block in blocks]
     problems = [
@@ -49,6 +49,17 @@ def compensation_masses(project: Project, config: ModelConfig) -> list[Compensat
     if problems:
         raise ConfigError(problems, where=str(project.model))
     return blocks
+
+
+def _listed(path: Path) -> list[CompensationMass]:
+    """The blocks of a CSV."""
+    rows = read_table(path, COLUMNS)
+    first: dict[str, int] = {}
+    for row in rows:
+        name = row.text["name"]
+        if (line := first.setdefault(name, row.line)) != row.line:
+            raise InputError(f"the block {name!r} is in line {line} already", where=f"{path}:{row.line}")
+    return [_block(row) for row in rows]
 
 
 def _block(row: Row) -> CompensationMass:

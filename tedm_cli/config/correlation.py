@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from tedm_cli.config.base import IDENTIFIER, Bounded, Coefficient, Strict
+from tedm_cli.config.base import IDENTIFIER, Bounded, Coefficient, FileName, Strict
 from tedm_cli.config.correlation_file import read_matrix
 from tedm_cli.noise.correlation import CorrelationCase, Role
 from tedm_cli.noise.selection import BlockSelector
@@ -94,7 +94,7 @@ class CaseTable(Strict):
     blocks: Annotated[list[BlockTable], Field(min_length=1)] | None = None
     partition: Partition | None = None
     groups: Names | None = None
-    matrix: str | None = None
+    matrix: FileName | None = None
     rho: Coefficient | None = None
     delays: list[DelayTable] = Field(default_factory=list)
 

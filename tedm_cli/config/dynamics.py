@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from tedm_cli import quantities as q
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import IDENTIFIER, Bounded, Direction, Place, Strict, load, named_by_project
+from tedm_cli.config.base import IDENTIFIER, Bounded, Direction, FileName, Place, Strict, load, named_by_project
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
 from tedm_cli.dynamics.controller import LOOPS
@@ -169,7 +169,7 @@ class ControllerTable(Strict):
     `file`: A, B, C, D with `inputs` and `outputs` in MAT, NPZ or TOML, relative to this file.
     """
 
-    file: str | None = None
+    file: FileName | None = None
     shape: ShapeTable = ShapeTable()
     loop: list[LoopTable] = Field(default_factory=list)
 
@@ -190,7 +190,7 @@ class SpectrumFields(Strict):
     level: Annotated[float, Bounded(q.NOISE_LEVEL)] | None = None
     corner_hz: Annotated[float, Bounded(q.CORNER)] = 0.0
     slope: Annotated[float, Bounded(q.SPECTRAL_SLOPE)] = 0.0
-    table: str | None = None
+    table: FileName | None = None
 
     @model_validator(mode="after")
     def _one_spectrum(self) -> SpectrumFields:

@@ -15,6 +15,7 @@ from tedm_cli.config.base import (
     Angle,
     Axes,
     Bounded,
+    FileName,
     Id,
     Length,
     Mass,
@@ -52,10 +53,10 @@ class ModelTable(Strict):
     ENDDATA, as those that were cut off do.
     """
 
-    bdf: str | None = None
-    areas_csv: str | None = None
-    deck: str = "{build_dir}/unit_loads.bdf"
-    op2: list[str] = Field(min_length=1, default_factory=lambda: ["{build_dir}/unit_loads.op2"])
+    bdf: FileName | None = None
+    areas_csv: FileName | None = None
+    deck: FileName = "{build_dir}/unit_loads.bdf"
+    op2: list[FileName] = Field(min_length=1, default_factory=lambda: ["{build_dir}/unit_loads.op2"])
     uniform_label: str = "UNIFORM"
     reference_temperature_K: Temperature | None = None
     constraints_of_subcase: Id | None = None
@@ -145,7 +146,7 @@ class GravityTable(Strict):
     mass_model: Literal["quadrature", "lumped"] = "quadrature"
     quadrature_tolerance: Annotated[float, Bounded(QUADRATURE_TOLERANCE)] = 1e-4
     other_test_mass_points: Annotated[int, Bounded(GAUSS_POINTS)] = 8
-    compensation_masses: str | None = None
+    compensation_masses: FileName | None = None
     compensation_tolerance: Annotated[float, Bounded(COMPENSATION_TOLERANCE)] = DEFAULT_TOLERANCE
     subsystems: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 

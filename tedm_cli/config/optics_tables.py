@@ -11,6 +11,7 @@ from tedm_cli.config.base import (
     Axes,
     Bounded,
     Direction,
+    FileName,
     Id,
     Length,
     LengthOrZero,
@@ -111,8 +112,8 @@ class ExpansionTable(Strict):
 class ImportedTable(Strict):
     """Matrices made elsewhere, relative to the layout file, in place of those that follow from the layout."""
 
-    S_BW: str | None = None
-    P: str | None = None
+    S_BW: FileName | None = None
+    P: FileName | None = None
     largest_difference: Annotated[float, Bounded(MATRIX_DIFFERENCE)] | None = None
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from tedm_cli.config.base import Bounded, OneLine, Strict, load
+from tedm_cli.config.base import Bounded, FileName, OneLine, Strict, load
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.quantities import ISSUE
 
@@ -29,10 +29,10 @@ class ProjectTable(Strict):
     """Paths are relative to the project file."""
 
     title: str
-    model: str = "model.toml"
-    optics: str = "optics.toml"
-    cases: str = "cases.toml"
-    dynamics: str | None = None
+    model: FileName = "model.toml"
+    optics: FileName = "optics.toml"
+    cases: FileName = "cases.toml"
+    dynamics: FileName | None = None
     report: ReportTable = ReportTable()
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from tedm_cli.config.base import Frequency, OneLine, Strict
+from tedm_cli.config.base import FileName, Frequency, OneLine, Strict
 from tedm_cli.config.correlation import Names
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.requirements import AppliedRequirement, Requirement, tabulated
@@ -28,7 +28,7 @@ class RequirementTable(Strict):
     `title` is what the report calls it.
     """
 
-    table: str | None = None
+    table: FileName | None = None
     name: str = Field(min_length=1)
     outputs: Names
     applies_to: Literal["single", "differential"] = "single"

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from tedm_cli.config.base import IDENTIFIER, Bounded, Duration, Frequency, Probability, Strict
+from tedm_cli.config.base import IDENTIFIER, Bounded, Duration, FileName, Frequency, Probability, Strict
 from tedm_cli.quantities import SAMPLES, SEED, SPECTRAL_TOLERANCE
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
@@ -40,7 +40,7 @@ class SeriesTable(Strict):
     """A measured or simulated temperature series: `time_s`, and a column for each area, group or shield, or `all`."""
 
     name: Annotated[str, Field(pattern=IDENTIFIER)]
-    file: str = Field(min_length=1)
+    file: FileName
     remove: Literal["nothing", "mean", "linear"]
     constant: Names | None = None
     resample_s: Duration | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tedm_cli.arrays import BoolArray, FloatArray
-from tedm_cli.config.base import Bounded, Frequency, Strict, TemperatureLevel
+from tedm_cli.config.base import Bounded, FileName, Frequency, Strict, TemperatureLevel
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.columns import columns_of_areas
@@ -54,7 +54,7 @@ class _SpectrumTable(Strict):
     reference_hz: Frequency = REFERENCE_HZ
     order: Annotated[float, Bounded(FILTER_ORDER)] = DEFAULT_ORDER
     corner_hz: Frequency = DEFAULT_CORNER_HZ
-    table: str | None = Field(default=None, min_length=1)
+    table: FileName | None = None
 
     @model_validator(mode="after")
     def _no_idle_keys(self) -> _SpectrumTable:

@@ -267,7 +267,7 @@ def replacing(path: Path) -> Iterator[Path]:
             if not _alive(orphan):
                 orphan.unlink(missing_ok=True)
     except OSError as exc:
-        raise _cannot_write(path, exc) from exc
+        raise cannot_write(path, exc) from exc
     temporary = path.with_name(f"{name}{os.getpid()}.tmp")
     unfinished.add(temporary)
     try:
@@ -276,7 +276,7 @@ def replacing(path: Path) -> Iterator[Path]:
             os.fsync(stream.fileno())
         os.replace(temporary, path)
     except OSError as exc:
-        raise _cannot_write(path, exc) from exc
+        raise cannot_write(path, exc) from exc
     finally:
         with contextlib.suppress(OSError):  # what went wrong with the file is told, not that nothing is there
             temporary.unlink()
@@ -299,7 +299,8 @@ def is_alive(process: int) -> bool:
     return True
 
 
-def _cannot_write(path: Path, exc: OSError) -> InputError:
+def cannot_write(path: Path, exc: OSError) -> InputError:
+    """The error for a file that could not be made."""
     full = exc.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
     fact = "no room left to write it" if full else f"cannot be written ({exc.strerror or exc})"
     return InputError(f"{fact}; the previous file, if any, is untouched", where=str(path))

@@ -8,6 +8,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import IMPOSED
+from tedm_cli.errors import InputError
 from tedm_cli.files.store import Reader
 from tedm_cli.results.noise import Limit
 
@@ -44,7 +45,12 @@ class ImposedMotion:
 
 
 def read_imposed(file: Reader) -> ImposedMotion:
-    """What an open file says."""
+    """What an open file says; `InputError` where it tells of a test mass twice."""
+    named = list(zip(file.strings(IMPOSED.ROW_MODEL), file.strings(IMPOSED.ROW_TEST_MASS), strict=True))
+    for row, (model, name) in enumerate(named):
+        if (model, name) in named[:row]:
+            fact = f"{IMPOSED.ROW_TEST_MASS}: {name} of {model} is there twice"
+            raise InputError(fact, where=str(file.path), hint=f"make it again with `{IMPOSED.made_by}`")
     f, sources = file.array(IMPOSED.FREQUENCY), file.strings(IMPOSED.SOURCE_NAME)
     limit = Limit(
         file.string(IMPOSED.REQUIREMENT_NAME),
@@ -54,8 +60,7 @@ def read_imposed(file: Reader) -> ImposedMotion:
         file.array(IMPOSED.REQUIREMENT_AMPLITUDE),
     )
     rows = zip(
-        file.strings(IMPOSED.ROW_MODEL),
-        file.strings(IMPOSED.ROW_TEST_MASS),
+        named,
         file.array(IMPOSED.ASD),
         file.array(IMPOSED.ASD_ALONE),
         file.array(IMPOSED.SHARE),
@@ -73,7 +78,7 @@ def read_imposed(file: Reader) -> ImposedMotion:
             float(ratio),
             float(binding),
         )
-        for model, name, asd, alone, share, ratio, binding in rows
+        for (model, name), asd, alone, share, ratio, binding in rows
     )
     return ImposedMotion(
         f,

@@ -12,6 +12,7 @@ from tedm_cli.files.store import Reader
 from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS
 from tedm_cli.optics.shares import motion_terms
 from tedm_cli.results.areas import AreaMap
+from tedm_cli.results.units import units_of
 from tedm_cli.results.wording import READ_OUT_UNIT
 
 
@@ -57,11 +58,12 @@ class ReadOuts:
 
 
 def read_read_outs(file: Reader) -> ReadOuts:
-    """All that optics.h5 says of the read-outs."""
-    sets = file.strings(OPTICS.SET_NAME)
+    """All that optics.h5 says of the read-outs; `InputError` where a unit is not of its read-out."""
+    sets, label = file.strings(OPTICS.SET_NAME), file.strings(OPTICS.LABEL_READ_OUT)
+    wanted = ["m" if name.endswith(("_x", "_y", "_z")) else "rad" for name in label]
     return ReadOuts(
-        label=file.strings(OPTICS.LABEL_READ_OUT),
-        unit=file.strings(OPTICS.LABEL_READ_OUT_UNIT),
+        label=label,
+        unit=units_of(file, OPTICS.LABEL_READ_OUT_UNIT, label, wanted),
         element=[label.rpartition("_")[0] for label in file.strings(OPTICS.LABEL_ELEMENT_DOF)[::N_MOTIONS]],
         N={name: file.array(OPTICS.N.of(name)) for name in sets},
         gain={name: file.array(OPTICS.GAIN.of(name)) for name in sets},

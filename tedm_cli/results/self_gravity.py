@@ -8,6 +8,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import Reader
 from tedm_cli.results.areas import AreaMap
+from tedm_cli.results.units import units_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,10 +21,10 @@ class GravitySensitivity:
 
 
 def read_self_gravity(file: Reader) -> GravitySensitivity:
-    """[S_SG] with its labels."""
-    return GravitySensitivity(
-        file.strings(SENSITIVITY.ROW_LABEL), file.strings(SENSITIVITY.ROW_UNIT), file.array(SENSITIVITY.S)
-    )
+    """[S_SG] with its labels; `InputError` where a unit is not of its output."""
+    label = file.strings(SENSITIVITY.ROW_LABEL)
+    wanted = ["m/s^2/K" if "_a_" in name else "rad/s^2/K" for name in label]
+    return GravitySensitivity(label, units_of(file, SENSITIVITY.ROW_UNIT, label, wanted), file.array(SENSITIVITY.S))
 
 
 def gravity_maps(file: Reader) -> list[AreaMap]:

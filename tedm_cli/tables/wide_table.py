@@ -71,9 +71,17 @@ def open_wide(path: Path, key: str, of_key: Quantity, of_values: Quantity) -> It
             yield _Hdf5Table(path, key, source, (of_key, of_values))
         return
     require_regular_file(path)
+    with contextlib.ExitStack() as stack:
+        with _reading(path):
+            stream = stack.enter_context(open(path, newline="", encoding="utf-8-sig"))
+        yield _CsvTable(path, key, stream, (of_key, of_values))
+
+
+@contextlib.contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Faults of reading the CSV, as such; what its reader writes meanwhile has faults of its own."""
     try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            yield _CsvTable(path, key, stream, (of_key, of_values))
+        yield
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
     except (UnicodeDecodeError, csv.Error) as exc:
@@ -101,7 +109,8 @@ class _CsvTable:
     def __init__(self, path: Path, key: str, stream: Iterator[str], quantities: tuple[Quantity, Quantity]) -> None:
         self.path = path
         self._stream, self._quantities = stream, quantities
-        head = next(csv.reader([next(self._stream, "")]), [])
+        with _reading(path):
+            head = next(csv.reader([next(self._stream, "")]), [])
         self._head = [plain_cell(name) for name in head]
         _require(self._head, key, f"{path}:1")
         self._at = self._head.index(key)
@@ -120,12 +129,17 @@ class _CsvTable:
     def blocks(self, rows: int = 0) -> Iterator[Block]:
         rows = rows or max(1, BLOCK_NUMBERS // len(self._head))
         first = 2
-        while lines := list(islice(self._stream, rows)):
+        while lines := self._lines(rows):
             held = np.array([n for n, line in enumerate(lines) if not line.isspace()], dtype=np.int64)
             if held.size:
-                numbers = self._numbers([lines[n] for n in held], held + first)
+                with _reading(self.path):
+                    numbers = self._numbers([lines[n] for n in held], held + first)
                 yield _checked(self, self._quantities, self._head, self._at, numbers, held + first)
             first += len(lines)
+
+    def _lines(self, rows: int) -> list[str]:
+        with _reading(self.path):
+            return list(islice(self._stream, rows))
 
     def _numbers(self, lines: list[str], places: IntArray) -> FloatArray:
         try:

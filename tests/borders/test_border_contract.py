@@ -327,3 +327,32 @@ def test_units_that_are_an_array(small: Project) -> None:
     with edited(small.build / "distortion.h5") as file:
         file["/D/translation"].attrs["units"] = np.arange(3)
     small.stage("build-optics").refused(4, "/D/translation has units '[0 1 2]', wanted 'm/K'")
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "label", "wrong", "right"),
+    [
+        ("optics.h5", "/label/read_out_unit", "TM1_x", "rad", "m"),
+        ("sensitivity.h5", "/row/unit", "TM1_a_x", "rad/s^2/K", "m/s^2/K"),
+    ],
+)
+def test_a_unit_that_is_not_of_its_row(
+    small: Project, name: str, path: str, label: str, wrong: str, right: str
+) -> None:
+    """The requirements of the cases file would not fit, and be blamed."""
+    with edited(small.build / name) as file:
+        set_text(path, 0, wrong)(file)
+    small.stage("run-case").refused(4, f"{name}: {path}: {label} is in {wrong}, wanted {right}", hint="make it again")
+
+
+def test_a_test_mass_that_is_told_of_twice(chain: Project, tmp_path: Path) -> None:
+    out = tmp_path / "figure_6_2.h5"
+    chain.run("simulate", "--figure-6.2", "-o", out).ok()
+    with edited(out) as file:
+        names = file["/row/test_mass"].asstr()[()].tolist()
+        row = len(names) - 1
+        assert names[row - 1 :] == ["TM1", "TM2"]
+        set_text("/row/test_mass", row, "TM1")(file)
+    tedm("show", out).refused(
+        4, "figure_6_2.h5: /row/test_mass: TM1 of ", "is there twice", hint="simulate --figure-6.2"
+    )

@@ -83,6 +83,7 @@ def test_third_source_is_kept_apart(small: Project, tmp_path: Path) -> None:
         (LINE.replace("CM3", ""), "name is empty"),
         (LINE.replace("CM3", "CM\x003"), "control character U.0000"),
         (LINE.replace("0.1,0,0", "x,0,0"), "rotation_x_rad must be a finite number"),
+        (LINE, "the block 'CM3' is in line 2 already"),
     ],
 )
 def test_a_wrong_line_is_named(small: Project, tmp_path: Path, line: str, fact: str) -> None:

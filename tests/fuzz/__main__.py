@@ -1,56 +1,55 @@
-"""A campaign of mutated inputs: `python tests/fuzz --kind op2 --first 0 --count 10000`."""
+"""Mutated inputs judged: `python tests/fuzz --seed 7 --count 10000`, or `--kind op2 --first 0 --count 1000`."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tempfile
 import time
 from collections import Counter
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: each process has a core of its own
+
+from fuzz_campaign import FAMILIES, WEIGHTS, Judges, campaign
 from fuzz_hdf5 import MUTATIONS
-from fuzz_hdf5_judge import Hdf5Judge
-from fuzz_judge import KINDS, Judge
-from fuzz_model import fuzz_case
-from fuzz_users import READERS, Users, mutations_of
+from fuzz_judge import KINDS
+from fuzz_users import READERS, mutations_of
+
+GROUPS = {"all": list(WEIGHTS), "hdf5": list(FAMILIES["HDF5"]), "users": list(READERS)}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="tests/fuzz", description="Judge mutated decks, results and files.")
-    parser.add_argument("--kind", choices=[*KINDS, "hdf5", "users", *READERS, "all"], default="all")
+    parser.add_argument("--seed", type=int, help="a campaign over all kinds by weight, two processes at once")
+    parser.add_argument("--log", type=Path, help="file for the mutants of a campaign that are not fine")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--kind", choices=[*WEIGHTS, *GROUPS], default="all", help="without --seed: one kind or group")
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--count", type=int, default=1000, help="of a campaign in all; without --seed of each kind")
     parser.add_argument("--only", help="one mutation by its name")
     parser.add_argument("--show", default="", help="also print the verdicts of these outcomes, with commas between")
     options = parser.parse_args()
+    if options.seed is not None:
+        sys.exit(campaign(options.seed, options.count, options.processes, options.log, sys.stdout) > 0)
     failed = 0
     with tempfile.TemporaryDirectory() as folder:
-        kinds = {"all": [*KINDS, "hdf5"], "users": list(READERS)}.get(options.kind, [options.kind])
-        inputs = Judge(fuzz_case(Path(folder) / "fuzz")) if kinds[0] in KINDS else None
-        files = Hdf5Judge(Path(folder) / "hdf5") if "hdf5" in kinds else None
-        users = Users(Path(folder) / "users") if kinds[0] in READERS else None
-        for kind in kinds:
-            begin, outcomes = time.monotonic(), Counter[tuple[str, str]]()
-            names = list(mutations_of(kind) if kind in READERS else KINDS.get(kind, MUTATIONS))
+        judges = Judges(Path(folder))
+        for kind in GROUPS.get(options.kind, [options.kind]):
+            judge = judges.of(kind).judge
+            begin, outcomes = time.monotonic(), Counter[str]()
+            names = list(KINDS[kind] if kind in KINDS else mutations_of(kind) if kind in READERS else MUTATIONS)
             for number in range(options.first, options.first + options.count):
                 if options.only and names[number % len(names)] != options.only:
                     continue
-                if kind == "hdf5":
-                    verdict = files.judge(number)
-                else:
-                    verdict = (inputs if kind in KINDS else users).judge(kind, number)
-                outcomes[verdict.mutation, verdict.outcome] += 1
+                verdict = judge(kind, number)
+                outcomes[verdict.outcome] += 1
                 if verdict.failed or verdict.outcome in options.show.split(","):
                     print(verdict, flush=True)
                 failed += verdict.failed
-            total = Counter[str]()
-            for (_, outcome), count in outcomes.items():
-                total[outcome] += count
             seconds = time.monotonic() - begin
-            print(
-                f"{kind}: {sum(total.values())} mutations in {seconds:.0f} s: {dict(total.most_common())}", flush=True
-            )
+            print(f"{kind}: {outcomes.total()} mutants in {seconds:.0f} s: {dict(outcomes.most_common())}", flush=True)
     sys.exit(failed > 0)
 
 

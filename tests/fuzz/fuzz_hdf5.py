@@ -25,12 +25,22 @@ def damage(change: Callable[[Random, bytearray], bytes]) -> Callable[[Random, by
     return change
 
 
+class UnfitError(Exception):
+    """A file has nothing that could be changed in some way."""
+
+
 def edit(change: Callable[[Random, h5py.File], None]) -> Callable[[Random, h5py.File], None]:
-    """A change by another program that seals what it wrote, so that the contract has to stand on its own."""
+    """A change by another program that seals what it wrote, so that the contract has to stand on its own.
+
+    A file that has nothing of the kind loses a dataset instead.
+    """
 
     def apply(random: Random, path: Path) -> None:
         with h5py.File(path, "r+") as file:
-            change(random, file)
+            try:
+                change(random, file)
+            except UnfitError:
+                removed(random, file)
         seal(path)
 
     EDITS[change.__name__] = apply
@@ -105,6 +115,12 @@ def datasets(file: h5py.File, kinds: str, *, filled: bool = True) -> list[str]:
     return sorted(found)
 
 
+def pick(random: Random, found: list[str]) -> str:
+    if not found:
+        raise UnfitError
+    return random.choice(found)
+
+
 def put(file: h5py.File, path: str, values: np.ndarray) -> None:
     attributes = {name: file[path].attrs[name] for name in ("units", "long_name")}
     dtype = file[path].dtype
@@ -115,7 +131,7 @@ def put(file: h5py.File, path: str, values: np.ndarray) -> None:
 
 @edit
 def letter_of_a_string(random: Random, file: h5py.File) -> None:
-    path = random.choice(datasets(file, "S"))
+    path = pick(random, datasets(file, "S"))
     values = np.atleast_1d(file[path][()])
     row = random.randrange(values.size)
     text = bytearray(values.flat[row]) or bytearray(b"x")
@@ -126,7 +142,7 @@ def letter_of_a_string(random: Random, file: h5py.File) -> None:
 
 @edit
 def another_rows_string(random: Random, file: h5py.File) -> None:
-    path = random.choice([p for p in datasets(file, "S") if file[p].size > 1])
+    path = pick(random, [p for p in datasets(file, "S") if file[p].size > 1])
     values = file[path][()]
     a, b = random.sample(range(len(values)), 2)
     values[a] = values[b]
@@ -136,7 +152,7 @@ def another_rows_string(random: Random, file: h5py.File) -> None:
 @edit
 def integer(random: Random, file: h5py.File) -> None:
     """A number that is no row, id, count or flag."""
-    path = random.choice(datasets(file, "i"))
+    path = pick(random, datasets(file, "i"))
     values = np.atleast_1d(file[path][()])
     values.flat[random.randrange(values.size)] = random.choice((-2, -(2**31), -(2**62)))
     file[path][...] = values.reshape(file[path].shape)
@@ -144,32 +160,32 @@ def integer(random: Random, file: h5py.File) -> None:
 
 @edit
 def shorter(random: Random, file: h5py.File) -> None:
-    path = random.choice([p for p in datasets(file, "ifS") if file[p].ndim])
+    path = pick(random, [p for p in datasets(file, "ifS") if file[p].ndim])
     axis = random.randrange(file[path].ndim)
     put(file, path, np.delete(file[path][()], random.randrange(file[path].shape[axis]), axis=axis))
 
 
 @edit
 def longer(random: Random, file: h5py.File) -> None:
-    path = random.choice([p for p in datasets(file, "ifS") if file[p].ndim])
+    path = pick(random, [p for p in datasets(file, "ifS") if file[p].ndim])
     axis, values = random.randrange(file[path].ndim), file[path][()]
     put(file, path, np.concatenate([values, values.take([-1], axis=axis)], axis=axis))
 
 
 @edit
 def flattened(random: Random, file: h5py.File) -> None:
-    path = random.choice([p for p in datasets(file, "ifS") if file[p].ndim > 1])
+    path = pick(random, [p for p in datasets(file, "ifS") if file[p].ndim > 1])
     put(file, path, file[path][()].ravel())
 
 
 @edit
 def removed(random: Random, file: h5py.File) -> None:
-    del file[random.choice(datasets(file, "ifS", filled=False))]
+    del file[pick(random, datasets(file, "ifS", filled=False))]
 
 
 @edit
 def link(random: Random, file: h5py.File) -> None:
-    path = random.choice(datasets(file, "ifS"))
+    path = pick(random, datasets(file, "ifS"))
     kept = Path(file.filename).with_suffix(".other")
     with h5py.File(kept, "w") as other:
         file.copy(path, other, name="kept")
@@ -182,7 +198,7 @@ def link(random: Random, file: h5py.File) -> None:
 
 @edit
 def stored_elsewhere(random: Random, file: h5py.File) -> None:
-    path = random.choice([p for p in datasets(file, "if") if file[p].ndim])
+    path = pick(random, [p for p in datasets(file, "if") if file[p].ndim])
     values, units = file[path][()], file[path].attrs["units"]
     raw = Path(file.filename).with_suffix(".other")
     raw.write_bytes(values.tobytes())
@@ -207,7 +223,7 @@ def attribute(random: Random, file: h5py.File) -> None:
 
 @edit
 def other_type(random: Random, file: h5py.File) -> None:
-    path = random.choice(datasets(file, "ifS"))
+    path = pick(random, datasets(file, "ifS"))
     values, units = file[path][()], file[path].attrs["units"]
     del file[path]
     text = np.array(values).astype("S8").astype(object)
@@ -218,7 +234,7 @@ def other_type(random: Random, file: h5py.File) -> None:
 @edit
 def empty(random: Random, file: h5py.File) -> None:
     """Of the right length, and never written."""
-    path = random.choice([p for p in datasets(file, "ifS") if file[p].ndim])
+    path = pick(random, [p for p in datasets(file, "ifS") if file[p].ndim])
     shape, dtype, units = file[path].shape, file[path].dtype, file[path].attrs["units"]
     del file[path]
     file.create_dataset(path, shape=shape, dtype=dtype).attrs["units"] = units

@@ -1,13 +1,15 @@
-"""Damaged and edited files between the stages of the small sample, each read by the next stage within a time limit.
+"""Damaged and edited files between the stages of the small sample, each read by a command that uses it.
 
-A verdict is `same` (the stage makes the numbers of the sound file), `refused` (one clear error, by its exit code), or a
-failure: `SILENT` (other numbers), `INTERNAL`, `UNCLEAR`, `SIGNAL`, `HANG`.
+A verdict is `same` (the command makes the numbers of the sound file), `refused` (one clear error, by its exit code), or
+a failure: `SILENT` (other numbers), `INTERNAL`, `UNCLEAR`, `LITTER`, `SIGNAL`, `HANG`. Every run is a process of its
+own: HDF5 is not trusted with damaged files.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
+import json
 import math
 import os
 import re
@@ -15,121 +17,141 @@ import shutil
 import signal
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
 import h5py
 import numpy as np
 from fuzz_hdf5 import MUTATIONS, datasets
+from fuzz_judge import Verdict
+from fuzz_users_project import small_chain
 
 from tedm_cli.cli import main
+from tedm_cli.contracts import KINDS
 
-ROOT = Path(__file__).parents[2]
 SECONDS = 60.0
-FAILURES = ("SILENT", "INTERNAL", "UNCLEAR", "SIGNAL", "HANG")
-CHAIN = {
-    "ingest": "unit_loads.h5",
-    "build-distortion": "distortion.h5",
-    "build-sensitivity": "sensitivity.h5",
-    "build-optics": "optics.h5",
-    "run-case": "case03.h5",
+SERIES = '\n[[series]]\nname = "warm"\nfile = "series.csv"\nremove = "linear"\nlowest_hz = 0.02\n'
+DYNAMICS = "[time]\nsamples = 4096\n"
+#: Beyond the matrices, in their order: what makes each file.
+MADE = {
+    "case03.h5": ["run-case", "3"],
+    "series_warm.h5": ["run-series", "warm"],
+    "dynamics.h5": ["build-dynamics"],
+    "simulation03.h5": ["simulate", "3"],
+    "simulation_warm.h5": ["simulate", "--series", "warm"],
+    "release.h5": ["simulate", "--release", "TM1_x=1e-6"],
+    "figure_6_2.h5": ["simulate", "--figure-6.2"],
 }
-NEXT = {
-    "unit_loads.h5": ("build-distortion", "build-sensitivity"),
-    "distortion.h5": ("build-optics", "build-sensitivity"),
-    "sensitivity.h5": ("run-case",),
-    "optics.h5": ("run-case",),
-    "case03.h5": ("export-case",),
+#: By file: the commands that read it.
+READERS: dict[str, tuple[str, ...]] = {
+    "unit_loads.h5": ("build-distortion", "build-sensitivity", "show unit_loads.h5"),
+    "distortion.h5": ("build-optics", "build-sensitivity", "show distortion.h5"),
+    "sensitivity.h5": ("run-case 3", "run-series warm", "build-dynamics", "simulate --figure-6.2"),
+    "optics.h5": ("run-case 3", "run-series warm", "build-dynamics"),
+    "case03.h5": ("export-case 3 --format csv", "show case03.h5", "view"),
+    "series_warm.h5": ("show series_warm.h5", "view"),
+    "dynamics.h5": (
+        "simulate 3",
+        "simulate --series warm",
+        "export-state-space --loop --format csv",
+        "show dynamics.h5",
+    ),
+    "simulation03.h5": ("show simulation03.h5", "view"),
+    "simulation_warm.h5": ("show simulation_warm.h5", "view"),
+    "release.h5": ("show release.h5",),
+    "figure_6_2.h5": ("show figure_6_2.h5", "view"),
 }
-
-
-@dataclass(frozen=True)
-class Verdict:
-    number: int
-    file: str
-    mutation: str
-    outcome: str
-    detail: str
-
-    @property
-    def failed(self) -> bool:
-        return self.outcome in FAILURES
-
-    def __str__(self) -> str:
-        return f"hdf5 {self.number} ({self.mutation} of {self.file}): {self.outcome} {self.detail}"
+NO_CONFIG = ("show", "export-case")
 
 
 class Hdf5Judge:
-    """The chain of the small sample in a folder, and what the stages make of its sound files."""
+    """The chain of the small sample in a folder, and what commands make of its sound files."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.build = folder, folder / "build"
-        folder.mkdir(parents=True)
-        for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
-            shutil.copy(ROOT / "sample_models" / "small" / name, folder)
-        for name in ("optics.toml", "cases.toml"):
-            shutil.copy(ROOT / "configs" / name, folder)
-        (folder / "tedm.toml").write_text('title = "small sample"\n')
-        for command in CHAIN:
-            code, text = self.run(command, self.build / CHAIN[command])
+        self.folder, self.build, self.made = folder, folder / "build", folder / "made"
+        rows = "".join(f"{2.0 * n},{293.0 + 0.01 * math.sin(0.3 * n):.6f}\n" for n in range(900))
+        project = small_chain(folder, SERIES, DYNAMICS)
+        (folder / "series.csv").write_text("time_s,all\n" + rows)
+        for args in MADE.values():
+            project.sound(args)
+        self.sound = {name: (self.build / name).read_bytes() for name in READERS}
+        assert {_kind(self.build / name) for name in READERS} == set(KINDS), "every kind of file is tried"
+        self.listing = self.snapshot()
+        self.expected: dict[str, dict[str, np.ndarray]] = {}
+        for command in sorted({c for commands in READERS.values() for c in commands}):
+            shutil.rmtree(self.made, ignore_errors=True)
+            self.made.mkdir()
+            code, text = self.run(command)
             assert code == 0, text
-        self.sound = {name: (self.build / name).read_bytes() for name in NEXT}
-        self.expected = {}
-        for command in sorted({c for readers in NEXT.values() for c in readers}):
-            code, text = self.run(command, self.made(command))
-            assert code == 0, text
-            self.expected[command] = self.numbers(command)
+            self.expected[command] = self.numbers()
 
-    def made(self, command: str) -> Path:
-        return self.folder / "made" / ("csv" if command == "export-case" else CHAIN[command])
+    def snapshot(self) -> dict[str, tuple[int, int]]:
+        found = [p for p in self.folder.rglob("*") if p.is_file() and self.made not in p.parents]
+        names = {"log", *(f"{Path(n).stem}.other" for n in READERS)}
+        return {
+            str(p): (p.stat().st_size, p.stat().st_mtime_ns)
+            for p in found
+            if p.name not in names and p.name not in self.sound
+        }
 
-    def run(self, command: str, output: Path) -> tuple[int, str]:
-        """Exit code and all output of a command, in this process."""
-        where = ["-d", str(self.build), *([] if command == "export-case" else ["-c", str(self.folder / "tedm.toml")])]
-        case = {"run-case": ["3"], "export-case": ["3", "--format", "csv"]}.get(command, [])
-        sys.argv = ["tedm", command, *case, *where, "-o", str(output)]
-        text = io.StringIO()
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(text):
+    def run(self, command: str) -> tuple[int, str]:
+        """Exit code and error output of a command in this process; what it makes and prints is in `made`."""
+        name, *words = command.split()
+        if name == "show":
+            args = [name, str(self.build / words[0]), "--json"]
+        else:
+            project = [] if name in NO_CONFIG else ["-c", str(self.folder / "tedm.toml")]
+            args = [name, *words, *project, "-d", str(self.build), "-o", str(self.made / _output(name))]
+        sys.argv = ["tedm", *args]
+        out, text = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(text):
             try:
                 main()
                 code = 0
             except SystemExit as exc:
                 code = exc.code if isinstance(exc.code, int) else int(exc.code is not None)
+        if name == "show" and code == 0:
+            (self.made / "shown.csv").write_text(_spread(json.loads(out.getvalue())["main"]))
         return code, text.getvalue()
 
-    def numbers(self, command: str) -> dict[str, np.ndarray]:
+    def numbers(self) -> dict[str, np.ndarray]:
         """All numbers that a command has written."""
-        path = self.made(command)
-        if path.is_dir():
-            return {p.name: np.array(_floats(p.read_text())) for p in sorted(path.rglob("*.csv"))}
-        with h5py.File(path) as file:
-            return {p: file[p][()] for p in datasets(file, "if")}
+        out: dict[str, np.ndarray] = {}
+        for path in sorted(p for p in self.made.rglob("*") if p.is_file()):
+            if path.suffix == ".h5":
+                with h5py.File(path) as file:
+                    out |= {f"{path.name}{p}": file[p][()] for p in datasets(file, "if")}
+            elif path.suffix == ".html":
+                out[path.name] = np.array([len(path.read_bytes()) > 0])
+            else:
+                out[path.name] = np.array(_floats(path.read_text(encoding="utf-8")))
+        return out
 
-    def judge(self, number: int) -> Verdict:
-        """Mutations take turns with the number, which seeds the rest."""
-        random = Random(f"hdf5 {number}")
+    def judge(self, name: str, number: int) -> Verdict:
+        """Mutations of a file take turns with the number, which seeds the rest."""
+        random = Random(f"{name} {number}")
         mutation = list(MUTATIONS)[number % len(MUTATIONS)]
-        name = random.choice(list(NEXT))
-        command = random.choice(NEXT[name])
+        command = random.choice(READERS[name])
+        path = self.build / name
         try:
-            MUTATIONS[mutation](random, self.build / name)
+            MUTATIONS[mutation](random, path)
             outcome, detail = self.outcome(command, name)
         finally:
-            for kept, data in self.sound.items():
-                (self.build / kept).write_bytes(data)
-        return Verdict(number, name, mutation, outcome, f"{command}: {detail}")
+            path.write_bytes(self.sound[name])
+        if self.snapshot() != self.listing:
+            outcome, detail = "LITTER", str(sorted(set(self.snapshot()) ^ set(self.listing)))
+        return Verdict(name, number, mutation, outcome, f"{command}: {detail}")
 
     def outcome(self, command: str, name: str) -> tuple[str, str]:
-        path = self.made(command)
-        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+        shutil.rmtree(self.made, ignore_errors=True)
+        self.made.mkdir()
         code, text = self.in_child(command)
         if code is None:
             return "HANG", f"more than {SECONDS} s"
         if code < 0:
             return "SIGNAL", str(-code)
         if code == 0:
-            found, wanted = self.numbers(command), self.expected[command]
+            found, wanted = self.numbers(), self.expected[command]
             other = sorted(
                 {p for p in wanted if p not in found or not np.array_equal(found[p], wanted[p], equal_nan=True)}
                 | set(found) - set(wanted)
@@ -140,6 +162,8 @@ class Hdf5Judge:
             return "INTERNAL", text[-1500:]
         if len(lines) > 2 or not lines[0].startswith("error: ") or (code == 4 and name not in lines[0]):
             return "UNCLEAR", text[-1500:]
+        if list(self.made.iterdir()):
+            return "LITTER", f"refused, and left {[p.name for p in self.made.iterdir()]}"
         return f"refused {code}", lines[0]
 
     def in_child(self, command: str) -> tuple[int | None, str]:
@@ -149,7 +173,7 @@ class Hdf5Judge:
         if child == 0:
             code = 99
             try:
-                code, text = self.run(command, self.made(command))
+                code, text = self.run(command)
                 log.write_text(text)
             finally:
                 os._exit(code)
@@ -163,12 +187,30 @@ class Hdf5Judge:
                 os.kill(child, signal.SIGKILL)
                 os.waitpid(child, 0)
                 return None, ""
-            time.sleep(0.01)
+            time.sleep(0.002)
+
+
+def _kind(path: Path) -> str:
+    with h5py.File(path) as file:
+        return str(file.attrs["schema"]).removeprefix("tedm.")
+
+
+def _output(command: str) -> str:
+    """Where a command writes: a folder, a page, or an HDF5 file."""
+    return {"export-case": "csv", "export-state-space": "csv", "view": "view.html"}.get(command, "made.h5")
+
+
+def _spread(main: object) -> str:
+    """The main numbers that `show` prints, a line each."""
+    if isinstance(main, dict):
+        return "".join(_spread(v) for v in main.values())
+    return "".join(_spread(v) for v in main) if isinstance(main, list) else f"{main}\n"
 
 
 def _floats(text: str) -> list[float]:
+    """Numbers of a text, but for hashes."""
     found = []
-    for word in re.split(r"[,\s]+", text):
+    for word in re.split(r"[,\s|()]+", re.sub(r"\b[0-9a-f]{64}\b", "", text)):
         with contextlib.suppress(ValueError):
             found.append(float(word))
     return [0.0 if math.isnan(v) else v for v in found]

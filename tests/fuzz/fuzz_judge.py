@@ -2,8 +2,8 @@
 
 A verdict is `same` (the distortion matrix of the sound input, bit for bit), `rounding` (within what single precision
 can tell), `meaning` (the deck now says something else, and an independent reading of it finds the same), `exchanged`
-(the displacements of two areas have changed places as they are: no identity tells), `read` (by the embedded solver),
-the name of the error class, or a failure: `CRASH`, `HANG`, `MEMORY`, `LITTER`, `UNCLEAR`, `SILENT`.
+(the displacements of two areas have changed places as they are: no identity tells), the name of the error class, or a
+failure: `CRASH`, `HANG`, `MEMORY`, `LITTER`, `UNCLEAR`, `SILENT`.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ import numpy as np
 from fuzz_binary import BINARY
 from fuzz_memory import MemoryFile, in_memory
 from fuzz_model import Case, in_frames
+from fuzz_solver import compare_decks, plain_deck, solver_parts
 from fuzz_structure import STRUCTURE
 from fuzz_text import TEXT, Mutation
 
 from tedm_cli.errors import TedmError
 from tedm_cli.nastran.op2.reader import open_op2
-from tedm_cli.nastran.structure.deck import read_solver_deck
 
 SECONDS = 10.0  # of the processor, which others may share; one run takes 0.05 s
 ROOM = 1 << 30  # bytes of address space beyond what is taken at the start
-FAILURES = ("CRASH", "HANG", "MEMORY", "LITTER", "UNCLEAR", "SILENT")
+FAILURES = ("CRASH", "INTERNAL", "SIGNAL", "HANG", "MEMORY", "LITTER", "UNCLEAR", "SILENT")
 KINDS: dict[str, dict[str, Mutation]] = {"bdf": TEXT, "op2": BINARY, "solver": TEXT, "structure": STRUCTURE}
 
 
@@ -108,6 +108,8 @@ class Judge:
         self.sound = {kind: file.read_bytes() for kind, file in self.files.items()}
         (twin.parent / "loop.inc").write_text("INCLUDE 'loop.inc'\n")
         (case.folder / "loop.inc").write_text("INCLUDE 'loop.inc'\n")
+        self.parts = solver_parts(twin)
+        plain_deck(twin)
         self.listing = self.snapshot()
         with in_memory() as made:
             case.run()
@@ -117,7 +119,8 @@ class Judge:
             self.motions = {t.label: read(t) for t in tables}
 
     def snapshot(self) -> dict[str, tuple[int, int]]:
-        kept = [p for p in self.case.folder.parent.rglob("*") if p not in self.files.values() and p.is_file()]
+        ours = {*self.files.values(), self.files["solver"].with_name("plain.bdf")}
+        kept = [p for p in self.case.folder.parent.rglob("*") if p not in ours and p.is_file()]
         found = {str(p): (p.stat().st_size, p.stat().st_mtime_ns) for p in kept}
         return found | {str(p): (0, 0) for p in Path.cwd().glob("*")}  # others may work in the working folder
 
@@ -138,9 +141,9 @@ class Judge:
             try:
                 with limits():
                     if kind == "solver":
-                        read_solver_deck(self.files[kind])
-                        return "read", ""
-                    self.case.run()
+                        found = solver_parts(self.files[kind])
+                    else:
+                        self.case.run()
             except TedmError as exc:
                 problem = clear(exc, self.case.folder.parent)
                 return ("UNCLEAR", f"{problem} [{exc}]") if problem else (type(exc).__name__, str(exc))
@@ -150,6 +153,8 @@ class Judge:
                 return "MEMORY", traceback.format_exc()[-1500:]
             except Exception:
                 return "CRASH", traceback.format_exc()[-1500:]
+            if kind == "solver":
+                return compare_decks(found, self.parts, self.files[kind])
             if kind == "structure":
                 return self.unchanged(made)
             return self.compare(made["distortion.h5"], kind)
@@ -182,7 +187,7 @@ class Judge:
             new, old = made.data[key], self.expected[key]
             if new.shape != old.shape:
                 return "SILENT", f"{key} has another shape"
-            local = np.linalg.norm(old, axis=-1).sum(axis=0)
+            local = np.linalg.norm(old, axis=-1).sum(axis=0) + np.linalg.norm(old.sum(axis=0), axis=-1)
             moved = np.linalg.norm(new - old, axis=-1).max(axis=0)
             worst = max(worst, float((moved / (local + 0.25 * local.max())).max()) * 2.0**24)
         if worst <= ALLOWED:

@@ -1,89 +1,43 @@
 """Run what users write, damaged, through the commands that read it, and judge what came of it.
 
-A verdict is `same` or `other` (exit code 0, all numbers finite), the exit code of one clear error, or a failure:
-`CRASH`, `HANG`, `MEMORY`, `UNCLEAR`, `SILENT` (a result that is not finite). Archives have checksums: of them nothing
-but the same matrix will do.
+A verdict is `same` (all numbers of the sound file), `meaning` (those that the plain writing of what the file now says
+makes as well, see `fuzz_meaning`; of an archive, the matrix that NumPy or SciPy reads), the exit code of one clear
+error, or a failure: `CRASH`, `HANG`, `MEMORY`, `UNCLEAR`, `SILENT` (other numbers than the
+file's, or none that are finite).
 """
 
 from __future__ import annotations
 
-import contextlib
-import io
+import cmath
+import csv
 import re
-import sys
 import traceback
 import warnings
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
-from unittest import mock
 
 import h5py
 import numpy as np
 from fuzz_judge import HangError, Verdict, limits
-from fuzz_model import CONFIGS, Case, fuzz_case
+from fuzz_meaning import meaning, written
 from fuzz_text import Mutation
+from fuzz_users_project import Ran, UserProject, bricks, loop
 from fuzz_users_text import USERS_BINARY, USERS_TEXT
 
-from tedm_cli.cli import main
 from tedm_cli.contracts import KINDS as CONTRACTS
 
-CASES = """
-[[requirement]]
-name = "budget"
-table = "budget.csv"
-quantity = "acceleration"
-outputs = ["TM1_a_x"]
-
-[[temperature.override]]
-areas = ["TIP"]
-preset = "table"
-table = "spectra.csv"
-
-[realisation]
-seed = 1
-rate_hz = 0.5
-lowest_hz = 1e-2
-samples = 8000
-
-[[series]]
-name = "warm"
-file = "series.csv"
-remove = "linear"
-lowest_hz = 0.02
-
-[[case]]
-id = "own"
-title = "From a file"
-matrix = "r.csv"
-delays = [{ areas = ["TIP"], delay_s = 3.0 }]
-
-[[case]]
-id = "npz"
-title = "From an archive"
-matrix = "r.npz"
-"""
-BLOCKS = (
-    "name,x_m,y_m,z_m,size_x_m,size_y_m,size_z_m,rotation_x_rad,rotation_y_rad,rotation_z_rad,mass_kg\n"
-    "CM1,0.1,-0.2,0.0,0.02,0.03,0.04,0.1,0.2,0.3,0.5\nCM2,0.3,-0.2,0.1,0.02,0.03,0.04,0,0,0,1.5\n"
-)
-TEXTS = {
-    "budget.csv": "frequency_hz,amplitude\n1e-3,1e-12\n5e-3,1e-12\n3e-2,1e-11\n",
-    "spectra.csv": "frequency_hz,TIP\n1e-5,1e-2\n1e-3,1e-3\n1,1e-5\n",
-    "r.csv": "area,ROOT,WAIST,TIP\nROOT,1,0.5,0.1-0.2j\nWAIST,0.5,1,0\nTIP,0.1+0.2j,0,1\n",
-    "points.csv": "x_m,y_m,z_m,mass_kg\n0.5,0.1,0.2,3.0\n-0.4,0.3,0.1,2.5\n",
-    "blocks.csv": BLOCKS,
-}
 RUN = ["run-case", "own"]
+DYNAMICS = [["build-dynamics"]]
 #: By kind: the file that is damaged, and the commands that read it.
 READERS: dict[str, tuple[str, list[list[str]]]] = {
     "tedm.toml": ("tedm.toml", [["check-layout"]]),
-    "model.toml": ("model.toml", [["ingest"], ["build-sensitivity"], ["self-gravity", "--points", "points.csv"]]),
+    "model.toml": ("model.toml", [["ingest"], ["build-distortion"], ["build-sensitivity"]]),
     "optics.toml": ("optics.toml", [["check-layout"], ["build-distortion"], ["build-optics"]]),
     "cases.toml": ("cases.toml", [RUN, ["run-series", "all"]]),
     "areas.csv": ("areas.csv", [["areas"]]),
     "blocks.csv": ("blocks.csv", [["build-sensitivity"]]),
-    "points.csv": ("points.csv", [["self-gravity", "--points", "points.csv", "--per-source"]]),
+    "points.csv": ("points.csv", [["self-gravity", "--points", "points.csv"]]),
     "budget.csv": ("budget.csv", [RUN]),
     "spectra.csv": ("spectra.csv", [RUN]),
     "series.csv": ("series.csv", [["run-series", "warm"]]),
@@ -93,8 +47,34 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "S_BW.csv.toml": ("matrices/S_BW.csv.toml", [["build-optics"]]),
     "optics.npz": ("matrices/optics.npz", [["build-optics"]]),
     "optics.mat": ("matrices/optics.mat", [["build-optics"]]),
+    "dynamics.toml": ("dynamics.toml", DYNAMICS),
+    "magnetic.csv": ("magnetic.csv", DYNAMICS),
+    "controller.npz": ("controller.npz", DYNAMICS),
 }
-ARCHIVES = ("r.npz", "optics.npz", "optics.mat")
+ARCHIVES = ("r.npz", "optics.npz", "optics.mat", "controller.npz")
+LOOPS = ("dynamics.toml", "magnetic.csv", "controller.npz")
+#: What a kind needs in a configuration that it is not about: the file, a text in it, and what takes its place.
+NAMED = {
+    kind: ("optics.toml", "[frame]", f'[imported]\nS_BW = "matrices/{source}"\n\n[frame]')
+    for kind, source in (
+        ("S_BW.csv", "S_BW.csv"),
+        ("S_BW.csv.toml", "S_BW.csv"),
+        ("optics.npz", "optics.npz"),
+        ("optics.mat", "optics.mat"),
+    )
+} | {"controller.npz": ("dynamics.toml", None, '[controller]\nfile = "controller.npz"\n')}
+#: Matrices of archives as results hold them.
+_READ = {
+    "r.npz": ("casenpz.h5", {"R": "/correlation/real"}),
+    "optics.npz": ("optics.h5", {"S_BW": "/S_BW"}),
+    "optics.mat": ("optics.h5", {"S_BW": "/S_BW"}),
+}
+#: Of tables, how many columns of labels stand before the numbers.
+LABELS = {
+    "budget.csv": 0, "spectra.csv": 0, "series.csv": 0, "points.csv": 0, "magnetic.csv": 0, "blocks.csv": 1, "r.csv": 1,
+    "S_BW.csv": 2,
+}  # fmt: skip
+Numbers = dict[str, np.ndarray]
 
 
 def mutations_of(kind: str) -> dict[str, Mutation]:
@@ -102,137 +82,177 @@ def mutations_of(kind: str) -> dict[str, Mutation]:
     return USERS_BINARY if kind in ARCHIVES else USERS_TEXT
 
 
-@dataclass(frozen=True)
-class Ran:
-    code: int
-    out: str
-    err: str
-
-
-def command(*args: object) -> Ran:
-    out, err = io.StringIO(), io.StringIO()
-    argv = ["tedm", *(str(a) for a in args)]
-    with mock.patch.object(sys, "argv", argv), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            main()
-        except SystemExit as exc:
-            return Ran(exc.code if isinstance(exc.code, int) else 0, out.getvalue(), err.getvalue())
-    return Ran(0, out.getvalue(), err.getvalue())
-
-
 class Users:
-    """A project with every kind of file, and the judge of what becomes of damage."""
+    """Projects with every kind of file, and the judge of what becomes of damage."""
 
-    def __init__(self, folder: Path) -> None:
-        self.case: Case = fuzz_case(folder / "fuzz")
-        self.folder, self.build = self.case.folder, self.case.project.build_dir
-        cases = (CONFIGS / "cases.toml").read_text(encoding="utf-8")
-        cases = cases[: cases.index("# A requirement of your own")].replace("points = 301", "points = 31")
-        first = '\n[[case]]\nid = "1"\ntitle = "All"\nblocks = [{ areas = ["*"], rho = 0.5 }]\n'
-        (self.folder / "cases.toml").write_text(re.sub(r"(?s)\[\[requirement\]\].*", "", cases) + CASES + first)
-        for name, text in TEXTS.items():
-            (self.folder / name).write_text(text)
-        rows = "".join(f"{2.0 * n},{293.0 + 0.01 * np.sin(n):.6f},{293.0 + 1e-4 * n:.6f}\n" for n in range(900))
-        (self.folder / "series.csv").write_text("time_s,TIP,all\n" + rows)
-        R = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 1.0]])
-        np.savez_compressed(self.folder / "r.npz", area=np.array(["ROOT", "WAIST", "TIP"]), R=R)
-        model = self.folder / "model.toml"
-        model.write_text(model.read_text() + '\n[gravity]\ncompensation_masses = "blocks.csv"\n')
-        for args in (["ingest"], ["build-distortion"], ["build-sensitivity"], ["build-optics"]):
-            self.sound(args)
-        for fmt in ("csv", "npz", "mat"):
-            self.sound(["export", "--format", fmt, "-o", str(self.folder / "matrices")], config=False)
-        self.layout = (self.folder / "optics.toml").read_bytes()
-        self.kept = {p: p.read_bytes() for p in self.build.iterdir()}
-        self.results = {}
-        for kind, (_, commands) in READERS.items():
-            self.use(kind)
-            self.results[kind] = [self.sound(args) for args in commands]
-            self.restore()
+    def __init__(self, folder: Path, kinds: tuple[str, ...] = tuple(READERS)) -> None:
+        makers: dict[str, Callable[[Path], UserProject]] = {"bricks": bricks, "loop": loop}
+        wanted = {_home(kind) for kind in kinds}
+        self.projects = {name: make(folder / name) for name, make in makers.items() if name in wanted}
+        self.kept = {p: p.read_bytes() for project in self.projects.values() for p in project.build.glob("*.h5")}
+        self.results: dict[str, Numbers] = {}
+        for kind in kinds:
+            with _Named(self.project(kind).folder, kind):
+                code, found = self.numbers(kind)
+                assert code == 0, (kind, found)
+                assert isinstance(found, dict)
+                self.results[kind] = found
+                self.restore()
 
-    def sound(self, args: list[str], config: bool = True) -> dict[str, bytes]:
-        ran = self.run(args, config)
-        assert ran.code == 0, (args, ran.err)
-        return self.contents()
+    def project(self, kind: str) -> UserProject:
+        return self.projects[_home(kind)]
 
-    def run(self, args: list[str], config: bool = True) -> Ran:
-        args = [str(self.folder / a) if a.endswith(".csv") else a for a in args]
-        project = ["-c", self.folder / "tedm.toml"] if config else []
-        return command(*args, *project, *([] if args[0] == "self-gravity" else ["-d", self.build]))
-
-    def use(self, kind: str) -> None:
-        """Let the layout name the matrices that this kind is about."""
-        source = {
-            "S_BW.csv": "S_BW.csv",
-            "S_BW.csv.toml": "S_BW.csv",
-            "optics.npz": "optics.npz",
-            "optics.mat": "optics.mat",
-        }
-        text = self.layout
-        if kind in source:
-            text = text.replace(b"[frame]", f'[imported]\nS_BW = "matrices/{source[kind]}"\n\n[frame]'.encode(), 1)
-        (self.folder / "optics.toml").write_bytes(text)
+    def path(self, kind: str) -> Path:
+        return self.project(kind).folder / READERS[kind][0]
 
     def restore(self) -> None:
         """Results as they were: what a mutant has made is no input of the next."""
-        for path in set(self.build.iterdir()) - set(self.kept):
-            path.unlink()
+        for project in self.projects.values():
+            for path in set(project.build.iterdir()) - set(self.kept):
+                path.unlink()
         for path, data in self.kept.items():
-            if path.read_bytes() != data:
+            if not path.exists() or path.read_bytes() != data:
                 path.write_bytes(data)
 
-    def contents(self) -> dict[str, bytes]:
-        """Bytes of the matrices that were read, as results hold them."""
-        out = {}
-        for name, paths in (("optics.h5", ("/S_BW",)), ("casenpz.h5", ("/correlation/real",))):
-            if (self.build / name).exists():
-                with h5py.File(self.build / name) as file:
-                    out |= {f"{name}{p}": file[p][()].tobytes() for p in paths}
-        return out
-
     def judge(self, kind: str, number: int) -> Verdict:
-        file, commands = READERS[kind]
-        self.use(kind)
-        path = self.folder / file
-        sound = path.read_bytes()
+        path = self.path(kind)
         table = mutations_of(kind)
         name = list(table)[number % len(table)]
-        data = table[name](Random(f"{kind} {number}"), sound)
-        path.write_bytes(data)
-        try:
-            outcome, detail = self.outcome(kind, commands)
-        finally:
-            path.write_bytes(sound)
-            self.restore()
+        with _Named(self.project(kind).folder, kind):
+            sound = path.read_bytes()
+            data = table[name](Random(f"{kind} {number}"), sound)
+            try:
+                path.write_bytes(data)
+                outcome, detail = self.outcome(kind, sound, data)
+            finally:
+                path.write_bytes(sound)
+                self.restore()
         return Verdict(kind, number, name, outcome, detail)
 
-    def outcome(self, kind: str, commands: list[list[str]]) -> tuple[str, str]:
-        for args in commands:
-            stamps = {p: p.stat().st_mtime_ns for p in self.build.glob("*.h5")}
+    def outcome(self, kind: str, sound: bytes, data: bytes) -> tuple[str, str]:
+        try:
+            with warnings.catch_warnings(), limits():
+                warnings.simplefilter("always")
+                code, found = self.numbers(kind)
+        except HangError:
+            return "HANG", ""
+        except MemoryError:
+            return "MEMORY", traceback.format_exc()[-800:]
+        if isinstance(found, Ran):
+            problem = unclear(found) or self.nameless(kind, data, found.err)
+            failure = "CRASH" if code == 1 or "internal" in found.err else "UNCLEAR"
+            return (failure, f"{problem} [{found.err[:600]}]") if problem else (str(code), found.err)
+        if code:
+            return "SILENT", str(found)
+        wanted = self.results[kind]
+        if kind in ARCHIVES:
+            return self.archive(kind, found)
+        try:
+            other = meaning(self.path(kind).name, data) != meaning(self.path(kind).name, sound)
+        except (ValueError, csv.Error) as exc:
+            return "SILENT", f"taken, where the standard library reads nothing: {exc}"
+        if kind in LABELS and (fact := _no_table(meaning(kind, data), LABELS[kind])):
+            return "SILENT", f"taken, where {fact}"
+        if other:
+            self.restore()
+            self.path(kind).write_bytes(written(self.path(kind).name, data))
+            code, again = self.numbers(kind)
+            if code:
+                return "SILENT", f"refused in plain writing: {again}"
+            assert isinstance(again, dict)
+            wanted = again
+        differ = [k for k in sorted({*found, *wanted}) if not _equal(found.get(k), wanted.get(k))]
+        if differ:
+            return "SILENT", f"other numbers than {'in plain writing' if other else 'before'}: {', '.join(differ[:4])}"
+        return ("meaning" if other else "same"), ""
+
+    def nameless(self, kind: str, data: bytes, said: str) -> str:
+        """What is wrong with the file that a refusal names: one of the project's, and itself where it cannot be read.
+
+        What a readable file says, and another one contradicts, may be said of either.
+        """
+        try:
+            broken = kind in ARCHIVES or not meaning(self.path(kind).name, data)
+        except (ValueError, csv.Error):
+            broken = True
+        wanted = str(self.path(kind) if broken else self.project(kind).folder)
+        return "" if wanted in said.splitlines()[0] else f"does not name {wanted}"
+
+    def archive(self, kind: str, found: Numbers) -> tuple[str, str]:
+        """Archives have checksums: the same numbers, or those that an independent reader finds in the file."""
+        if all(_equal(found.get(k), v) for k, v in self.results[kind].items()):
+            return "same", ""
+        if kind not in _READ:
+            return "SILENT", "other numbers"
+        file, pairs = _READ[kind]
+        for name, path in pairs.items():
             try:
-                with warnings.catch_warnings(), limits():
-                    warnings.simplefilter("always")
-                    ran = self.run(args)
-            except HangError:
-                return "HANG", " ".join(args)
-            except MemoryError:
-                return "MEMORY", traceback.format_exc()[-800:]
-            if ran.code:
-                problem = unclear(ran)
-                kind_of = "CRASH" if ran.code == 1 or "internal" in ran.err else "UNCLEAR"
-                return (kind_of, f"{problem} [{ran.err[:600]}]") if problem else (str(ran.code), ran.err)
-            if ran.err and "warning: " not in ran.err:
-                return "UNCLEAR", f"exit code 0, but {ran.err[:600]!r}"
-            written = [p for p in self.build.glob("*.h5") if stamps.get(p) != p.stat().st_mtime_ns]
-            strange = [s for p in written for s in not_finite(p)]
+                read = _independent(self.path(kind), name)
+            except Exception as exc:
+                return "SILENT", f"taken, where NumPy and SciPy read nothing: {exc}"
+            if not _equal(read, found.get(f"{file}{path}")):
+                return "SILENT", f"another {name} than in the archive"
+        return "meaning", ""
+
+    def numbers(self, kind: str) -> tuple[int, Numbers | Ran | str]:
+        """All numbers that the commands print and write; or the run that was refused; or what is none (code -1)."""
+        project, commands = self.project(kind), READERS[kind][1]
+        out: Numbers = {}
+        for args in commands:
+            stamps = {p: p.stat().st_mtime_ns for p in project.build.glob("*.h5")}
+            ran = project.run(args)
+            if ran.code or (ran.err and "warning: " not in ran.err):
+                return ran.code or 1, ran
+            files = [p for p in project.build.glob("*.h5") if stamps.get(p) != p.stat().st_mtime_ns]
+            strange = [s for p in files for s in not_finite(p)]
             if re.search(r"\bnan\b|\binf\b", re.sub(r"\(inf\)|margin", "", ran.out)):
                 strange.append("printed")
             if strange:
-                return "SILENT", f"{' '.join(args)}: {strange}"
-        same = self.contents().items() >= self.results[kind][-1].items()
-        if kind in ARCHIVES and not same:
-            return "SILENT", "another matrix"
-        return ("same" if same else "other"), ""
+                return -1, f"{' '.join(args)}: not finite: {strange}"
+            out[" ".join(args)] = np.array(re.findall(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])", ran.out))
+            for path in files:
+                out |= _contents(path)
+        return 0, out
+
+
+class _Named:
+    """Within it, the configuration names the file that a kind is about."""
+
+    def __init__(self, folder: Path, kind: str) -> None:
+        self.file, self.old, self.new = NAMED.get(kind, (None, None, ""))
+        self.folder = folder
+
+    def __enter__(self) -> None:
+        if self.file is not None:
+            self.path = self.folder / self.file
+            self.kept = self.path.read_bytes()
+            text = self.kept.decode("utf-8")
+            new = self.new if self.old is None else text.replace(self.old, self.new, 1)
+            self.path.write_text(new, encoding="utf-8")
+
+    def __exit__(self, *_: object) -> None:
+        if self.file is not None:
+            self.path.write_bytes(self.kept)
+
+
+def _no_table(rows: object, labels: int) -> str:
+    """What makes the cells of a CSV no table of finite numbers, behind a head and its labels."""
+    assert isinstance(rows, list)
+    for row in rows[1:]:
+        if len(row) != len(rows[0]):
+            return f"a line has {len(row)} fields, and the head {len(rows[0])}"
+        for cell in row[labels:] if row[0] != "unit" else []:
+            try:
+                sound = cmath.isfinite(complex(cell.replace(" ", "").replace("i", "j")))
+            except ValueError:
+                sound = False
+            if not sound:
+                return f"a number is {cell!r}"
+    return ""
+
+
+def _home(kind: str) -> str:
+    return "loop" if kind in LOOPS else "bricks"
 
 
 def unclear(ran: Ran) -> str:
@@ -247,6 +267,35 @@ def unclear(ran: Ran) -> str:
     if "internal" in ran.err or any(len(s) > 1200 for s in errors):
         return "internal or endless"
     return "" if ran.err.isprintable() or all(s.isprintable() for s in found) else "control characters"
+
+
+def _contents(path: Path) -> Numbers:
+    """All numbers and words of a result but its provenance."""
+    out: Numbers = {}
+
+    def visit(name: str, item: object) -> None:
+        if isinstance(item, h5py.Dataset) and not name.startswith(("provenance/", "n_")):
+            out[f"{path.name}/{name}"] = item[()]
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+    return out
+
+
+def _independent(path: Path, name: str) -> np.ndarray:
+    if path.suffix == ".npz":
+        with np.load(path, allow_pickle=False) as archive:
+            return np.array(archive[name])
+    from scipy.io import loadmat
+
+    return np.asarray(loadmat(path, simplify_cells=True)[name]["value"])
+
+
+def _equal(a: np.ndarray | None, b: np.ndarray | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    a, b = np.asarray(a), np.asarray(b)
+    return a.shape == b.shape and bool(np.array_equal(a, b, equal_nan=a.dtype.kind == b.dtype.kind == "f"))
 
 
 def not_finite(path: Path) -> list[str]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace as Made
 
 import h5py
 import numpy as np
@@ -11,9 +13,13 @@ import pytest
 from fuzz_binary import join, split
 from fuzz_model import Case
 
+from tedm_cli.cli.printing.dynamics import dynamics_lines
+from tedm_cli.config.base import validate
+from tedm_cli.config.model import load_model
+from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.contracts import DISTORTION
 from tedm_cli.distortion import ROUNDING, superposition_excess
-from tedm_cli.errors import InputError, PhysicsError
+from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.seal import seal
 from tedm_cli.files.store import open_checked
 
@@ -103,6 +109,33 @@ def test_a_table_with_two_names(case: Case) -> None:
     edit(case, rename)
     with pytest.raises(InputError, match="a table is named OUGV1 and BOUGV1"):
         case.run()
+
+
+@pytest.mark.parametrize("key", ["bdf", "areas_csv", "deck", "op2"])
+def test_a_file_without_a_name_is_refused_where_it_is_named(case: Case, key: str) -> None:
+    """It would be the folder of the configuration."""
+    model = case.folder / "model.toml"
+    text, count = re.subn(f'(?m)^({key} = \\[?)".*?"', r'\1""', model.read_text())
+    assert count == 1
+    model.write_text(text)
+    with pytest.raises(ConfigError, match=rf"model.toml: model.{key}(\[0\])?: .*at least 1 character"):
+        load_model(model)
+    table = {"name": "a", "table": "", "quantity": "acceleration", "outputs": ["TM1_a_x"]}
+    with pytest.raises(ConfigError, match=r"cases.toml: table: .*at least 1 character"):
+        validate(RequirementTable, table, where="cases.toml")
+
+
+def test_a_loop_that_crosses_nowhere_has_no_crossover() -> None:
+    """Strong stiffness may leave a loop without a frequency of gain 1: words, and no number that is none."""
+    nowhere = Made(
+        loop="x12", crossover_hz=np.nan, phase_deg=np.inf, gain_db=51.2, reduction_db=np.inf, peak_sensitivity=1.0
+    )
+    body = Made(mass_kg=430.0, centre_of_mass_m=(0.0, 0.0, 0.0))
+    loop = Made(plant=Made(spacecraft=body), names=("TM1", "TM2"), config=Made(stiffness=Made(words=lambda: "none")))
+    stability = Made(poles=[-1.0], largest_real_part=-1.0, margins=[nowhere])
+    lines = dynamics_lines(Made(loop=loop, stability=stability, path=Path("dynamics.h5")))  # type: ignore[arg-type]
+    (row,) = [line.split() for line in lines if line.startswith("x12")]
+    assert row == ["x12", "none", "any", "+51.2", "any", "1.00"]
 
 
 ROWS = 14  # two elements, no rigid element on 1, 5 and 9

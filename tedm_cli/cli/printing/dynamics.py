@@ -41,8 +41,8 @@ def dynamics_lines(done: DynamicsSummary) -> list[str]:
     rows = [
         (
             m.loop,
-            f"{m.crossover_hz:.3g}",
-            f"{m.phase_deg:.1f}",
+            f"{m.crossover_hz:.3g}" if np.isfinite(m.crossover_hz) else "none",
+            f"{m.phase_deg:.1f}" if np.isfinite(m.phase_deg) else "any",
             _decibel(m.gain_db),
             _decibel(m.reduction_db),
             f"{m.peak_sensitivity:.2f}",

@@ -7,7 +7,6 @@ the output. Memory does not grow with the length of the series.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +22,7 @@ from tedm_cli.dynamics.in_time import TimeLoop, respond, time_loop
 from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS, kind, unit
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.build_folder import provenance, simulated_series_file_name
+from tedm_cli.files.scratch import scratch_file
 from tedm_cli.files.store import create
 from tedm_cli.noise.log_spectrum import require_speckit
 from tedm_cli.noise.spectral_estimate import Estimate
@@ -87,7 +87,7 @@ def _simulate(
     trace = provenance(ready.configs, [*ready.inputs, source])
     path.parent.mkdir(parents=True, exist_ok=True)
     lowest = table.lowest_hz if table.lowest_hz is not None else ready.lowest_hz
-    with tempfile.TemporaryFile(dir=path.parent) as felt, tempfile.TemporaryFile(dir=path.parent) as made:
+    with scratch_file(path) as felt, scratch_file(path) as made:
         by_area = np.concatenate([rows.read_out, rows.acceleration])
         sampled = sample_series(source, table, rows.areas, by_area, where, felt)
         require_segment(sampled.samples - 2, sampled.step_s, table, lowest, source)

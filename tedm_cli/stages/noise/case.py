@@ -59,7 +59,7 @@ def run_cases(
         result = run_case(case, outputs, temperature, frequency, criteria, found)
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
-            realised = realise_case(result, config, step, path.parent)
+            realised = realise_case(result, config, step, path)
         except InputError as error:
             refused[case.id] = error
             continue

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
+from tedm_cli.files.scratch import scratch_file
 from tedm_cli.files.store import Writer
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.log_spectrum import log_estimate
@@ -42,11 +42,11 @@ class Realised:
         return np.divide(self.estimate.psd, self.exact, out=np.full_like(self.exact, np.nan), where=self.exact > 0.0)
 
 
-def realise_case(result: CaseResult, config: CasesConfig, step: Step, folder: Path) -> Realised | None:
+def realise_case(result: CaseResult, config: CasesConfig, step: Step, path: Path) -> Realised | None:
     """Realise the outputs of a case; None where the configuration does not ask for it.
 
-    Log-spaced spectra take segments of another length at every frequency, so their series wait in a temporary file in
-    `folder`.
+    Log-spaced spectra take segments of another length at every frequency, so their series wait in a temporary file
+    beside `path`, the file of the case.
 
     Raises `InputError` for delays that are too long to be held.
     """
@@ -59,7 +59,7 @@ def realise_case(result: CaseResult, config: CasesConfig, step: Step, folder: Pa
     try:
         if table.spectrum == "log":
             blocks = output_blocks(rows, source, plan)
-            estimate, window = _log(blocks, len(rows), plan.rate_hz, advance, folder)
+            estimate, window = _log(blocks, len(rows), plan.rate_hz, advance, path)
         else:
             estimate = realise(rows, source, plan, advance)
     except InputError as error:
@@ -73,11 +73,11 @@ def realise_case(result: CaseResult, config: CasesConfig, step: Step, folder: Pa
 
 
 def _log(
-    blocks: Iterator[FloatArray], n_out: int, rate_hz: float, advance: Callable[[int], None], folder: Path
+    blocks: Iterator[FloatArray], n_out: int, rate_hz: float, advance: Callable[[int], None], path: Path
 ) -> tuple[Estimate, Window]:
     """Log-spaced spectra of series [n_out, B] that come in blocks; one output at a time is held."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder) as scratch:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with scratch_file(path) as scratch:
         lengths: list[int] = []
         for block in blocks:
             scratch.write(np.ascontiguousarray(block).tobytes())

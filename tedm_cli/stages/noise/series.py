@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from tedm_cli.config.series import SeriesTable
 from tedm_cli.contracts import SERIES
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.build_folder import OPTICS_FILE, SENSITIVITY_FILE, provenance, series_file_name
+from tedm_cli.files.scratch import scratch_file
 from tedm_cli.files.store import create
 from tedm_cli.noise.case_run import judged_outputs
 from tedm_cli.noise.log_spectrum import require_speckit
@@ -52,7 +52,7 @@ def run_series(
         path.parent.mkdir(parents=True, exist_ok=True)
         where = f"{project.cases}: series {table.name}"
         lowest = table.lowest_hz if table.lowest_hz is not None else config.lowest_band_hz()
-        with tempfile.TemporaryFile(dir=path.parent) as scratch:
+        with scratch_file(path) as scratch:
             sampled = sample_series(source, table, outputs.areas, outputs.rows, where, scratch)
             n, step_s = sampled.samples, sampled.step_s
             require_segment(n, step_s, table, lowest, source)

@@ -1,0 +1,206 @@
+"""Projects with every kind of file that users write: two bricks with cases and matrices, and a drag-free loop."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+from fuzz_model import CONFIGS, fuzz_case
+
+from tedm_cli.cli import main
+from tedm_cli.config.project import load_project
+from tedm_cli.dynamics.signals import COORDINATES, INPUTS
+from tedm_cli.stages.dynamics.loop import project_loop
+
+SMALL = CONFIGS.parent / "sample_models" / "small"
+CASES = """
+[[requirement]]
+name = "budget"
+table = "budget.csv"
+quantity = "acceleration"
+outputs = ["TM1_a_x"]
+
+[[temperature.override]]
+areas = ["TIP"]
+preset = "table"
+table = "spectra.csv"
+
+[realisation]
+seed = 1
+rate_hz = 0.5
+lowest_hz = 1e-2
+samples = 8000
+
+[[series]]
+name = "warm"
+file = "series.csv"
+remove = "linear"
+lowest_hz = 0.02
+
+[[case]]
+id = "own"
+title = "From a file"
+matrix = "r.csv"
+delays = [{ areas = ["TIP"], delay_s = 3.0 }]
+
+[[case]]
+id = "npz"
+title = "From an archive"
+matrix = "r.npz"
+"""
+ALL = '\n[[case]]\nid = "1"\ntitle = "All"\nblocks = [{ areas = ["*"], rho = 0.5 }]\n'
+BLOCKS = (
+    "name,x_m,y_m,z_m,size_x_m,size_y_m,size_z_m,rotation_x_rad,rotation_y_rad,rotation_z_rad,mass_kg\n"
+    "CM1,0.1,-0.2,0.0,0.02,0.03,0.04,0.1,0.2,0.3,0.5\nCM2,0.3,-0.2,0.1,0.02,0.03,0.04,0,0,0,1.5\n"
+)
+TEXTS = {
+    "budget.csv": "frequency_hz,amplitude\n1e-3,1e-12\n5e-3,1e-12\n3e-2,1e-11\n",
+    "spectra.csv": "frequency_hz,TIP\n1e-5,1e-2\n1e-3,1e-3\n1,1e-5\n",
+    "r.csv": "area,ROOT,WAIST,TIP\nROOT,1,0.5,0.1-0.2j\nWAIST,0.5,1,0\nTIP,0.1+0.2j,0,1\n",
+    "points.csv": "x_m,y_m,z_m,mass_kg\n0.5,0.1,0.2,3.0\n-0.4,0.3,0.1,2.5\n",
+    "blocks.csv": BLOCKS,
+}
+LOOP = """
+[spacecraft]
+mass_kg = 430.0
+inertia_matrix_kg_m2 = [[203.0, 1.0, 0.5], [1.0, 210.0, 0.0], [0.5, 0.0, 192.0]]
+
+[stiffness.electrostatic]
+TM1 = [1e-6, 1e-6, 3e-6, 4e-6, 4e-6, 3e-6]
+TM2 = [1e-6, 1e-6, 3e-6, 4e-6, 4e-6, 3e-6]
+
+[read_out]
+set = "B"
+
+[[controller.loop]]
+name = "x12"
+crossover_hz = 8e-4
+delay_s = 0.3
+
+[controller.shape]
+lead = 3.0
+
+[noise]
+actuation_stability = 4e-6
+omit = ["sun"]
+
+[[noise.source]]
+name = "thruster_Fx"
+level = 0.1e-6
+
+[[noise.source]]
+name = "magnetic"
+group = "magnetic"
+gains = { s_TM1_a_x = 1.0, s_TM2_a_x = -1.0 }
+table = "magnetic.csv"
+
+[[requirement]]
+name = "lpf_acceleration"
+outputs = ["delta_g"]
+applies_to = "differential"
+"""
+MAGNETIC = "frequency_hz,amplitude\n1e-5,4e-15\n1e-3,1e-15\n1.0,5e-16\n"
+
+
+@dataclass(frozen=True)
+class Ran:
+    code: int
+    out: str
+    err: str
+
+
+def command(*args: object) -> Ran:
+    """Run `tedm` in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    argv = ["tedm", *(str(a) for a in args)]
+    with mock.patch.object(sys, "argv", argv), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as exc:
+            return Ran(exc.code if isinstance(exc.code, int) else 0, out.getvalue(), err.getvalue())
+    return Ran(0, out.getvalue(), err.getvalue())
+
+
+@dataclass(frozen=True)
+class UserProject:
+    """A project in a folder of its own, with its files between the stages in `build`."""
+
+    folder: Path
+
+    @property
+    def build(self) -> Path:
+        return self.folder / "build"
+
+    def run(self, args: list[str], config: bool = True) -> Ran:
+        args = [str(self.folder / a) if a.endswith(".csv") else a for a in args]
+        project = ["-c", self.folder / "tedm.toml"] if config else []
+        return command(*args, *project, *([] if args[0] == "self-gravity" else ["-d", self.build]))
+
+    def sound(self, args: list[str], config: bool = True) -> str:
+        ran = self.run(args, config)
+        assert ran.code == 0, (args, ran.err)
+        return ran.out
+
+
+def bricks(folder: Path) -> UserProject:
+    """Two bricks with compensation masses, cases of every kind, and their matrices as CSV, NPZ and MAT."""
+    project = UserProject(fuzz_case(folder).folder)
+    cases = (CONFIGS / "cases.toml").read_text(encoding="utf-8")
+    cases = cases[: cases.index("# A requirement of your own")].replace("points = 301", "points = 31")
+    text = re.sub(r"(?s)\[\[requirement\]\].*", "", cases) + CASES + ALL
+    (project.folder / "cases.toml").write_text(text, encoding="utf-8")
+    for name, text in TEXTS.items():
+        (project.folder / name).write_text(text)
+    rows = "".join(f"{2.0 * n},{293.0 + 0.01 * np.sin(n):.6f},{293.0 + 1e-4 * n:.6f}\n" for n in range(900))
+    (project.folder / "series.csv").write_text("time_s,TIP,all\n" + rows)
+    R = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 1.0]])
+    np.savez_compressed(project.folder / "r.npz", area=np.array(["ROOT", "WAIST", "TIP"]), R=R)
+    model = project.folder / "model.toml"
+    model.write_text(model.read_text() + '\n[gravity]\ncompensation_masses = "blocks.csv"\n')
+    for args in (["ingest"], ["build-distortion"], ["build-sensitivity"], ["build-optics"]):
+        project.sound(args)
+    for fmt in ("csv", "npz", "mat"):
+        project.sound(["export", "--format", fmt, "-o", str(project.folder / "matrices")], config=False)
+    return project
+
+
+def small_chain(folder: Path, cases: str, dynamics: str) -> UserProject:
+    """The small sample as far as its matrices, with two test masses, one case, and a configured loop."""
+    folder.mkdir(parents=True)
+    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
+        shutil.copy(SMALL / name, folder)
+    shutil.copy(CONFIGS / "optics.toml", folder)
+    head, *rest = (CONFIGS / "cases.toml").read_text(encoding="utf-8").split("\n[[case]]")
+    third = next(text for text in rest if text.startswith('\nid = "3"'))
+    text = head.replace("points = 301", "points = 31") + "\n[[case]]" + third + cases
+    (folder / "cases.toml").write_text(text, encoding="utf-8")
+    (folder / "dynamics.toml").write_text(dynamics)
+    (folder / "tedm.toml").write_text('title = "small sample"\ndynamics = "dynamics.toml"\n')
+    project = UserProject(folder)
+    for args in (["ingest"], ["build-distortion"], ["build-sensitivity"], ["build-optics"]):
+        project.sound(args)
+    return project
+
+
+def loop(folder: Path) -> UserProject:
+    """A satellite with a loop of its own, a table of noise, and the default controller as an archive."""
+    project = small_chain(folder, "", "")
+    (folder / "magnetic.csv").write_text(MAGNETIC)
+    _controller(project)
+    (folder / "dynamics.toml").write_text(LOOP)
+    project.sound(["build-dynamics"])
+    return project
+
+
+def _controller(project: UserProject) -> None:
+    """The default controller as matrices with names."""
+    s = project_loop(load_project(project.folder / "tedm.toml", project.build)).controller.state_space()
+    names = {"inputs": np.array(COORDINATES), "outputs": np.array(INPUTS)}
+    np.savez_compressed(project.folder / "controller.npz", A=s.a, B=s.b, C=-s.c, D=-s.d, **names)
