@@ -66,6 +66,8 @@ check: $(DEV_STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy --config-file tests/mypy.ini tests
+	set -e; for file in $$(find tests -name conftest.py); do $(BIN)/mypy --config-file tests/mypy.ini $$file; done
 
 format: $(DEV_STAMP)
 	$(BIN)/ruff check --fix .

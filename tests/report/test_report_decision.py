@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ AREAS = AreaTable(
 FREQUENCY = np.array([1e-3, 1e-2])
 LIMIT = Limit("lpf_readout_item", "a thesis", "m", (1e-3, 1e-2), np.ones(2))
 PASSED_DC = DcVerdict("TM1", "a_x", "IS+LTP", 1e-10, -1e-9, 1e-9)
-FIGURES = {"verdict": [], "improvement": []}
+FIGURES: dict[str, list[Any]] = {"verdict": [], "improvement": []}
 LOOP = Paragraph("The loop has not been closed.", quiet=True)
 BOUNDS = ("minimum", "known_blocks_minimum", "known_blocks", "maximum_non_negative", "maximum")
 
@@ -58,7 +59,7 @@ def case(case_id: str, role: str, *outputs: JudgedOutput) -> CaseNoise:
 
 
 def card(*cases: CaseNoise) -> VerdictCard:
-    found = decision_section(cases, AREAS, [PASSED_DC], LOOP, FIGURES)  # type: ignore[arg-type]
+    found = decision_section(cases, AREAS, [PASSED_DC], LOOP, FIGURES)
     return next(b for b in found.blocks if isinstance(b, VerdictCard) and b.name == LIMIT.name)
 
 
@@ -87,11 +88,11 @@ def test_the_worst_card_comes_first_and_the_summary_names_all() -> None:
     cases = [case("1", "likely", judged(2.0))]
     failed_dc = replace(PASSED_DC, value=3e-9)
     for dc, names in ((PASSED_DC, [LIMIT.name, "field at rest"]), (failed_dc, [LIMIT.name, "field at rest"])):
-        section = decision_section(cases, AREAS, [dc], LOOP, FIGURES)  # type: ignore[arg-type]
+        section = decision_section(cases, AREAS, [dc], LOOP, FIGURES)
         cards = [b for b in section.blocks if isinstance(b, VerdictCard)]
         assert [c.name for c in cards] == names
         assert all(name in plain(summary(section)) for name in names)
-    section = decision_section([case("1", "likely", judged(0.2))], AREAS, [failed_dc], LOOP, FIGURES)  # type: ignore[arg-type]
+    section = decision_section([case("1", "likely", judged(0.2))], AREAS, [failed_dc], LOOP, FIGURES)
     assert next(b for b in section.blocks if isinstance(b, VerdictCard)).name == "field at rest"
 
 
@@ -113,7 +114,7 @@ def test_the_worst_card_comes_first_and_the_summary_names_all() -> None:
         (3.0, {}, "without the safety factor it is 1.50, still violated"),
     ],
 )  # fmt: skip
-def test_how_sure_a_verdict_is(ratio: float, more: dict[str, object], said: str) -> None:
+def test_how_sure_a_verdict_is(ratio: float, more: dict[str, Any], said: str) -> None:
     assert said in plain(dict(card(case("1", "likely", judged(ratio, **more))).facts)["How sure"])
 
 
@@ -173,7 +174,7 @@ def test_outputs_that_say_the_same_are_told_once() -> None:
 
 
 def test_required_stability_names_levels() -> None:
-    section = change_section([case("1", "likely", judged(2.0))], AREAS, FIGURES)  # type: ignore[arg-type]
+    section = change_section([case("1", "likely", judged(2.0))], AREAS, FIGURES)
     tables = [b for b in section.blocks if isinstance(b, Table)]
     rows = {r.cells[0].text: [c.text for c in r.cells[1:]] for r in tables[0].rows}
     assert rows["struts"] == ["2", "1.00 × 10⁻³", "0.250", "2.50 × 10⁻⁴"]
