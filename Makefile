@@ -27,12 +27,13 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f -o -
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: FORCE help all test quick check format bench fuzz faults sample-small clean distclean
+.PHONY: FORCE help all test quick coverage check format bench fuzz faults sample-small clean distclean
 
 help: ## Show this help
 	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md), its annex, view.html"
 	@echo "make test     set up and run the tests"
 	@echo "make quick    run the tests of the pure rooms and of one chain: about a minute"
+	@echo "make coverage run the tests, and tell how much of each room they run"
 	@echo "make check    lint and types"
 	@echo "make format   format the code"
 	@echo "make bench    run the benchmarks"
@@ -67,10 +68,16 @@ QUICK := gravity optics noise fem areas dynamics/test_dynamics_identities.py dyn
 quick: $(DEV_STAMP)
 	$(BIN)/python -m pytest -n 2 --dist loadscope -q -m 'not slow' $(addprefix tests/,$(QUICK))
 
+coverage: $(DEV_STAMP)
+	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder -q --cov --cov-report=
+	$(BIN)/python tests/coverage_by_room.py
+
 check: $(DEV_STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy --config-file tests/mypy.ini tests
+	set -e; for file in $$(find tests -name conftest.py); do $(BIN)/mypy --config-file tests/mypy.ini $$file; done
 
 format: $(DEV_STAMP)
 	$(BIN)/ruff check --fix .

@@ -20,7 +20,7 @@ settings.load_profile("tedm")
 _approx = pytest.approx
 
 
-def _relative(expected: Any, rel: float | None = None, abs: float | None = None, nan_ok: bool = False) -> Any:
+def _relative(expected: Any, rel: Any = None, abs: Any = None, nan_ok: bool = False) -> Any:
     """`pytest.approx` without its tolerance of 1e-12 below all others: accelerations of 1e-15 would equal anything."""
     if abs is None and (rel is not None or np.all(np.asarray(expected) != 0)):
         rel, abs = 1e-6 if rel is None else rel, 0.0

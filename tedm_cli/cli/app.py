@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -34,6 +35,12 @@ Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 
 DEFAULT_CONFIG = Path("configs/tedm.toml")
 DEFAULT_BUILD = Path("build")
+
+
+@cache
+def command_line() -> Any:
+    """The commands of `app` as Typer runs them: made once, as the signatures of all of them are read for it."""
+    return typer.main.get_command(app)
 
 
 _verbosity = 0

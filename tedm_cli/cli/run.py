@@ -38,10 +38,10 @@ def _outcome() -> tuple[int, list[str]]:
     with answers():
         try:
             # Imported here, so that an interrupt in the meantime is heeded.
-            from tedm_cli.cli.commands import app
+            from tedm_cli.cli.commands import command_line
 
             # Typer's own handling of errors is off: it answers in another form, and says nothing of an interrupt.
-            code = app(sys.argv[1:] or ["--help"], prog_name="tedm", standalone_mode=False)
+            code = command_line()(sys.argv[1:] or ["--help"], prog_name="tedm", standalone_mode=False)
             sys.stdout.flush()
             return (code if isinstance(code, int) else 0), []
         except TedmError as exc:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import prod
 from typing import Any
 
 import h5py
@@ -31,13 +32,12 @@ def kept_elsewhere(dataset: Any) -> str:
         return "is a virtual dataset, wanted the data themselves"
     if dataset.external:
         return f"keeps its values in another file ({dataset.external[0][0]}), wanted the data themselves"
-    if not dataset.size:
+    shape, chunk_shape = dataset.shape, dataset.chunks
+    if 0 in shape:
         return ""
-    if dataset.chunks is None:
-        whole = dataset.id.get_storage_size() >= dataset.size * dataset.dtype.itemsize
+    if chunk_shape is None:
+        whole = dataset.id.get_storage_size() >= prod(shape) * dataset.dtype.itemsize
     else:
-        chunks = 1
-        for length, chunk in zip(dataset.shape, dataset.chunks, strict=True):
-            chunks *= -(-length // chunk)
+        chunks = prod(-(-length // chunk) for length, chunk in zip(shape, chunk_shape, strict=True))
         whole = dataset.id.get_num_chunks() >= chunks
     return "" if whole else "lacks values: it was not written to its end"

@@ -59,6 +59,7 @@ class Writer:
         self._sink = sink
         self._dims: dict[str, int] = dict(kind.fixed_dims)
         self._scaled: list[tuple[Any, tuple[str, ...]]] = []
+        self._scales: dict[str, Any] = {}
 
     def write(self, path: str, value: Any, *, units: str | None = None, single: bool = False) -> None:
         """Write a whole dataset. `units` is required where the contract leaves it open; `single` as for `allocate`."""
@@ -127,12 +128,12 @@ class Writer:
                 dataset.dims[axis].attach_scale(self._scale(dim, dataset.shape[axis]))
 
     def _scale(self, dim: str, size: int) -> Any:
-        name = f"n_{dim}"
-        if name not in self._file:
+        if dim not in self._scales:
             # netCDF-4's form of a dimension without coordinates: an unwritten dataset of the right length.
-            scale = self._file.create_dataset(name, shape=(size,), dtype="f4", track_times=False)
+            scale = self._file.create_dataset(f"n_{dim}", shape=(size,), dtype="f4", track_times=False)
             scale.make_scale(f"This is a netCDF dimension but not a netCDF variable. {size:10d}")
-        return self._file[name]
+            self._scales[dim] = scale
+        return self._scales[dim]
 
     def _finish(self, provenance: Provenance) -> None:
         self._attach_scales()

@@ -140,7 +140,9 @@ def test_figures_need_no_backend_of_the_user(tiny: Project, backend: str) -> Non
     """Notebooks name theirs in the environment of their terminals; in a new process, as matplotlib looks once."""
     figure = tiny.folder / "out.svg"
     command = [sys.executable, "-m", "tedm_cli.cli", "areas", "-c", tiny.folder / "tedm.toml", "--figure", figure]
-    done = subprocess.run(command, env=os.environ | {"MPLBACKEND": backend}, capture_output=True, text=True)
+    done = subprocess.run(
+        [str(c) for c in command], env=os.environ | {"MPLBACKEND": backend}, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     assert figure.is_file()
 

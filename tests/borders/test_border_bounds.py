@@ -68,9 +68,9 @@ def field_numbers() -> list[tuple[str, type, tuple[Any, ...]]]:
 
 
 def bounds(said: tuple[Any, ...]) -> tuple[float, float]:
-    low = [m.quantity.low for m in said if isinstance(m, Bounded)]
+    low: list[Any] = [m.quantity.low for m in said if isinstance(m, Bounded)]
     low += [m.ge for m in said if isinstance(m, Ge)] + [m.gt for m in said if isinstance(m, Gt)]
-    high = [m.quantity.high for m in said if isinstance(m, Bounded)]
+    high: list[Any] = [m.quantity.high for m in said if isinstance(m, Bounded)]
     high += [m.le for m in said if isinstance(m, Le)] + [m.lt for m in said if isinstance(m, Lt)]
     return max(low, default=-math.inf), min(high, default=math.inf)
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -25,9 +26,9 @@ INPUTS = {
 }
 
 
-def datasets(path: Path) -> dict[str, dict[str, object]]:
+def datasets(path: Path) -> dict[str, dict[str, Any]]:
     """Attributes of all datasets of a file but the provenance and the dimension scales."""
-    found: dict[str, dict[str, object]] = {}
+    found: dict[str, dict[str, Any]] = {}
 
     def visit(name: str, item: object) -> None:
         if isinstance(item, h5py.Dataset) and not name.startswith(("provenance/", "n_")):

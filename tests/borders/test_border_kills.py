@@ -13,6 +13,7 @@ from unittest import mock
 import pytest
 from border_tools import STAGES, Project, in_child, snapshot
 
+from tedm_cli.contracts import KINDS, FileKind
 from tedm_cli.files import store
 
 
@@ -37,8 +38,8 @@ def write_until(project: Project, command: str, number: int) -> None:
     sys.exit(outcome.code)
 
 
-def kinds_of(command: str) -> store.FileKind:
-    return next(kind for kind in store.KINDS.values() if kind.made_by == f"tedm {command}")
+def kinds_of(command: str) -> FileKind:
+    return next(kind for kind in KINDS.values() if kind.made_by == f"tedm {command}")
 
 
 def leftovers(project: Project) -> list[Path]:

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from tedm_cli.areas.csv_file import read_area_csv
-from tedm_cli.config.base import validate
+from tedm_cli.config.base import Strict, validate
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
@@ -81,7 +81,7 @@ def tables(data: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
             yield from tables(value, f"{path}[{i}]")
 
 
-DOCUMENTS = {
+DOCUMENTS: dict[str, tuple[type[Strict], dict[str, Any], set[str]]] = {
     "model": (ModelConfig, tomllib.loads(MODEL_TOML), {"model.subcases", "gravity.subsystems"}),
     "small": (ModelConfig, tomllib.loads((SMALL / "model.toml").read_text()), {"model.subcases", "gravity.subsystems"}),
     "cases": (CasesConfig, tomllib.loads((CONFIGS / "cases.toml").read_text()), set()),

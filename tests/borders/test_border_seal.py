@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import h5py
 import pytest
@@ -78,8 +79,8 @@ def test_what_another_program_changed_needs_a_new_seal(small: Project) -> None:
     seal.seal(path)
     assert path.read_bytes() == again
     missing = [sys.executable, "-m", "tedm_cli.files.seal", str(small.build / "none.h5")]
-    done = subprocess.run(missing, capture_output=True, check=False, text=True)
-    assert (done.returncode, done.stderr.count("\n"), "none.h5: cannot be sealed" in done.stderr) == (1, 1, True)
+    told = subprocess.run(missing, capture_output=True, check=False, text=True)
+    assert (told.returncode, told.stderr.count("\n"), "none.h5: cannot be sealed" in told.stderr) == (1, 1, True)
 
 
 def test_a_file_is_read_once_and_again_when_it_has_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,7 +88,12 @@ def test_a_file_is_read_once_and_again_when_it_has_changed(tmp_path: Path, monke
     path.write_bytes(b"a" * 3_000_000)
     read: list[int] = []
     whole = seal._read
-    monkeypatch.setattr(seal, "_read", lambda *a: read.append(1) or whole(*a))
+
+    def counted(*a: Any) -> Any:
+        read.append(1)
+        return whole(*a)
+
+    monkeypatch.setattr(seal, "_read", counted)
     monkeypatch.setattr(seal, "_SAME_TICK", 0)
     assert seal.sha256_of(path) == seal.sha256_of(path) == hashlib.sha256(b"a" * 3_000_000).hexdigest()
     assert len(read) == 1

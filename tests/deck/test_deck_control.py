@@ -175,7 +175,7 @@ def test_a_temperature_that_fills_the_field_is_written_and_a_longer_one_refused(
 def test_grid_ids_of_eight_digits_and_temperatures_of_nine(tmp_path: Path) -> None:
     for number, (first, tref) in enumerate(((99_999_980, "20."), (0, "293.1501"), (0, "1234.567"))):
         areas = {"LEFT": [first + i for i in LEFT], "RIGHT": [first + i for i in RIGHT]}
-        deck, done = written(tmp_path / str(number), plain(bricks(tref, first)), **areas)
+        deck, done = written(tmp_path / str(number), plain(bricks(tref, first)), "", **areas)
         assert {k: sorted(v) for k, v in temperatures(done.path).items() if k != "UNIFORM"} == areas
         assert ("TEMP*" in deck) == (number == 2 and len("1235.567") > 8)
 

@@ -15,7 +15,7 @@ from tedm_cli.config.controller_file import read_controller
 from tedm_cli.dynamics import stability as stability_room
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, check_inertia
 from tedm_cli.dynamics.closed_loop import responses
-from tedm_cli.dynamics.controller import DRAG_FREE, SUSPENSION, ScalarLoops, actuation, default_loops
+from tedm_cli.dynamics.controller import DRAG_FREE, SUSPENSION, Controller, ScalarLoops, actuation, default_loops
 from tedm_cli.dynamics.loops import Loop, StateSpace, pade_response
 from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.plant import Plant
@@ -28,7 +28,7 @@ from tedm_cli.errors import InputError, PhysicsError
 F = np.geomspace(1e-4, 0.3, 9)
 
 
-def transfer(plant: Plant, controller: object, f: np.ndarray = F) -> np.ndarray:
+def transfer(plant: Plant, controller: Controller | None, f: np.ndarray = F) -> np.ndarray:
     return np.concatenate([h for _, h in responses(plant, controller, f)])
 
 
@@ -258,7 +258,7 @@ def test_margins_of_a_loop_that_crosses_many_times(monkeypatch: pytest.MonkeyPat
     loop *= (s**2 / 0.81 + 0.08 * s / 0.9 + 1.0) / (s**2 / 0.64 + 0.08 * s / 0.8 + 1.0)  # resonances between them
     loop *= (s**2 + 0.006 * s + 0.0036) / (s**2 + 0.006 * s + 1.7 * 0.0036)
 
-    def transfer(plant: object, controller: object, f: np.ndarray) -> np.ndarray:
+    def transfer(plant: object, controller: Controller | None, f: np.ndarray) -> np.ndarray:
         value = np.atleast_1d(loop(2j * np.pi * f))
         return (value / (1.0 + value))[:, None]
 

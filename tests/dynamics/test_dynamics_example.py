@@ -108,7 +108,7 @@ def test_a_controller_of_a_problem_with_its_delay(tmp_path) -> None:
     for controller in (own, late):
         path.write_text(json.dumps(data | {"controller": controller}))
         found.append(solve_problem(path)["psd_total"])
-    np.testing.assert_allclose(*found, rtol=1e-8)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
 
 
 def test_free_response() -> None:

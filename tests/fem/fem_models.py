@@ -75,6 +75,7 @@ def solid_mesh(card, nodes, cells, size, distortion=0.0):
     elif card == "CPENTA":
         corners = corners[:, _PENTAHEDRA].reshape(-1, 6)
     shape = shape_of(card, nodes)
+    assert shape is not None, (card, nodes)
     if not shape.edges:
         return position, corners
     edges = np.sort(corners[:, np.array(shape.edges)], axis=2)

@@ -58,7 +58,8 @@ BIMETAL = [
 
 @pytest.mark.parametrize(("kind", "layers", "error"), BIMETAL)
 def test_fem_bimetal_strip_bends_as_timoshenko_found(kind, layers, error):
-    model = bimetal(*kind, layers)
+    card, nodes, bubble = kind
+    model = bimetal(card, nodes, bubble, layers)
     _, (motion,) = warmed(model, 21.0)
     assert curvature(model, motion) == pytest.approx(timoshenko_curvature(), rel=error)
 
@@ -132,15 +133,15 @@ def tip_deflection(position, connectivity, bubble, direction):
 )
 def test_fem_bubble_hexahedra_bend_like_those_of_nastran(shape, in_plane, out_of_plane):
     """MacNeal & Harder, Finite Elements in Analysis and Design 1, 1985: HEXA(8), straight beam, three digits."""
-    mesh = beam(shape)
-    assert tip_deflection(*mesh, True, 1) == pytest.approx(in_plane, abs=7e-4)
-    assert tip_deflection(*mesh, True, 2) == pytest.approx(out_of_plane, abs=7e-4)
+    position, connectivity = beam(shape)
+    assert tip_deflection(position, connectivity, True, 1) == pytest.approx(in_plane, abs=7e-4)
+    assert tip_deflection(position, connectivity, True, 2) == pytest.approx(out_of_plane, abs=7e-4)
 
 
 def test_fem_plain_hexahedra_hardly_bend():
-    mesh = beam("regular")
-    assert tip_deflection(*mesh, False, 1) < 0.15
-    assert tip_deflection(*mesh, False, 2) < 0.05
+    position, connectivity = beam("regular")
+    assert tip_deflection(position, connectivity, False, 1) < 0.15
+    assert tip_deflection(position, connectivity, False, 2) < 0.05
 
 
 def cylinder_error(card, nodes, bubble, n, inner=1.0, outer=2.0):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tedm_cli.fem.surface import Surface, outer_surface
 
 # A brick as other solids on the same corners: two wedges, six tetrahedra about a diagonal, three pyramids.
-SPLIT = {
+SPLIT: dict[str, list[tuple[int, ...]]] = {
     "CHEXA": [tuple(range(8))],
     "CPENTA": [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)],
     "CTETRA": [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)],

@@ -40,7 +40,7 @@ def test_moments_of_inertia_of_a_cube_and_a_brick():
     assert tm.inertia_kg_m2 == pytest.approx(
         [1.9 / 12 * (0.05**2 + 0.03**2), 1.9 / 12 * (0.04**2 + 0.03**2), 1.9 / 12 * (0.04**2 + 0.05**2)], rel=1e-14
     )
-    cube = TestMass(name="c", position_m=[0, 0, 0], side_m=[0.046] * 3, mass_kg=1.96)
+    cube = TestMass(name="c", position_m=np.zeros(3), side_m=np.full(3, 0.046), mass_kg=1.96)
     assert cube.inertia_kg_m2 == pytest.approx([1.96 * 0.046**2 / 6] * 3, rel=1e-14)
 
 
@@ -89,8 +89,8 @@ def test_renaming_the_axes_of_a_cube_turns_vectors_and_tensors():
     rng = np.random.default_rng(6)
     points, masses = shell(100, rng), rng.uniform(0.1, 2.0, 100)
     turn = Rotation.from_euler("zx", [90, 90], degrees=True).as_matrix().round()
-    straight = TestMass(name="c", position_m=[0, 0, 0], side_m=[0.046] * 3, mass_kg=2.0)
-    turned = TestMass(name="c", position_m=[0, 0, 0], side_m=[0.046] * 3, mass_kg=2.0, axes=turn)
+    straight = TestMass(name="c", position_m=np.zeros(3), side_m=np.full(3, 0.046), mass_kg=2.0)
+    turned = TestMass(name="c", position_m=np.zeros(3), side_m=np.full(3, 0.046), mass_kg=2.0, axes=turn)
     a, b = self_gravity(points, masses, straight), self_gravity(points, masses, turned)
     for name in FIELDS:
         value = getattr(a, name)

@@ -42,6 +42,7 @@ def test_examples_of_the_array_functions_run(module: str) -> None:
 
 def test_a_distant_source_is_a_point_to_a_point(project: Project, points: Path) -> None:
     done = point_self_gravity(project, points, per_source=True, output=None)
+    assert done.by_source is not None
     assert done.sources.line == [2, 4, 5]
     for tm, field in zip(done.test_masses, done.by_source, strict=True):
         r = 1e3 - tm.position_m[0]
@@ -52,6 +53,7 @@ def test_a_distant_source_is_a_point_to_a_point(project: Project, points: Path) 
 
 def test_sources_add_up_and_action_is_reaction(project: Project, points: Path) -> None:
     done = point_self_gravity(project, points, per_source=True, output=None)
+    assert done.by_source is not None
     for tm, total, parts in zip(done.test_masses, done.total, done.by_source, strict=True):
         for name in ("acceleration", "angular_acceleration", "gamma_lin", "omega_lin", "gamma_ang", "omega_ang"):
             whole, each = getattr(total, name), getattr(parts, name)
@@ -77,6 +79,7 @@ def test_json_and_csv_files_hold_what_is_printed(
     assert json.loads(out.read_text(encoding="utf-8")) == printed
     table = tmp_path / "field.csv"
     done = point_self_gravity(project, points, per_source=True, output=table)
+    assert done.by_source is not None
     with open(table, newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     assert [(r["line"], r["test_mass"]) for r in rows] == [(n, t) for n in ("2", "4", "5") for t in ("TM1", "TM2")]

@@ -1,5 +1,7 @@
 """The published allocations add up as printed, and verdicts follow from them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from tedm_cli.gravity.requirements import AT_REST_UNITS, allocation, dc_quantiti
 
 SUBSYSTEMS = ("IS", "LTP", "S/C")
 # Montemurro 2004, tables 4.2 to 4.4 as printed: IS, LTP, S/C and total, in units of the first number.
-PUBLISHED = {
+PUBLISHED: dict[str, tuple[Any, ...]] = {
     "gamma_xx": (1e-7, (-1, 2), (-2, 3), (-2, 3), (-5, 8)),
     "a_x": (1e-9, 0.35, 0.40, 0.35, 1.1),
     "a_y": (1e-9, 0.55, 0.60, 0.55, 1.7),

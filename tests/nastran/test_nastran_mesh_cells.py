@@ -74,15 +74,21 @@ def written(folder: Path, geometry: ModelGeometry, on_points: Sequence[MeshArray
     return folder / "mesh.vtu"
 
 
+def read_grid(path: Path) -> pyvista.UnstructuredGrid:
+    grid = pyvista.read(path)
+    assert isinstance(grid, pyvista.UnstructuredGrid)
+    return grid
+
+
 @pytest.fixture(scope="module")
 def kinds(tmp_path_factory: pytest.TempPathFactory) -> tuple[ModelGeometry, pyvista.UnstructuredGrid]:
     folder = tmp_path_factory.mktemp("kinds")
     geometry = all_kinds(folder)
-    return geometry, pyvista.read(written(folder, geometry))
+    return geometry, read_grid(written(folder, geometry))
 
 
 def of_kind(grid: pyvista.UnstructuredGrid, number: int) -> pyvista.UnstructuredGrid:
-    return grid.extract_cells(np.flatnonzero(grid.cell_data["id"] == number))
+    return grid.extract_cells(np.flatnonzero(grid.cell_data["id"] == number).tolist())
 
 
 @pytest.mark.parametrize("number", range(1, len(KINDS) + 1), ids=TYPES)
@@ -114,7 +120,7 @@ def test_meshio_reads_the_same(tmp_path: Path) -> None:
 
 def test_elements_without_some_midside_nodes_are_drawn_by_their_corners(tmp_path: Path) -> None:
     cards = "PSOLID,1,1\nCHEXA,7,1,1,2,3,4,5,6\n,7,8,9"
-    grids = {i: tuple(float(v) for v in p) for i, p in enumerate(HEXA, start=1)} | {9: (0.5, 0.0, 0.0)}
+    grids = {i: (float(x), float(y), float(z)) for i, (x, y, z) in enumerate(HEXA, start=1)} | {9: (0.5, 0.0, 0.0)}
     grid = pyvista.read(written(tmp_path, read(tmp_path, deck(cards, grids))))
     assert grid.n_points == 9
     assert grid.celltypes.tolist() == [CellType.HEXAHEDRON]

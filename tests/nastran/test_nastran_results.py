@@ -200,7 +200,8 @@ def test_a_set_that_limits_the_output(tmp_path: Path, geometry: ModelGeometry) -
 
 def test_records_in_blocks(op2: Path, geometry: ModelGeometry) -> None:
     """Large records are split into blocks, each with its length before it; 64 words here."""
-    payloads, out = records(op2.read_bytes()), []
+    payloads = records(op2.read_bytes())
+    out: list[bytes] = []
     for payload in payloads:
         if len(payload) == 7 * 32:
             head, tail = payload[:128], payload[128:]

@@ -126,7 +126,7 @@ def test_still_links_are_judged_against_the_largest_motion(model: tuple[RigidLin
     r[:8] += 1e-18
     t[:8] += 1e-18
     assert check_rigidity(links, geometry.grid_id, t, r, where="") < 1e-7
-    assert check_rigidity(links, geometry.grid_id, 0 * t, 0 * r, where="") == 0.0
+    assert check_rigidity(links, geometry.grid_id, 0.0 * t, 0.0 * r, where="") == 0.0
 
 
 def test_expanding_and_absent_rigid_elements(tmp_path: Path) -> None:

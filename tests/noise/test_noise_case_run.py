@@ -15,7 +15,14 @@ from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.requirements import AppliedRequirement, Criteria
 from tedm_cli.noise.selection import BlockSelector
-from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum, thesis_model, white_model
+from tedm_cli.noise.temperature import (
+    ShapedSpectrum,
+    Spectrum,
+    TemperatureModel,
+    WhiteSpectrum,
+    thesis_model,
+    white_model,
+)
 
 LABELS = ("TM1_a_x", "TM1_omegadot_x", "A_TM1_x")
 KINDS = ("acceleration", "angular_acceleration", "displacement")
@@ -56,7 +63,7 @@ def test_shares_are_the_derivative_of_the_power_with_area_amplitude(seed, k, f):
     factor = correlation_factor(mixing @ mixing.conj().T)
     delay_s = rng.uniform(0, 500, k) * rng.integers(2)
     whole = Correlation((np.arange(k),), factor, np.zeros(factor.shape[1], dtype=int), delay_s)
-    shapes = [WhiteSpectrum(1e-3), ShapedSpectrum(1e-3, order=1), ShapedSpectrum(1e-4, corner_hz=5e-3)]
+    shapes: list[Spectrum] = [WhiteSpectrum(1e-3), ShapedSpectrum(1e-3, order=1), ShapedSpectrum(1e-4, corner_hz=5e-3)]
     model = TemperatureModel.from_spectra([shapes[rng.integers(3)] for _ in range(k)])
     rows = rng.normal(size=(2, k))
     share = area_shares(OutputNoise(rows, TemperatureNoise(model, whole), np.array([f])))
@@ -81,7 +88,7 @@ def test_weights_turn_any_terms_into_their_shares(seed, k, f):
     mixing /= np.linalg.norm(mixing, axis=1, keepdims=True)
     delay_s = rng.uniform(0, 500, k) * rng.integers(2)
     whole = Correlation((np.arange(k),), mixing, np.zeros(k, dtype=int), delay_s)
-    shapes = [WhiteSpectrum(1e-3), ShapedSpectrum(1e-3, order=1), ShapedSpectrum(1e-4, corner_hz=5e-3)]
+    shapes: list[Spectrum] = [WhiteSpectrum(1e-3), ShapedSpectrum(1e-3, order=1), ShapedSpectrum(1e-4, corner_hz=5e-3)]
     model = TemperatureModel.from_spectra([shapes[rng.integers(3)] for _ in range(k)])
     terms = rng.normal(size=(4, k))
     row, amplitude = terms.sum(axis=0), model.amplitudes(np.array([f]))[:, 0]

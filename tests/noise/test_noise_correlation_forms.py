@@ -21,7 +21,8 @@ def table(k, **columns):
     names = np.array([f"A{i}" for i in range(k)])
     given = {"group": ["g"] * k, "shield": ["inside"] * k, "side": ["mid"] * k} | columns
     centroid = given.pop("centroid_m", None)
-    return AreaTable(names, *(np.array(given[c]) for c in ("group", "shield", "side")), centroid)
+    group, shield, side = (np.array(given[c]) for c in ("group", "shield", "side"))
+    return AreaTable(names, group, shield, side, centroid)
 
 
 def psd_of(case, areas, rows, model, f):

@@ -10,7 +10,7 @@ from tedm_cli.noise.correlation import Correlation, full_blocks
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.improvement import COUNTS, improvement
 from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
-from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum
+from tedm_cli.noise.temperature import ShapedSpectrum, Spectrum, TemperatureModel, WhiteSpectrum
 
 F = np.geomspace(1e-3, 3e-2, 21)
 
@@ -27,7 +27,7 @@ def random_problem(seed, k):
     factor = correlation_factor(mixing @ mixing.T)
     delay_s = rng.uniform(0, 200, k) * rng.integers(2)
     found = Correlation((np.arange(k),), factor, np.zeros(factor.shape[1], dtype=int), delay_s)
-    shapes = [WhiteSpectrum(1.0), ShapedSpectrum(1.0)]
+    shapes: list[Spectrum] = [WhiteSpectrum(1.0), ShapedSpectrum(1.0)]
     model = TemperatureModel.from_spectra([shapes[rng.integers(2)] for _ in range(k)])
     return rng, rng.normal(size=k), model, found
 

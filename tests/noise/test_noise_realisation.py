@@ -10,7 +10,7 @@ from tedm_cli.noise.correlation import Correlation, block_factor, blocks, correl
 from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.realisation import Plan, expected_psd, realise, resolved, temperature_blocks
 from tedm_cli.noise.spectral_estimate import Window, kaiser, segment_length
-from tedm_cli.noise.temperature import FlightSpectrum, ShapedSpectrum, TemperatureModel, WhiteSpectrum
+from tedm_cli.noise.temperature import FlightSpectrum, ShapedSpectrum, Spectrum, TemperatureModel, WhiteSpectrum
 
 SHIPPED = ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10", "10b"]
 PLAN = Plan(rate_hz=0.1, samples=200_000, seed=5, low_hz=5e-4, high_hz=0.04, lowest_hz=2e-3)
@@ -46,7 +46,12 @@ def test_every_case_has_its_exact_spectrum(areas, config, case_id):
 
 
 def test_shapes_of_all_sorts_that_move_together():
-    spectra = [ShapedSpectrum(1e-3, order=4), WhiteSpectrum(1e-6), FlightSpectrum(), ShapedSpectrum(1e-4, order=1)]
+    spectra: list[Spectrum] = [
+        ShapedSpectrum(1e-3, order=4),
+        WhiteSpectrum(1e-6),
+        FlightSpectrum(),
+        ShapedSpectrum(1e-4, order=1),
+    ]
     model = TemperatureModel.from_spectra(spectra)
     factor = np.array([[1.0, 0.0], [1.0, 0.0], [0.6, 0.8], [0.0, 1.0]])
     rows = np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, 2.0, -0.5], [1.0, 0.0, 0.0, 0.0]])

@@ -6,7 +6,14 @@ from hypothesis import strategies as st
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirement_presets import PRESETS
-from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel, WhiteSpectrum, thesis_model, white_model
+from tedm_cli.noise.temperature import (
+    ShapedSpectrum,
+    Spectrum,
+    TemperatureModel,
+    WhiteSpectrum,
+    thesis_model,
+    white_model,
+)
 
 
 @given(order=st.floats(0.5, 8), corner=st.floats(1e-5, 1.0), reference=st.floats(1e-5, 1.0), level=st.floats(1e-8, 1.0))
@@ -34,7 +41,12 @@ def test_thesis_levels_and_shared_shape(areas):
 
 
 def test_amplitudes_of_mixed_shapes_are_those_of_each_spectrum():
-    spectra = [ShapedSpectrum(2.0), WhiteSpectrum(3.0), ShapedSpectrum(5.0), ShapedSpectrum(2.0, corner_hz=2e-3)]
+    spectra: list[Spectrum] = [
+        ShapedSpectrum(2.0),
+        WhiteSpectrum(3.0),
+        ShapedSpectrum(5.0),
+        ShapedSpectrum(2.0, corner_hz=2e-3),
+    ]
     model = TemperatureModel.from_spectra(spectra)
     f = np.geomspace(1e-4, 0.1, 17)
     assert len(model.shapes) == 3
@@ -61,7 +73,7 @@ def test_white_noise_is_worst_ninefold_above_1_mhz(areas):
 def test_with_filter_moves_low_pass_shapes_alone():
     model = TemperatureModel.from_spectra([ShapedSpectrum(2.0), WhiteSpectrum(3.0)]).with_filter(4.0, 5e-3)
     f = np.array([1e-3, 2e-2])
-    expected = [ShapedSpectrum(2.0, 1e-3, 5e-3, 4.0).amplitude(f), [3.0, 3.0]]
+    expected = [ShapedSpectrum(2.0, 1e-3, 5e-3, 4.0).amplitude(f), np.full(2, 3.0)]
     np.testing.assert_allclose(model.amplitudes(f), expected, rtol=1e-14)
 
 

@@ -32,7 +32,7 @@ class Placed:
     rotation: Rotation
     ref: FloatArray
 
-    def vector(self, v: Sequence[float]) -> FloatArray:
+    def vector(self, v: Sequence[float] | FloatArray) -> FloatArray:
         return np.asarray(self.rotation.apply(v))
 
     def face(self, depth: float) -> CoordinateSystem:

@@ -13,9 +13,20 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.optics.layout import Beam, BeamPath, Element, OpticalLayout, Recombination, Step
+from tedm_cli.optics.layout import Beam, BeamPath, Element, Operation, OpticalLayout, Recombination, Step, Vec3
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+
+
+def vector(v: FloatArray) -> Vec3:
+    x, y, z = (float(c) for c in v)
+    return x, y, z
+
+
+def axis_rows(matrix: FloatArray) -> tuple[Vec3, Vec3, Vec3]:
+    """A rotation as a layout keeps the axes of its frame."""
+    x, y, z = (vector(row) for row in matrix)
+    return x, y, z
 
 
 def unit(v: FloatArray) -> FloatArray:
@@ -67,7 +78,7 @@ class Ray:
         way = ((plane - self.point) @ n) / (self.direction @ n)
         assert way > 0, "the generator sent a ray backwards"
         self.point = self.point + way * self.direction
-        self.path += index * way
+        self.path += float(index * way)
 
     def _bend(self, n: FloatArray, ratio: float) -> None:
         normal = (self.direction @ n) * n
@@ -178,7 +189,8 @@ class Builder:
         offset = beams["A"].path - back.path - way
         source = back.point + way * back.direction
         injector = self.add("injector", f"FR{number}", ref_m=source, normal=-back.direction, opl_offset_m=offset)
-        for letter, op in (("A", "R"), ("B", "T")):
+        turns: tuple[tuple[str, Operation], ...] = (("A", "R"), ("B", "T"))
+        for letter, op in turns:
             name = f"PD{number}{letter}"
             self._path(name, "meas", beams[letter].steps)
             between = [changed(s, op=op) if s.element == recombiner.name else s for s in reversed(back.steps)]

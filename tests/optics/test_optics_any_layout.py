@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_layouts import Ray, random_layout, with_tilted_photodiodes
+from random_layouts import Ray, axis_rows, random_layout, vector, with_tilted_photodiodes
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
@@ -117,7 +117,7 @@ def test_the_same_bench_in_another_frame_reads_the_same(bench: OpticalLayout, S:
     places = [bench.index(e.name) for e in bench.bench]
     nodes = bench.refs_m[places] + rng.normal(scale=0.01, size=(len(places), 3))
     D_opt = rng.normal(size=(4, len(places), 2, 3))
-    framed = replace(bench, frame_axes=tuple(map(tuple, R.T)), frame_origin_m=tuple(origin))
+    framed = replace(bench, frame_axes=axis_rows(R.T), frame_origin_m=vector(origin))
     moved, turned = nodes @ R.T + origin, D_opt @ R.T
     here = optics_chain(bench, move_reference_points(S, bench, nodes), D_opt.reshape(4, -1, 6))
     there = optics_chain(framed, move_reference_points(S, framed, moved), turned.reshape(4, -1, 6))
@@ -212,12 +212,12 @@ def test_a_mass_that_no_beam_meets_makes_the_layout_singular() -> None:
         optics_chain(idle, optical_sensitivity(idle), np.zeros((1, len(idle.bench), 6)))
 
 
-@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="long double is no longer than double here")
+@pytest.mark.skipif(bool(np.finfo(np.longdouble).eps > 1e-18), reason="long double is no longer than double here")
 def test_central_differences_in_extended_precision(bench: OpticalLayout, S: FloatArray) -> None:
     """Five-point differences of the finite trace in 64-bit mantissas; 1e-4 m and rad leave errors of 1e-15."""
     h = np.longdouble(1e-4)
     nominal = nominal_poses(bench)
-    poses = type(nominal)(*(np.longdouble(v) for v in (nominal.ref, nominal.normal, nominal.local_y)))
+    poses = type(nominal)(*(v.astype(np.longdouble) for v in (nominal.ref, nominal.normal, nominal.local_y)))
     rng = np.random.default_rng(9)
     for _ in range(6):
         direction = rng.normal(size=(len(bench.elements), 6))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_layouts import axis_rows, vector
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
@@ -18,7 +19,7 @@ from tedm_cli.optics.chain import OpticsChain, optics_chain
 from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
 from tedm_cli.optics.law import law_matrix
-from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.layout import Dof, OpticalLayout
 from tedm_cli.optics.read_out import lost_degrees_of_freedom
 from tedm_cli.optics.sensitivity import move_reference_points
 from tedm_cli.optics.trace import nominal_poses, trace
@@ -111,7 +112,7 @@ def test_bench_motion_reads_as_minus_that_motion(layout: OpticalLayout, S_BW: Fl
     """The bench moves rigidly in any frame, about finite-element nodes; the test masses stay where they are."""
     rng = np.random.default_rng(seed)
     axes, origin = Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3)
-    framed = replace(layout, frame_axes=tuple(map(tuple, axes)), frame_origin_m=tuple(origin))
+    framed = replace(layout, frame_axes=axis_rows(axes), frame_origin_m=vector(origin))
     refs = layout.refs_m @ axes + origin  # basic frame
     bench = [layout.index(e.name) for e in layout.bench]
     nodes = refs[bench] + rng.normal(scale=0.02, size=(len(bench), 3))
@@ -198,7 +199,7 @@ def test_a_singular_set_names_what_it_loses(
     S_BW: FloatArray,
     D_opt: FloatArray,
     photodiodes: tuple[str, ...],
-    read_out: tuple[str, ...],
+    read_out: tuple[Dof, ...],
     lost: str,
 ) -> None:
     """The last two read differences of the two masses, so each is lost though neither is unseen."""

@@ -45,7 +45,7 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
     assert again == layout
     assert file.text == layout_file.read_text()
     assert layout.sets == {"A": ("PD1A", "PD12A"), "B": ("PD1B", "PD12B")}
-    kinds = [e.kind for e in layout.elements]
+    kinds: list[str] = [e.kind for e in layout.elements]
     counts = {"test_mass": 2, "injector": 2, "window": 2, "beamsplitter": 8, "mirror": 6, "photodiode": 4}
     assert {kind: kinds.count(kind) for kind in counts} == counts
     assert max(abs(np.linalg.norm(e.normal) - 1) for e in layout.elements) < 5e-16
@@ -212,7 +212,9 @@ def test_a_nearly_unit_normal_is_made_unit(text: str, tmp_path: Path) -> None:
     assert load_layout(file)[1].elements[0].normal == (1.0, 0.0, 0.0)
 
 
-junk = st.sampled_from([None, 3, -1.5, "PD1A", "", [], [1.0, 2.0], ["x"], {}, {"a": 1}, [{}], True, float("nan")])
+junk: st.SearchStrategy[Any] = st.sampled_from(
+    [None, 3, -1.5, "PD1A", "", [], [1.0, 2.0], ["x"], {}, {"a": 1}, [{}], True, float("nan")]
+)
 
 
 def _toml(value: Any) -> str:

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from import_tools import ANGLES, imported, labelled, nodes_at
+from random_layouts import axis_rows
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray as Matrix
@@ -289,7 +290,7 @@ def test_points_declared_as_grids_that_are_those_of_the_layout(
 def test_frame_declared_as_basic_that_is_that_of_the_layout(layout: OpticalLayout, S_BW: Matrix) -> None:
     placed = replace(
         layout,
-        frame_axes=tuple(map(tuple, Rotation.from_rotvec([0.3, -0.7, 1.1]).as_matrix())),
+        frame_axes=axis_rows(Rotation.from_rotvec([0.3, -0.7, 1.1]).as_matrix()),
         frame_origin_m=(0.4, -0.2, 1.0),
     )
     nodes = nodes_at(placed, 0.01)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_layouts import random_layout
+from random_layouts import axis_rows, random_layout
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements, round_down, traced_bench
@@ -90,7 +90,7 @@ def test_motion_about_reference_points_reads_as_that_of_the_grids(layout: Optica
     rng = np.random.default_rng(5)
     q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     axes = q * np.sign(np.linalg.det(q))
-    turned = dataclasses.replace(layout, frame_axes=tuple(map(tuple, axes)), frame_origin_m=(0.1, -0.2, 0.3))
+    turned = dataclasses.replace(layout, frame_axes=axis_rows(axes), frame_origin_m=(0.1, -0.2, 0.3))
     inside = np.array([e.ref_m for e in layout.bench]) + 0.02 * rng.normal(size=(len(layout.bench), 3))
     nodes = inside @ axes + np.array(turned.frame_origin_m)
     D_opt = rng.normal(size=(len(layout.bench), 6))

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from import_tools import ANGLES, imported, labelled, nodes_at, with_units
+from random_layouts import axis_rows
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray as Matrix
@@ -26,7 +27,7 @@ from tedm_cli.optics.imported import (
 )
 from tedm_cli.optics.labels import Labels, input_labels, laser_labels, output_labels
 from tedm_cli.optics.law import law_matrix
-from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.layout import Beam, OpticalLayout
 from tedm_cli.optics.matrix_checks import block_differences, judge_matrix, row_factors
 from tedm_cli.optics.sensitivity import move_reference_points, turned_about
 
@@ -83,7 +84,7 @@ def test_zernike_tilts_become_slopes(
 
 
 def test_beams_may_have_other_names(layout: OpticalLayout, about_grids: Matrix, nodes: Matrix) -> None:
-    names = {"meas": "M", "ref": "LO"}
+    names: dict[Beam, str] = {"meas": "M", "ref": "LO"}
     matrix = LabelledMatrix(about_grids, output_labels(layout, names), input_labels(layout))
     assert matrix.rows.names[5] == "PD1A_LO_x"
     found = import_sensitivity(layout, matrix, Conventions(names, "angle"), ABOUT_GRIDS, nodes)
@@ -116,7 +117,7 @@ def test_reference_points_of_the_layout_the_grids_or_given(
 def test_motions_along_the_basic_axes(layout: OpticalLayout, S_BW: Matrix) -> None:
     """A layout turned and shifted in the model; the other program works in the basic frame, about given points."""
     axes = Rotation.from_rotvec([0.3, -0.7, 1.1]).as_matrix()
-    placed = replace(layout, frame_axes=tuple(map(tuple, axes)), frame_origin_m=(0.4, -0.2, 1.0))
+    placed = replace(layout, frame_axes=axis_rows(axes), frame_origin_m=(0.4, -0.2, 1.0))
     nodes = nodes_at(placed, 0.01)
     about_grids = move_reference_points(S_BW, placed, nodes)
     in_basic = (S_BW.reshape(len(S_BW), -1, 3) @ axes).reshape(S_BW.shape)

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -176,7 +177,7 @@ def test_segments_against_bodies() -> None:
     assert segment((-3, 0, -0.2), (3, 0, -0.2), **disc) == pytest.approx(1.0)  # through the rims
     assert segment((-3, 0, 0.2), (3, 0, 0.2), **disc) is None  # over it
     assert segment((-3, 1.5, -0.2), (3, 1.5, -0.2), **disc) is None  # past it
-    plane = {"aperture_m": (1.0, 0.5), "local_y": (0.0, 1.0, 0.0)}
+    plane: dict[str, Any] = {"aperture_m": (1.0, 0.5), "local_y": (0.0, 1.0, 0.0)}
     assert segment((0.9, 0.3, 1), (0.9, 0.3, -1), **plane) == pytest.approx(0.1)
     assert segment((0.3, 0.9, 1), (0.3, 0.9, -1), **plane) is None
     assert segment((0.9, 0.3, 1), (0.9, 0.3, 0.5), **plane) is None

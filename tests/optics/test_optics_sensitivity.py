@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_layouts import axis_rows, vector
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
@@ -61,7 +63,9 @@ def mutated(layout: OpticalLayout, rng: np.random.Generator) -> OpticalLayout:
     """Other glasses, elements out of place by millimetres and milliradians; the beams do not recombine."""
     elements = []
     for e in layout.elements:
-        glass = {"index": rng.uniform(1.3, 2.0), "thickness_m": rng.uniform(2e-3, 8e-3)} if e.thickness_m else {}
+        glass: dict[str, Any] = (
+            {"index": rng.uniform(1.3, 2.0), "thickness_m": rng.uniform(2e-3, 8e-3)} if e.thickness_m else {}
+        )
         normal = Rotation.from_rotvec(rng.normal(scale=1e-3, size=3)).apply(e.normal)
         local_y = e.local_y and tuple(np.cross(normal, np.cross(e.local_y, normal)))
         elements.append(
@@ -133,6 +137,7 @@ def test_residuals_of_the_exact_matrix_are_rounding(layout: OpticalLayout, S_BW:
 def test_a_damaged_entry_shows_in_its_residual(
     layout: OpticalLayout, S_BW: FloatArray, row: str, column: str, size: float, name: str
 ) -> None:
+    beam: Any
     pd, beam, output = row.split()
     element, motion = column.split()
     damaged = S_BW.copy()
@@ -149,7 +154,7 @@ def test_residuals_do_not_depend_on_the_unit_of_length(layout: OpticalLayout, S_
     elements = tuple(
         replace(
             e,
-            ref_m=tuple(k * v for v in e.ref_m),
+            ref_m=vector(k * np.array(e.ref_m)),
             front_offset_m=k * e.front_offset_m,
             thickness_m=k * e.thickness_m,
             opl_offset_m=k * e.opl_offset_m,
@@ -255,7 +260,7 @@ def test_change_of_reference_point_against_motion_of_the_node(
     lever = rng.normal(scale=0.02, size=(len(layout.bench), 3))
     axes = Rotation.random(random_state=seed).as_matrix()
     origin = rng.normal(size=3)
-    framed = replace(layout, frame_axes=tuple(map(tuple, axes)), frame_origin_m=tuple(origin))
+    framed = replace(layout, frame_axes=axis_rows(axes), frame_origin_m=vector(origin))
     refs = np.array([e.ref_m for e in layout.bench])
     nodes = (refs - lever) @ axes + origin  # basic frame
     assert reference_offsets(framed, nodes) == pytest.approx(lever, abs=1e-14)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_layouts import random_layout, with_tilted_photodiodes
+from random_layouts import axis_rows, random_layout, vector, with_tilted_photodiodes
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
@@ -107,7 +107,7 @@ def test_the_same_shares_in_another_frame(bench: OpticalLayout, S: FloatArray, D
     R, origin = Rotation.random(random_state=24).as_matrix(), rng.normal(size=3)
     places = [bench.index(e.name) for e in bench.bench]
     nodes = bench.refs_m[places] + rng.normal(scale=0.01, size=(len(places), 3))
-    framed = replace(bench, frame_axes=tuple(map(tuple, R.T)), frame_origin_m=tuple(origin))
+    framed = replace(bench, frame_axes=axis_rows(R.T), frame_origin_m=vector(origin))
     moved, turned = nodes @ R.T + origin, (D_opt.reshape(9, -1, 2, 3) @ R.T).reshape(D_opt.shape)
     here = optics_chain(bench, move_reference_points(S, bench, nodes), D_opt, nodes)
     there = optics_chain(framed, move_reference_points(S, framed, moved), turned, moved)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.errors import PhysicsError
-from tedm_cli.optics.layout import BeamPath, Element, OpticalLayout, Step
+from tedm_cli.optics.layout import BeamPath, Element, Kind, Operation, OpticalLayout, Step
 from tedm_cli.optics.trace import nominal_poses, rotated, trace, trace_path
 
 DIODE_M = 0.3  # distance from the injector to the photodiode in the small layouts
@@ -23,7 +23,7 @@ thicknesses = st.floats(1e-3, 0.02)
 indices = st.floats(1.01, 2.5)
 
 
-def one_plate(normal: tuple[float, float, float], kind: str = "window", **plate: float) -> OpticalLayout:
+def one_plate(normal: tuple[float, float, float], kind: Kind = "window", **plate: Any) -> OpticalLayout:
     """An injector at the origin along +x, a plate at x = 0.1 used in transmission, a photodiode."""
     elements = (
         Element("F", "injector", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
@@ -104,7 +104,7 @@ def test_rotation_of_any_amplitude(v: np.ndarray, theta: np.ndarray, scale: floa
     ],
 )
 def test_a_ray_that_misses_names_path_step_and_element(
-    plate: dict[str, Any], normal: tuple[float, float, float], op: str, fact: str
+    plate: dict[str, Any], normal: tuple[float, float, float], op: Operation, fact: str
 ) -> None:
     layout = one_plate(normal, **plate)
     path = replace(layout.paths[0], steps=(Step("F", "emit"), Step("W", op), Step("P", "detect")))

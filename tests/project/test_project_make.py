@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+
+CASES = ["1", "4b"]
+"""Cases of the workshop, whose files are named in two ways; that all twelve are asked for, the last test shows."""
 
 pytestmark = pytest.mark.slow
 
@@ -34,6 +38,10 @@ class Workshop:
             shutil.copy(small / name, self.configs)
         for name in ("optics.toml", "cases.toml"):
             shutil.copy(ROOT / "configs" / name, self.configs)
+        cases = self.configs / "cases.toml"
+        head, *tables = cases.read_text(encoding="utf-8").split("[[case]]")
+        kept = [table for table in tables if re.search(rf'^id = "({"|".join(CASES)})"$', table, re.M)]
+        cases.write_text("[[case]]".join([head, *kept]), encoding="utf-8")
         project = (self.configs / "tedm.toml").read_text(encoding="utf-8")
         (self.configs / "tedm.toml").write_text(project.replace("../../configs/", ""), encoding="utf-8")
 
@@ -60,7 +68,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
         pytest.skip("needs make, and a virtual environment made by it")
     shop = Workshop(tmp_path_factory.mktemp("make"))
     commands = shop.make("-j2", "all")
-    assert commands.count("run-case") == commands.count("simulate") == 12
+    assert commands.count("run-case") == commands.count("simulate") == len(CASES)
     assert set(commands) == {
         "make-rules",
         "ingest",

@@ -215,7 +215,7 @@ def test_load_is_drawn_before_and_after(layout: OpticalLayout, loaded: Exaggerat
                 assert {tuple(np.round(np.concatenate(s), 6)) for s in itertools.pairwise(corners)} <= keys
         arrows = axes.collections[-1]
         moved = 1e3 * (loaded.after.poses.ref - loaded.before.poses.ref)[2:, rows]
-        np.testing.assert_allclose(np.stack([arrows.U, arrows.V], axis=1), moved, atol=1e-12)  # type: ignore[attr-defined]
+        np.testing.assert_allclose(np.stack([arrows.U, arrows.V], axis=1), moved, atol=1e-12)
 
 
 def test_unknown_sizes_are_dotted(layout: OpticalLayout) -> None:
@@ -256,8 +256,8 @@ def test_map_of_s_bw_holds_the_matrix(layout: OpticalLayout) -> None:
     for axes in panels:
         shown = cells(axes)
         wide = 6 * len(axes.get_xticklabels())
-        for place, colour in np.ndenumerate(shade[:, columns : columns + wide]):
-            assert shown.get(place, "#ffffff") == colour
+        for (row, column), colour in np.ndenumerate(shade[:, columns : columns + wide]):
+            assert shown.get((row, column), "#ffffff") == colour
         columns += wide
     assert columns == value.shape[1]
     assert [t.get_text() for a in panels for t in a.get_xticklabels()] == [e.name for e in layout.elements]

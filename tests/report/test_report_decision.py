@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -144,7 +145,7 @@ def test_the_sentence_counts_what_exceeds_and_names_the_worst() -> None:
         (3.0, {}, "without the safety factor it is 1.50, still violated"),
     ],
 )  # fmt: skip
-def test_how_sure_a_verdict_is(ratio: float, more: dict[str, object], said: str) -> None:
+def test_how_sure_a_verdict_is(ratio: float, more: dict[str, Any], said: str) -> None:
     assert said in plain(dict(card(case("1", "likely", judged(ratio, **more))).facts)["How sure"])
 
 

@@ -148,7 +148,7 @@ def test_ingest_takes_the_precision_that_its_numbers_need(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, factor: float, dtype: type
 ) -> None:
     """1.1 stands for turned frames or a solver that writes double precision."""
-    kept = []
+    kept: list[np.ndarray] = []
 
     def motions(*args: Any) -> Iterator[tuple[UnitLoad, np.ndarray, np.ndarray]]:
         kept.clear()

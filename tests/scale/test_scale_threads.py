@@ -55,7 +55,8 @@ def test_whoever_listens_hears_one_thread_at_a_time() -> None:
 
 @pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
 def test_a_failure_ends_the_others_and_is_the_first_items(failure: type[BaseException]) -> None:
-    started, steps = threading.Barrier(2), []
+    started = threading.Barrier(2)
+    steps: list[int] = []
 
     def work(item: int, advance: Callable[[int], None]) -> None:
         started.wait()

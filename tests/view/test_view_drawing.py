@@ -19,8 +19,10 @@ from tedm_cli.view.bench import BEAMS, drawn_bench
 from tedm_cli.view.mesh import DrawnMesh, drawn_mesh
 
 
-def plate(nx: int, ny: int, nz: int, size: tuple[float, float, float]) -> tuple[np.ndarray, list[str], np.ndarray]:
-    """Grids, cards and connectivity of a block of solids, and a bar from its corner to a grid outside."""
+def plate(
+    nx: int, ny: int, nz: int, size: tuple[float, float, float]
+) -> tuple[np.ndarray, list[str], np.ndarray, np.ndarray]:
+    """Grids, cards, connectivity and its offsets: a block of solids, and a bar from its corner to a grid outside."""
     x, y, z = (np.linspace(0.0, s, n + 1) for s, n in zip(size, (nx, ny, nz), strict=True))
     grid = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     place = np.arange(len(grid)).reshape(nx + 1, ny + 1, nz + 1)
@@ -97,7 +99,9 @@ def test_faces_that_become_one_are_drawn_once() -> None:
 def test_bars_keep_their_ends() -> None:
     position, _, mesh = drawn(120)
     ends = position[mesh.grid][mesh.line]
-    np.testing.assert_array_equal(ends, [[[0, 0, 0], [-0.1, 0, 0]], [[-0.1, 0, 0], [-0.1005, 0, 0]]])
+    np.testing.assert_array_equal(
+        ends, np.array([[[0.0, 0.0, 0.0], [-0.1, 0.0, 0.0]], [[-0.1, 0.0, 0.0], [-0.1005, 0.0, 0.0]]])
+    )
 
 
 @pytest.fixture(scope="module")

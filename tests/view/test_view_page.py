@@ -17,7 +17,7 @@ import pytest
 from view_project import GROUP, REASON, ROOT, SAMPLES, TITLE, Built, content_of
 
 from tedm_cli.cli import main
-from tedm_cli.config.project import load_project
+from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import SERIES
 from tedm_cli.errors import InputError, TedmError
 from tedm_cli.files.store import open_checked
@@ -90,8 +90,8 @@ def test_every_control_has_a_name(built: Built) -> None:
 
 
 def test_texts_are_text(built: Built) -> None:
-    assert html.unescape(re.search("<title>(.*?)</title>", built.text, re.S)[1]) == TITLE
-    assert html.unescape(re.search("<h1>(.*?)</h1>", built.text, re.S)[1]) == TITLE
+    assert html.unescape(re.findall("<title>(.*?)</title>", built.text, re.S)[0]) == TITLE
+    assert html.unescape(re.findall("<h1>(.*?)</h1>", built.text, re.S)[0]) == TITLE
     assert built.content["title"] == TITLE
     assert GROUP in built.content["areas"]["group"]
     assert built.content["cases"][0]["reason"] == REASON
@@ -142,7 +142,7 @@ def test_what_the_page_says_of_the_model(built: Built) -> None:
     assert len(built.text) < 1_000_000
 
 
-def film_values(project: object) -> tuple[AreaTable, np.ndarray, np.ndarray, str]:
+def film_values(project: Project) -> tuple[AreaTable, np.ndarray, np.ndarray, str]:
     with open_results(project) as results:
         areas = read_outputs(project).areas
         (name, film), *more = series_films(project, results, areas)
