@@ -157,7 +157,7 @@ def write_unit_loads(
             "/mass/concentrated_card": [],
             "/mass/concentrated_node": [],
             "/mass/concentrated_lever": np.zeros((0, 3)),
-            "/mass/inertia": _inertia(model.position, lumped),
+            "/mass/inertia": _inertia(model.position, np.asarray(lumped, dtype=np.float64)),
             "/mass/total": MASS_KG,
             "/mass/centre_of_gravity": lumped @ model.position / MASS_KG,
         }.items():

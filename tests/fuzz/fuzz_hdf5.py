@@ -16,8 +16,10 @@ Change = Callable[[Random, Path], None]
 DAMAGE: dict[str, Change] = {}
 EDITS: dict[str, Change] = {}
 
+Damage = Callable[[Random, bytearray], bytes | bytearray]
 
-def damage(change: Callable[[Random, bytearray], bytes]) -> Callable[[Random, bytearray], bytes]:
+
+def damage(change: Damage) -> Damage:
     def apply(random: Random, path: Path) -> None:
         path.write_bytes(change(random, bytearray(path.read_bytes())))
 
@@ -51,13 +53,13 @@ def edit(change: Callable[[Random, h5py.File], None]) -> Callable[[Random, h5py.
 
 
 @damage
-def flip_bit(random: Random, data: bytearray) -> bytes:
+def flip_bit(random: Random, data: bytearray) -> bytes | bytearray:
     data[random.randrange(len(data))] ^= 1 << random.randrange(8)
     return data
 
 
 @damage
-def flip_bit_of_metadata(random: Random, data: bytearray) -> bytes:
+def flip_bit_of_metadata(random: Random, data: bytearray) -> bytes | bytearray:
     """In HDF5's own records, where most bytes matter."""
     records = [m.start() for m in re.finditer(rb"OHDR|OCHK|GCOL|FRHP|FHDB|FADB|FAHD|BTHD|BTLF|SNOD|TREE|HEAP", data)]
     data[min(random.choice(records) + random.randrange(256), len(data) - 1)] ^= 1 << random.randrange(8)
@@ -65,26 +67,26 @@ def flip_bit_of_metadata(random: Random, data: bytearray) -> bytes:
 
 
 @damage
-def flip_bit_of_a_word(random: Random, data: bytearray) -> bytes:
+def flip_bit_of_a_word(random: Random, data: bytearray) -> bytes | bytearray:
     words = [m.span() for m in re.finditer(rb"[A-Za-z0-9_+-]{4,}", data)]
     data[random.randrange(*random.choice(words))] ^= 1 << random.randrange(8)
     return data
 
 
 @damage
-def truncated(random: Random, data: bytearray) -> bytes:
+def truncated(random: Random, data: bytearray) -> bytes | bytearray:
     return data[: random.choice((random.randrange(len(data)), len(data) - random.randrange(1, 200)))]
 
 
 @damage
-def zeroed_block(random: Random, data: bytearray) -> bytes:
+def zeroed_block(random: Random, data: bytearray) -> bytes | bytearray:
     at, size = random.randrange(len(data)), random.choice((16, 512, 4096, 65536))
     data[at : at + size] = bytes(len(data[at : at + size]))
     return data
 
 
 @damage
-def swapped_blocks(random: Random, data: bytearray) -> bytes:
+def swapped_blocks(random: Random, data: bytearray) -> bytes | bytearray:
     size = random.choice((16, 512, 4096))
     a, b = sorted(random.sample(range(len(data) // size), 2))
     one, two = data[a * size : (a + 1) * size], data[b * size : (b + 1) * size]
@@ -93,7 +95,7 @@ def swapped_blocks(random: Random, data: bytearray) -> bytes:
 
 
 @damage
-def another_files_block(random: Random, data: bytearray) -> bytes:
+def another_files_block(random: Random, data: bytearray) -> bytes | bytearray:
     """As a disk does that writes to the wrong place."""
     at = random.randrange(len(data) // 512) * 512
     data[at : at + 512] = random.randbytes(len(data[at : at + 512]))

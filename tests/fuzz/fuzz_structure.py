@@ -90,7 +90,16 @@ def slip_in_word(random: Random, lines: list[str]) -> None:
 
 @structure
 def foreign_word(random: Random, lines: list[str]) -> None:
-    words = ("LAOD = 1", "DEFORM = 1", "NLPARM = 1", "STEP 1", "BCONTACT = ALL", "INITS = 1", "BOLTLD = 1", "M2GG = M")
+    words: tuple[str, ...] = (
+        "LAOD = 1",
+        "DEFORM = 1",
+        "NLPARM = 1",
+        "STEP 1",
+        "BCONTACT = ALL",
+        "INITS = 1",
+        "BOLTLD = 1",
+        "M2GG = M",
+    )
     words += ("SPC 1", "PARAM,INREL,-2", "STATSUB = 1", "ANALYSIS = MODES", "TEMPERATURE(INITAL) = 1", "LOADSET = 1")
     lines.insert(random.randrange(2, _begin(lines) - 1), random.choice(words))
 
