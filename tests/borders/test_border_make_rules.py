@@ -175,7 +175,7 @@ def test_series_are_run_without_and_with_the_loop(fresh: Project) -> None:
     assert done.returncode == 0, done.stderr
     commands = [line.split()[1:4] for line in done.stdout.splitlines() if "/bin/tedm " in line]
     assert commands.count(["run-series", "warm", "-c"]) == commands.count(["simulate", "--series", "warm"]) == 1
-    assert [words[0] for words in commands][-2:] == ["plot", "report"]
+    assert [words[0] for words in commands][-3:] == ["plot", "report", "view"]
     text = fresh.model.read_text()
     second = text.index('[[test_mass]]\nname = "TM2"')
     fresh.model.write_text(text[:second] + text[text.index("[gravity]", second) :].replace('TM2 = ["IS2"]\n', ""))
