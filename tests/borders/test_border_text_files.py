@@ -3,18 +3,14 @@ file stays."""
 
 from __future__ import annotations
 
-import os
 import shutil
 import signal
+import subprocess
 import sys
 from pathlib import Path
-from unittest import mock
 
 import pytest
-from border_tools import SMALL, Project, in_child, replace, snapshot
-from test_border_kills import limit_file_size
-
-from tedm_cli.files import store
+from border_tools import SMALL, Outcome, Project, replace, snapshot
 
 # command: the first file it replaces
 WRITERS = {
@@ -39,19 +35,33 @@ def finished(chain: Project, tmp_path_factory: pytest.TempPathFactory) -> Projec
     return project
 
 
-def killed_at_rename(project: Project, command: str) -> None:
-    """Run a stage that is killed when its first new file is complete and about to take the old one's place."""
-    with mock.patch.object(store.os, "replace", side_effect=lambda *_: os.kill(os.getpid(), signal.SIGKILL)):
-        project.stage(command)
-    sys.exit(99)
+APART = """
+import os, signal, sys
+from pathlib import Path
+sys.path[:0] = {path!r}
+from border_tools import Project
+from test_border_kills import limit_file_size
+from tedm_cli.files import store
+{prepared}
+outcome = Project(Path({folder!r})).stage({command!r})
+sys.stderr.write(outcome.err)
+sys.exit(outcome.code)
+"""
+
+
+def apart(project: Project, command: str, prepared: str) -> subprocess.CompletedProcess[str]:
+    """Run a stage in a process of its own. A fork will not do: threads that set a PDF in this one are not in a copy."""
+    code = APART.format(path=sys.path, prepared=prepared, folder=str(project.folder), command=command)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=300)
 
 
 @pytest.mark.parametrize("command", WRITERS)
 def test_killed_writer(finished: Project, tmp_path: Path, command: str) -> None:
+    """Killed when its first new file is complete and about to take the old one's place."""
     project = finished.copy(tmp_path / "small")
     before = snapshot(project.folder)
-    status = in_child(lambda: killed_at_rename(project, command), tmp_path / "log")
-    assert os.WIFSIGNALED(status), (tmp_path / "log").read_text()
+    done = apart(project, command, "store.os.replace = lambda *_: os.kill(os.getpid(), signal.SIGKILL)")
+    assert done.returncode == -signal.SIGKILL, done.stderr
     after = snapshot(project.folder)
     orphans = {name for name in after if Path(name).name.startswith(".")}
     assert len(orphans) == 1
@@ -65,14 +75,8 @@ def test_no_room(finished: Project, tmp_path: Path, command: str) -> None:
     project = finished.copy(tmp_path / "small")
     before = snapshot(project.folder)
 
-    def run() -> None:
-        limit_file_size((project.folder / WRITERS[command]).stat().st_size // 2)
-        outcome = project.stage(command)
-        outcome.refused(4, Path(WRITERS[command]).name, "no room left")
-        sys.exit(outcome.code)
-
-    status = in_child(run, tmp_path / "log")
-    assert os.waitstatus_to_exitcode(status) == 4, (tmp_path / "log").read_text()
+    done = apart(project, command, f"limit_file_size({(project.folder / WRITERS[command]).stat().st_size // 2})")
+    Outcome(done.returncode, done.stdout, done.stderr).refused(4, Path(WRITERS[command]).stem, "no room left")
     assert snapshot(project.folder) == before
 
 

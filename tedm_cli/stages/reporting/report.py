@@ -13,7 +13,7 @@ from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import UsageError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
-from tedm_cli.files.store import open_checked, replacing
+from tedm_cli.files.store import cannot_write, open_checked, replacing
 from tedm_cli.report.contents import Front, ReportFigure, ReportInputs, documents_of
 from tedm_cli.report.document import Document
 from tedm_cli.report.html import to_html
@@ -82,7 +82,10 @@ def _rendered(document: Document, fmt: Format, path: Path, other: str, figures: 
     from tedm_cli.figures.fonts import font_folder
     from tedm_cli.report.pdf import to_pdf
 
-    return to_pdf(document, font_folder())
+    try:
+        return to_pdf(document, font_folder())
+    except OSError as exc:  # what it is set from lies on a disk for a moment
+        raise cannot_write(path, exc) from exc
 
 
 def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
