@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import hashlib
 import io
 import os
@@ -154,6 +155,7 @@ def in_child(action: Callable[[], object], log: Path) -> int:
     if child == 0:
         code = 99
         try:
+            faulthandler.dump_traceback_later(300, exit=True)  # what hangs is to fail
             heed_interrupts()
             handle = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
             os.dup2(handle, 1)
