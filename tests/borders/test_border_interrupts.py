@@ -187,7 +187,7 @@ def test_at_any_moment(small: Project, tmp_path: Path, command: str, number: int
             break
         (out / target).unlink(missing_ok=True)
         process = start()
-        moment = moments.uniform(0.1, 0.9) * length  # not before there is a program to be interrupted
+        moment = moments.uniform(0.2, 1.8) * length  # not before there is a program to be interrupted
         time.sleep(moment)
         process.send_signal(number)
         _, said = process.communicate(timeout=60)
