@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
 
 #: The report sets figures at 0.8 of their size as long as they are no larger than this, inches. Type of 8.8 points, the
-#: smallest there is in them, then has 7 points on the page.
+#: smallest there is in them, then has 7 points on the page, or 6.8 where two figures share it.
 PAGE_WIDTH, PAGE_HEIGHT = 8.75, 10.0
 
 

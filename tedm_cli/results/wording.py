@@ -115,14 +115,6 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def shortened(text: str, most: int) -> str:
-    """A text of at most `most` characters, with an ellipsis in the middle of what is longer: ends tell names apart."""
-    if len(text) <= most:
-        return text
-    head = (most - 1) // 2
-    return f"{text[:head].rstrip()}…{text[len(text) - (most - 1 - head) :].lstrip()}"
-
-
 def number_word(n: int) -> str:
     """`twelve`; larger numbers in digits."""
     return _NUMBER_WORDS[n] if 0 <= n < len(_NUMBER_WORDS) else f"{n}"
