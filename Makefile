@@ -77,14 +77,13 @@ check: $(DEV_STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy --config-file tests/mypy.ini tests
-	set -e; for file in $$(find tests -name conftest.py); do $(BIN)/mypy --config-file tests/mypy.ini $$file; done
+	set -e; for file in $$(find tests -name conftest.py -o -name __main__.py); do $(BIN)/mypy --config-file tests/mypy.ini $$file; done
 
 format: $(DEV_STAMP)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
 bench: $(DEV_STAMP)
-	$(PIP) -e '.[bench]'
 	$(BIN)/python -m benchmarks
 
 # Mutants that are not fine are in $(FUZZ_LOG), each with the line that judges it alone.

@@ -80,15 +80,13 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "small sample, default solver / SuperLU": solver,
     "solver, 66,256 grids: assembly / factorisation": assembly,
     "tedm --help / python -c pass": command_line,
+    "budgets in closed loop, 4,096 frequencies x 114 noises x 75 outputs / python-control": closed_loop,
 }
-if find_spec("control"):
-    BENCHMARKS["budgets in closed loop, 4,096 frequencies x 114 noises x 75 outputs / python-control"] = closed_loop
-if find_spec("choclo"):
-    BENCHMARKS |= {
-        f"F and gradient, 66,000 points {where}, threads: {threads} / choclo": partial(against_choclo, *limits, threads)
-        for where, limits in (("within 11 sides", (0.045, 0.5)), ("within 1.5 sides", (0.041, 0.069)))
-        for threads in (1, 2)
-    }
+BENCHMARKS |= {
+    f"F and gradient, 66,000 points {where}, threads: {threads} / choclo": partial(against_choclo, *limits, threads)
+    for where, limits in (("within 11 sides", (0.045, 0.5)), ("within 1.5 sides", (0.041, 0.069)))
+    for threads in (1, 2)
+}
 if find_spec("optiland"):
     BENCHMARKS["trace of 8 beam paths / Optiland"] = against_optiland
 

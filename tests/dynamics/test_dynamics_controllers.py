@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import control
 import numpy as np
 import pytest
 import scipy.io
@@ -252,7 +253,6 @@ def test_a_sampled_controller_with_a_delay_comes_to_the_continuous_one_with_it()
 
 def test_margins_of_a_loop_that_crosses_many_times(monkeypatch: pytest.MonkeyPatch) -> None:
     """Gain and phase are crossed several times: the margins are those of python-control that are nearest to -1."""
-    control = pytest.importorskip("control")
     s = control.tf("s")
     loop = 2.0 * (s + 0.25) ** 2 / s**3 / (1.0 + s / 19.0) ** 3  # margins on both sides
     loop *= (s**2 / 0.81 + 0.08 * s / 0.9 + 1.0) / (s**2 / 0.64 + 0.08 * s / 0.8 + 1.0)  # resonances between them
@@ -277,7 +277,6 @@ def test_margins_of_a_loop_that_crosses_many_times(monkeypatch: pytest.MonkeyPat
 
 def test_python_control_agrees() -> None:
     """The loop closed by an independent library, at single frequencies."""
-    control = pytest.importorskip("control")
     plant = example_plant()
     motion = np.zeros((30, 30))
     motion[:15, 15:], motion[15:, :15] = np.eye(15), plant.K

@@ -117,7 +117,7 @@ class Counts:
 
     def table(self) -> str:
         """A line for each kind and each family, classes across."""
-        lines = [("", "mutants", *COLUMNS)]
+        lines: list[tuple[str, ...]] = [("", "mutants", *COLUMNS)]
         total = Counter[str]()
         for family, kinds in FAMILIES.items():
             found = {kind: self.by_kind[kind] for kind in kinds if kind in self.by_kind}
@@ -213,7 +213,12 @@ def verdicts(wanted: list[Job], processes: int) -> Iterator[Verdict]:
     with tempfile.TemporaryDirectory() as name, contextlib.ExitStack() as stack:
         folder = Path(name)
         workers = [Worker(folder, n) for n in range(min(processes, len(left)))]
-        stack.callback(lambda: [w.end() for w in workers])
+
+        def end_all() -> None:  # those that followed others too
+            for worker in workers:
+                worker.end()
+
+        stack.callback(end_all)
         for worker in workers:
             worker.give(left.pop())
         while any(w.job for w in workers):

@@ -144,6 +144,7 @@ class Users:
             return (failure, f"{problem} [{found.err[:600]}]") if problem else (str(code), found.err)
         if code:
             return "SILENT", str(found)
+        assert isinstance(found, dict)
         wanted = self.results[kind]
         if kind in ARCHIVES:
             return self.archive(kind, found)
@@ -219,7 +220,8 @@ class _Named:
     """Within it, the configuration names the file that a kind is about."""
 
     def __init__(self, folder: Path, kind: str) -> None:
-        self.file, self.old, self.new = NAMED.get(kind, (None, None, ""))
+        none: tuple[str | None, str | None, str] = (None, None, "")
+        self.file, self.old, self.new = NAMED.get(kind, none)
         self.folder = folder
 
     def __enter__(self) -> None:

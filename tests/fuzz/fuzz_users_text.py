@@ -202,8 +202,8 @@ def bomb(random: Random, data: bytes) -> bytes:
                     new.writestr(name, old.read(name))
         return out.getvalue()
     packer = zlib.compressobj(1)
-    head = (
+    tags = (
         struct.pack("<II", 14, 2**31 - 1) + struct.pack("<IIII", 6, 8, 6, 0) + struct.pack("<IIii", 5, 8, 2**14, 2**14)
     )
-    packed = packer.compress(head) + b"".join(packer.compress(bytes(2**20)) for _ in range(300)) + packer.flush()
+    packed = packer.compress(tags) + b"".join(packer.compress(bytes(2**20)) for _ in range(300)) + packer.flush()
     return data[:128] + struct.pack("<II", 15, len(packed)) + packed

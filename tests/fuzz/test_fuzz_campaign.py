@@ -10,6 +10,7 @@ import os
 import signal
 import time
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from random import Random
 
@@ -24,6 +25,7 @@ from fuzz_users_text import bomb
 from tedm_cli.config import requirements
 from tedm_cli.contracts import KINDS as CONTRACTS
 from tedm_cli.errors import InputError
+from tedm_cli.quantities import Quantity
 from tedm_cli.tables.csv_table import Row
 
 SEED, COUNT = 1, 100
@@ -89,7 +91,7 @@ def test_a_reader_that_guesses_is_silent(judges: Judges, monkeypatch: pytest.Mon
     """The judge can fail: a table that cannot be read is taken for the one that it was."""
     sound = requirements.read_table(_users(judges).path("budget.csv"), requirements.COLUMNS)
 
-    def guessing(path: Path, columns: dict[str, object]) -> list[Row]:
+    def guessing(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
         try:
             return original(path, columns)
         except InputError:

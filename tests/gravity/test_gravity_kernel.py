@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from accuracy_table import BANDS, COLUMNS, CUBE, SHAPES, errors_by_band, random_points
+from choclo import prism
 from gravity_reference import (
     AXIS_PERMUTATION,
     QUANTITIES,
@@ -17,6 +18,7 @@ from gravity_reference import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.constants import gravitational_constant
 
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.kernel import cuboid_field, cuboid_force_gradient
@@ -200,3 +202,17 @@ def test_digits_of_the_reference_suffice():
     coarse, fine = exact_field(point, CUBE), exact_field(point, CUBE, 80)
     for name in QUANTITIES:
         assert np.abs(coarse[name] - fine[name]).max() <= 1e-15 * np.abs(fine[name]).max()
+
+
+def test_against_choclo():
+    """An independent closed form of the prism, where double precision serves it well."""
+    sides = SHAPES["brick"]
+    points = random_points(sides, 1.1, 2.0, 8, np.random.default_rng(11))
+    limits = [sign * side / 2 for side in sides for sign in (-1, 1)]
+    unit = gravitational_constant * sides.prod()  # the prism of density 1 attracts a point, per unit mass of it
+    force, gamma = cuboid_force_gradient(points, sides)
+    for point, f, g in zip(points, force, gamma, strict=True):
+        attraction = np.array([component(*point, *limits, 1.0) for component in (prism.gravity_e, prism.gravity_u)])
+        gradient = np.array([component(*point, *limits, 1.0) for component in (prism.gravity_ee, prism.gravity_en)])
+        assert np.abs(-attraction / unit - f[[0, 2]]).max() < 1e-12 * np.linalg.norm(f)
+        assert np.abs(gradient / unit - g[0, :2]).max() < 1e-11 * np.linalg.norm(g)
