@@ -20,7 +20,7 @@ from tedm_cli.cli import main
 BATCH = 60
 BATCHES = [
     (kind, BATCH * i)
-    for kind, count in (("op2", 960), ("bdf", 900), ("structure", 240), ("solver", 180))
+    for kind, count in (("op2", 480), ("bdf", 480), ("structure", 120), ("solver", 120))
     for i in range(count // BATCH)
 ]
 

@@ -92,10 +92,14 @@ def test_second_make_does_nothing(workshop: Workshop) -> None:
 
 
 def test_touching_the_cases_reruns_cases_plots_report_and_view(workshop: Workshop) -> None:
+    """The last three by what Make would run."""
     (workshop.configs / "cases.toml").touch()
-    commands = workshop.make("all")
-    assert set(commands) == {"make-rules", "run-case", "simulate", "plot", "report", "view"}
-    assert workshop.make("all") == []
+    assert workshop.make(str(workshop.build / "rules.mk")) == ["make-rules"]
+    assert set(workshop.make("-n", "all")) == {"run-case", "simulate", "plot", "report", "view"}
+    cases = [str(workshop.build / f"case{name}.h5") for name in ("01", "4b")]
+    assert workshop.make(*cases) == ["run-case"] * len(CASES)
+    assert workshop.make(*cases) == []
+    assert set(workshop.make("-n", "all")) == {"simulate", "plot", "report", "view"}
 
 
 def test_build_folder_is_up_to_date(workshop: Workshop) -> None:
