@@ -32,7 +32,8 @@ def check_layout(
     """Judge the optical layout alone.
 
     Beams within apertures, together on the photodiodes, met from the right side, and nothing in their way: a table of
-    margins. It needs no other file; build-optics judges the same.
+    margins. The test masses are compared with those of the model's configuration, if that is there; no other file is
+    needed. build-optics judges the same.
     """
     import json
 
@@ -41,6 +42,8 @@ def check_layout(
 
     done = inspect_layout(open_project(config, build_dir, verbose))
     say(quiet, *([json.dumps(layout_dict(done), indent=2)] if as_json else layout_lines(done)))
+    if done.match is not None:
+        done.match.require()
     refuse_failures(done.findings, done.path)
 
 
@@ -61,7 +64,7 @@ def build_optics(
     from tedm_cli.stages.optics.build import build_optics as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
-    say(quiet, *optics_lines(done), *warning_lines(done.warnings))
+    say(quiet, *optics_lines(done), *warning_lines(done.warnings), *(f"warning: {note}" for note in done.notes))
 
 
 @app.command()

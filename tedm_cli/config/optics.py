@@ -98,7 +98,9 @@ def _layout(tables: OpticsTables) -> OpticalLayout:
         frame_origin_m=_vec3(tables.frame.origin_m),
         frame_axes=(_vec3(tables.frame.axes[0]), _vec3(tables.frame.axes[1]), _vec3(tables.frame.axes[2])),
         has_geometry=not lacks_geometry(tables),
-        tolerances=Tolerances(tables.tolerances.clearance_m, tables.tolerances.reference_point_m),
+        tolerances=Tolerances(
+            tables.tolerances.clearance_m, tables.tolerances.reference_point_m, tables.tolerances.lever_m
+        ),
         expansions=tuple(MassExpansion(x.test_mass, x.expansion_per_K, x.area) for x in tables.test_mass_expansion),
     )
 
@@ -117,6 +119,7 @@ def _element(e: ElementTable, tables: OpticsTables) -> Element:
         grid=tables.grids.get(e.name) if e.grid is None else e.grid,
         aperture_m=tuple(e.aperture_m) if isinstance(e.aperture_m, list) else e.aperture_m,
         recombination=_recombination(e, tables.tolerances),
+        lever_ok=bool(e.lever_ok),
     )
 
 

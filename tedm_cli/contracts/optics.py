@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import COUNT, DOFS, LAYOUT, MOTIONS, NAMES, AreaDatasets, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import (
+    COUNT,
+    DOFS,
+    LAYOUT,
+    MOTIONS,
+    NAMES,
+    AreaDatasets,
+    AreaPlaces,
+    Dataset,
+    FileKind,
+    Values,
+)
 
 _UNITS = Values(words=("m", "rad"))
 
 
-class OpticsFile(AreaDatasets, FileKind):
+class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
     """Its datasets by name; `OPTICS` is the kind of file."""
 
     S_BW = Dataset("/S_BW", ("ray_output", "element_dof"), "float", None, "optical sensitivity matrix", LAYOUT)
@@ -161,7 +172,7 @@ class OpticsFile(AreaDatasets, FileKind):
 
 OPTICS = OpticsFile(
     "optics",
-    3,
+    4,
     "tedm build-optics",
     fixed_dims={"xyz": 3, "rigid_motion": 6},
     derived_dims={"element_dof": ("element", 6, 0)},

@@ -55,10 +55,12 @@ class Tolerances:
     clearance_m : distance that the axis of a beam keeps from the edge of an aperture and from other bodies, m; a few
         beam radii.
     reference_point_m : distance of an element's reference point from its substrate or surface, m.
+    lever_m : distance of an element's reference point from the grid that carries it, m.
     """
 
     clearance_m: float = 0.0
     reference_point_m: float = 0.01
+    lever_m: float = 0.02
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ class Element:
     aperture_m : clear radius, or half-sizes along `local_y x normal` and `local_y`, m, about the reference point, for
         all its planes; None where unknown.
     recombination : tolerances of a photodiode on its two beams.
+    lever_ok : whether the lever from its grid is meant, however long.
     """
 
     name: str
@@ -96,6 +99,7 @@ class Element:
     grid: int | None = None
     aperture_m: float | tuple[float, ...] | None = None
     recombination: Recombination = Recombination()
+    lever_ok: bool = False
 
     @property
     def is_plate(self) -> bool:

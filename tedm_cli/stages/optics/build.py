@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, OPTICS
@@ -20,7 +21,8 @@ from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.optics.matrix_checks import BlockDifference, Judged
 from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.results.optics import read_bench_motion
-from tedm_cli.stages.common import copy_areas, out_path
+from tedm_cli.stages.common import copy_areas, copy_places, out_path, require_plane
+from tedm_cli.stages.layout_match import match_layout
 from tedm_cli.stages.optics.layout import refuse_failures
 from tedm_cli.stages.optics.matrices import optical_matrices
 
@@ -36,6 +38,7 @@ class OpticsSummary:
     differences: tuple[BlockDifference, ...]  # of an imported S_BW from the traced one, largest first
     largest_offset_m: float
     warnings: tuple[Finding, ...]
+    notes: tuple[str, ...]
 
 
 def build_optics(project: Project, output: Path | None) -> OpticsSummary:
@@ -44,6 +47,7 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
     layout = config.layout
     findings = check_layout(layout) if layout.has_geometry else ()
     refuse_failures(findings, project.optics)
+    _, model = load_model(project.model)
     source = project.build_dir / DISTORTION_FILE
     out = out_path(project, OPTICS_FILE, output)
     with (
@@ -59,12 +63,16 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
                 hint="rebuild it with `tedm build-distortion`",
             )
         position = bench.position_m
+        require_plane(distortion, project, model)
+        match = match_layout(layout, project.optics, model, project.model, position)
+        match.require()
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged
         face = face_motion(layout, distortion.strings(DISTORTION.AREA_NAME))
         chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
+        copy_places(distortion, writer)
         inputs, outputs, laser, read_out = (
             input_labels(layout),
             output_labels(layout),
@@ -117,4 +125,5 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         matrices.differences,
         float(np.linalg.norm(offsets, axis=1).max()),
         failures(findings, "warning"),
+        tuple(match.notes),
     )
