@@ -18,6 +18,7 @@ from tedm_cli.config.base import (
     LengthTolerance,
     Offset,
     OpticalPath,
+    OrthonormalAxes,
     Place,
     Strict,
 )
@@ -36,7 +37,7 @@ _ANY = frozenset({"local_y", "aperture_m"})
 
 #: Keys beyond name, kind and ref_m: (needed, allowed) by kind. An imported S_BW leaves `grid` alone needed.
 KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
-    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY),
+    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY | {"axes"}),
     "injector": (frozenset({"normal", "grid"}), _ANY | {"opl_offset_m"}),
     "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
     "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
@@ -52,6 +53,7 @@ OPTIONAL_KEYS = (
     "local_y",
     "aperture_m",
     "opl_offset_m",
+    "axes",
     *RECOMBINATION_KEYS,
 )
 
@@ -70,6 +72,7 @@ class ElementTable(Strict):
     aperture_m: Length | HalfSizes | None = None
     opl_offset_m: OpticalPath | None = None
     grid: Id | None = None
+    axes: OrthonormalAxes | None = None
     beam_overlap_m: LengthTolerance | None = None
     beam_angle_rad: AngleTolerance | None = None
     path_mismatch_m: LengthTolerance | None = None

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import COUNT, DOFS, LAYOUT, MOTIONS, NAMES, AreaDatasets, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import (
+    COUNT,
+    DOFS,
+    LAYOUT,
+    MOTIONS,
+    NAMES,
+    TM_FRAME,
+    AreaDatasets,
+    Dataset,
+    FileKind,
+    Values,
+)
 
 _UNITS = Values(words=("m", "rad"))
 
@@ -13,19 +24,20 @@ class OpticsFile(AreaDatasets, FileKind):
     S_BW = Dataset("/S_BW", ("ray_output", "element_dof"), "float", None, "optical sensitivity matrix", LAYOUT)
     P = Dataset("/P", ("laser_output", "ray_output"), "float", None, "optics law: photodiode outputs to read-out")
     O_IDEAL = Dataset(
-        "/O_ideal", ("laser_output", "test_mass_dof"), "float", None, "test mass motion to laser read-out"
+        "/O_ideal", ("laser_output", "test_mass_dof"), "float", None, "test mass motion to laser read-out", TM_FRAME
     )
     D = Dataset("/D", ("laser_output", "area"), "float", None, "laser read-out per kelvin of an area")
-    N = Dataset("/N/{set}", ("read_out", "area"), "float", None, "read-out noise per kelvin of an area")
+    N = Dataset("/N/{set}", ("read_out", "area"), "float", None, "read-out noise per kelvin of an area", TM_FRAME)
     N_RIGID = Dataset(
         "/N_rigid/{set}",
         ("read_out", "area"),
         "float",
         None,
         "part of N: the bench moves as one against the test masses",
+        TM_FRAME,
     )
     N_DISTORTION = Dataset(
-        "/N_distortion/{set}", ("read_out", "area"), "float", None, "part of N: the rest, the bench distorts"
+        "/N_distortion/{set}", ("read_out", "area"), "float", None, "part of N: the rest, the bench distorts", TM_FRAME
     )
     MOTION = Dataset(
         "/motion",

@@ -56,7 +56,7 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
             masses,
             laser_units,
             _units(masses),
-            "laser read-out by test mass motion, layout frame",
+            "laser read-out by test mass motion, frames of the test masses",
         ),
         NamedMatrix(
             "D",

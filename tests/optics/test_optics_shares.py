@@ -186,7 +186,7 @@ def test_curvature_separates_the_sets_by_the_spot_that_is_left(
     chain = optics_chain(with_curvature(layout, radius), S_BW, D_opt)
     a, b = chain.sets
     follow = chain.motion.copy()
-    follow[layout.read_out_columns] -= a.N
+    follow -= layout.read_out_motions @ a.N
     spots = (S_BW @ follow).reshape(len(layout.paths), 5, -1)[:, :2]
     slopes = np.zeros((6, 9))
     for i, name in enumerate(layout.sets["B"]):
