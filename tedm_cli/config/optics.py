@@ -11,8 +11,9 @@ import numpy as np
 from tedm_cli.config.base import named_by_project, read_toml, validate
 from tedm_cli.config.optics_checks import Problems, cross_checks, imported_problems, lacks_geometry
 from tedm_cli.config.optics_tables import ElementTable, OpticsTables, PathTable, TolerancesTable
-from tedm_cli.errors import ConfigError
+from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.provenance import ConfigFile
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.layout import (
     LAYOUT_AXES,
     Axes,
@@ -79,10 +80,14 @@ def load_optics(path: Path, *, needs_grids: bool = True) -> OpticsConfig:
         problems += imported_problems(tables)
     if problems or tables is None:
         raise ConfigError(problems, where=str(path))
-    table = tables.imported
+    table, layout = tables.imported, _layout(tables)
+    try:
+        benches(layout)
+    except InputError as exc:
+        raise ConfigError([("element", exc.fact)], where=str(path)) from exc
     return OpticsConfig(
         file,
-        _layout(tables),
+        layout,
         None if table.S_BW is None else path.parent / table.S_BW,
         None if table.P is None else path.parent / table.P,
         table.largest_difference,
@@ -119,6 +124,7 @@ def _element(e: ElementTable, tables: OpticsTables) -> Element:
         grid=tables.grids.get(e.name) if e.grid is None else e.grid,
         aperture_m=tuple(e.aperture_m) if isinstance(e.aperture_m, list) else e.aperture_m,
         recombination=_recombination(e, tables.tolerances),
+        bench=e.bench,
         axes=LAYOUT_AXES if e.axes is None else _axes(e.axes),
     )
 

@@ -33,11 +33,11 @@ ReadOut = Annotated[list[Dof], Field(min_length=1)]
 
 #: Keys that only a photodiode has, with the same names in `[tolerances]`.
 RECOMBINATION_KEYS = ("beam_overlap_m", "beam_angle_rad", "path_mismatch_m")
-_ANY = frozenset({"local_y", "aperture_m"})
+_ANY = frozenset({"local_y", "aperture_m", "bench"})
 
 #: Keys beyond name, kind and ref_m: (needed, allowed) by kind. An imported S_BW leaves `grid` alone needed.
 KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
-    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY | {"axes"}),
+    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY - {"bench"} | {"axes"}),
     "injector": (frozenset({"normal", "grid"}), _ANY | {"opl_offset_m"}),
     "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
     "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
@@ -54,6 +54,7 @@ OPTIONAL_KEYS = (
     "aperture_m",
     "opl_offset_m",
     "axes",
+    "bench",
     *RECOMBINATION_KEYS,
 )
 
@@ -73,6 +74,7 @@ class ElementTable(Strict):
     opl_offset_m: OpticalPath | None = None
     grid: Id | None = None
     axes: OrthonormalAxes | None = None
+    bench: Name | None = None
     beam_overlap_m: LengthTolerance | None = None
     beam_angle_rad: AngleTolerance | None = None
     path_mismatch_m: LengthTolerance | None = None

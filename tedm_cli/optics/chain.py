@@ -25,7 +25,7 @@ class SetReadOut:
 
     `inverse` [n_dof, 3 * n_pd]: that of `law`, with zeros for the photodiodes of other sets, so that `N = inverse D`.
     `gain` [n_dof, 6 * n_elements] (m, rad by m, rad; layout order and frame), `N` [n_dof, k] (m/K, rad/K), of which
-    `N_rigid` is the bench moving as one and `N_distortion` the rest.
+    `N_rigid` is each bench moving as one and `N_distortion` the rest.
     """
 
     name: str

@@ -88,6 +88,7 @@ class Element:
         all its planes; None where unknown.
     recombination : tolerances of a photodiode on its two beams.
     axes : of a test mass, its own x, y, z as rows, unit vectors of the layout frame.
+    bench : the optical bench that it is on, where that is said; None: the one that its beams join it to.
     """
 
     name: str
@@ -103,6 +104,7 @@ class Element:
     aperture_m: float | tuple[float, ...] | None = None
     recombination: Recombination = Recombination()
     axes: Axes = LAYOUT_AXES
+    bench: str | None = None
 
     @property
     def is_plate(self) -> bool:
