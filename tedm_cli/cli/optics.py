@@ -77,7 +77,7 @@ def explain(
     set_name: Annotated[str | None, typer.Option("--set", help="Set of photodiodes; the first unless given.")] = None,
     area: Annotated[str | None, typer.Option("--area", help="One thermal area instead of all of them.")] = None,
     uniform: Annotated[bool, typer.Option("--uniform", help="All areas together by one kelvin.")] = False,
-    distortion: Annotated[bool, typer.Option("--distortion", help="Without the rigid motion of the bench.")] = False,
+    distortion: Annotated[bool, typer.Option("--distortion", help="Without the rigid motion of each bench.")] = False,
     most: Annotated[int, typer.Option("-n", "--most", min=1, help="Entries per table.")] = 10,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.testmass import TestMass
@@ -37,7 +38,7 @@ class Differences:
 
 
 def compare_test_masses(layout: OpticalLayout, test_masses: list[TestMass], name: str) -> Differences:
-    """Compare names, centres and faces of the test masses of a layout with those of the model's configuration `name`.
+    """Compare names, centres, axes and faces of the test masses of a layout with the model's configuration `name`.
 
     Nothing is compared where either has none: it is half of a project.
     """
@@ -74,6 +75,15 @@ def _compare(layout: OpticalLayout, e: Element, tm: TestMass, number: int, name:
         gap,
         (ROUNDING_M, LARGEST_GAP_M),
     )
+    axes = layout.test_mass_axes_basic[layout.test_masses.index(e)]
+    turn = float(Rotation.from_matrix(axes @ tm.axes.T).magnitude())
+    found.add(
+        f"{at}.axes",
+        f"x, y, z of {e.name} are along {_points(axes)} of the basic frame, by {name} ({there}.axes) along"
+        f" {_points(tm.axes)}: {_angle(turn)} apart",
+        turn,
+        (ROUNDING_RAD, LARGEST_ANGLE_RAD),
+    )
     normal = np.array(e.normal) @ layout.axes
     if not np.any(normal):  # a layout of which only the matrices are known
         return
@@ -82,7 +92,7 @@ def _compare(layout: OpticalLayout, e: Element, tm: TestMass, number: int, name:
     angle = float(np.arctan2(np.linalg.norm(np.delete(along, k)), abs(along[k])))
     found.add(
         f"{at}.normal",
-        f"the face of {e.name} looks along {_point(normal)} of the basic frame, {angle:.3g} rad off the nearest axis of"
+        f"the face of {e.name} looks along {_point(normal)} of the basic frame, {_angle(angle)} off the nearest axis by"
         f" {name} ({there}.axes), {'xyz'[k]}: {_point(np.sign(along[k]) * tm.axes[k])}",
         angle,
         (ROUNDING_RAD, LARGEST_ANGLE_RAD),
@@ -113,6 +123,14 @@ def _centre(layout: OpticalLayout, e: Element) -> FloatArray:
 
 def _point(v: FloatArray) -> str:
     return "(" + ", ".join(f"{round(float(c), 9) + 0.0:.7g}" for c in v) + ")"
+
+
+def _points(axes: FloatArray) -> str:
+    return ", ".join(_point(axis) for axis in axes)
+
+
+def _angle(value: float) -> str:
+    return f"{value:.4g} rad ({np.degrees(value):.3g} deg)"
 
 
 def _length(value: float) -> str:

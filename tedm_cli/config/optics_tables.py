@@ -18,6 +18,7 @@ from tedm_cli.config.base import (
     LengthTolerance,
     Offset,
     OpticalPath,
+    OrthonormalAxes,
     Place,
     Strict,
 )
@@ -33,11 +34,11 @@ ReadOut = Annotated[list[Dof], Field(min_length=1)]
 #: Keys that only a photodiode has, with the same names in `[tolerances]`.
 RECOMBINATION_KEYS = ("beam_overlap_m", "beam_angle_rad", "path_mismatch_m")
 _ANY = frozenset({"local_y", "aperture_m"})
-_BENCH = _ANY | {"lever_ok"}
+_BENCH = _ANY | {"bench", "lever_ok"}
 
 #: Keys beyond name, kind and ref_m: (needed, allowed) by kind. An imported S_BW leaves `grid` alone needed.
 KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
-    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY),
+    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY | {"axes"}),
     "injector": (frozenset({"normal", "grid"}), _BENCH | {"opl_offset_m"}),
     "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _BENCH | {"front_offset_m"}),
     "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _BENCH | {"front_offset_m"}),
@@ -54,6 +55,8 @@ OPTIONAL_KEYS = (
     "aperture_m",
     "opl_offset_m",
     "lever_ok",
+    "axes",
+    "bench",
     *RECOMBINATION_KEYS,
 )
 
@@ -73,6 +76,8 @@ class ElementTable(Strict):
     opl_offset_m: OpticalPath | None = None
     grid: Id | None = None
     lever_ok: bool | None = None
+    axes: OrthonormalAxes | None = None
+    bench: Name | None = None
     beam_overlap_m: LengthTolerance | None = None
     beam_angle_rad: AngleTolerance | None = None
     path_mismatch_m: LengthTolerance | None = None

@@ -69,8 +69,8 @@ def match_layout(
 
 def _hint(levers: Levers) -> str:
     return (
-        f"the bench is {levers.size_m:.4g} m across{_common(levers)}; lengths must be in metres, and [frame] is in the"
-        " basic frame; lever_ok = true in an [[element]] says that its lever is meant"
+        f"the bench is {levers.size_m:.4g} m across; lengths must be in metres, and [frame] is in the basic frame;"
+        f" lever_ok = true in an [[element]] says that its lever is meant{_common(levers)}"
     )
 
 
@@ -78,7 +78,7 @@ def _common(levers: Levers) -> str:
     if levers.common_m is None:
         return ""
     shown = ", ".join(f"{round(float(v), 6) + 0.0:.4g}" for v in levers.common_m)
-    return f", and all its elements are off by about ({shown}) m: is origin_m of [frame] right"
+    return f"; all are off by about ({shown}) m in the basic frame: is origin_m of [frame] right?"
 
 
 def _long(levers: Levers) -> list[str]:
@@ -88,8 +88,8 @@ def _long(levers: Levers) -> list[str]:
     shown = ", ".join(_named(e, r) for e, r in ranked[:_NAMED])
     more = f" and {len(ranked) - _NAMED} more" if len(ranked) > _NAMED else ""
     return [
-        f"more than {1e3 * levers.limit_m:.4g} mm away from the grid that carries it: {shown}{more}{_common(levers)};"
-        " the lever counts as rigid; where it is meant, lever_ok = true in the [[element]] says so"
+        f"more than {1e3 * levers.limit_m:.4g} mm away from the grid that carries it: {shown}{more}; the two count as"
+        f" rigidly joined, and lever_ok = true in an [[element]] says that this is meant{_common(levers)}"
     ]
 
 

@@ -14,6 +14,7 @@ from tedm_cli.contracts import DISTORTION, OPTICS
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import DISTORTION_FILE, OPTICS_FILE, provenance
 from tedm_cli.files.store import create, open_checked
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
@@ -86,7 +87,8 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write(OPTICS.MOTION, chain.motion, units="m/K or rad/K, see /label/element_dof")
         writer.write(OPTICS.RIGID_MOTION, chain.rigid.motion, units="m/K or rad/K, see /label/element_dof")
         writer.write(OPTICS.COMMON_MODE_MOTION, chain.rigid.amplitude, units="m/K (three), rad/K (three)")
-        writer.write(OPTICS.COMMON_MODE_ABOUT, chain.rigid.about)
+        writer.write(OPTICS.COMMON_MODE_ABOUT, chain.rigid.about.reshape(-1))
+        writer.write(OPTICS.BENCH_NAME, list(chain.rigid.benches))
         per_kelvin = "m/K or rad/K, see /label/read_out_unit"
         for read in chain.sets:
             writer.write(OPTICS.N.of(read.name), read.N, units=per_kelvin)
@@ -111,7 +113,11 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write(OPTICS.RESIDUAL_LIMIT, [j.limit for j in judged])
         writer.write(OPTICS.ORIGIN_S_BW, matrices.origins[0])
         writer.write(OPTICS.ORIGIN_P, matrices.origins[1])
+        on = {e.name: name for name, elements in benches(layout).items() for e in elements}
         writer.write(OPTICS.ELEMENT_NAME, [e.name for e in layout.elements])
+        writer.write(OPTICS.ELEMENT_BENCH, [on.get(e.name, "") for e in layout.elements])
+        writer.write(OPTICS.TEST_MASS_NAME, [e.name for e in layout.test_masses])
+        writer.write(OPTICS.TEST_MASS_AXES, layout.test_mass_axes)
         writer.write(OPTICS.ELEMENT_PIVOT, layout.pivots_m(position))
         writer.write(OPTICS.OPTICAL_NAME, names)
         writer.write(OPTICS.REFERENCE_POINT_OFFSET, offsets)
