@@ -131,6 +131,11 @@ $(BUILD)/element_size: FORCE
 	@mkdir -p $(@D)
 	@echo '$(ELEMENT_SIZE_MM)' | cmp -s - $@ || echo '$(ELEMENT_SIZE_MM)' > $@
 
+# The same of the symmetry plane, which may follow the layout's frame; even for `make -n`, which would else expect a change.
+$(BUILD)/symmetry_plane: FORCE
+	+@mkdir -p $(@D)
+	+@echo '$(SYMMETRY_PLANE)' | cmp -s - $@ || echo '$(SYMMETRY_PLANE)' > $@
+
 FORCE:
 
 ifneq ($(SOLVED_BY_TEDM),)
@@ -141,7 +146,7 @@ $(OP2): $(UNIT_DECK)
 	$(TEDM) solve $(OPTIONS) $(if $(NASTRAN),--run '$(subst ','\'',$(NASTRAN))')
 endif
 
-$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
+$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(PROJECT) $(MODEL_TOML) $(BUILD)/symmetry_plane $(CODE) | $(RUN_STAMP)
 	$(TEDM) ingest $(OPTIONS)
 
 $(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML)

@@ -11,12 +11,15 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.areas import AreasTable
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.symmetry_plane import SymmetryPlane
 
 
-def area_attributes(names: Sequence[str], centroids_m: FloatArray, table: AreasTable, *, where: str) -> AreaTable:
+def area_attributes(
+    names: Sequence[str], centroids_m: FloatArray, table: AreasTable, plane: SymmetryPlane, *, where: str
+) -> AreaTable:
     """Group, shield and side of each area from the first rule whose pattern matches its name.
 
-    The side comes from the centroid [k,3] (basic frame) where the rule does not give it.
+    The side of the plane comes from the centroid [k,3] (m, basic frame) where the rule does not give it.
 
     Raises
     ------
@@ -25,7 +28,7 @@ def area_attributes(names: Sequence[str], centroids_m: FloatArray, table: AreasT
     problems = []
     used = set()
     group, shield, side = [], [], []
-    for name, centroid in zip(names, centroids_m, strict=True):
+    for name, off in zip(names, plane.distance(centroids_m).tolist(), strict=True):
         number = next((i for i, r in enumerate(table.rule) if fnmatchcase(name, r.match)), None)
         if number is None:
             problems.append(("areas.rule", f"no rule matches the thermal area '{name}'"))
@@ -34,8 +37,7 @@ def area_attributes(names: Sequence[str], centroids_m: FloatArray, table: AreasT
         used.add(number)
         group.append(rule.group)
         shield.append(rule.shield)
-        y = float(centroid[1])
-        side.append(rule.side or ("mid" if abs(y) < table.mid_half_width_m else "+y" if y > 0 else "-y"))
+        side.append(rule.side or ("mid" if abs(off) < table.mid_half_width_m else "+y" if off > 0 else "-y"))
     for number, rule in enumerate(table.rule):
         if number not in used:
             taken = any(fnmatchcase(name, rule.match) for name in names)

@@ -102,6 +102,7 @@ def ingest(
 
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
+    from tedm_cli.cli.printing.areas import plane_line
     from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.ingest import ingest as stage
@@ -112,6 +113,7 @@ def ingest(
     say(
         quiet,
         f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas",
+        plane_line(done.plane),
         *mass_lines(done.masses),
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),
         *partial_lines(done.partial),
@@ -144,4 +146,5 @@ def build_distortion(
         f"{done.path}: D for {done.areas} areas, {done.grids:,} grids, {done.optical} optical elements",
         f"superposition residual {check}; largest translation {done.largest_m_per_K:.3g} m/K ({done.largest_area}),"
         f" largest rigid-body part {done.largest_rigid_m_per_K:.3g} m/K",
+        *(f"warning: {note}" for note in done.notes),
     )

@@ -32,7 +32,8 @@ def check_layout(
     """Judge the optical layout alone.
 
     Beams within apertures, together on the photodiodes, met from the right side, and nothing in their way: a table of
-    margins. It needs no other file; build-optics judges the same.
+    margins. The test masses are compared with those of the model's configuration, if that is there; no other file is
+    needed. build-optics judges the same.
     """
     import json
 
@@ -41,6 +42,8 @@ def check_layout(
 
     done = inspect_layout(open_project(config, build_dir, verbose))
     say(quiet, *([json.dumps(layout_dict(done), indent=2)] if as_json else layout_lines(done)))
+    if done.match is not None:
+        done.match.require()
     refuse_failures(done.findings, done.path)
 
 
@@ -61,7 +64,7 @@ def build_optics(
     from tedm_cli.stages.optics.build import build_optics as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
-    say(quiet, *optics_lines(done), *warning_lines(done.warnings))
+    say(quiet, *optics_lines(done), *warning_lines(done.warnings), *(f"warning: {note}" for note in done.notes))
 
 
 @app.command()
@@ -74,7 +77,7 @@ def explain(
     set_name: Annotated[str | None, typer.Option("--set", help="Set of photodiodes; the first unless given.")] = None,
     area: Annotated[str | None, typer.Option("--area", help="One thermal area instead of all of them.")] = None,
     uniform: Annotated[bool, typer.Option("--uniform", help="All areas together by one kelvin.")] = False,
-    distortion: Annotated[bool, typer.Option("--distortion", help="Without the rigid motion of the bench.")] = False,
+    distortion: Annotated[bool, typer.Option("--distortion", help="Without the rigid motion of each bench.")] = False,
     most: Annotated[int, typer.Option("-n", "--most", min=1, help="Entries per table.")] = 10,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from tedm_cli.area_names import area_name_fact
-from tedm_cli.config.base import Bounded, Id, LengthOrZero, Strict
+from tedm_cli.config.base import Bounded, Direction, Id, LengthOrZero, Place, Strict
 from tedm_cli.quantities import ANGLE_DEG, COORDINATE, FRAME_ID
 
 
@@ -141,13 +142,29 @@ class AreaRule(Strict):
     side: Literal["+y", "-y", "mid"] | None = None
 
 
+class SymmetryPlaneTable(Strict):
+    """A plane of the basic frame; its normal, of any length, points to the side that is called +y."""
+
+    point_m: Place
+    normal: Direction
+
+    @field_validator("normal")
+    @classmethod
+    def _not_zero(cls, value: list[float]) -> list[float]:
+        if np.linalg.norm(value) < 1e-6:
+            raise ValueError("is no direction: its length is zero")
+        return value
+
+
 class AreasTable(Strict):
     """Definitions of the areas, and rules for their attributes.
 
-    A grid belongs to the first definition that it meets; with `strict` no grid may meet two. `mid_half_width_m`: an
-    area whose centroid is closer than this to y = 0 is on neither side.
+    A grid belongs to the first definition that it meets; with `strict` no grid may meet two. `symmetry_plane`: what
+    sides and mirror pairs refer to; left out, it is the x-z plane of the optical layout's frame, or basic y = 0 without
+    a layout. `mid_half_width_m`: an area whose centroid is closer than this to it is on neither side.
     """
 
+    symmetry_plane: SymmetryPlaneTable | None = None
     mid_half_width_m: LengthOrZero = 1e-3
     rule: Annotated[list[AreaRule], Field(min_length=1)]
     strict: bool = False

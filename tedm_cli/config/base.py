@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
@@ -76,6 +77,16 @@ FileName = Annotated[str, Field(min_length=1)]  # no name would be the folder it
 Place = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Direction = Annotated[list[Annotated[float, Bounded(q.DIRECTION)]], Field(min_length=3, max_length=3)]
 Axes = Annotated[list[Direction], Field(min_length=3, max_length=3)]
+
+
+def _orthonormal(value: list[list[float]]) -> list[list[float]]:
+    a = np.array(value)
+    if np.abs(a @ a.T - np.eye(3)).max() > 1e-9 or np.linalg.det(a) < 0:
+        raise ValueError("must be three right-handed orthonormal unit vectors")
+    return value
+
+
+OrthonormalAxes = Annotated[Axes, AfterValidator(_orthonormal)]
 
 
 T = TypeVar("T", bound=Strict)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import Bounded, Length, Place, Strict, validate
 from tedm_cli.errors import ConfigError
-from tedm_cli.optics.imported import Conventions, Frame, LabelledMatrix, MotionConventions, Slopes
+from tedm_cli.optics.imported import Conventions, Frame, LabelledMatrix, MassAxes, MotionConventions, Slopes
 from tedm_cli.optics.labels import Labels
 from tedm_cli.optics.layout import Vec3
 from tedm_cli.quantities import MATRIX_ACCURACY
@@ -41,6 +41,7 @@ class SensitivityTable(LawTable):
     frame: Frame
     reference_points: Point | dict[str, Point | Place]
     rotations: Literal["small_angle"]
+    test_mass_axes: MassAxes | None = None
     accuracy: Annotated[float, Bounded(MATRIX_ACCURACY)] | None = None
 
 
@@ -66,7 +67,11 @@ def sensitivity_of(
         if isinstance(points, str)
         else {name: p if isinstance(p, str) else (p[0], p[1], p[2]) for name, p in points.items()}
     )
-    return _labelled(values, table), _outputs(table, table.accuracy), MotionConventions(table.frame, given)
+    return (
+        _labelled(values, table),
+        _outputs(table, table.accuracy),
+        MotionConventions(table.frame, given, table.test_mass_axes),
+    )
 
 
 def _checked(model: type[T], values: FloatArray, declared: dict[str, Any], where: str, hint: str) -> T:

@@ -13,12 +13,12 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.areas import AreasTable
 from tedm_cli.config.base import (
     Angle,
-    Axes,
     Bounded,
     FileName,
     Id,
     Length,
     Mass,
+    OrthonormalAxes,
     Place,
     Strict,
     Temperature,
@@ -64,14 +64,6 @@ class ModelTable(Strict):
     subcases: dict[str, Id] = Field(default_factory=dict)
 
 
-def _orthonormal_axes(value: list[list[float]] | None) -> list[list[float]] | None:
-    if value is not None:
-        a = np.array(value)
-        if np.abs(a @ a.T - np.eye(3)).max() > 1e-9 or np.linalg.det(a) < 0:
-            raise ValueError("must be three right-handed orthonormal unit vectors")
-    return value
-
-
 class ModelParts(Strict):
     """Parts of a finite-element model: element ids (concentrated masses among them), property ids, grid ids."""
 
@@ -92,10 +84,8 @@ class TestMassTable(Strict):
     position_m: Place
     side_m: Edges
     mass_kg: Mass
-    axes: Axes | None = None
+    axes: OrthonormalAxes | None = None
     model_parts: ModelParts = ModelParts()
-
-    _orthonormal = field_validator("axes")(_orthonormal_axes)
 
 
 class CompensationMassTable(Strict):
@@ -107,9 +97,7 @@ class CompensationMassTable(Strict):
     mass_kg: Mass | None = None
     density_kg_m3: Annotated[float, Bounded(DENSITY)] | None = None
     rotation_rad: RotationVector | None = None
-    axes: Axes | None = None
-
-    _orthonormal = field_validator("axes")(_orthonormal_axes)
+    axes: OrthonormalAxes | None = None
 
     @model_validator(mode="after")
     def _one_of_each(self) -> CompensationMassTable:

@@ -11,9 +11,12 @@ import numpy as np
 from tedm_cli.config.base import named_by_project, read_toml, validate
 from tedm_cli.config.optics_checks import Problems, cross_checks, imported_problems, lacks_geometry
 from tedm_cli.config.optics_tables import ElementTable, OpticsTables, PathTable, TolerancesTable
-from tedm_cli.errors import ConfigError
+from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.provenance import ConfigFile
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.layout import (
+    LAYOUT_AXES,
+    Axes,
     BeamPath,
     Element,
     MassExpansion,
@@ -77,10 +80,14 @@ def load_optics(path: Path, *, needs_grids: bool = True) -> OpticsConfig:
         problems += imported_problems(tables)
     if problems or tables is None:
         raise ConfigError(problems, where=str(path))
-    table = tables.imported
+    table, layout = tables.imported, _layout(tables)
+    try:
+        benches(layout)
+    except InputError as exc:
+        raise ConfigError([("element", exc.fact)], where=str(path)) from exc
     return OpticsConfig(
         file,
-        _layout(tables),
+        layout,
         None if table.S_BW is None else path.parent / table.S_BW,
         None if table.P is None else path.parent / table.P,
         table.largest_difference,
@@ -96,9 +103,11 @@ def _layout(tables: OpticsTables) -> OpticalLayout:
         sets={name: tuple(photodiodes) for name, photodiodes in tables.sets.items()},
         read_out=tuple(tables.read_out),
         frame_origin_m=_vec3(tables.frame.origin_m),
-        frame_axes=(_vec3(tables.frame.axes[0]), _vec3(tables.frame.axes[1]), _vec3(tables.frame.axes[2])),
+        frame_axes=_axes(tables.frame.axes),
         has_geometry=not lacks_geometry(tables),
-        tolerances=Tolerances(tables.tolerances.clearance_m, tables.tolerances.reference_point_m),
+        tolerances=Tolerances(
+            tables.tolerances.clearance_m, tables.tolerances.reference_point_m, tables.tolerances.lever_m
+        ),
         expansions=tuple(MassExpansion(x.test_mass, x.expansion_per_K, x.area) for x in tables.test_mass_expansion),
     )
 
@@ -117,6 +126,9 @@ def _element(e: ElementTable, tables: OpticsTables) -> Element:
         grid=tables.grids.get(e.name) if e.grid is None else e.grid,
         aperture_m=tuple(e.aperture_m) if isinstance(e.aperture_m, list) else e.aperture_m,
         recombination=_recombination(e, tables.tolerances),
+        lever_ok=bool(e.lever_ok),
+        bench=e.bench,
+        axes=LAYOUT_AXES if e.axes is None else _axes(e.axes),
     )
 
 
@@ -142,6 +154,11 @@ def _path(p: PathTable) -> BeamPath:
 
 def _vec3(v: Sequence[float]) -> Vec3:
     return (float(v[0]), float(v[1]), float(v[2]))
+
+
+def _axes(rows: Sequence[Sequence[float]]) -> Axes:
+    x, y, z = (_vec3(row) for row in rows)
+    return x, y, z
 
 
 def _normalised(v: Sequence[float]) -> list[float]:

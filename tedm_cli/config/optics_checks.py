@@ -73,10 +73,16 @@ def cross_checks(data: dict[str, Any], needs_grids: bool = True) -> Problems:
         if photodiodes and (n_out := N_LASER * len(photodiodes)) < (n_dof := n_tm * len(read_out or ())):
             out.append((f"sets.{set_name}", f"{n_out} laser outputs cannot give {n_dof} read-outs"))
     if frame is not None:
-        axes = np.array(frame.axes)
-        if np.abs(axes @ axes.T - np.eye(3)).max() > UNIT_TOLERANCE or np.linalg.det(axes) < 0:
-            out.append(("frame.axes", "rows are not right-handed orthogonal unit vectors"))
+        out += frame_problems(frame)
     return out
+
+
+def frame_problems(frame: FrameTable) -> Problems:
+    """Of axes that are none."""
+    axes = np.array(frame.axes)
+    if np.abs(axes @ axes.T - np.eye(3)).max() > UNIT_TOLERANCE or np.linalg.det(axes) < 0:
+        return [("frame.axes", "rows are not right-handed orthogonal unit vectors")]
+    return []
 
 
 def lacks_geometry(tables: OpticsTables) -> list[str]:

@@ -18,6 +18,7 @@ from tedm_cli.config.base import (
     LengthTolerance,
     Offset,
     OpticalPath,
+    OrthonormalAxes,
     Place,
     Strict,
 )
@@ -33,15 +34,16 @@ ReadOut = Annotated[list[Dof], Field(min_length=1)]
 #: Keys that only a photodiode has, with the same names in `[tolerances]`.
 RECOMBINATION_KEYS = ("beam_overlap_m", "beam_angle_rad", "path_mismatch_m")
 _ANY = frozenset({"local_y", "aperture_m"})
+_BENCH = _ANY | {"bench", "lever_ok"}
 
 #: Keys beyond name, kind and ref_m: (needed, allowed) by kind. An imported S_BW leaves `grid` alone needed.
 KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
-    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY),
-    "injector": (frozenset({"normal", "grid"}), _ANY | {"opl_offset_m"}),
-    "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
-    "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
-    "mirror": (frozenset({"normal", "grid"}), _ANY | {"front_offset_m", "thickness_m", "index"}),
-    "photodiode": (frozenset({"normal", "grid", "local_y"}), _ANY | set(RECOMBINATION_KEYS)),
+    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY | {"axes"}),
+    "injector": (frozenset({"normal", "grid"}), _BENCH | {"opl_offset_m"}),
+    "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _BENCH | {"front_offset_m"}),
+    "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _BENCH | {"front_offset_m"}),
+    "mirror": (frozenset({"normal", "grid"}), _BENCH | {"front_offset_m", "thickness_m", "index"}),
+    "photodiode": (frozenset({"normal", "grid", "local_y"}), _BENCH | set(RECOMBINATION_KEYS)),
 }
 OPTIONAL_KEYS = (
     "normal",
@@ -52,6 +54,9 @@ OPTIONAL_KEYS = (
     "local_y",
     "aperture_m",
     "opl_offset_m",
+    "lever_ok",
+    "axes",
+    "bench",
     *RECOMBINATION_KEYS,
 )
 
@@ -70,6 +75,9 @@ class ElementTable(Strict):
     aperture_m: Length | HalfSizes | None = None
     opl_offset_m: OpticalPath | None = None
     grid: Id | None = None
+    lever_ok: bool | None = None
+    axes: OrthonormalAxes | None = None
+    bench: Name | None = None
     beam_overlap_m: LengthTolerance | None = None
     beam_angle_rad: AngleTolerance | None = None
     path_mismatch_m: LengthTolerance | None = None
@@ -96,6 +104,7 @@ class TolerancesTable(Strict):
 
     clearance_m: LengthOrZero = 0.0
     reference_point_m: LengthTolerance = 0.01
+    lever_m: LengthTolerance = 0.02
     beam_overlap_m: LengthTolerance = 1e-4
     beam_angle_rad: AngleTolerance = 1e-4
     path_mismatch_m: LengthTolerance | None = None

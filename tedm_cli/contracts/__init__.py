@@ -18,7 +18,7 @@ from tedm_cli.contracts.optics import OPTICS
 from tedm_cli.contracts.release import RELEASE
 from tedm_cli.contracts.sensitivity import SENSITIVITY
 from tedm_cli.contracts.series import SERIES, SIMULATED_SERIES, SeriesDatasets
-from tedm_cli.contracts.spec import AreaDatasets, Dataset, FileKind, GridDatasets
+from tedm_cli.contracts.spec import AreaDatasets, AreaPlaces, Dataset, FileKind, GridDatasets
 from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "SIMULATION",
     "UNIT_LOADS",
     "AreaDatasets",
+    "AreaPlaces",
     "Dataset",
     "FileKind",
     "GridDatasets",

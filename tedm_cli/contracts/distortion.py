@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import BASIC, ID, NAMES, AreaDatasets, Dataset, FileKind, GridIds, Values
+from tedm_cli.contracts.spec import BASIC, ID, NAMES, AreaDatasets, AreaPlaces, Dataset, FileKind, GridIds, Values
 
 
-class DistortionFile(AreaDatasets, GridIds, FileKind):
+class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     """Its datasets by name; `DISTORTION` is the kind of file."""
 
     D_TRANSLATION = Dataset(
@@ -85,4 +85,4 @@ class DistortionFile(AreaDatasets, GridIds, FileKind):
     )
 
 
-DISTORTION = DistortionFile("distortion", 3, "tedm build-distortion")
+DISTORTION = DistortionFile("distortion", 4, "tedm build-distortion")

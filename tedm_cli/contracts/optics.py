@@ -2,30 +2,43 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import COUNT, DOFS, LAYOUT, MOTIONS, NAMES, AreaDatasets, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import (
+    COUNT,
+    DOFS,
+    LAYOUT,
+    MOTIONS,
+    NAMES,
+    TM_FRAME,
+    AreaDatasets,
+    AreaPlaces,
+    Dataset,
+    FileKind,
+    Values,
+)
 
 _UNITS = Values(words=("m", "rad"))
 
 
-class OpticsFile(AreaDatasets, FileKind):
+class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
     """Its datasets by name; `OPTICS` is the kind of file."""
 
     S_BW = Dataset("/S_BW", ("ray_output", "element_dof"), "float", None, "optical sensitivity matrix", LAYOUT)
     P = Dataset("/P", ("laser_output", "ray_output"), "float", None, "optics law: photodiode outputs to read-out")
     O_IDEAL = Dataset(
-        "/O_ideal", ("laser_output", "test_mass_dof"), "float", None, "test mass motion to laser read-out"
+        "/O_ideal", ("laser_output", "test_mass_dof"), "float", None, "test mass motion to laser read-out", TM_FRAME
     )
     D = Dataset("/D", ("laser_output", "area"), "float", None, "laser read-out per kelvin of an area")
-    N = Dataset("/N/{set}", ("read_out", "area"), "float", None, "read-out noise per kelvin of an area")
+    N = Dataset("/N/{set}", ("read_out", "area"), "float", None, "read-out noise per kelvin of an area", TM_FRAME)
     N_RIGID = Dataset(
         "/N_rigid/{set}",
         ("read_out", "area"),
         "float",
         None,
-        "part of N: the bench moves as one against the test masses",
+        "part of N: each bench moves as one against the test masses",
+        TM_FRAME,
     )
     N_DISTORTION = Dataset(
-        "/N_distortion/{set}", ("read_out", "area"), "float", None, "part of N: the rest, the bench distorts"
+        "/N_distortion/{set}", ("read_out", "area"), "float", None, "part of N: the rest, the benches distort", TM_FRAME
     )
     MOTION = Dataset(
         "/motion",
@@ -40,7 +53,7 @@ class OpticsFile(AreaDatasets, FileKind):
         ("element_dof", "area"),
         "float",
         None,
-        "the part of it in which the bench moves as one",
+        "the part of it in which each bench moves as one",
         LAYOUT,
     )
     INVERSE = Dataset(
@@ -62,10 +75,22 @@ class OpticsFile(AreaDatasets, FileKind):
         ("rigid_motion", "area"),
         "float",
         None,
-        "rigid motion nearest to that of the bench: ux uy uz rx ry rz",
+        "rigid motion nearest to that of each bench: ux uy uz rx ry rz",
         LAYOUT,
     )
-    COMMON_MODE_ABOUT = Dataset("/common_mode/about", ("xyz",), "float", "m", "point whose translation that is", LAYOUT)
+    COMMON_MODE_ABOUT = Dataset(
+        "/common_mode/about", ("bench_xyz",), "float", "m", "points whose translations these are: x y z", LAYOUT
+    )
+    BENCH_NAME = Dataset(
+        "/bench/name", ("bench",), "str", "1", "benches, each of which may move by itself", values=NAMES
+    )
+    ELEMENT_BENCH = Dataset(
+        "/element/bench",
+        ("element",),
+        "str",
+        "1",
+        "bench that the element is on; of a test mass nothing",
+    )
     LABEL_RAY_OUTPUT = Dataset(
         "/label/ray_output",
         ("ray_output",),
@@ -145,6 +170,17 @@ class OpticsFile(AreaDatasets, FileKind):
         "optical elements and test masses, six columns of S_BW each",
         values=NAMES,
     )
+    TEST_MASS_NAME = Dataset(
+        "/test_mass/name", ("test_mass",), "str", "1", "test masses", values=Values(of="/element/name", unique=True)
+    )
+    TEST_MASS_AXES = Dataset(
+        "/test_mass/axes",
+        ("test_mass", "xyz", "xyz_column"),
+        "float",
+        "1",
+        "axes of the test masses as rows, along and about which they are read",
+        LAYOUT,
+    )
     ELEMENT_PIVOT = Dataset(
         "/element/pivot", ("element", "xyz"), "float", "m", "point that the rotations of each element are about", LAYOUT
     )
@@ -161,9 +197,14 @@ class OpticsFile(AreaDatasets, FileKind):
 
 OPTICS = OpticsFile(
     "optics",
-    3,
+    4,
     "tedm build-optics",
-    fixed_dims={"xyz": 3, "rigid_motion": 6},
-    derived_dims={"element_dof": ("element", 6, 0)},
+    fixed_dims={"xyz": 3, "xyz_column": 3},
+    derived_dims={
+        "element_dof": ("element", 6, 0),
+        "rigid_motion": ("bench", 6, 0),
+        "bench_xyz": ("bench", 3, 0),
+        "test_mass_dof": ("test_mass", 6, 0),
+    },
     families={"set": "/set/name"},
 )

@@ -11,6 +11,7 @@ from tedm_cli.contracts.spec import (
     NAMES,
     TM_FRAME,
     AreaDatasets,
+    AreaPlaces,
     Dataset,
     FileKind,
     GridIds,
@@ -18,12 +19,9 @@ from tedm_cli.contracts.spec import (
 )
 
 
-class SensitivityFile(AreaDatasets, GridIds, FileKind):
+class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     """Its datasets by name; `SENSITIVITY` is the kind of file."""
 
-    AREA_CENTROID = Dataset(
-        "/area/centroid", ("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC, True
-    )
     S = Dataset("/S", ("row", "area"), "float", None, "self-gravity sensitivity matrix [S_SG]", TM_FRAME)
     ROW_LABEL = Dataset(
         "/row/label",
@@ -248,7 +246,7 @@ class SensitivityFile(AreaDatasets, GridIds, FileKind):
 
 SENSITIVITY = SensitivityFile(
     "sensitivity",
-    3,
+    4,
     "tedm build-sensitivity",
     derived_dims={
         "row": ("test_mass", 6, 0),

@@ -143,7 +143,25 @@ class AreaDatasets:
         "/area/shield", ("area",), "str", "1", "side of the thermal shield", values=Values(words=("inside", "outside"))
     )
     AREA_SIDE = Dataset(
-        "/area/side", ("area",), "str", "1", "side of the plane y = 0", values=Values(words=("+y", "-y", "mid"))
+        "/area/side", ("area",), "str", "1", "side of the symmetry plane", values=Values(words=("+y", "-y", "mid"))
+    )
+
+
+class AreaPlaces:
+    """Where the thermal areas are, and the symmetry plane that gives them sides and mirror images."""
+
+    AREA_CENTROID = Dataset("/area/centroid", ("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC)
+    PLANE_POINT = Dataset("/symmetry_plane/point", ("xyz",), "float", "m", "a point of the symmetry plane", BASIC)
+    PLANE_NORMAL = Dataset(
+        "/symmetry_plane/normal", ("xyz",), "float", "1", "its unit normal, towards the side +y", BASIC
+    )
+    PLANE_ORIGIN = Dataset(
+        "/symmetry_plane/origin",
+        (),
+        "str",
+        "1",
+        "where it is from: the model's configuration, the frame of the optical layout, or the basic frame",
+        values=Values(words=("configured", "layout", "basic")),
     )
 
 

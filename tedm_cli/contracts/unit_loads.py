@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import BASIC, COUNT, ID, AreaDatasets, Dataset, FileKind, GridDatasets, Values
+from tedm_cli.contracts.spec import BASIC, COUNT, ID, AreaDatasets, AreaPlaces, Dataset, FileKind, GridDatasets, Values
 
 ELEMENTS = (
     *("CTETRA", "CPYRAM", "CPENTA", "CHEXA"),
@@ -14,14 +14,20 @@ ELEMENTS = (
 """Cards of elements that a file may hold: those with mass, and those that have none."""
 
 
-class UnitLoadsFile(AreaDatasets, GridDatasets, FileKind):
+class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
     """Its datasets by name; `UNIT_LOADS` is the kind of file."""
 
     AREA_LOAD_K = Dataset(
         "/area/load_K", ("area",), "float", "K", "temperature step applied to the area in its unit load"
     )
     AREA_MASS = Dataset("/area/mass", ("area",), "float", "kg", "lumped mass of the area's grids")
-    AREA_CENTROID = Dataset("/area/centroid", ("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC)
+    PLANE_LAYOUT = Dataset(
+        "/symmetry_plane/layout",
+        (),
+        "str",
+        "1",
+        "path of the layout that the symmetry plane is from, from the folder of this file; nothing where from none",
+    )
     AREA_NODE_OFFSET = Dataset(
         "/area/node_offset",
         ("area_edge",),
@@ -154,5 +160,5 @@ class UnitLoadsFile(AreaDatasets, GridDatasets, FileKind):
 
 
 UNIT_LOADS = UnitLoadsFile(
-    "unit_loads", 4, "tedm ingest", derived_dims={"area_edge": ("area", 1, 1), "element_edge": ("element", 1, 1)}
+    "unit_loads", 5, "tedm ingest", derived_dims={"area_edge": ("area", 1, 1), "element_edge": ("element", 1, 1)}
 )

@@ -14,6 +14,7 @@ from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.results.self_gravity import read_self_gravity
 
 _MOTIONS = {"ux": "m", "uy": "m", "uz": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
+_MOTIONS_ARE = 'frame = "layout"\ntest_mass_axes = "frame"\nrotations = "small_angle"\n'
 _OUTPUTS = 'slopes = "angle"\nbeams = { meas = "meas", ref = "ref" }\n'
 
 
@@ -37,7 +38,7 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
             ray_units,
             _units(motions),
             f"photodiode outputs by element motion, layout frame, about the grids ({file.string(OPTICS.ORIGIN_S_BW)})",
-            f'frame = "layout"\nrotations = "small_angle"\n{_OUTPUTS}\n[reference_points]\n{points}\n',
+            f"{_MOTIONS_ARE}{_OUTPUTS}\n[reference_points]\n{points}\n",
         ),
         NamedMatrix(
             "P",
@@ -56,7 +57,7 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
             masses,
             laser_units,
             _units(masses),
-            "laser read-out by test mass motion, layout frame",
+            "laser read-out by test mass motion, frames of the test masses",
         ),
         NamedMatrix(
             "D",

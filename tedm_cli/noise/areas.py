@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
+from tedm_cli.symmetry_plane import BASIC_PLANE, SymmetryPlane
 
 SHIELDS = ("inside", "outside")
 SIDES = ("+y", "-y", "mid")
@@ -23,8 +24,9 @@ class AreaTable:
     name : [k] str, unique.
     group : [k] str, the assembly the area belongs to (struts, flanges, IS1, IS2, OB for the LISA Technology Package).
     shield : [k] str, `inside` or `outside` of the thermal shield.
-    side : [k] str, `+y`, `-y` or `mid` with respect to the x-z plane of the structure.
+    side : [k] str, `+y`, `-y` or `mid` with respect to the symmetry plane of the structure.
     centroid_m : [k, 3], basic frame; only cases with mirror pairs ask for it.
+    plane : the symmetry plane.
 
     Raises
     ------
@@ -36,6 +38,7 @@ class AreaTable:
     shield: NDArray[np.str_]
     side: NDArray[np.str_]
     centroid_m: FloatArray | None = None
+    plane: SymmetryPlane = BASIC_PLANE
 
     def __post_init__(self) -> None:
         lengths = {key: len(getattr(self, key)) for key in ("name", "group", "shield", "side")}

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tedm_cli.arrays import BoolArray, FloatArray, IndexArray
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.symmetry_plane import SymmetryPlane
 
 Facts = list[tuple[str, str]]
 
@@ -88,20 +89,21 @@ def _mirror_pairs(selector: BlockSelector, index: IndexArray, areas: AreaTable) 
         fact = "mirror pairs are matched by centroids, which these areas do not have; rebuild sensitivity.h5"
         return [], [("", fact)]
     else:
-        partner = _nearest_images(areas.centroid_m, plus, minus)
+        partner = _nearest_images(areas.centroid_m, areas.plane, plus, minus)
     alone = np.concatenate([plus[partner < 0], minus[~np.isin(minus, partner)]])
     if alone.size:
         how = f"name with {selector.mirror_names[1]!r}" if selector.mirror_names else "area near its mirrored centroid"
         names = listed(areas.name[alone].tolist(), 6)
         mend = "change mirror_names" if selector.mirror_names else "pair areas by mirror_names"
-        fact = f"without a mirror image on the other side of y = 0 (no {how}): {names}; {mend}, or delete the case"
+        side = f"the other side of {areas.plane.words}"
+        fact = f"without a mirror image on {side} (no {how}): {names}; {mend}, or delete the case"
         return [], [("", fact)]
     middle = index[areas.side[index] == "mid"]
     pairs = [np.array(pair) for pair in zip(plus.tolist(), partner.tolist(), strict=True)]
     return pairs + [np.array([i]) for i in middle], []
 
 
-def _nearest_images(centroid_m: FloatArray, plus: IndexArray, minus: IndexArray) -> IndexArray:
+def _nearest_images(centroid_m: FloatArray, plane: SymmetryPlane, plus: IndexArray, minus: IndexArray) -> IndexArray:
     """For each area in `plus` the one in `minus` at its mirrored centroid, -1 where there is none.
 
     Both must be each other's nearest image, and miss it by less than their distance from the plane: areas that are
@@ -109,11 +111,11 @@ def _nearest_images(centroid_m: FloatArray, plus: IndexArray, minus: IndexArray)
     """
     if not (plus.size and minus.size):
         return np.full(len(plus), -1, dtype=np.intp)
-    image = centroid_m[plus] * np.array([1.0, -1.0, 1.0])
+    image = plane.image(centroid_m[plus])
     distance = np.linalg.norm(image[:, None] - centroid_m[minus], axis=2)
     nearest = distance.argmin(axis=1)
     mutual = distance.argmin(axis=0)[nearest] == np.arange(len(plus))
-    near = distance[np.arange(len(plus)), nearest] < np.abs(centroid_m[plus, 1])
+    near = distance[np.arange(len(plus)), nearest] < np.abs(plane.distance(centroid_m[plus]))
     return np.where(mutual & near, minus[nearest], -1)
 
 

@@ -25,7 +25,8 @@ def body(layout: OpticalLayout, place: int, poses: Poses, rim_points: int = RIM)
     element = layout.elements[place]
     ref, normal, y = poses.ref[place], poses.normal[place], poses.local_y[place]
     if not y.any():
-        y = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal) + 1e-3 * np.arange(3, 0, -1))])
+        axes = np.array(element.axes)  # edges of a test mass are along its own
+        y = np.cross(normal, axes[np.argmin(np.abs(axes @ normal) + 1e-3 * np.arange(3, 0, -1))])
         y /= np.linalg.norm(y)
     x = np.cross(y, normal)
     half = half_sizes(layout, element)

@@ -25,7 +25,7 @@ class SetReadOut:
 
     `inverse` [n_dof, 3 * n_pd]: that of `law`, with zeros for the photodiodes of other sets, so that `N = inverse D`.
     `gain` [n_dof, 6 * n_elements] (m, rad by m, rad; layout order and frame), `N` [n_dof, k] (m/K, rad/K), of which
-    `N_rigid` is the bench moving as one and `N_distortion` the rest.
+    `N_rigid` is each bench moving as one and `N_distortion` the rest.
     """
 
     name: str
@@ -45,9 +45,9 @@ class SetReadOut:
 class OpticsChain:
     """All matrices of the optical chain.
 
-    `P` [3 * n_pd, 5 * n_paths]; `O_ideal` [3 * n_pd, 6 * n_tm] with its `singular_values` and `rank`; `motion`
-    [6 * n_elements, k] of all elements in the layout frame, of a test mass that of its face; `D` [3 * n_pd, k]
-    (m/K, rad/K); the rigid part of the motion; one `SetReadOut` per set.
+    `P` [3 * n_pd, 5 * n_paths]; `O_ideal` [3 * n_pd, 6 * n_tm] by the motions of the test masses on their own axes,
+    with its `singular_values` and `rank`; `motion` [6 * n_elements, k] of all elements in the layout frame, of a test
+    mass that of its face; `D` [3 * n_pd, k] (m/K, rad/K); the rigid part of the motion; one `SetReadOut` per set.
     """
 
     P: FloatArray
@@ -90,12 +90,12 @@ def optics_chain(
     rigid = common_mode(layout, motion, node_positions_m)
     P = law_matrix(layout) if P is None else P
     PS = P @ S_BW
-    O_ideal = PS[:, layout.columns_of(layout.test_masses)]
+    O_ideal = PS @ layout.test_mass_motions
     values = np.linalg.svd(O_ideal, compute_uv=False)
     sets = []
     for name, photodiodes in layout.sets.items():
         law = read_out_inverse(layout, name, PS)
-        inverse = np.zeros((len(layout.read_out_columns), len(P)))
+        inverse = np.zeros((len(law.inverse), len(P)))
         inverse[:, layout.laser_rows(photodiodes)] = law.inverse
         gain = inverse @ PS
         sets.append(SetReadOut(name, photodiodes, law, inverse, gain, gain @ motion, gain @ rigid.motion))

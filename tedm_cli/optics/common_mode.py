@@ -1,7 +1,8 @@
-"""The part of the bench's motion that is rigid, apart from the distortion of the bench.
+"""The part of the benches' motion that is rigid, apart from their distortion.
 
 A bench that moves as one against the test masses is read as the opposite motion of the test masses: the bench really
-moves, and the optics make no error. What is left once that is taken off is the distortion of the optical path.
+moves, and the optics make no error. What is left once that is taken off is the distortion of the optical path. Benches
+without a beam between them move each by themselves.
 """
 
 from __future__ import annotations
@@ -11,18 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
 from tedm_cli.optics.sensitivity import cross_matrix
 
 
 @dataclass(frozen=True, eq=False)
 class CommonMode:
-    """Rigid motion of the bench per thermal area.
+    """Rigid motion of each bench per thermal area.
 
-    `amplitude` [6, k] (m/K, rad/K): translation of the point `about` [3] (m) and rotation, layout frame. `motion`
-    [6 * n_elements, k]: the motion of every element that follows, zero for the test masses.
+    `benches`: their names. `amplitude` [6 * n_benches, k] (m/K, rad/K): translation of the points `about`
+    [n_benches, 3] (m) and rotation, layout frame. `motion` [6 * n_elements, k]: the motion of every element that
+    follows, zero for the test masses.
     """
 
+    benches: tuple[str, ...]
     amplitude: FloatArray
     about: FloatArray
     motion: FloatArray
@@ -55,27 +59,33 @@ def rigid_motion_about(pivots_m: FloatArray, centre_m: FloatArray) -> FloatArray
 
 
 def common_mode(layout: OpticalLayout, motion: FloatArray, node_positions_m: FloatArray | None = None) -> CommonMode:
-    """The rigid motion nearest to the elements' motions `motion` [6 * n_elements, k] (m/K, rad/K, layout frame).
+    """The rigid motion of each bench nearest to the elements' motions `motion` [6 * n_elements, k] (m/K, rad/K).
 
-    Least squares over the translations and rotations of all bench elements alike, a rotation counting as the
-    translation that it makes at the rms distance of the elements from their mean position. Windows are not asked: they
-    ride on the inertial sensors, and parallel to their test mass they are not read.
+    In the layout frame. Least squares over the translations and rotations of all elements of a bench alike, a rotation
+    counting as the translation that it makes at the rms distance of the elements from their mean position. Windows are
+    not asked: they ride on the inertial sensors, and parallel to their test mass they are not read. A bench of windows
+    alone asks them.
 
     Parameters
     ----------
     node_positions_m : as for `rigid_motion`.
     """
-    asked = [e for e in layout.bench if e.kind != "window"]
-    points = layout.pivots_m(node_positions_m)[[layout.index(e.name) for e in asked]]
-    about = points.mean(axis=0)
-    lever = float(np.sqrt(np.mean(np.sum((points - about) ** 2, axis=1))))
-    modes = rigid_motion(layout, node_positions_m, about_m=about)
-    rows = layout.columns_of(tuple(asked))
-    weight = np.tile([1.0] * 3 + [lever] * 3, len(asked))[:, None]
-    unit = np.array([lever] * 3 + [1.0] * 3)  # columns of like size, so that the fit is well conditioned at any scale
-    fitted = np.linalg.lstsq(weight * modes[rows] * unit, weight * motion[rows], rcond=None)[0]
-    amplitude = unit[:, None] * fitted
+    pivots = layout.pivots_m(node_positions_m)
+    members = benches(layout)
+    amplitudes, centres = [], []
     followed = np.zeros_like(motion)
-    bench = layout.columns_of(layout.bench)
-    followed[bench] = modes[bench] @ amplitude
-    return CommonMode(amplitude, about, followed)
+    for elements in members.values():
+        asked = [e for e in elements if e.kind != "window"] or list(elements)
+        points = pivots[[layout.index(e.name) for e in asked]]
+        about = points.mean(axis=0)
+        lever = float(np.sqrt(np.mean(np.sum((points - about) ** 2, axis=1)))) or 1.0
+        modes = rigid_motion(layout, node_positions_m, about_m=about)
+        rows = layout.columns_of(tuple(asked))
+        weight = np.tile([1.0] * 3 + [lever] * 3, len(asked))[:, None]
+        unit = np.array([lever] * 3 + [1.0] * 3)  # columns of like size: the fit is well conditioned at any scale
+        fitted = np.linalg.lstsq(weight * modes[rows] * unit, weight * motion[rows], rcond=None)[0]
+        amplitudes.append(unit[:, None] * fitted)
+        centres.append(about)
+        bench = layout.columns_of(elements)
+        followed[bench] = modes[bench] @ amplitudes[-1]
+    return CommonMode(tuple(members), np.concatenate(amplitudes), np.array(centres), followed)

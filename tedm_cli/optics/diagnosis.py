@@ -16,7 +16,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.optics.common_mode import rigid_motion_about
-from tedm_cli.optics.imported import ImportedSensitivity, in_frame
+from tedm_cli.optics.imported import Frame, ImportedSensitivity, in_frame, own_axes
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.labels import input_labels, output_labels
 from tedm_cli.optics.layout import OpticalLayout
@@ -96,6 +96,7 @@ def _hypotheses(trial: _Trial, matrix: ImportedSensitivity, node_positions_m: Fl
     """From the simplest to the least specific."""
     yield from _scaled_kinds(trial)
     yield from _other_points(trial, matrix, node_positions_m)
+    yield from _other_mass_axes(trial, matrix.frame)
     yield from _other_frames(trial)
     yield from _scaled_columns(trial)
     yield from _exchanged(trial)
@@ -149,6 +150,15 @@ def _other_points(trial: _Trial, matrix: ImportedSensitivity, node_positions_m: 
         other = _trial(layout, matrix, in_frame(layout, matrix.frame, points))
         if not np.array_equal(other.M, trial.M):
             yield Explanation(f"rotations look to be about the {what}", float(np.linalg.norm(other.residual)))
+
+
+def _other_mass_axes(trial: _Trial, frame: Frame) -> Iterator[Explanation]:
+    """The columns of the test masses along their own axes, or along those of the frame, whatever was declared."""
+    if trial.layout.has_own_axes:
+        turn = own_axes(trial.layout, frame)
+        for what, axes in (("their own axes", turn), (f"the axes of the {frame} frame", turn.T)):
+            left = float(np.linalg.norm(trial.S @ axes @ trial.M))
+            yield Explanation(f"columns of the test masses look to be along {what}", left)
 
 
 def _other_frames(trial: _Trial) -> Iterator[Explanation]:

@@ -18,11 +18,12 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.optics.invariances import scaled_matrix
 from tedm_cli.optics.labels import Labels, input_labels, laser_labels, output_labels
-from tedm_cli.optics.layout import N_OUTPUTS, Beam, OpticalLayout, Vec3
+from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, Beam, OpticalLayout, Vec3
 from tedm_cli.optics.sensitivity import cross_matrix, turned_about
 
 Slopes = Literal["angle", "zernike", "noll"]
 Frame = Literal["layout", "basic"]
+MassAxes = Literal["frame", "own"]
 
 #: Unit of a row or column: what it measures, and its size in SI.
 UNIT_SCALES: Mapping[str, tuple[Literal["m", "rad"], float]] = {
@@ -84,10 +85,13 @@ class MotionConventions:
     frame : axes of translations, rotations and given reference points: those of the layout, or the model's basic frame.
     reference_points : what the elements turn about: "layout" (their `ref_m`), "grid" (their finite-element grid; a test
         mass has none and keeps `ref_m`), or coordinates in m; one for all, or by element.
+    test_mass_axes : columns of test masses are along the axes of `frame`, or of each along its own; None where the axes
+        of all test masses are those of the layout.
     """
 
     frame: Frame
     reference_points: str | Mapping[str, str | Vec3]
+    test_mass_axes: MassAxes | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +127,8 @@ def import_sensitivity(
 
     Raises
     ------
-    InputError : labels or units that do not fit the layout, or reference points that are missing; all are named.
+    InputError : labels or units that do not fit the layout, or reference points that are missing; all are named. Axes
+        of test masses that are not declared.
     """
     expected = output_labels(layout, outputs.beams)
     lengths = outputs.slopes != "angle"
@@ -131,6 +136,8 @@ def import_sensitivity(
     values, error, digits = _arranged(matrix, rows, input_labels(layout))
     slope = _slopes(layout, outputs)[:, None]
     given, given_error = slope * values, slope * error
+    turn = _mass_axes(layout, motions)
+    given, given_error = given @ turn, given_error @ np.abs(turn)
     if outputs.accuracy is not None:
         unit = scaled_matrix(layout, np.ones_like(given))
         given_error = np.maximum(given_error, outputs.accuracy * np.abs(unit * given).max() / unit)
@@ -146,6 +153,19 @@ def import_sensitivity(
     return ImportedSensitivity(
         S_BW, bound, digits, given, given_error, in_frame(layout, motions.frame, points), motions.frame
     )
+
+
+def own_axes(layout: OpticalLayout, frame: Frame) -> FloatArray:
+    """Motions of all elements as columns have them by those on axes of `frame`, [6 * n_elements, 6 * n_elements].
+
+    Those of test masses turned onto their own axes, of all others as they are: `S_frame = S_own own_axes`.
+    """
+    axes = layout.test_mass_axes if frame == "layout" else layout.test_mass_axes_basic
+    out = np.eye(N_MOTIONS * len(layout.elements))
+    for mass, turn in zip(layout.test_masses, axes, strict=True):
+        columns = layout.columns(mass.name)
+        out[columns, columns] = np.kron(np.eye(2), turn)
+    return out
 
 
 def in_frame(layout: OpticalLayout, frame: Frame, points_m: FloatArray) -> FloatArray:
@@ -243,6 +263,18 @@ def _sizes(labels: Labels) -> FloatArray:
 def _places(given: Labels, wanted: Labels) -> list[int]:
     at = {name: i for i, name in enumerate(given.names)}
     return [at[name] for name in wanted.names]
+
+
+def _mass_axes(layout: OpticalLayout, motions: MotionConventions) -> FloatArray:
+    """What takes columns as declared to the axes of their frame, [6 * n_elements, 6 * n_elements]."""
+    if motions.test_mass_axes is None and layout.has_own_axes:
+        raise InputError(
+            "the test masses have axes of their own; which axes their columns are along is not declared",
+            hint='declare test_mass_axes = "own", or "frame" for those of all other elements; see docs/optics.md',
+        )
+    return (
+        own_axes(layout, motions.frame) if motions.test_mass_axes == "own" else np.eye(N_MOTIONS * len(layout.elements))
+    )
 
 
 def _slopes(layout: OpticalLayout, outputs: Conventions) -> FloatArray:

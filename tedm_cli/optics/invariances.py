@@ -129,7 +129,7 @@ def untouched_entries(layout: OpticalLayout) -> BoolArray:
 
 def _bench_motion(layout: OpticalLayout, PS: FloatArray, motion: FloatArray) -> dict[str, float]:
     bench = layout.columns_of(layout.bench)
-    expected = -motion[layout.read_out_columns]
+    expected = -layout.read_out_motions.T @ motion
     out = {}
     for name, photodiodes in layout.sets.items():
         inverse = read_out_inverse(layout, name, PS).inverse

@@ -1,7 +1,9 @@
 """The optical layout as pure data: elements, ordered beam paths, read-out sets and the frame they are given in.
 
 Vectors are in the layout frame. Element motions are six numbers, `ux uy uz` (m) and `rx ry rz` (rad), along and about
-the layout axes, the rotation being about the element's reference point.
+the layout axes, the rotation being about the element's reference point. Those of test masses are no exception; what is
+measured of them, `x y z` and `theta eta phi`, is along and about each one's own axes, and `test_mass_motions` is where
+the two meet.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.errors import InputError
 
 Vec3 = tuple[float, float, float]
+Axes = tuple[Vec3, Vec3, Vec3]
 Kind = Literal["test_mass", "injector", "window", "beamsplitter", "mirror", "photodiode"]
 Beam = Literal["meas", "ref"]
 Operation = Literal["emit", "R", "T", "detect"]
@@ -24,6 +27,8 @@ Dof = Literal["x", "y", "z", "theta", "eta", "phi"]
 
 #: Place of a test-mass degree of freedom among the six motions; theta, eta, phi turn about x, y, z.
 DOF_COLUMN: Mapping[Dof, int] = {"x": 0, "y": 1, "z": 2, "theta": 3, "eta": 4, "phi": 5}
+
+LAYOUT_AXES: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 N_OUTPUTS = 5  # x, y, opl, z1, z2 of one beam on one photodiode
 N_MOTIONS = 6
@@ -55,10 +60,12 @@ class Tolerances:
     clearance_m : distance that the axis of a beam keeps from the edge of an aperture and from other bodies, m; a few
         beam radii.
     reference_point_m : distance of an element's reference point from its substrate or surface, m.
+    lever_m : distance of an element's reference point from the grid that carries it, m.
     """
 
     clearance_m: float = 0.0
     reference_point_m: float = 0.01
+    lever_m: float = 0.02
 
 
 @dataclass(frozen=True)
@@ -82,6 +89,9 @@ class Element:
     aperture_m : clear radius, or half-sizes along `local_y x normal` and `local_y`, m, about the reference point, for
         all its planes; None where unknown.
     recombination : tolerances of a photodiode on its two beams.
+    lever_ok : whether the lever from its grid is meant, however long.
+    axes : of a test mass, its own x, y, z as rows, unit vectors of the layout frame.
+    bench : the optical bench that it is on, where that is said; None: the one that its beams join it to.
     """
 
     name: str
@@ -96,6 +106,9 @@ class Element:
     grid: int | None = None
     aperture_m: float | tuple[float, ...] | None = None
     recombination: Recombination = Recombination()
+    lever_ok: bool = False
+    axes: Axes = LAYOUT_AXES
+    bench: str | None = None
 
     @property
     def is_plate(self) -> bool:
@@ -151,7 +164,7 @@ class OpticalLayout:
     elements : in the order of the input columns, six columns each.
     paths : in the order of the output rows, five rows each.
     sets : name of a read-out set to its photodiodes.
-    read_out : measured degrees of freedom of every test mass, along and about the layout axes.
+    read_out : measured degrees of freedom of every test mass, along and about its own axes.
     frame_origin_m : origin of the layout frame in the basic frame, m.
     frame_axes : rows are the layout axes x, y, z in the basic frame.
     tolerances : what the checks of the layout allow.
@@ -167,7 +180,7 @@ class OpticalLayout:
     sets: Mapping[str, tuple[str, ...]]
     read_out: tuple[Dof, ...]
     frame_origin_m: Vec3 = (0.0, 0.0, 0.0)
-    frame_axes: tuple[Vec3, Vec3, Vec3] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    frame_axes: Axes = LAYOUT_AXES
     tolerances: Tolerances = Tolerances()
     expansions: tuple[MassExpansion, ...] = ()
     has_geometry: bool = True
@@ -219,10 +232,39 @@ class OpticalLayout:
         return (first[:, None] + np.arange(N_MOTIONS)).reshape(-1)
 
     @cached_property
-    def read_out_columns(self) -> IndexArray:
-        """Input columns of the measured degrees of freedom, test mass by test mass [n_tm * len(read_out)]."""
+    def test_mass_axes(self) -> FloatArray:
+        """Axes of the test masses as rows, [n_tm, 3, 3], layout frame: `v_own = axes @ v_layout`."""
+        return np.array([e.axes for e in self.test_masses])
+
+    @cached_property
+    def test_mass_axes_basic(self) -> FloatArray:
+        """The same in the model's basic frame: `v_own = axes @ v_basic`."""
+        return np.asarray(self.test_mass_axes @ self.axes)
+
+    @cached_property
+    def has_own_axes(self) -> bool:
+        """Whether the axes of any test mass are others than those of the layout."""
+        return any(e.axes != LAYOUT_AXES for e in self.test_masses)
+
+    @cached_property
+    def test_mass_motions(self) -> FloatArray:
+        """Motions of all elements, layout frame, when a test mass moves by one along or about each of its own axes.
+
+        [6 * n_elements, 6 * n_tm], columns `x y z theta eta phi` (m, rad) of each test mass. They are orthonormal, so
+        that the transpose takes motions to those of the test masses on their own axes.
+        """
+        out = np.zeros((N_MOTIONS * len(self.elements), N_MOTIONS * len(self.test_masses)))
+        for i, mass in enumerate(self.test_masses):
+            block = out[self.columns(mass.name), N_MOTIONS * i : N_MOTIONS * (i + 1)]
+            block[:3, :3] = block[3:, 3:] = self.test_mass_axes[i].T
+        return out
+
+    @cached_property
+    def read_out_motions(self) -> FloatArray:
+        """The measured ones of `test_mass_motions`, test mass by test mass, [6 * n_elements, n_tm * len(read_out)]."""
         places = np.array([DOF_COLUMN[dof] for dof in self.read_out], dtype=np.intp)
-        return (self.columns_of(self.test_masses)[::N_MOTIONS, None] + places).reshape(-1)
+        first = N_MOTIONS * np.arange(len(self.test_masses))
+        return np.asarray(self.test_mass_motions[:, (first[:, None] + places).reshape(-1)])
 
     def laser_rows(self, photodiodes: tuple[str, ...]) -> IndexArray:
         """Rows of OPD, WFT1, WFT2 of the given photodiodes [3 * len(photodiodes)]."""

@@ -156,7 +156,7 @@ def _judge_condition(layout: OpticalLayout, S_BW: FloatArray, P: FloatArray, err
     for name, photodiodes in layout.sets.items():
         law = read_out_inverse(layout, name, P @ S_BW)
         rows = layout.laser_rows(photodiodes)
-        unsure = float(np.linalg.norm((np.abs(P[rows]) @ error)[:, layout.read_out_columns], 2))
+        unsure = float(np.linalg.norm(np.abs(P[rows]) @ error @ np.abs(layout.read_out_motions), 2))
         least = float(law.singular_values[-1])
         if unsure > _LOST_DIGITS * least:
             raise PhysicsError(

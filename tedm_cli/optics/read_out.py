@@ -21,6 +21,7 @@ _LOST = 1e-3  # entry of the projector onto the null space from which a degree o
 class ReadOutInverse:
     """Law of one set on the measured degrees of freedom, and its (least-squares) inverse.
 
+    They are those of each test mass on its own axes.
     `O` [3 * n_pd, n_dof] (m, rad by m, rad), `inverse` [n_dof, 3 * n_pd], `condition` in the 2-norm of those units.
     """
 
@@ -41,7 +42,7 @@ def read_out_inverse(layout: OpticalLayout, set_name: str, PS: FloatArray) -> Re
     ------
     PhysicsError : the set cannot tell all measured degrees of freedom apart; those lost are named.
     """
-    law = PS[np.ix_(layout.laser_rows(layout.sets[set_name]), layout.read_out_columns)]
+    law = PS[layout.laser_rows(layout.sets[set_name])] @ layout.read_out_motions
     left, singular, right = np.linalg.svd(law, full_matrices=True)
     n_dof = law.shape[1]
     values = np.zeros(n_dof)

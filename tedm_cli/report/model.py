@@ -18,6 +18,7 @@ def model_section(model: ModelSize, distortion: DistortionSize) -> Section:
         ("Elements", f"{len(model.card):,}"),
         ("Mass", f"{model.mass_kg:.6g} kg"),
         ("Centre of gravity", f"{decimals(model.centre_of_gravity_m.tolist(), 1e3, 3)} mm, Nastran basic frame"),
+        ("Symmetry plane of sides and mirror pairs", model.symmetry_plane),
         *_distortion_facts(distortion),
     ]
     tables = Columns((_areas(model), _elements(model)))

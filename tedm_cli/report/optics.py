@@ -37,7 +37,7 @@ def optics_section(
         *figures["optics"],
         Heading("Read-out by area"),
         Paragraph(
-            "Read-out of the test masses per kelvin, in the layout frame. Sum: all areas warmed together, with their"
+            "Read-out of the test masses per kelvin, in their own frames. Sum: all areas warmed together, with their"
             " signs; rss: root sum of squares over the areas, all of them uncorrelated."
         ),
         _worst_areas(read_outs, areas),

@@ -93,6 +93,7 @@ def key_figures_section(
         row("Model", f"{model.grids:,} grids, {len(model.card):,} elements, {len(areas)} thermal areas"),
         row("Mass", f"{model.mass_kg:.6g} kg"),
         row("Centre of gravity", f"{decimals(model.centre_of_gravity_m.tolist(), 1e3, 3)} mm, Nastran basic frame"),
+        row("Symmetry plane of sides and mirror pairs", model.symmetry_plane),
         row(
             "Largest translation of a grid",
             f"{sci(float(distortion.largest.max()), 3)} m per kelvin of"

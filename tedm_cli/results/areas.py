@@ -7,20 +7,38 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.contracts import SENSITIVITY, AreaDatasets
+from tedm_cli.contracts import AreaDatasets, AreaPlaces
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.symmetry_plane import BASIC_PLANE, SymmetryPlane
 
 
 def read_areas(file: Reader) -> AreaTable:
     """The areas of any file of the build folder, in the order of its arrays over areas."""
+    placed = file.has(AreaPlaces.PLANE_POINT)
     return AreaTable(
         name=np.array(file.strings(AreaDatasets.AREA_NAME)),
         group=np.array(file.strings(AreaDatasets.AREA_GROUP)),
         shield=np.array(file.strings(AreaDatasets.AREA_SHIELD)),
         side=np.array(file.strings(AreaDatasets.AREA_SIDE)),
-        centroid_m=file.array(SENSITIVITY.AREA_CENTROID) if file.has(SENSITIVITY.AREA_CENTROID) else None,
+        centroid_m=file.array(AreaPlaces.AREA_CENTROID) if placed else None,
+        plane=read_plane(file) if placed else BASIC_PLANE,
     )
+
+
+def read_plane(file: Reader) -> SymmetryPlane:
+    """The symmetry plane that a file's areas have their sides of."""
+    return SymmetryPlane(file.array(AreaPlaces.PLANE_POINT), file.array(AreaPlaces.PLANE_NORMAL))
+
+
+def plane_words(plane: SymmetryPlane, origin: str, layout: str) -> str:
+    """Which symmetry plane it is, and where it is from; `layout`: name of the file where it is from one."""
+    source = {
+        "configured": "[areas] symmetry_plane",
+        "layout": f"x-z plane of the layout frame in {layout}",
+        "basic": "the default without an optical layout",
+    }[origin]
+    return f"{plane.words} in the basic frame ({source})"
 
 
 def write_areas(writer: Writer, areas: AreaTable, area_id: IntArray) -> None:

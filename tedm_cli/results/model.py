@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 import numpy as np
 
@@ -10,20 +11,22 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.results.areas import read_areas
+from tedm_cli.results.areas import plane_words, read_areas
 
 
 @dataclass(frozen=True, eq=False)
 class ModelSize:
     """Size and mass (kg) of a finite-element model.
 
-    centre_of_gravity_m : [3], basic frame. areas, area_mass_kg : the k thermal areas and the lumped mass [k] of each.
+    centre_of_gravity_m : [3], basic frame. symmetry_plane : in words, and where it is from.
+    areas, area_mass_kg : the k thermal areas and the lumped mass [k] of each.
     card, element_mass_kg : of every element. concentrated_kg : of every concentrated mass.
     """
 
     grids: int
     mass_kg: float
     centre_of_gravity_m: FloatArray
+    symmetry_plane: str
     areas: AreaTable
     area_mass_kg: FloatArray
     card: list[str]
@@ -33,11 +36,14 @@ class ModelSize:
 
 def read_model_size(unit_loads: Reader) -> ModelSize:
     """Counts and masses in unit_loads.h5."""
+    areas = read_areas(unit_loads)
+    layout = PurePosixPath(unit_loads.string(UNIT_LOADS.PLANE_LAYOUT)).name
     return ModelSize(
         grids=unit_loads.dataset(UNIT_LOADS.GRID_ID).shape[0],
         mass_kg=unit_loads.number(UNIT_LOADS.MASS_TOTAL),
         centre_of_gravity_m=unit_loads.array(UNIT_LOADS.MASS_CENTRE_OF_GRAVITY),
-        areas=read_areas(unit_loads),
+        symmetry_plane=plane_words(areas.plane, unit_loads.string(UNIT_LOADS.PLANE_ORIGIN), layout),
+        areas=areas,
         area_mass_kg=unit_loads.array(UNIT_LOADS.AREA_MASS),
         card=unit_loads.strings(UNIT_LOADS.ELEMENT_TYPE),
         element_mass_kg=unit_loads.array(UNIT_LOADS.ELEMENT_MASS),

@@ -25,8 +25,8 @@ class ReadOuts:
     label, unit : of the read-outs, the same of every set.
     element : the E optical elements and test masses, in the order of the motions.
     N, gain : by set, [r, k] and [r, 6 E] (by m and rad): N = gain motion.
-    motion, rigid_motion : [6 E, k], motion of the elements at their grids, and the part of it in which the bench moves
-        as one; layout frame.
+    motion, rigid_motion : [6 E, k], motion of the elements at their grids, and the part of it in which each bench
+        moves as one; layout frame.
     """
 
     label: list[str]

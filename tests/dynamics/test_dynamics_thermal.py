@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from border_tools import Project
+from border_tools import Project, replace
 from dynamics_models import controlled, example_plant
 
 from tedm_cli.config.project import load_project
@@ -55,3 +57,26 @@ def test_the_controller_hears_the_read_outs_of_the_chosen_set(built: Project, ch
         found = read_read_outs(file)
     for label, row in zip(found.label, found.N[chosen], strict=True):
         np.testing.assert_array_equal(rows.read_out[COORDINATES.index(label)], row)
+
+
+def test_a_test_mass_with_other_axes_is_felt_and_read_along_these(built: Project, tmp_path: Path) -> None:
+    """TM2 turned by 180 degrees about z in both files: x, y, theta and eta change sign in S and N alike, no other does.
+
+    Turned in one file alone it is refused.
+    """
+    here = thermal_rows(load_project(built.folder / "tedm.toml", built.build), "A")
+    project = built.copy(tmp_path / "turned")
+    turned = 'name = "TM2"\naxes = [[-1, 0, 0], [0, -1, 0], [0, 0, 1]]'
+    replace(project.folder / "optics.toml", 'name = "TM2"', turned)
+    project.run("build-optics").ok()
+    project.run("build-dynamics").refused(5, "TM2 has other axes in the optical layout than in the model")
+    replace(project.model, 'name = "TM2"', turned)
+    project.run("build-sensitivity").ok()
+    there = thermal_rows(load_project(project.folder / "tedm.toml", project.build), "A")
+    for labels, was, now in (
+        (STRAY, here.acceleration, there.acceleration),
+        (COORDINATES, here.read_out, there.read_out),
+    ):
+        for label, a, b in zip(labels, was, now, strict=True):
+            turns = label.startswith("TM2") and label.endswith(("_x", "_y", "_theta", "_eta"))
+            np.testing.assert_allclose(b, -a if turns else a, rtol=1e-12, atol=1e-12 * np.abs(was).max())

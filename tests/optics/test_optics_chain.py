@@ -152,7 +152,7 @@ def test_noise_is_the_inverse_law_on_the_disturbance(
         assert pytest.approx(s.gain[:, bench] @ D_opt.reshape(len(D_opt), -1).T, abs=1e-22) == s.N
         assert pytest.approx(s.inverse @ chain.D, abs=1e-22) == s.N
         read = np.eye(6)  # a test mass that moves reads as that motion
-        assert s.gain[:, layout.read_out_columns] == pytest.approx(read, abs=1e-14)
+        assert s.gain @ layout.read_out_motions == pytest.approx(read, abs=1e-14)
 
 
 def test_sets_agree_for_plane_waves_and_differ_for_curved_ones(

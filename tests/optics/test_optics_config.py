@@ -53,6 +53,21 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
     assert layout.paths[1].label == "PD1A ref"
 
 
+def test_axes_of_a_test_mass_are_in_the_layout_frame(layout: OpticalLayout, text: str, tmp_path: Path) -> None:
+    file = tmp_path / "optics.toml"
+    frame = "axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]"
+    turned = text.replace(frame, "axes = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]")
+    assert turned != text
+    file.write_text(turned.replace('name = "TM2"', 'name = "TM2"\naxes = [[-1, 0, 0], [0, -1, 0], [0, 0, 1]]', 1))
+    found = load_layout(file)[1]
+    assert not layout.has_own_axes
+    assert found.has_own_axes
+    assert found.test_mass_axes.tolist() == [np.eye(3).tolist(), np.diag([-1.0, -1.0, 1.0]).tolist()]
+    # x of the layout is y of the model: so is x of TM1, and that of TM2 points the other way.
+    assert found.test_mass_axes_basic[0].tolist() == [[0, 1, 0], [0, 0, 1], [1, 0, 0]]
+    assert found.test_mass_axes_basic[1].tolist() == [[0, -1, 0], [0, 0, -1], [1, 0, 0]]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "where", "fact"),
     [
@@ -115,6 +130,9 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
         ("normal = [1.0, 0.0, 0.0]", "normal = [0.0, 0.0, 0.0]", "element[0].normal", "its length is 0"),
         ("normal = [1.0, 0.0, 0.0]", "normal = [1.0, 0.0]", "element[0].normal", "at least 3"),
         ("local_y = [0.0, 0.0, 1.0]", "local_y = [1.0, 0.0, 0.0]", "element[0].local_y", "not perpendicular"),
+        ("local_y = [0.0, 0.0, 1.0]", "axes = [[1, 0, 0], [0, 0, 1], [0, 1, 0]]", "element[0].axes", "right-handed"),
+        ("local_y = [0.0, 0.0, 1.0]", "axes = [[1, 0, 0], [0, 1, 1e-8], [0, 0, 1]]", "element[0].axes", "orthonormal"),
+        ("aperture_m = 0.018", "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "element[4].axes", "has no such key"),
         ("local_y = [0.0, 0.0, 1.0]", "local_y = [0.0, 0.0, 2.0]", "element[0].local_y", "length is 2"),
         ("ref_m = [0.088, -0.095, 0.0]", 'ref_m = [0.088, "a", 0.0]', "element[2].ref_m[1]", "valid number"),
         ("ref_m = [0.088, -0.095, 0.0]", "ref_m = [0.088, nan, 0.0]", "element[2].ref_m[1]", "finite"),

@@ -17,8 +17,10 @@ from scipy.spatial.transform import Rotation
 from tedm_cli.arrays import FloatArray as Matrix
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.optics.chain import optics_chain
+from tedm_cli.optics.diagnosis import explain_defect
 from tedm_cli.optics.imported import (
     Conventions,
+    Frame,
     LabelledMatrix,
     MotionConventions,
     import_law,
@@ -128,6 +130,40 @@ def test_motions_along_the_basic_axes(layout: OpticalLayout, S_BW: Matrix) -> No
         )
         np.testing.assert_allclose(found.S_BW, about_grids, atol=2e-14)
         assert all(j.passed for j in judge_matrix(placed, found.S_BW, law_matrix(layout), nodes, found.error))
+
+
+@pytest.mark.parametrize("frame", ["layout", "basic"])
+def test_columns_of_test_masses_along_their_own_axes(layout: OpticalLayout, S_BW: Matrix, frame: Frame) -> None:
+    """Each test mass turned otherwise; what is imported is the matrix on the layout's axes, and so are its digits."""
+    axes = Rotation.from_rotvec([0.3, -0.7, 1.1]).as_matrix()
+    own = {"TM1": Rotation.from_rotvec([0.4, 0.0, 0.0]), "TM2": Rotation.from_rotvec([np.pi - 0.2, 0.0, 0.0])}
+    placed = replace(
+        layout,
+        elements=tuple(
+            replace(e, axes=axis_rows(own[e.name].as_matrix().T)) if e.name in own else e for e in layout.elements
+        ),
+        frame_axes=axis_rows(axes),
+    )
+    nodes = nodes_at(placed, 0.01)
+    given = S_BW.copy()
+    for e in placed.elements:
+        columns = given[:, placed.columns(e.name)].reshape(len(S_BW), 2, 3)  # a view
+        turn = np.array(e.axes).T if e.kind == "test_mass" else np.eye(3) if frame == "layout" else axes
+        columns[:] = columns @ turn
+    how = MotionConventions(frame, "layout", "own")
+    found = import_sensitivity(placed, labelled(placed, given), ANGLES, how, nodes)
+    np.testing.assert_allclose(found.S_BW, move_reference_points(S_BW, placed, nodes), atol=2e-14)
+    assert all(j.passed for j in judge_matrix(placed, found.S_BW, law_matrix(placed), nodes, found.error))
+    # Declared otherwise, or not at all.
+    wrong = import_sensitivity(placed, labelled(placed, given), ANGLES, replace(how, test_mass_axes="frame"), nodes)
+    assert not all(j.passed for j in judge_matrix(placed, wrong.S_BW, law_matrix(placed), nodes, wrong.error))
+    assert explain_defect(placed, wrong, nodes) == "columns of the test masses look to be along their own axes"
+    if frame == "layout":
+        wrong = import_sensitivity(placed, labelled(placed, S_BW), ANGLES, how, nodes)
+        named = "columns of the test masses look to be along the axes of the layout frame"
+        assert explain_defect(placed, wrong, nodes) == named
+    with pytest.raises(InputError, match="which axes their columns are along is not declared"):
+        import_sensitivity(placed, labelled(placed, given), ANGLES, replace(how, test_mass_axes=None), nodes)
 
 
 @pytest.mark.parametrize(

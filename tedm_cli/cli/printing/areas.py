@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.results.areas import plane_words
 
 if TYPE_CHECKING:
+    from tedm_cli.config.symmetry_plane import ProjectPlane
     from tedm_cli.stages.model.areas import AreaSummary
 
 
@@ -34,7 +36,13 @@ def area_lines(done: AreaSummary) -> list[str]:
         *table(head, [*rows, total], right=(1, 2, 3, 4, 5)),
         f"centroid: mean of the grids; mass: shared among grids, {elsewhere:.6g} of"
         f" {done.total_kg:.6g} kg on grids of no area",
+        plane_line(done.plane),
         *(f"note: {line}" for line in [*done.found.lines(), *done.notes]),
         f"{done.structural - left:,} of {done.structural:,} structural grids are in exactly one area"
         + ("" if done.is_partition else f", {left:,} in none"),
     ]
+
+
+def plane_line(used: ProjectPlane) -> str:
+    """Which plane gives the areas their sides, and where it is from."""
+    return f"symmetry plane: {plane_words(used.plane, used.origin, used.layout.name if used.layout else '')}"

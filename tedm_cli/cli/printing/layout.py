@@ -38,6 +38,7 @@ def layout_lines(done: LayoutReport) -> list[str]:
         *table(head, rows, right=(2, 3, 4)),
         *warning_lines(done.findings),
         f"{len(done.findings)} checks, {n_errors} failed",
+        *_match_lines(done),
     ]
     if not layout.has_geometry:
         lines.append("the layout has no complete geometry: beams are not traced, S_BW is imported")
@@ -46,6 +47,17 @@ def layout_lines(done: LayoutReport) -> list[str]:
     if done.without_grid:
         lines.append(f"no grid yet, which build-distortion and build-optics need: {', '.join(done.without_grid)}")
     return lines
+
+
+def _match_lines(done: LayoutReport) -> list[str]:
+    """The test masses against those of the model's configuration."""
+    if done.match is None:
+        return [f"not compared with the test masses of the model: {done.unread}"]
+    n = len(done.match.problems)
+    names = ", ".join(done.match.compared)
+    same = f"test masses as in the model: {names}" if names else "no test masses to compare with those of the model"
+    judged = f"{n} differences from the test masses of the model" if n else same
+    return [*(f"warning: {note}" for note in done.match.notes), judged]
 
 
 def warning_lines(findings: Sequence[Finding]) -> list[str]:
@@ -57,7 +69,14 @@ def layout_dict(done: LayoutReport) -> dict[str, Any]:
     """What a program needs of the checks: every one of them."""
     return {
         "layout": str(done.path),
-        "passed": all(f.passed or f.severity == "warning" for f in done.findings),
+        "passed": all(f.passed or f.severity == "warning" for f in done.findings)
+        and not (done.match and done.match.problems),
+        "against_model": None
+        if done.match is None
+        else {
+            "problems": [{"key": key, "fact": fact} for key, fact in done.match.problems],
+            "notes": done.match.notes,
+        },
         "without_grid": done.without_grid,
         "findings": [
             {

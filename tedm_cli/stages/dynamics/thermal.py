@@ -30,7 +30,7 @@ from tedm_cli.results.areas import read_areas
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.self_gravity import read_self_gravity
 
-_AXES = 1e-9  # of the layout frame against those of a test mass
+_AXES = 1e-9  # of a test mass in the layout against those in the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
     ------
     InputError : files of different distortion matrices or areas, or of other configurations than the project's now;
         sensitivities that are not finite.
-    PhysicsError : read-outs along other axes than those of each test mass.
+    PhysicsError : a test mass whose read-outs are along other axes than its accelerations.
     """
     _, layout = load_layout(project.optics)
     s_path, o_path = project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE
@@ -74,13 +74,15 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
         areas = read_areas(s)
         names = dict(zip(s.strings(SENSITIVITY_KIND.TEST_MASS_NAME), TEST_MASSES, strict=True))
         axes = s.array(SENSITIVITY_KIND.TEST_MASS_AXES)
+        measured = dict(zip((e.name for e in layout.test_masses), layout.test_mass_axes_basic, strict=True))
         for i, name in enumerate(names):
-            off = float(np.abs(axes[i] - layout.axes).max())
-            if name in [e.name for e in layout.test_masses] and off > _AXES:
+            off = float(np.abs(axes[i] - measured.get(name, axes[i])).max())
+            if off > _AXES:
                 raise PhysicsError(
-                    f"the read-outs are along the axes of the layout, not of {name} (they differ by {off:.2g})",
+                    f"{name} has other axes in the optical layout than in the model (they differ by {off:.2g}):"
+                    " the read-outs are not along the axes of the loop",
                     where=str(project.optics),
-                    hint="describe the layout in the frame of the test masses, or turn axes in [[test_mass]]",
+                    hint=f"give `axes` to the element {name}, in the layout frame, or turn those of [[test_mass]]",
                 )
         k = len(areas)
         acceleration, read_out = np.zeros((len(STRAY), k)), np.zeros((len(COORDINATES), k))

@@ -34,7 +34,7 @@ from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.unit_loads import mass_of
-from tedm_cli.stages.common import check_test_masses, copy_areas, out_path
+from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
 from tedm_cli.threads import side_by_side
 
@@ -104,7 +104,7 @@ def _build(
     test_masses = config.test_masses()
     g = config.gravity.gravitational_constant_m3_kg_s2
     copy_areas(distortion, writer)
-    writer.write(SENSITIVITY.AREA_CENTROID, unit.array(UNIT_LOADS.AREA_CENTROID))
+    copy_places(distortion, writer)
     writer.write(SENSITIVITY.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
     writer.write(SENSITIVITY.TEST_MASS_NAME, [t.name for t in test_masses])
     writer.write(SENSITIVITY.TEST_MASS_POSITION, [t.position_m for t in test_masses])

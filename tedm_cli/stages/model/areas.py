@@ -16,6 +16,7 @@ from tedm_cli.areas.definitions import AreaGrids, require_partition
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
+from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.errors import UsageError
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import replacing
@@ -45,6 +46,7 @@ class AreaSummary:
     structural: int
     total_kg: float
     notes: list[str]
+    plane: ProjectPlane
 
     @property
     def is_partition(self) -> bool:
@@ -72,6 +74,11 @@ class AreaSummary:
                 }
                 for name, grids, mass, centroid, group, shield, side in columns
             ],
+            "symmetry_plane": {
+                "point_m": self.plane.plane.point_m.tolist(),
+                "normal": self.plane.plane.normal.tolist(),
+                "origin": self.plane.origin,
+            },
             "structural_grids": self.structural,
             "model_kg": self.total_kg,
             "is_partition": self.is_partition,
@@ -128,17 +135,19 @@ def _summary(
 ) -> AreaSummary:
     rows = [np.searchsorted(geometry.grid_id, ids) for ids in found.areas.values()]
     centroid = np.array([geometry.position_m[r].mean(axis=0) for r in rows])
+    plane = project_plane(project, config)
     return AreaSummary(
         source=source,
         origin=origin,
         found=found,
-        table=area_attributes(list(found.areas), centroid, config.areas, where=str(project.model)),
+        table=area_attributes(list(found.areas), centroid, config.areas, plane.plane, where=str(project.model)),
         grids=np.array([len(r) for r in rows]),
         mass_kg=np.array([geometry.lumped_kg[r].sum() for r in rows]),
         centroid_m=centroid,
         structural=int(geometry.structural.sum()),
         total_kg=geometry.total_kg,
         notes=notes,
+        plane=plane,
     )
 
 

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.distortion import RigidFit, plausible_translation, superposition_excess, superposition_residual
-from tedm_cli.errors import ConfigError, InputError, PhysicsError
+from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.blocks import SomeNodes, node_blocks
 from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, provenance
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.progress import Step
 from tedm_cli.results.unit_loads import lever_nodes_of
-from tedm_cli.stages.common import copy_areas, out_path
+from tedm_cli.stages.common import copy_areas, copy_places, out_path, require_plane
+from tedm_cli.stages.layout_match import match_layout
 
 IMPLAUSIBLE = 100.0  # times the free growth of the whole model
-LONGEST_LEVER = 10.0  # from an optical element to its grid, in diagonals of the model
 
 
 @dataclass(frozen=True)
@@ -36,25 +36,36 @@ class DistortionSummary:
     largest_m_per_K: float
     largest_area: str
     largest_rigid_m_per_K: float
+    notes: tuple[str, ...] = ()
 
 
 def build_distortion(project: Project, output: Path | None, step: Step) -> DistortionSummary:
-    """Scale the unit loads to one kelvin, gather the optical elements, and check superposition and plausibility."""
+    """Scale the unit loads to one kelvin, gather the optical elements, and check superposition and plausibility.
+
+    The layout must fit the model that was ingested, and its configuration.
+    """
     optics_file, layout = load_layout(project.optics)
+    _, model = load_model(project.model)
     source = project.build_dir / UNIT_LOADS_FILE
     out = out_path(project, DISTORTION_FILE, output)
     with (
         open_checked(source, UNIT_LOADS) as unit,
         create(out, DISTORTION, provenance([optics_file], [source])) as writer,
     ):
+        require_plane(unit, project, model)
         rows, names = _optical_rows(unit, layout, project.optics)
+        position = unit.array(UNIT_LOADS.GRID_POSITION)
+        size = float(np.linalg.norm(np.ptp(position, axis=0)))
+        match = match_layout(layout, project.optics, model, project.model, position[rows], size)
+        match.require()
         writer.write(DISTORTION.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
         copy_areas(unit, writer)
+        copy_places(unit, writer)
         writer.write(DISTORTION.OPTICAL_NAME, names)
         writer.write(DISTORTION.OPTICAL_GRID, unit.array(UNIT_LOADS.GRID_ID)[rows])
-        writer.write(DISTORTION.OPTICAL_POSITION, unit.array(UNIT_LOADS.GRID_POSITION)[rows])
+        writer.write(DISTORTION.OPTICAL_POSITION, position[rows])
         result = _scale_areas(unit, writer, rows, names, out, step)
-    return result
+    return replace(result, notes=tuple(match.notes))
 
 
 def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[IntArray, list[str]]:
@@ -65,22 +76,7 @@ def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[Int
     absent = [f"{e.name} (grid {e.grid})" for e, r in zip(elements, rows, strict=True) if ids[r] != e.grid]
     if absent:
         raise InputError(f"optical elements whose grid the model lacks: {', '.join(absent)}", where=str(where))
-    _check_levers(layout, unit.array(UNIT_LOADS.GRID_POSITION), rows, where)
     return rows, [e.name for e in elements]
-
-
-def _check_levers(layout: OpticalLayout, position: FloatArray, rows: IntArray, where: Path) -> None:
-    """An element that is many lengths of the model away from its own grid is in other units, or in another frame."""
-    lever = np.linalg.norm(reference_offsets(layout, position[rows]), axis=1)
-    extent = float(np.linalg.norm(np.ptp(position, axis=0)))
-    problems = [
-        (f"element[{layout.index(e.name)}].ref_m", f"{e.name} is {r:.4g} m away from its grid {e.grid}")
-        for e, r in zip(layout.bench, lever, strict=True)
-        if r > LONGEST_LEVER * extent
-    ]
-    if problems:
-        hint = f"the model is {extent:.4g} m across; lengths must be in metres, and [frame] is in the basic frame"
-        raise ConfigError(problems, where=str(where), hint=hint)
 
 
 def _scale_areas(

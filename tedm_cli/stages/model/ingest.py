@@ -15,10 +15,12 @@ from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas,
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
+from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.blocks import PrecisionLossError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, provenance
+from tedm_cli.files.provenance import relative_name
 from tedm_cli.files.store import Writer, create
 from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
@@ -43,6 +45,7 @@ class IngestSummary:
     grids: int
     elements: int
     areas: int
+    plane: ProjectPlane
     masses: MassSummary
     has_uniform: bool
     partial: list[int]
@@ -66,6 +69,7 @@ class MassSummary:
 def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     """Read geometry, masses, areas and displacements, check them, and write them in SI and the basic frame."""
     config_file, config = load_model(project.model)
+    plane = project_plane(project, config)
     deck = project.resolve(config.model.deck)
     results = [project.resolve(p) for p in config.model.op2]
     for path in results:
@@ -85,7 +89,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
     centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
-    table = area_attributes([a.label for a in areas], centroids, config.areas, where=str(project.model))
+    table = area_attributes([a.label for a in areas], centroids, config.areas, plane.plane, where=str(project.model))
     out = out_path(project, UNIT_LOADS_FILE, output)
     links = rigid_links(model, geometry)
 
@@ -99,6 +103,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
             _write_areas(writer, geometry, areas, centroids)
+            _write_plane(writer, plane, out)
             writer.write(UNIT_LOADS.AREA_NAME, table.name)
             writer.write(UNIT_LOADS.AREA_GROUP, table.group)
             writer.write(UNIT_LOADS.AREA_SHIELD, table.shield)
@@ -114,6 +119,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         len(geometry.grid_id),
         len(geometry.elements.id),
         len(areas),
+        plane,
         masses,
         loads.uniform is not None,
         geometry.elements.partial,
@@ -220,3 +226,10 @@ def _write_areas(writer: Writer, geometry: ModelGeometry, areas: Sequence[UnitLo
     writer.write(UNIT_LOADS.AREA_CENTROID, centroids)
     writer.write(UNIT_LOADS.AREA_NODE_OFFSET, np.cumsum([0, *(len(a.rows) for a in areas)]))
     writer.write(UNIT_LOADS.AREA_NODE_INDEX, np.concatenate([a.rows for a in areas]))
+
+
+def _write_plane(writer: Writer, used: ProjectPlane, out: Path) -> None:
+    writer.write(UNIT_LOADS.PLANE_POINT, used.plane.point_m)
+    writer.write(UNIT_LOADS.PLANE_NORMAL, used.plane.normal)
+    writer.write(UNIT_LOADS.PLANE_ORIGIN, used.origin)
+    writer.write(UNIT_LOADS.PLANE_LAYOUT, "" if used.layout is None else relative_name(used.layout, out.parent))

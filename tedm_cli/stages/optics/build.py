@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, OPTICS
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import DISTORTION_FILE, OPTICS_FILE, provenance
 from tedm_cli.files.store import create, open_checked
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
@@ -20,7 +22,8 @@ from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.optics.matrix_checks import BlockDifference, Judged
 from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.results.optics import read_bench_motion
-from tedm_cli.stages.common import copy_areas, out_path
+from tedm_cli.stages.common import copy_areas, copy_places, out_path, require_plane
+from tedm_cli.stages.layout_match import match_layout
 from tedm_cli.stages.optics.layout import refuse_failures
 from tedm_cli.stages.optics.matrices import optical_matrices
 
@@ -36,6 +39,7 @@ class OpticsSummary:
     differences: tuple[BlockDifference, ...]  # of an imported S_BW from the traced one, largest first
     largest_offset_m: float
     warnings: tuple[Finding, ...]
+    notes: tuple[str, ...]
 
 
 def build_optics(project: Project, output: Path | None) -> OpticsSummary:
@@ -44,6 +48,7 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
     layout = config.layout
     findings = check_layout(layout) if layout.has_geometry else ()
     refuse_failures(findings, project.optics)
+    _, model = load_model(project.model)
     source = project.build_dir / DISTORTION_FILE
     out = out_path(project, OPTICS_FILE, output)
     with (
@@ -59,12 +64,16 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
                 hint="rebuild it with `tedm build-distortion`",
             )
         position = bench.position_m
+        require_plane(distortion, project, model)
+        match = match_layout(layout, project.optics, model, project.model, position)
+        match.require()
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged
         face = face_motion(layout, distortion.strings(DISTORTION.AREA_NAME))
         chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
+        copy_places(distortion, writer)
         inputs, outputs, laser, read_out = (
             input_labels(layout),
             output_labels(layout),
@@ -78,7 +87,8 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write(OPTICS.MOTION, chain.motion, units="m/K or rad/K, see /label/element_dof")
         writer.write(OPTICS.RIGID_MOTION, chain.rigid.motion, units="m/K or rad/K, see /label/element_dof")
         writer.write(OPTICS.COMMON_MODE_MOTION, chain.rigid.amplitude, units="m/K (three), rad/K (three)")
-        writer.write(OPTICS.COMMON_MODE_ABOUT, chain.rigid.about)
+        writer.write(OPTICS.COMMON_MODE_ABOUT, chain.rigid.about.reshape(-1))
+        writer.write(OPTICS.BENCH_NAME, list(chain.rigid.benches))
         per_kelvin = "m/K or rad/K, see /label/read_out_unit"
         for read in chain.sets:
             writer.write(OPTICS.N.of(read.name), read.N, units=per_kelvin)
@@ -103,7 +113,11 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write(OPTICS.RESIDUAL_LIMIT, [j.limit for j in judged])
         writer.write(OPTICS.ORIGIN_S_BW, matrices.origins[0])
         writer.write(OPTICS.ORIGIN_P, matrices.origins[1])
+        on = {e.name: name for name, elements in benches(layout).items() for e in elements}
         writer.write(OPTICS.ELEMENT_NAME, [e.name for e in layout.elements])
+        writer.write(OPTICS.ELEMENT_BENCH, [on.get(e.name, "") for e in layout.elements])
+        writer.write(OPTICS.TEST_MASS_NAME, [e.name for e in layout.test_masses])
+        writer.write(OPTICS.TEST_MASS_AXES, layout.test_mass_axes)
         writer.write(OPTICS.ELEMENT_PIVOT, layout.pivots_m(position))
         writer.write(OPTICS.OPTICAL_NAME, names)
         writer.write(OPTICS.REFERENCE_POINT_OFFSET, offsets)
@@ -117,4 +131,5 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         matrices.differences,
         float(np.linalg.norm(offsets, axis=1).max()),
         failures(findings, "warning"),
+        tuple(match.notes),
     )

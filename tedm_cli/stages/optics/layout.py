@@ -5,20 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.errors import PhysicsError
+from tedm_cli.errors import PhysicsError, TedmError
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
+from tedm_cli.stages.layout_match import Match, match_layout
 
 
 @dataclass(frozen=True)
 class LayoutReport:
-    """What was found in the layout at `path`."""
+    """What was found in the layout at `path`; `match`: against the model's configuration, None where that is not there.
+
+    `unread`: why it could not be read.
+    """
 
     path: Path
     layout: OpticalLayout
     findings: tuple[Finding, ...]
+    match: Match | None
+    unread: str
 
     @property
     def without_grid(self) -> list[str]:
@@ -30,10 +37,17 @@ def inspect_layout(project: Project) -> LayoutReport:
     """Check the project's layout; nothing is raised for what fails, see `refuse_failures`.
 
     A layout without geometry, whose S_BW is imported, has nothing to be checked. Grids may be missing: the bench is
-    often designed before the finite-element model.
+    often designed before the finite-element model, whose configuration need not be there or sound either.
     """
     _, layout = load_layout(project.optics, needs_grids=False)
-    return LayoutReport(project.optics, layout, check_layout(layout) if layout.has_geometry else ())
+    findings = check_layout(layout) if layout.has_geometry else ()
+    try:
+        _, model = load_model(project.model)
+    except TedmError as exc:
+        unread = str(exc).splitlines()[0] if project.model.exists() else f"{project.model}: no such file"
+        return LayoutReport(project.optics, layout, findings, None, unread)
+    match = match_layout(layout, project.optics, model, project.model)
+    return LayoutReport(project.optics, layout, findings, match, "")
 
 
 def refuse_failures(findings: tuple[Finding, ...], where: Path) -> None:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import read_toml
 from tedm_cli.config.imported import law_of, sensitivity_of
@@ -26,6 +28,7 @@ from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivi
 T = TypeVar("T")
 
 _READERS: dict[str, Callable[[Path, str], RawMatrix]] = {".csv": read_csv, ".npz": read_npz, ".mat": read_mat}
+_SKEW = 1e-9  # rad, of the normal of a face off the axes of its test mass
 _DECLARE = "give the matrix in SI, or declare what its entries are; see docs/optics.md"
 
 
@@ -59,7 +62,9 @@ def optical_matrices(config: OpticsConfig, position: FloatArray) -> OpticalMatri
         judged = judge_matrix(layout, S_BW, P, position)
         if any(not j.passed for j in judged):
             raise PhysicsError(
-                f"invariances of the optical sensitivity matrix fail: {_failed(judged)}", where=str(config.file.path)
+                f"invariances of the optical sensitivity matrix fail: {_failed(judged)}",
+                where=str(config.file.path),
+                hint=_skew_faces(layout),
             )
         return OpticalMatrices(S_BW, P, judged, ("ray trace", law_origin), ())
     imported = _sensitivity(layout, config.S_BW, position)
@@ -89,6 +94,15 @@ def _judge(
         cause = f"no single slip explains it; most changes {most_changed(layout, imported)}"
         hint = "declare its accuracy if the entries are not exact to their digits; see docs/optics.md"
     raise PhysicsError(f"invariances of S_BW fail: {_failed(judged)}; {cause}", where=str(path), hint=hint)
+
+
+def _skew_faces(layout: OpticalLayout) -> str:
+    """What to do about test masses whose face looks along none of their axes; empty where there is none."""
+    for mass, axes in zip(layout.test_masses, layout.test_mass_axes, strict=True):
+        off = float(np.arcsin(np.min(np.linalg.norm(np.cross(axes, mass.normal), axis=1)).clip(max=1.0)))
+        if off > _SKEW:
+            return f"the face of {mass.name} looks {off:.2g} rad off its axes; give the element the test mass's `axes`"
+    return ""
 
 
 def _failed(judged: tuple[Judged, ...]) -> str:

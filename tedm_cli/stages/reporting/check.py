@@ -7,9 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli import __version__
-from tedm_cli.errors import InputError
+from tedm_cli.config.symmetry_plane import plane_of_frame
+from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.errors import InputError, TedmError
+from tedm_cli.files.provenance import absolute_path
 from tedm_cli.files.seal import sha256_of
-from tedm_cli.files.store import kind_of, open_checked
+from tedm_cli.files.store import Reader, kind_of, open_checked
+from tedm_cli.results.areas import read_plane
 
 
 @dataclass(frozen=True)
@@ -51,13 +55,14 @@ def check_file(path: Path) -> FileCheck:
     try:
         with open_checked(path, kind) as file:
             provenance = file.provenance()
+            turned = _turned(file) if kind is UNIT_LOADS else []
             made_with = str(file.attributes["tedm_version"])
     except InputError as exc:
         return FileCheck(path, kind.name, [exc.fact])
     problems = [] if made_with == __version__ else [f"made by tedm {made_with}, this is {__version__}"]
     items = [(c.path, c.sha256) for c in provenance.configs] + [(i.path, i.sha256) for i in provenance.inputs]
     problems += [p for path_used, digest in items if (p := _compare(path_used, digest))]
-    return FileCheck(path, kind.name, problems, tuple(i.path for i in provenance.inputs))
+    return FileCheck(path, kind.name, problems + turned, tuple(i.path for i in provenance.inputs))
 
 
 def _with_ancestors(checks: list[FileCheck]) -> list[FileCheck]:
@@ -73,6 +78,22 @@ def _with_ancestors(checks: list[FileCheck]) -> list[FileCheck]:
         ]
         bad = {c.path.resolve(): c for c in out if c.problems}
     return out
+
+
+def _turned(file: Reader) -> list[str]:
+    """Of unit loads whose symmetry plane is from the frame of a layout, of which nothing else matters to them."""
+    name = file.string(UNIT_LOADS.PLANE_LAYOUT)
+    if not name:
+        return []
+    layout = absolute_path(name, file.path.parent)
+    if not layout.exists():
+        return [f"{layout}, whose frame gives the symmetry plane, is gone"]
+    try:
+        now = plane_of_frame(layout)
+    except TedmError:
+        return [f"{layout}, whose frame gives the symmetry plane, cannot be read"]
+    used = read_plane(file)
+    return [] if now.is_same(used) else [f"its symmetry plane was {used.words}; by {layout} it is {now.words} now"]
 
 
 def _compare(path: Path, sha256: str) -> str:

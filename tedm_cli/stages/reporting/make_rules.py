@@ -17,6 +17,7 @@ from tedm_cli.config.dynamics import load_dynamics
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
+from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.config.temperature_tables import table_paths
 from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.errors import ConfigError
@@ -50,7 +51,7 @@ class _Variables:
         self.lines.append(f"{name} := {' '.join(words)}".rstrip(" "))
 
     def word(self, name: str, value: str) -> None:
-        """A variable with an identifier or nothing."""
+        """A variable with an identifier, numbers or nothing."""
         self.lines.append(f"{name} := {value}".rstrip(" "))
 
 
@@ -73,6 +74,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("CASES_TOML", "cases", [project.cases])
     make.files("MODEL_SOURCES", "model.bdf", [bdf, listed] if own else [])
     make.files("AREAS_CSV", "model.areas_csv", [listed])
+    make.word("SYMMETRY_PLANE", project_plane(project, model).plane.key)
     make.files("UNIT_DECK", "model.deck", [project.resolve(model.model.deck)])
     make.files("OP2", "model.op2", [project.resolve(p) for p in model.model.op2])
     make.word("SOLVED_BY_TEDM", "yes" if own else "")

@@ -16,6 +16,7 @@ from tedm_cli.errors import UsageError
 from tedm_cli.figures.pages import NUMBER, SHARES, in_parts, map_pages, without_twins
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import Results
@@ -38,6 +39,7 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     source = (f"{results.optics_file.path.name} {results.optics_file.sha256}",)
     first = next(iter(layout.sets))
     read_outs = read_read_outs(file)
+    bench = "the bench" if len(benches(layout)) == 1 else "each bench"
     specs: list[FigureSpec] = []
 
     def add(name: str, section: str, caption: str, drawn: Callable[[], Figure]) -> None:
@@ -77,10 +79,10 @@ def optics_specs(results: Results) -> list[FigureSpec]:
                 f"shares_{_QUANTITY[unit]}{part.suffix}.svg",
                 "read-out",
                 f"Read-outs of {_QUANTITY[unit]} of set {first} ({shown}/K): the areas that matter most, and what"
-                " makes the read-out under the first of these areas: the bench moving as one against the test masses,"
+                f" makes the read-out under the first of these areas: {bench} moving as one against the test masses,"
                 " and the distortion of each element by its motions. Contributions have signs; they sum to the"
                 f" read-out{part.words}.",
-                partial(_shares_figure, read_outs, first, areas, some),
+                partial(_shares_figure, read_outs, first, areas, some, f"{bench} as one".removeprefix("the ")),
             )
     if not layout.has_geometry:
         return specs
@@ -126,7 +128,7 @@ def worst_area(read_out: FloatArray) -> int:
     return first_largest(range(len(read_out)), [float(v) for v in np.abs(read_out)])
 
 
-def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int]) -> Figure:
+def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int], bench: str) -> Figure:
     """What makes some read-outs of one set that share a unit, each under the area with the largest."""
     from tedm_cli.figures.shares import ReadOutShares, shares_figure
 
@@ -141,7 +143,7 @@ def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int]
         ReadOutShares(r.label[i], shown, factor * noise[i], worst[i], factor * share[i, :, :, worst[i]]) for i in rows
     ]
     title = f"What makes the read-out {_QUANTITY[unit]}s, set {name}"
-    return shares_figure(chosen, areas.name.tolist(), ["bench as one", *r.element], title)
+    return shares_figure(chosen, areas.name.tolist(), [bench, *r.element], title)
 
 
 def _area_spec(results: Results, areas: AreaTable, area: int, remark: str) -> FigureSpec:

@@ -1,0 +1,60 @@
+"""The symmetry plane of a project: what the model's configuration says, else the layout's frame, else basic y = 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from tedm_cli.config.base import read_toml, validate
+from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.optics_checks import frame_problems
+from tedm_cli.config.optics_tables import FrameTable
+from tedm_cli.config.project import Project
+from tedm_cli.errors import ConfigError
+from tedm_cli.symmetry_plane import BASIC_PLANE, SymmetryPlane
+
+PlaneOrigin = Literal["configured", "layout", "basic"]
+
+
+@dataclass(frozen=True)
+class ProjectPlane:
+    """The plane, and where it is from; `layout`: the layout file, where the plane is that of its frame."""
+
+    plane: SymmetryPlane
+    origin: PlaneOrigin
+    layout: Path | None = None
+
+
+def project_plane(project: Project, config: ModelConfig) -> ProjectPlane:
+    """The symmetry plane of a project's thermal areas.
+
+    Raises
+    ------
+    ConfigError : there is a layout, but no telling what its frame is.
+    """
+    table, layout = config.areas.symmetry_plane, project.optics
+    if table is not None:
+        return ProjectPlane(SymmetryPlane(np.array(table.point_m), np.array(table.normal)), "configured")
+    # A bench that is not there yet does not keep gravity from being looked at; what it changes is noticed later.
+    if layout is None or not layout.exists():
+        return ProjectPlane(BASIC_PLANE, "basic")
+    return ProjectPlane(plane_of_frame(layout), "layout", layout)
+
+
+def plane_of_frame(layout: Path) -> SymmetryPlane:
+    """The x-z plane of a layout's frame; of the file only its table `[frame]` need be sound."""
+    data = read_toml(layout)[1]
+    hint = "the sides of thermal areas follow it; [areas] symmetry_plane in the model's configuration may give them"
+    if not isinstance(data.get("frame"), dict):
+        raise ConfigError([("frame", "missing, or no table")], where=str(layout), hint=hint)
+    try:
+        frame = validate(FrameTable, data["frame"], where=str(layout))
+    except ConfigError as exc:
+        problems = [(f"frame.{key}" if key else "frame", fact) for key, fact in exc.problems]
+        raise ConfigError(problems, where=str(layout), hint=hint) from exc
+    if problems := frame_problems(frame):
+        raise ConfigError(problems, where=str(layout), hint=hint)
+    return SymmetryPlane(np.array(frame.origin_m), np.array(frame.axes[1]))
