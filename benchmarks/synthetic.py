@@ -16,6 +16,7 @@ from tedm_cli.config.base import read_toml
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.deck_units import SI
 from tedm_cli.files.provenance import Provenance
 from tedm_cli.files.store import create
 from tedm_cli.nastran.geometry import ModelGeometry
@@ -180,6 +181,7 @@ def _of_results(
         structural=np.arange(len(nowhere)) >= model.optical,
         in_rigid_element=nowhere > 0,
         lumped_kg=nowhere,
+        units=SI,
     )
     every = [*loads.areas, *([loads.uniform] if loads.uniform else [])]
     return unit_load_displacements(results, every, cast(ModelGeometry, geometry))

@@ -45,7 +45,7 @@ def write_deck(
     say(
         quiet,
         f"{done.path}: {done.areas} unit loads and the uniform load on {done.grids:,} grids,"
-        f" from {done.reference_K:.12g} K",
+        f" from {done.reference:.12g} {done.temperature}",
         *(f"note: {note}" for note in done.notes),
     )
 

@@ -25,6 +25,7 @@ from tedm_cli.config.base import (
     load,
     named_by_project,
 )
+from tedm_cli.config.units import UnitsTable
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
@@ -42,9 +43,10 @@ Edges = Length | Annotated[list[Length], Field(min_length=3, max_length=3)]
 RotationVector = Annotated[list[Angle], Field(min_length=3, max_length=3)]
 
 
-class ModelTable(Strict):
+class ModelTable(UnitsTable):
     """Where the finite-element model and its unit-load results are; `{build_dir}` stands for the build folder.
 
+    The units are those of `bdf`, `deck` and `op2` alike (`UnitsTable`).
     `bdf` is what `write-deck` reads; `areas_csv` (node_id,area) defines areas, before those of `[[areas.define]]`.
     `deck` and `op2` are the unit-load deck and its results, the user's own where Nastran solved them; left out, they
     are made in the build folder.

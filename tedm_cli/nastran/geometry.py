@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
@@ -17,6 +18,7 @@ from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.plausible import check_units
 from tedm_cli.nastran.positions import Frames, basis_at, frames_of, grid_positions
 from tedm_cli.nastran.rigid_grids import grids_of_rigid_elements
+from tedm_cli.nastran.units import elements_in_si, frames_in_si, in_si, units_of
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class ModelGeometry(Grids):
     """Geometry and mass of a finite-element model.
 
     grid_id [N] ascending; position_m [N,3] in the basic frame; lumped_kg [N]: every element's mass shared equally
-    among its corners, plus concentrated masses; `files`: the deck and its includes.
+    among its corners, plus concentrated masses; `files`: the deck and its includes; `units`: those of the deck.
     """
 
     position_m: FloatArray
@@ -46,6 +48,7 @@ class ModelGeometry(Grids):
     elements: Elements
     concentrated: Concentrated
     lumped_kg: FloatArray
+    units: DeckUnits = SI
 
     @property
     def total_kg(self) -> float:
@@ -94,7 +97,7 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
 
     Raises
     ------
-    InputError : no grids or no elements, units far from SI, masses that are not read, non-positive total mass; what
+    InputError : no grids or no elements, other units than were said, masses that are not read, no mass at all; what
         `refuse_matrices` refuses.
     """
     basic = grids(model, files)
@@ -117,8 +120,11 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
 
     elements = model_elements(model, position, rows, to_basic, factor, where)
     concentrated = concentrated_masses(model, frames, factor, where, position_of, rows)
+    units = units_of(model)  # until here all is in those
+    elements, concentrated = elements_in_si(elements, units), in_si(concentrated, units)
+    frames, position = frames_in_si(frames, units), units.length_m * position
     lumped = lumped_masses(len(ids), elements, concentrated)
-    check_units(position, elements, float(lumped.sum()), where)
+    check_units(position, elements, float(lumped.sum()), where, units, factor)
     return ModelGeometry(
         files=files,
         grid_id=ids,
@@ -128,6 +134,7 @@ def model_geometry(model: Any, files: list[Path]) -> ModelGeometry:
         elements=elements,
         concentrated=concentrated,
         lumped_kg=lumped,
+        units=units,
         structural=basic.structural,
         in_rigid_element=basic.in_rigid_element,
     )

@@ -11,6 +11,8 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.nastran.frames import local_coordinates
 from tedm_cli.nastran.geometry import Grids, rows_of
+from tedm_cli.nastran.positions import Frames, frames_of, grid_positions
+from tedm_cli.nastran.units import frames_in_si, units_of
 
 _KINDS = {"GRID": "grid", "ELEM": "element", "ELEMENT": "element", "PROP": "property", "PROPERTY": "property"}
 
@@ -22,7 +24,7 @@ class Membership:
     grid_id [N] ascending; structural [N]: corners of elements. element_id [E] ascending, property_id [E] (0: none);
     node_offset [E+1] and node_index: rows of the grid table. property_materials: (property, material) pairs [P,2];
     element_material [E]: of elements without property (0: none). sets: by id, (where it stands, what its ids are, ids).
-    position_m [N,3] (basic frame) and frames (type, origin [3], axes [3,3] as rows): empty unless asked for.
+    position_m [N,3] (basic frame) and frames (type, origin [3] in m, axes [3,3] as rows): empty unless asked for.
     """
 
     grid_id: IntArray
@@ -35,7 +37,7 @@ class Membership:
     element_material: IntArray
     sets: dict[int, list[tuple[str, str, IntArray]]]
     position_m: FloatArray
-    frames: dict[int, tuple[str, FloatArray, FloatArray]]
+    frames: Frames
 
     def of_material(self, material: IntArray) -> BoolArray:
         """Elements [E] that have one of these materials in any layer."""
@@ -66,6 +68,8 @@ def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
     sets: dict[int, list[tuple[str, str, IntArray]]] = {}
     for sid, entry in _sets(model):
         sets.setdefault(sid, []).append(entry)
+    units, frames = units_of(model), frames_of(model) if positions else {}
+    place = grid_positions(model, grids.grid_id, frames) if positions else np.zeros((0, 3))
     return Membership(
         grid_id=grids.grid_id,
         structural=grids.structural,
@@ -76,10 +80,8 @@ def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
         property_materials=np.array(pairs, dtype=np.int64).reshape(-1, 2),
         element_material=np.array(mids, dtype=np.int64),
         sets=sets,
-        position_m=np.array(
-            [model.nodes[int(i)].get_position() for i in grids.grid_id] if positions else [], dtype=float
-        ).reshape(-1, 3),
-        frames=_frames(model) if positions else {},
+        position_m=units.length_m * place,
+        frames=frames_in_si(frames, units),
     )
 
 
@@ -87,13 +89,6 @@ def _materials(prop: Any) -> list[int]:
     """Materials of a property: of all layers of a laminate; of membrane, bending and shear of a plate; else the one."""
     found = getattr(prop, "material_ids", None) or [getattr(prop, "mid", None), *(getattr(prop, "mids", None) or [])]
     return [int(mid) for mid in found if mid]
-
-
-def _frames(model: Any) -> dict[int, tuple[str, FloatArray, FloatArray]]:
-    return {
-        int(cid): (str(c.Type), np.array(c.origin, dtype=float), np.array(c.beta(), dtype=float))
-        for cid, c in model.coords.items()
-    }
 
 
 def _sets(model: Any) -> Iterator[tuple[int, tuple[str, str, IntArray]]]:

@@ -1,24 +1,27 @@
 """What no structure has: bounds on its size, densities, thicknesses and expansion, wide of every real material.
 
-Satellites and their parts lie inside of these by a wide margin; what does not is a slip, a damaged file, or in
-millimetres, tonnes or pounds.
+Satellites and their parts lie inside of these by a wide margin; what does not is a slip, a damaged file, or in other
+units than the configuration says.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.deck_units import AREA, DENSITY, EXPANSION, LENGTH, MASS, SYSTEMS, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.elements import Elements
 from tedm_cli.nastran.temperatures import expansion_coefficients
 
 _EXTENT_M = (1e-3, 1e2)
 _DENSEST = (1e2, 3e4)  # kg/m3; every structure has some solid metal, glass or laminate
+_LIKELY_M, _LIKELY = (2e-2, 5e1), (1e3, 2.2e4)  # narrower, m and kg/m3: what is advised must look like an instrument
 _MOST_KG = 1e6
 _LEAST_KG_PER_CUBED_EXTENT = 1e-4
 _THICKEST = 1e2  # m, of plates, tubes and their diameters; of what is as large as the model, and no unit is wrong
@@ -27,10 +30,10 @@ _LIGHTEST = 10.0  # kg/m3; honeycomb has 16 and more
 _STRUCTURE = ("CHEXA", "CPENTA", "CTETRA", "CPYRAM", "CQUAD", "CTRIA", "CBAR", "CBEAM", "CROD", "CONROD", "CTUBE")
 _ROUNDING = 1e-6  # of an inertia: what has no width has no inertia about its length
 _ROUNDING_OF_LEVER = 1e-3  # of a mass on a lever: small fields have as few as four digits
-_SI = "lengths must be in metres, masses in kilograms"
+_WEIGHTS = ("m-kg-s", "mm-t-s", "in-lbf-s")  # systems in which densities are given as weights, for PARAM,WTMASS
 
 
-def check_plausible(model: Any, where: str) -> None:
+def check_plausible(model: Any, where: str, units: DeckUnits) -> None:
     """Refuse materials and properties that no structure has, of a model that need not be cross-referenced.
 
     Raises
@@ -43,7 +46,7 @@ def check_plausible(model: Any, where: str) -> None:
         density = getattr(material, "rho", None)
         if density is not None and float(density) < 0.0:
             raise InputError(f"{name}: a density of {float(density):.4g} is negative", where=where)
-        largest = max((abs(a) for a in expansion_coefficients(material)), default=0.0)
+        largest = units.factor(EXPANSION) * max((abs(a) for a in expansion_coefficients(material)), default=0.0)
         if largest > _MOST_EXPANSION:
             raise InputError(
                 f"{name}: an expansion of {largest:.4g} per kelvin, which no solid has",
@@ -54,7 +57,8 @@ def check_plausible(model: Any, where: str) -> None:
             raise InputError(f"{name}: the stiffness is not positive definite", where=where)
     for pid, prop in sorted(model.properties.items()):
         for what, size in _sizes(prop):
-            check_size(size, f"{prop.type} {pid}", what, where)
+            factor = units.factor(AREA if what == "section" else LENGTH)
+            _check_size(factor * size, f"{prop.type} {pid}", what, where, units)
 
 
 def anisotropic_stiffness(material: Any) -> FloatArray:
@@ -66,11 +70,14 @@ def anisotropic_stiffness(material: Any) -> FloatArray:
     return upper + np.triu(upper, 1).T
 
 
-def check_size(size: float, name: str, what: str, where: str) -> None:
-    """Refuse a negative thickness or area, or one that is larger than any model."""
-    if not 0.0 <= size <= _THICKEST:
-        fact = "is negative" if size < 0.0 else "is larger than any model"
-        raise InputError(f"{name}: a {what} of {size:.4g} {fact}", where=where, hint=_SI)
+def _check_size(size: float, name: str, what: str, where: str, units: DeckUnits) -> None:
+    """Refuse a negative thickness (m) or area (m²), or one that is larger than any model."""
+    if size < 0.0:
+        raise InputError(f"{name}: a {what} of {size:.4g} is negative", where=where)
+    if not size <= _THICKEST:
+        unit = "m2" if what == "section" else "m"
+        fact = f"{name}: a {what} of {size:.4g} {unit} is larger than any model"
+        raise InputError(fact, where=where, hint=_set_units(units))
 
 
 def _sizes(prop: Any) -> Iterator[tuple[str, float]]:
@@ -85,30 +92,113 @@ def _sizes(prop: Any) -> Iterator[tuple[str, float]]:
         yield from (("section", float(a)) for a in np.atleast_1d(prop.A))
 
 
-def check_units(position: FloatArray, elements: Elements, total_kg: float, where: str) -> None:
-    """Refuse models that cannot be in metres and kilograms. Any of the four can look right while another does not."""
-    extent = float(np.ptp(position, axis=0).max())
-    if not _EXTENT_M[0] <= extent <= _EXTENT_M[1]:
-        raise InputError(f"the model is {extent:.4g} m long", where=where, hint=_SI)
+@dataclass(frozen=True)
+class _Model:
+    """Length of a model (m), its densest element (id; kg/m3, 0 where none has a density), its mass (kg)."""
+
+    extent_m: float
+    densest_id: int
+    densest: float
+    total_kg: float
+
+    def fault(self) -> str:
+        """What no model has; empty where nothing is. Any of the four can look right while another does not."""
+        if not _EXTENT_M[0] <= self.extent_m <= _EXTENT_M[1]:
+            return f"the model is {self.extent_m:.4g} m long"
+        if self.densest and not _DENSEST[0] <= self.densest <= _DENSEST[1]:
+            return f"the densest element ({self.densest_id}) has {self.densest:.4g} kg/m3, which no solid has"
+        if self.total_kg > _MOST_KG:
+            return f"the model has a mass of {self.total_kg:.4g} kg"
+        if self.total_kg < _LEAST_KG_PER_CUBED_EXTENT * self.extent_m**3:
+            return f"the model has {self.total_kg:.4g} kg on a length of {self.extent_m:.4g} m"
+        return ""
+
+    def is_likely(self) -> bool:
+        """Whether it looks like an instrument or a satellite of metals and glasses."""
+        return (
+            not self.fault()
+            and _LIKELY_M[0] <= self.extent_m <= _LIKELY_M[1]
+            and (not self.densest or _LIKELY[0] <= self.densest <= _LIKELY[1])
+            and self.total_kg <= _LIKELY[1] * self.extent_m**3
+        )
+
+    def if_in(self, units: DeckUnits, said: DeckUnits, per_mass: float) -> _Model:
+        """The same deck in other units than those that were said, its masses times `per_mass`."""
+        length, mass, density = (units.factor(d) / said.factor(d) for d in (LENGTH, MASS, DENSITY))
+        return _Model(
+            length * self.extent_m,
+            self.densest_id,
+            density * per_mass * self.densest,
+            mass * per_mass * self.total_kg,
+        )
+
+    def __str__(self) -> str:
+        densest = f", its densest element of {self.densest:,.4g} kg/m3" if self.densest else ""
+        return f"{self.extent_m:.3g} m long and of {self.total_kg:.3g} kg{densest}"
+
+
+def check_units(
+    position: FloatArray, elements: Elements, total_kg: float, where: str, units: DeckUnits, wtmass: float
+) -> None:
+    """Refuse models that cannot be in the units that the configuration says, and say in which they could be.
+
+    Parameters
+    ----------
+    position, elements, total_kg : of the model, in SI, with PARAM,WTMASS (`wtmass`) in its masses.
+    units : what they were taken to be in.
+    """
+    density = np.nan_to_num(elements.density)
+    densest = int(density.argmax()) if density.any() else -1
+    model = _Model(
+        float(np.ptp(position, axis=0).max()),
+        int(elements.id[densest]) if density.any() else 0,
+        float(density[densest]) if density.any() else 0.0,
+        total_kg,
+    )
     if not total_kg > 0:
         raise InputError("the model has no mass", where=where, hint="set the density of its materials")
-    density = np.nan_to_num(elements.density)
-    if density.any():
-        densest = int(density.argmax())
-        if not _DENSEST[0] <= density[densest] <= _DENSEST[1]:
-            raise InputError(
-                f"the densest element ({elements.id[densest]}) has {density[densest]:.4g} kg/m3, which no solid has",
-                where=where,
-                hint=f"{_SI}; set PARAM,WTMASS where densities are weights",
+    fault = model.fault()
+    if fault:
+        raise InputError(fault, where=where, hint=_advice(model, units, wtmass))
+
+
+def _advice(model: _Model, said: DeckUnits, wtmass: float) -> str:
+    """The system in which a model would be like others; else what may be wrong with PARAM,WTMASS."""
+
+    def likely(per_mass: float, name: str) -> _Model | None:
+        seen = model.if_in(DeckUnits(*SYSTEMS[name], said.temperature), said, per_mass)
+        return seen if seen.is_likely() else None
+
+    found = {name: seen for name in SYSTEMS if (seen := likely(1.0, name)) is not None}
+    if len(found) == 1:
+        ((name, seen),) = found.items()
+        return f'set [model] units = "{name}": the model would be {seen}'
+    if found:
+        listed = "; ".join(f'"{name}": {seen}' for name, seen in found.items())
+        return f"set [model] units to those of the deck; it could be {listed}"
+    # the masses times what: without PARAM,WTMASS, and with the one of each system
+    unweighted = {name: 1.0 / wtmass for name in SYSTEMS} if wtmass != 1.0 else {}
+    for name, per_mass in unweighted.items():
+        if (seen := likely(per_mass, name)) is not None:
+            return (
+                f"PARAM,WTMASS = {wtmass:g} multiplies densities that seem to be masses already: without it, and with"
+                f' [model] units = "{name}", the model would be {seen}'
             )
-    if total_kg > _MOST_KG:
-        raise InputError(
-            f"the model has a mass of {total_kg:.4g} kg",
-            where=where,
-            hint=f"{_SI}; millimetres with densities in kg/m3 make masses 1e9 times too large",
-        )
-    if total_kg < _LEAST_KG_PER_CUBED_EXTENT * extent**3:
-        raise InputError(f"the model has {total_kg:.4g} kg on a length of {extent:.4g} m", where=where, hint=_SI)
+    for name in _WEIGHTS:
+        proper = 1.0 / DeckUnits(*SYSTEMS[name]).gravity
+        if (seen := likely(proper / wtmass, name)) is not None:
+            return (
+                f'are densities weights? with PARAM,WTMASS = {proper:.6g}, and with [model] units = "{name}", the'
+                f" model would be {seen}"
+            )
+    return _set_units(said)
+
+
+def _set_units(said: DeckUnits) -> str:
+    return (
+        f"set [model] units to those of the deck ({', '.join(SYSTEMS)}), which is read as {said.name}; lengths and"
+        " densities of two systems, such as mm and kg/m3, have to be made one"
+    )
 
 
 def light_elements(elements: Elements) -> list[str]:

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.captured_output import captured_output, card_lines_of, complaint_of, fact_of
 from tedm_cli.nastran.card_names import REFUSED
@@ -25,12 +26,15 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")  # but tab, form
 _PRINTED = bytes(c for c in range(256) if not _CONTROL.match(chr(c)))
 
 
-def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata: bool = False) -> Any:
+def read_deck(
+    path: Path, *, cross_reference: bool = True, allow_missing_enddata: bool = False, units: DeckUnits = SI
+) -> Any:
     """Read a bulk data deck and cross-reference its elements; loads and constraints are left as they are written.
 
     Returns
     -------
-    pyNastran `BDF`; `passed_over` says which of the deck's cards it lacks.
+    pyNastran `BDF`, whose numbers are those of the deck; `passed_over` says which of the deck's cards it lacks,
+    `units_of` what its numbers are in.
 
     Raises
     ------
@@ -63,9 +67,10 @@ def read_deck(path: Path, *, cross_reference: bool = True, allow_missing_enddata
     if large:
         raise InputError(f"SUBCASE {large[0]}: is larger than any id", where=str(path))
     model.tedm_passed_over, model.tedm_parameters = checks.passed_over, checks.parameters
+    model.tedm_units = units
     for name, place in checks.parameters.items():
         refuse_misspelt(name, place)
-    check_plausible(model, str(path))
+    check_plausible(model, str(path), units)
     return model
 
 

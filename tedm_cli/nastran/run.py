@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO
 
+from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.store import is_alive, replacing
 from tedm_cli.interrupts import whole
@@ -50,7 +51,13 @@ def command_of(text: str, deck: Path) -> list[str]:
 
 
 def run_nastran(
-    text: str, deck: Path, op2: Path, say: Callable[[str], None], *, allow_missing_enddata: bool = False
+    text: str,
+    deck: Path,
+    op2: Path,
+    say: Callable[[str], None],
+    *,
+    allow_missing_enddata: bool = False,
+    units: DeckUnits = SI,
 ) -> int:
     """Run the command `text` in the deck's folder and bring its OP2 to `op2`.
 
@@ -72,7 +79,7 @@ def run_nastran(
     InputError : no such deck; the solver fails, or its F06 says FATAL; no OP2, or one that lacks subcases.
     KeyboardInterrupt : after the solver and all its processes were ended, and what they left was removed.
     """
-    wanted = _subcases(deck, allow_missing_enddata)
+    wanted = _subcases(deck, allow_missing_enddata, units)
     with _run_files(deck) as own:
         results = _new_results(command_of(text, own), own, deck, say)
         failed = str(deck.with_name(deck.stem + results.suffix + _FAILED))  # its name if it is not taken
@@ -154,8 +161,8 @@ def _new_results(command: list[str], own: Path, deck: Path, say: Callable[[str],
     return max(results, key=lambda path: path.stat().st_mtime_ns)
 
 
-def _subcases(deck: Path, allow_missing_enddata: bool) -> set[int]:
-    model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata)
+def _subcases(deck: Path, allow_missing_enddata: bool, units: DeckUnits) -> set[int]:
+    model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata, units=units)
     control = model.case_control_deck
     return set() if control is None else {int(n) for n in control.subcases if n != 0}
 

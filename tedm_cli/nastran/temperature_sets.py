@@ -11,15 +11,15 @@ from typing import Any
 from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import id_list
+from tedm_cli.nastran.units import units_of
 
-STEP_K = 1
 MAX_ID = 99_999_999
 _TEMPERATURE_TABLES = ("MATT1", "MATT2", "MATT3", "MATT4", "MATT5", "MATT8", "MATT9", "MATT11")
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The temperature of the model at rest, exact as written.
+    """The temperature of the model at rest, in the deck's scale, exact as written.
 
     is_initial : it must be selected with TEMPERATURE(INITIAL), because the materials' TREF alone does not say it.
     """
@@ -55,7 +55,7 @@ def reference_temperature(
         )
     common = next(iter(trefs)) if len(trefs) == 1 else None
     if configured_K is not None:
-        value = Decimal(repr(configured_K))
+        value = units_of(model).shown_at(Decimal(repr(configured_K)))
     elif common is not None or not trefs:
         value = common or Decimal(0)
     else:
@@ -100,16 +100,16 @@ def free_set_ids(model: Any, count: int, where: str) -> list[int]:
     raise InputError(f"has no {count} load set ids left", where=where)
 
 
-def temperature_cards(sid: int, rest: Decimal, warm: IntArray) -> list[str]:
-    """TEMPD of the rest and TEMP of the grids `warm` (ascending), a step higher; in large fields where small cannot.
+def temperature_cards(sid: int, rest: Decimal, warm: IntArray, step: Decimal = Decimal(1)) -> list[str]:
+    """TEMPD of the rest and TEMP of the grids `warm` (ascending), a `step` higher; in large fields where small cannot.
 
     Raises
     ------
     InputError : a temperature of more digits than a large field has.
     """
-    low, high = plain(rest), plain(rest + STEP_K)
+    low, high = plain(rest), plain(rest + step)
     if max(len(low), len(high)) > 16:
-        raise InputError(f"the reference temperature {low} K has more digits than a field of a deck")
+        raise InputError(f"the reference temperature {low} has more digits than a field of a deck")
     if max(len(low), len(high)) > 8 or int(max(warm, default=0)) > MAX_ID:
         lines = [f"TEMPD*  {sid:>16}{low:>16}", "*"]
         for three in _threes(warm):

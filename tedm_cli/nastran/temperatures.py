@@ -75,14 +75,17 @@ def reference_temperatures(model: Any) -> dict[float, str]:
 
 
 def expansion_coefficients(material: Any) -> list[float]:
-    """All expansion coefficients that a material card gives, 1/K."""
+    """All expansion coefficients that a material card gives, per degree of the deck."""
     values = [v for name in _EXPANSION if (v := getattr(material, name, None)) is not None]
     return [float(x or 0.0) for v in values for x in np.atleast_1d(v)]
 
 
 @dataclass(frozen=True)
 class Field:
-    """Temperatures of the grids of a set: `named` by TEMP [n] by id, the others at `rest` (TEMPD; NaN without one)."""
+    """Temperatures of the grids of a set, as the deck writes them, for their digits count.
+
+    `named` : by TEMP [n], by id; the others are at `rest` (TEMPD; NaN without one).
+    """
 
     grid_id: IntArray
     named: FloatArray
@@ -111,7 +114,7 @@ def temperature_field(model: Any, sid: int, grid_id: IntArray, where: str) -> Fi
         for grid, value in card.temperatures.items():
             if values.setdefault(int(grid), float(value)) != float(value):
                 raise InputError(
-                    f"temperature set {sid} gives grid {grid} {values[int(grid)]:g} K and {float(value):g} K",
+                    f"temperature set {sid} gives grid {grid} both {values[int(grid)]:g} and {float(value):g}",
                     where=where,
                 )
     rest = float(model.tempds[sid].temperature) if sid in model.tempds else float("nan")
@@ -126,7 +129,7 @@ def temperature_field(model: Any, sid: int, grid_id: IntArray, where: str) -> Fi
 
 
 def step(load: Field, initial: Field, grid_id: IntArray) -> FloatArray:
-    """T - T_0 [N] on every grid as the cards say it in decimals; NaN where a temperature is not given.
+    """T - T_0 [N] on every grid as the cards say it in decimals, in degrees of the deck; NaN where one is not given.
 
     Cards have up to 15 digits: 293.02 - 293 is 0.02, where doubles leave 0.01999999999998.
     """

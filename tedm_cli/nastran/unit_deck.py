@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import IntArray
+from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.bulk_lines import kept_bulk
 from tedm_cli.nastran.cards import no_end, refuse_card_after_end
@@ -19,6 +20,7 @@ from tedm_cli.nastran.deck_lines import Line, Sections, read_sections
 from tedm_cli.nastran.geometry import Grids, grids, id_list, rows_of
 from tedm_cli.nastran.reading import passed_over, read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
+from tedm_cli.nastran.units import units_of
 
 
 @dataclass(frozen=True)
@@ -39,11 +41,15 @@ class SourceModel:
 
 @dataclass(frozen=True)
 class UnitDeck:
-    """Text of the deck; its subcases as label, set id and grid ids; remarks for the user."""
+    """Text of the deck; its subcases as label, set id and grid ids; remarks for the user.
+
+    reference, step : temperature at rest and step of the warm grids, as the deck writes them.
+    """
 
     text: str
     cases: tuple[tuple[str, int, IntArray], ...]
-    reference_K: float
+    reference: float
+    step: float
     notes: tuple[str, ...]
 
 
@@ -53,6 +59,7 @@ def read_source(
     constraints_of_subcase: int | None = None,
     *,
     allow_missing_enddata: bool = False,
+    units: DeckUnits = SI,
 ) -> SourceModel:
     """Read a model of any solution, with its INCLUDEs, as the base of unit loads.
 
@@ -70,7 +77,7 @@ def read_source(
         notes.append(f"{len(sections.left_over)} lines after ENDDATA are no part of the model")
     if not sections.has_end and not allow_missing_enddata:
         raise no_end(path)
-    model = _read_model(control, sections.bulk, path, scratch)
+    model = _read_model(control, sections.bulk, path, scratch, units)
     for line in sections.left_over:
         refuse_card_after_end(model, line.text, line.place)
     notes += passed_over(model)
@@ -79,7 +86,7 @@ def read_source(
     return SourceModel(sections, control, tuple(bulk), model, found, (*control.notes, *notes))
 
 
-def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: Path) -> Any:
+def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: Path, units: DeckUnits) -> Any:
     """The case control that stays (its SETs may define areas) and the bulk data through `read_deck`.
 
     Places in messages become those of the user's files.
@@ -87,7 +94,7 @@ def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: 
     head = "\n".join(["SOL 101", "CEND", *control.lines, "BEGIN BULK", ""])
     scratch.write_bytes((head + "".join(line.text for line in lines)).encode("latin-1"))
     try:
-        return read_deck(scratch, allow_missing_enddata=True)
+        return read_deck(scratch, allow_missing_enddata=True, units=units)
     except InputError as exc:
         where = exc.where.replace(str(scratch), str(path))
         number = exc.where.removeprefix(f"{scratch}:")
@@ -125,6 +132,8 @@ def unit_deck(
 ) -> UnitDeck:
     """Compose the unit-load deck of a model: its own lines, one subcase per area, and one that warms all.
 
+    It is in the model's own units; `reference_K` is in K, and the step is 1 K, in degrees of the model.
+
     Raises
     ------
     InputError : the areas are not a partition of the structural grids, an area has the name of the uniform load; what
@@ -137,6 +146,7 @@ def unit_deck(
     )
     labels = [*areas, uniform_label]
     warmed = [*(np.sort(ids) for ids in areas.values()), np.sort(np.concatenate(list(areas.values())))]
+    step = units_of(source.model).degrees_per_kelvin
     sids = free_set_ids(source.model, len(labels) + reference.is_initial, where)
     control = [*source.control.executive, "SOL 101", "CEND", *source.control.lines]
     if reference.is_initial:
@@ -155,14 +165,15 @@ def unit_deck(
         name = file.name.encode("unicode_escape").decode("ascii")
         added += [f"$   {name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
     for sid, ids in zip(sids, warmed, strict=False):
-        added += temperature_cards(sid, reference.value, ids)
+        added += temperature_cards(sid, reference.value, ids, step)
     if reference.is_initial:
         added += temperature_cards(sids[-1], reference.value, np.array([], dtype=np.int64))
     added.append("ENDDATA")
     newline = sections.newline
     parts = (newline.join(control), newline, "".join(source.bulk), newline.join(added), newline)
     cases = tuple(zip(labels, sids, warmed, strict=False))
-    return UnitDeck("".join(parts), cases, float(reference.value), (*source.notes, *reference.notes))
+    notes = (*source.notes, *reference.notes)
+    return UnitDeck("".join(parts), cases, float(reference.value), float(step), notes)
 
 
 def _check_areas(grids: Grids, areas: Mapping[str, IntArray], uniform_label: str, where: str) -> None:

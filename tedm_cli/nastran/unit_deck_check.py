@@ -11,8 +11,8 @@ import numpy as np
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.nastran.temperature_sets import STEP_K
 from tedm_cli.nastran.unit_deck import SourceModel, UnitDeck
+from tedm_cli.nastran.units import units_of
 
 _OWN = ("TEMP", "TEMPD", "PARAM", "ENDDATA")
 _TABLES = ("nodes", "elements", "rigid_elements", "masses", "properties", "materials", "coords", "spcs", "mpcs")
@@ -27,7 +27,7 @@ def verify_unit_deck(written: Path, out: Path, source: SourceModel, deck: UnitDe
         labels, constraints, temperatures or reference than the unit loads'.
     """
     try:
-        model = read_deck(written, cross_reference=False)
+        model = read_deck(written, cross_reference=False, units=units_of(source.model))
     except InputError as exc:
         raise InputError(exc.fact, where=exc.where.replace(str(written), str(out)), hint=exc.hint) from exc
     problem = _structure_problem(source.model, model) or _load_problem(model, source, deck)
@@ -80,8 +80,8 @@ def _load_problem(model: Any, source: SourceModel, deck: UnitDeck) -> str:
             return f"{', '.join(sorted(foreign))} in subcase {number}"
         rest = float(model.tempds[sid].temperature)
         temperature = {int(n): t for card in model.loads.get(sid, []) for n, t in card.temperatures.items()}
-        if rest != deck.reference_K or not np.array_equal(np.sort(list(temperature)), ids):
+        if rest != deck.reference or not np.array_equal(np.sort(list(temperature)), ids):
             return f"temperatures of subcase {number} ({label})"
-        if not np.allclose(list(temperature.values()), rest + STEP_K, rtol=1e-14, atol=0.0):
+        if not np.allclose(list(temperature.values()), rest + deck.step, rtol=1e-14, atol=0.0):
             return f"step of subcase {number} ({label})"
     return ""

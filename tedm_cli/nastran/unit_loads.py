@@ -21,6 +21,7 @@ from tedm_cli.nastran.temperatures import (
     temperature_field,
 )
 from tedm_cli.nastran.unit_load_control import check_unit_load_control
+from tedm_cli.nastran.units import units_of
 
 _RENAME = "change the LABEL; the label in the results need not change where model.subcases gives their numbers"
 
@@ -112,22 +113,25 @@ def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, w
         initial, name = temperature_field(model, sets.initial, geometry.grid_id, place), "TEMPERATURE(INITIAL) is"
     steps = step(loaded, initial, geometry.grid_id)
     _check_rest(steps, loaded, initial, geometry, name, place)
+    degrees = float(geometry.units.degrees_per_kelvin)
     warm = np.nonzero(np.nan_to_num(steps))[0]
     if not warm.size:
         raise InputError(f"warms no grid (temperature set {sets.load})", where=place)
     low, high = float(steps[warm].min()), float(steps[warm].max())
     if high - low > 1e-9 * max(abs(low), abs(high)):
-        raise InputError(f"warms its grids by {low:.9g} to {high:.9g} K; a unit load has one step", where=place)
+        listed = f"{low / degrees:.9g} to {high / degrees:.9g} K"
+        raise InputError(f"warms its grids by {listed}; a unit load has one step", where=place)
     output = str(subcase.get_parameter("DISPLACEMENT")[0]) if "DISPLACEMENT" in subcase.params else ""
     single_error = error_in_single_precision(loaded, initial, geometry.grid_id, steps)
-    return UnitLoad(number, label, warm, float(steps[warm[0]]), output, single_error)
+    return UnitLoad(number, label, warm, float(steps[warm[0]]) / degrees, output, single_error)
 
 
 def _tref(model: Any, loaded: Field, place: str) -> Field:
     """The reference temperature of the materials as a field; of a model that does not expand, the rest of the load."""
     found = reference_temperatures(model)
     if len(found) > 1:
-        listed = ", ".join(f"{t:g} K ({owner})" for t, owner in sorted(found.items())[:4])
+        unit = units_of(model).temperature
+        listed = ", ".join(f"{t:g} {unit} ({owner})" for t, owner in sorted(found.items())[:4])
         raise InputError(
             f"the materials' TREF differ: {listed}",
             where=place,
@@ -152,9 +156,9 @@ def _check_rest(
     moved = rest & (np.nan_to_num(steps) != 0.0)
     if moved.any() and np.ptp(steps[~np.isnan(steps)]) > 0.0:
         first = int(np.argmax(moved))
-        cold = initial.on(geometry.grid_id)[first]
+        cold, unit = initial.on(geometry.grid_id)[first], geometry.units.temperature
         raise InputError(
-            f"rests at {loaded.rest:.15g} K (TEMPD), but {name} {cold:.15g} K",
+            f"rests at {loaded.rest:.15g} {unit} (TEMPD), but {name} {cold:.15g} {unit}",
             where=place,
             hint="set TEMPD to the reference temperature, or the rest of the model expands too",
         )

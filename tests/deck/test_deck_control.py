@@ -135,7 +135,7 @@ def test_case_control_that_is_refused_by_name(tmp_path: Path, line: str, piece: 
 def test_unit_loads_step_up_from_the_reference(tmp_path: Path, tref: str) -> None:
     _, done = written(tmp_path, plain(bricks(tref)))
     rest = float(re.sub(r"(?<=\d|\.)([+-])", r"e\1", tref) or 0.0)
-    assert done.reference_K == rest
+    assert done.reference == rest
     warm = temperatures(done.path)
     assert {n: sorted(t) for n, t in warm.items()} == {
         **{"LEFT": list(LEFT), "RIGHT": list(RIGHT)},
@@ -168,7 +168,7 @@ def test_a_temperature_that_fills_the_field_is_written_and_a_longer_one_refused(
     """Sixteen columns hold 293.150000000001; with a digit more the step would be rounded."""
     (line, _, *_) = temperature_cards(1, Decimal("293.150000000001"), np.array([7]))
     assert line[24:40] == "293.150000000001"
-    with pytest.raises(InputError, match=r"293.1500000000001 K has more digits than a field"):
+    with pytest.raises(InputError, match=r"293.1500000000001 has more digits than a field"):
         temperature_cards(1, Decimal("293.1500000000001"), np.array([7]))
 
 
@@ -226,7 +226,7 @@ def test_materials_that_depend_on_temperature(tmp_path: Path) -> None:
     deck, done = written(tmp_path, plain([*cards, ("TEMPD", "6", "90.")], own))
     assert "TEMPERATURE(MATE) = 6" in deck
     assert "TEMPERATURE(INITIAL)" not in deck
-    assert done.reference_K == 20.0
+    assert done.reference == 20.0
     with pytest.raises(InputError, match=r"TEMPERATURE\(MATERIAL\) excludes"):
         written(tmp_path, plain([*cards, ("TEMPD", "6", "90.")], own), "reference_temperature_K = 293.15\n")
 
@@ -301,4 +301,4 @@ def test_decks_of_other_programs(nastran_dir: Path, tmp_path: Path) -> None:
     deck, done = written(tmp_path / "whole", whole, ALL=grids)
     assert done.notes[1].startswith("dropped: TEMPERATURE(INITIAL) = 1, LOAD = 3, TEMPERATURE(LOAD) = 4, LOAD = 6")
     assert head_of(deck)[-1] == "SPC = 2"
-    assert temperatures(done.path)["ALL"] == dict.fromkeys(grids, done.reference_K + 1.0)
+    assert temperatures(done.path)["ALL"] == dict.fromkeys(grids, done.reference + 1.0)

@@ -124,7 +124,7 @@ REFUSED = {
     "two TREF": (PLAIN + SECOND.format(a="1.-5", tref="20."), "", r"TREF differ: 0 K \(MAT1 99\), 20 K \(MAT1 98\)"),
     "no TEMPD": ("TEMP,1,1,1.,2,1.\nTEMP,2,3,1.", "", r"'A'.*4 structural grids have no temperature: 3, 4, 5, 6"),
     "INITIAL without TEMPD": (PLAIN + "\nTEMP,7,1,0.", "TEMPERATURE(INITIAL) = 7", "5 structural grids have no temp"),
-    "two temperatures": (PLAIN + "\nTEMP,1,2,3.", "", r"'A'.*set 1 gives grid 2 1 K and 3 K"),
+    "two temperatures": (PLAIN + "\nTEMP,1,2,3.", "", r"'A'.*set 1 gives grid 2 both 1 and 3"),
     "two loads": (PLAIN, "TEMPERATURE = 2", "selects two temperature sets as loads: 1, 2"),
     "everything cold": (LOADS.format(w=0.0, c=0.0), "", r"'A'.*warms no grid \(temperature set 1\)"),
     "enforced displacement": (PLAIN + "\nSPC,5,1,1,1.-3", "SPC = 5", "SPC 5 enforces a displacement"),

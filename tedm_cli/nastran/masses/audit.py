@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.deck_units import INERTIA, LENGTH, MASS, SI, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import CARDS, corner_count
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
@@ -50,7 +51,7 @@ def check_sample(model: Any, geometry: ModelGeometry) -> SampleCheck:
     InputError : the masses of a sample differ by more than shape can explain.
     """
     e = geometry.elements
-    factor = number_parameter(model, "WTMASS", 1.0, str(geometry.files[0]))
+    factor = geometry.units.mass_kg * number_parameter(model, "WTMASS", 1.0, str(geometry.files[0]))
     _, kind = np.unique([f"{c}:{p}" for c, p in zip(e.type, e.property_id, strict=True)], return_inverse=True)
     order = np.argsort(kind, kind="stable")
     compared, largest, worst = 0, 0.0, ""
@@ -114,9 +115,9 @@ def _volume(corner: FloatArray, faces: tuple[tuple[int, ...], ...]) -> float:
 
 @dataclass(frozen=True)
 class WeightTable:
-    """A solver's rigid body masses (PARAM,GRDPNT), in the units of the deck's masses, basic frame.
+    """A solver's rigid body masses (PARAM,GRDPNT), with PARAM,WTMASS in them or not, in SI and the basic frame.
 
-    mass : [3], along x, y and z; centre : [3] of gravity, m; inertia : [3, 3] about it.
+    mass : [3], along x, y and z; centre : [3] of gravity; inertia : [3, 3] about it.
     """
 
     file: Path
@@ -125,7 +126,7 @@ class WeightTable:
     inertia: FloatArray
 
 
-def weight_table(path: Path, place_of: Callable[[int], FloatArray]) -> WeightTable | None:
+def weight_table(path: Path, place_of: Callable[[int], FloatArray], units: DeckUnits = SI) -> WeightTable | None:
     """The grid point weight table of an OP2 (MSC, NX, MYSTRAN), or None where it holds none.
 
     Only its first part is used, the 6 x 6 mass matrix of rigid motions about the grid of PARAM,GRDPNT (0: the origin):
@@ -133,7 +134,8 @@ def weight_table(path: Path, place_of: Callable[[int], FloatArray]) -> WeightTab
 
     Parameters
     ----------
-    place_of : position [3] of a grid by its id; the origin for 0.
+    place_of : position [3] of a grid by its id, m; the origin for 0.
+    units : those of the file, which are those of its deck.
 
     Raises
     ------
@@ -155,4 +157,5 @@ def weight_table(path: Path, place_of: Callable[[int], FloatArray]) -> WeightTab
     w = np.array([moment[1, 2] - moment[2, 1], moment[2, 0] - moment[0, 2], moment[0, 1] - moment[1, 0]])
     w /= 2.0 * mass.mean()
     inertia = matrix[3:, 3:] - mass.mean() * (w @ w * np.eye(3) - np.multiply.outer(w, w))
-    return WeightTable(path, mass, place_of(found[0].grid) + w, inertia)
+    centre = place_of(found[0].grid) + units.factor(LENGTH) * w
+    return WeightTable(path, units.factor(MASS) * mass, centre, units.factor(INERTIA) * inertia)

@@ -52,7 +52,8 @@ def _refuse_far(elements: Sequence[Any], middle: FloatArray, first: FloatArray, 
         grid = element.nodes[CARDS[element.type][0].corners + column]
         raise InputError(
             f"{element.type} {element.eid}: its midside node {grid} is"
-            f" {off[row, column]:.4g} m from the middle of its edge",
+            f" {off[row, column] / np.linalg.norm((second - first)[row, column]):.3g} of its edge's length from the"
+            " middle of that edge",
             where=where,
             hint="are its lines in order, and none of another element among them?",
         )

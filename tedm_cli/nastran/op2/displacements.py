@@ -61,6 +61,8 @@ def unit_load_displacements(
                 if axes is not None and not table.is_basic:
                     _check_axes(geometry, place)
                     motion = np.einsum("nij,naj->nai", axes, motion)
+                if geometry.units.length_m != 1.0:
+                    motion[:, 0] *= geometry.units.length_m
                 yield load, motion[:, 0], motion[:, 1]
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import LoadCase, Structure
 from tedm_cli.nastran.reading import read_deck
@@ -24,11 +25,12 @@ from tedm_cli.nastran.structure.rigid import read_rigid_elements
 from tedm_cli.nastran.structure.rods import read_rods
 from tedm_cli.nastran.structure.shells import read_shells
 from tedm_cli.nastran.structure.solids import read_solids
+from tedm_cli.nastran.units import in_si, structure_in_si, units_of
 
 
-def read_solver_deck(path: Path) -> tuple[Structure, list[LoadCase]]:
+def read_solver_deck(path: Path, units: DeckUnits = SI) -> tuple[Structure, list[LoadCase]]:
     """Read a unit-load deck for the embedded solver: `solver_structure` of what `read_deck` finds in it."""
-    return solver_structure(read_deck(path, cross_reference=False), path)
+    return solver_structure(read_deck(path, cross_reference=False, units=units), path)
 
 
 def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]:
@@ -40,7 +42,7 @@ def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]
 
     Returns
     -------
-    The structure, grids sorted by id, in the units and the basic frame of the deck, and one load case per subcase.
+    The structure, grids sorted by id, in SI and the basic frame of the deck, and one load case per subcase.
 
     Raises
     ------
@@ -89,4 +91,5 @@ def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]
         spc_component=spc_component,
         initial_temperature=initial,
     )
-    return structure, cases
+    units = units_of(model)
+    return structure_in_si(structure, units), [in_si(case, units) for case in cases]

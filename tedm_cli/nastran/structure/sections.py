@@ -49,4 +49,4 @@ SECTIONS: dict[str, Callable[..., Section]] = {
     "BAR": _bar,
     "BOX": _box,
 }
-"""Sections by Nastran's name; the arguments are DIM1, DIM2, ... of the card, in m."""
+"""Sections by Nastran's name; the arguments are DIM1, DIM2, ... of the card."""

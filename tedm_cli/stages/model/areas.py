@@ -101,7 +101,8 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
     defined = defines_areas(config)
     bdf = config.model.bdf if defined else None
     source = project.resolve(bdf if bdf is not None else config.model.deck)
-    model = read_deck(source, allow_missing_enddata=config.model.allow_missing_enddata)
+    table = config.model
+    model = read_deck(source, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units())
     geometry = model_geometry(model, deck_files(model, source))
     if defined:
         found = configured_areas(project, config, model, geometry)

@@ -20,10 +20,13 @@ from tedm_cli.regular_file import require_regular_file
 
 @dataclass(frozen=True)
 class DeckSummary:
+    """What was written. `reference`: temperature from which the unit loads start, in the deck's scale `temperature`."""
+
     path: Path
     grids: int
     areas: int
-    reference_K: float
+    reference: float
+    temperature: str
     notes: tuple[str, ...]
 
 
@@ -43,7 +46,11 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         raise InputError("no such model", where=str(bdf), hint="correct model.bdf")
     with replacing(out) as temporary:
         source = read_source(
-            bdf, temporary, table.constraints_of_subcase, allow_missing_enddata=table.allow_missing_enddata
+            bdf,
+            temporary,
+            table.constraints_of_subcase,
+            allow_missing_enddata=table.allow_missing_enddata,
+            units=table.deck_units(),
         )
         if os.path.realpath(out) in [os.path.realpath(f) for f in source.sections.files]:  # no complaint of link loops
             raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
@@ -54,5 +61,10 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         temporary.write_bytes(deck.text.encode("latin-1"))
         verify_unit_deck(temporary, out, source, deck)
     return DeckSummary(
-        out, len(source.grids.grid_id), len(areas.areas), deck.reference_K, (*areas.lines(), *deck.notes)
+        out,
+        len(source.grids.grid_id),
+        len(areas.areas),
+        deck.reference,
+        table.temperature,
+        (*areas.lines(), *deck.notes),
     )

@@ -74,7 +74,8 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     results = [project.resolve(p) for p in config.model.op2]
     for path in results:
         require_records(path)
-    model = read_deck(deck, allow_missing_enddata=config.model.allow_missing_enddata)
+    units = config.model.deck_units()
+    model = read_deck(deck, allow_missing_enddata=config.model.allow_missing_enddata, units=units)
     files = deck_files(model, deck)
     listed = area_csv(project, config)
     trace = provenance([config_file], [*files, *([listed] if listed else []), *results])

@@ -71,7 +71,7 @@ def check_weight_tables(results: Sequence[Path], geometry: ModelGeometry, wtmass
         rows = rows_of(geometry.grid_id, np.array([grid]), where=str(geometry.files[0]), what="PARAM,GRDPNT")
         return np.asarray(geometry.position_m[rows[0]])
 
-    tables = [t for t in (weight_table(path, place_of) for path in results) if t is not None]
+    tables = [t for t in (weight_table(path, place_of, geometry.units) for path in results) if t is not None]
     if tables:
         spread, lumped = properties_of(geometry), properties_of(geometry, lumped=True)
         for table in tables:

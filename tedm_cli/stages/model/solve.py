@@ -8,8 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from tedm_cli.config.model import ModelTable, load_model
 from tedm_cli.config.project import Project
+from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
@@ -52,15 +55,21 @@ class SolveReport:
 
 
 def solve_deck(
-    deck: Path, op2: Path, progress: Step | None = None, *, allow_missing_enddata: bool = False
+    deck: Path,
+    op2: Path,
+    progress: Step | None = None,
+    *,
+    allow_missing_enddata: bool = False,
+    units: DeckUnits = SI,
 ) -> SolveReport:
-    """Read `deck`, solve its subcases and write `op2`.
+    """Read `deck`, solve its subcases in SI and write `op2` in the units of the deck, as any Nastran would.
 
     Parameters
     ----------
     deck : SOL 101 deck with one temperature load per subcase.
     op2 : file to write; replaced only when everything succeeded.
     progress : called as (done, total, what), or None.
+    units : those of the deck.
 
     Raises
     ------
@@ -70,20 +79,24 @@ def solve_deck(
     PhysicsError
         If the structure is not held or the solution is not accurate.
     """
-    model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata)
+    model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata, units=units)
     notes = passed_over(model)
     structure, cases = solver_structure(model, deck)
     cross_reference(model, deck)
     model_geometry(model, [deck])  # a wrong unit is said before anything is solved
     del model
     labels = {case.id: case.label for case in cases}
+    in_deck_units = np.repeat([1.0 / units.length_m, 1.0], 3)  # angles are in rad
     try:
         solution = StaticSolution(structure, progress=progress)
         motions = solution.solve(cases)
         write_op2(
             op2,
             structure.grid_id,
-            ((number, labels[number], structure.in_displacement_frames(motion)) for number, motion in motions),
+            (
+                (number, labels[number], in_deck_units * structure.in_displacement_frames(motion))
+                for number, motion in motions
+            ),
         )
     except PhysicsError as exc:  # the solver knows elements and grids, and no file
         raise PhysicsError(exc.fact, where=exc.where or str(deck), hint=exc.hint) from exc
@@ -126,7 +139,7 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
         If the configuration names several result files: a run makes one.
     """
     deck, out, table = _deck_and_op2(project, output)
-    return out, solve_deck(deck, out, step, allow_missing_enddata=table.allow_missing_enddata)
+    return out, solve_deck(deck, out, step, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units())
 
 
 def solve_elsewhere(
@@ -139,9 +152,10 @@ def solve_elsewhere(
     The OP2 and the number of its subcases. Raises what `solve` and `run_nastran` do.
     """
     deck, out, table = _deck_and_op2(project, output)
-    model = read_deck(deck, allow_missing_enddata=table.allow_missing_enddata)
+    units = table.deck_units()
+    model = read_deck(deck, allow_missing_enddata=table.allow_missing_enddata, units=units)
     model_geometry(model, [deck])  # a wrong unit is said before anything is solved
-    return out, run_nastran(command, deck, out, say, allow_missing_enddata=table.allow_missing_enddata)
+    return out, run_nastran(command, deck, out, say, allow_missing_enddata=table.allow_missing_enddata, units=units)
 
 
 def _deck_and_op2(project: Project, output: Path | None) -> tuple[Path, Path, ModelTable]:
