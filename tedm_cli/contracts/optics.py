@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import COUNT, DOFS, LAYOUT, MOTIONS, NAMES, AreaDatasets, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import (
+    COUNT,
+    DOFS,
+    LAYOUT,
+    MOTIONS,
+    NAMES,
+    AreaCentroids,
+    AreaDatasets,
+    Dataset,
+    FileKind,
+    Values,
+)
 
 _UNITS = Values(words=("m", "rad"))
 
 
-class OpticsFile(AreaDatasets, FileKind):
+class OpticsFile(AreaCentroids, AreaDatasets, FileKind):
     """Its datasets by name; `OPTICS` is the kind of file."""
 
     S_BW = Dataset("/S_BW", ("ray_output", "element_dof"), "float", None, "optical sensitivity matrix", LAYOUT)

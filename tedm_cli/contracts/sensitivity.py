@@ -10,6 +10,7 @@ from tedm_cli.contracts.spec import (
     FLAG,
     NAMES,
     TM_FRAME,
+    AreaCentroids,
     AreaDatasets,
     Dataset,
     FileKind,
@@ -18,12 +19,9 @@ from tedm_cli.contracts.spec import (
 )
 
 
-class SensitivityFile(AreaDatasets, GridIds, FileKind):
+class SensitivityFile(AreaCentroids, AreaDatasets, GridIds, FileKind):
     """Its datasets by name; `SENSITIVITY` is the kind of file."""
 
-    AREA_CENTROID = Dataset(
-        "/area/centroid", ("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC, True
-    )
     S = Dataset("/S", ("row", "area"), "float", None, "self-gravity sensitivity matrix [S_SG]", TM_FRAME)
     ROW_LABEL = Dataset(
         "/row/label",

@@ -39,11 +39,17 @@ class OpticsSummary:
 
 
 def build_optics(project: Project, output: Path | None) -> OpticsSummary:
-    """Checks of the layout, S_BW traced or imported and judged, then the chain for every set."""
-    config = load_optics(project.optics)
+    """Checks of the layout, S_BW traced or imported and judged, then the chain for every set.
+
+    Raises
+    ------
+    ConfigError : the project has no optics.
+    """
+    path = project.required_optics()
+    config = load_optics(path)
     layout = config.layout
     findings = check_layout(layout) if layout.has_geometry else ()
-    refuse_failures(findings, project.optics)
+    refuse_failures(findings, path)
     source = project.build_dir / DISTORTION_FILE
     out = out_path(project, OPTICS_FILE, output)
     with (
@@ -65,6 +71,8 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
+        if distortion.has(DISTORTION.AREA_CENTROID):
+            writer.write(OPTICS.AREA_CENTROID, distortion.array(DISTORTION.AREA_CENTROID))
         inputs, outputs, laser, read_out = (
             input_labels(layout),
             output_labels(layout),

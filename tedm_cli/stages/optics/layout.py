@@ -32,8 +32,9 @@ def inspect_layout(project: Project) -> LayoutReport:
     A layout without geometry, whose S_BW is imported, has nothing to be checked. Grids may be missing: the bench is
     often designed before the finite-element model.
     """
-    _, layout = load_layout(project.optics, needs_grids=False)
-    return LayoutReport(project.optics, layout, check_layout(layout) if layout.has_geometry else ())
+    path = project.required_optics()
+    _, layout = load_layout(path, needs_grids=False)
+    return LayoutReport(path, layout, check_layout(layout) if layout.has_geometry else ())
 
 
 def refuse_failures(findings: tuple[Finding, ...], where: Path) -> None:
