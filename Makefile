@@ -111,7 +111,9 @@ ifneq ($(filter all $(BUILD)/%,$(MAKECMDGOALS)),)
 include $(BUILD)/rules.mk
 endif
 
-$(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) | $(RUN_STAMP)
+# A layout beside the project file counts from when it is put there, though nothing may name it.
+$(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)/optics.toml) $(CASES_TOML) \
+		$(DYNAMICS_TOML) | $(RUN_STAMP)
 	$(TEDM) make-rules $(OPTIONS)
 
 # A configuration file that the project no longer names may be gone.
@@ -120,9 +122,10 @@ $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML): ;
 all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
-# The shipped sample; a project that names another model never asks for it.
-$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(OPTICS_TOML) $(BUILD)/element_size | $(RUN_STAMP)
-	$(BIN)/python sample_models/ltp_like.py --element-size-mm $(ELEMENT_SIZE_MM) --layout $(OPTICS_TOML) -o $@
+# The shipped sample; a project that names another model never asks for it. Its bench is there without optics, too.
+SAMPLE_LAYOUT := $(or $(OPTICS_TOML),configs/optics.toml)
+$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(SAMPLE_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
+	$(BIN)/python sample_models/ltp_like.py --element-size-mm $(ELEMENT_SIZE_MM) --layout $(SAMPLE_LAYOUT) -o $@
 
 $(BUILD)/ltp_areas.csv: $(BUILD)/ltp.bdf ;
 
@@ -135,6 +138,11 @@ $(BUILD)/element_size: FORCE
 $(BUILD)/symmetry_plane: FORCE
 	+@mkdir -p $(@D)
 	+@echo '$(SYMMETRY_PLANE)' | cmp -s - $@ || echo '$(SYMMETRY_PLANE)' > $@
+# MATRICES are sensitivity.h5 of a project with test masses, and optics.h5 of one with optics. What is made of both is
+# made anew when one of them comes or goes.
+$(BUILD)/halves: FORCE
+	@mkdir -p $(@D)
+	@echo '$(notdir $(MATRICES))' | cmp -s - $@ || echo '$(notdir $(MATRICES))' > $@
 
 FORCE:
 
@@ -149,7 +157,7 @@ endif
 $(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(PROJECT) $(MODEL_TOML) $(BUILD)/symmetry_plane $(CODE) | $(RUN_STAMP)
 	$(TEDM) ingest $(OPTIONS)
 
-$(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML)
+$(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML) $(BUILD)/halves
 	$(TEDM) build-distortion $(OPTIONS)
 
 $(BUILD)/sensitivity.h5: $(BUILD)/distortion.h5 $(MODEL_TOML) $(GRAVITY_SOURCES)
@@ -159,13 +167,13 @@ $(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML) $(OPTICS_SOURCES)
 	$(TEDM) build-optics $(OPTIONS)
 
 define CASE_RULE
-$(1): $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(MATRICES) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))
 
-# Of a project with two test masses: its loop, and every case in it.
-$(BUILD)/dynamics.h5: $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(DYNAMICS_TOML) $(DYNAMICS_SOURCES)
+# Of a project with two test masses and optics: its loop, and every case in it.
+$(BUILD)/dynamics.h5: $(MATRICES) $(DYNAMICS_TOML) $(DYNAMICS_SOURCES)
 	$(TEDM) build-dynamics $(OPTIONS)
 
 define SIMULATION_RULE
@@ -176,7 +184,7 @@ $(foreach file,$(SIMULATION_FILES),$(eval $(call SIMULATION_RULE,$(file))))
 
 # Temperature series of the cases file: to the outputs, and through the loop.
 define SERIES_RULE
-$(1): $(BUILD)/sensitivity.h5 $(BUILD)/optics.h5 $(CASES_TOML) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
+$(1): $(MATRICES) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
 	$$(TEDM) run-series $$(SERIES_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(SERIES_FILES),$(eval $(call SERIES_RULE,$(file))))

@@ -141,9 +141,10 @@ def build_distortion(
     with progress(quiet) as step:
         done = stage(project, output, step)
     check = "not checked (no uniform load)" if done.superposition is None else f"{done.superposition:.1e}"
+    optical = f"{done.optical} optical elements" if done.optical else "no optical elements: the project has no optics"
     say(
         quiet,
-        f"{done.path}: D for {done.areas} areas, {done.grids:,} grids, {done.optical} optical elements",
+        f"{done.path}: D for {done.areas} areas, {done.grids:,} grids, {optical}",
         f"superposition residual {check}; largest translation {done.largest_m_per_K:.3g} m/K ({done.largest_area}),"
         f" largest rigid-body part {done.largest_rigid_m_per_K:.3g} m/K",
         *(f"warning: {note}" for note in done.notes),

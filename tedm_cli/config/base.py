@@ -115,8 +115,8 @@ def read_toml(path: Path, *, hint: str = "") -> tuple[ConfigFile, dict[str, Any]
 
 
 def named_by_project(key: str) -> str:
-    """The hint for a configuration that is not where the project file says."""
-    return f'the project file names it: {key} = "..."'
+    """The hint for a configuration that the project file does not name, and that is not beside it."""
+    return f'{key}.toml beside the project file is read where that names no other: {key} = "..."'
 
 
 def load(model: type[T], path: Path, *, hint: str = "") -> tuple[ConfigFile, T]:

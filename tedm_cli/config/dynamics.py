@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -23,7 +24,7 @@ from tedm_cli.dynamics.presets import (
     lpf_spacecraft,
     thruster_sources,
 )
-from tedm_cli.dynamics.signals import DISTURBANCES, TEST_MASSES
+from tedm_cli.dynamics.signals import DISTURBANCES, OUTPUTS, TEST_MASSES
 from tedm_cli.dynamics.sources import NoiseSource, PowerLaw, SpectrumTable
 from tedm_cli.dynamics.stiffness import electrostatic_to_total
 from tedm_cli.errors import ConfigError
@@ -340,9 +341,10 @@ class DynamicsConfig(Strict):
         names = [self.controller.file, *(t.table for t in (*self.noise.source, *self.noise.thruster))]
         return list(dict.fromkeys(name for name in names if name is not None))
 
-    def applied_requirements(self) -> list[AppliedRequirement]:
-        """Requirements with the outputs of the closed loop that they judge."""
-        return [table.applied() for table in self.requirements]
+    def applied_requirements(self, outputs: Sequence[str] = OUTPUTS) -> list[AppliedRequirement]:
+        """Requirements with the outputs of the closed loop that they judge; of the defaults those on `outputs`."""
+        is_given = "requirements" in self.model_fields_set
+        return [t.applied() for t in self.requirements if is_given or set(t.outputs) <= set(outputs)]
 
 
 def load_dynamics(path: Path | None) -> tuple[ConfigFile | None, DynamicsConfig]:

@@ -142,11 +142,11 @@ class GravityTable(Strict):
 
 
 class ModelConfig(Strict):
-    """One model configuration file."""
+    """One model configuration file; without test masses there is no self-gravity, and read-outs alone."""
 
     model: ModelTable
     areas: AreasTable
-    test_mass: Annotated[list[TestMassTable], Field(min_length=1)]
+    test_mass: list[TestMassTable] = Field(default_factory=list)
     gravity: GravityTable = GravityTable()
     compensation_mass: list[CompensationMassTable] = Field(default_factory=list)
 
@@ -175,6 +175,14 @@ class ModelConfig(Strict):
             )
         return out
 
+    def required_test_masses(self, where: Path) -> list[TestMass]:
+        """The test masses, for what cannot be done without; `ConfigError` names the file `where` if it has none."""
+        if not self.test_mass:
+            fact = "the model has none, and self-gravity is the field on test masses"
+            hint = "describe each in a table [[test_mass]]; read-outs need none"
+            raise ConfigError([("test_mass", fact)], where=str(where), hint=hint)
+        return self.test_masses()
+
 
 def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
     """Read a model configuration; `ConfigError` lists the problems of its tables, then those between tables."""
@@ -192,7 +200,7 @@ def _subsystem_problems(config: ModelConfig) -> list[tuple[str, str]]:
     for name, members in config.gravity.subsystems.items():
         place = f"gravity.subsystems.{name}"
         if name not in known:
-            problems.append((place, f"no such test mass; there are: {', '.join(known)}"))
+            problems.append((place, f"no such test mass; there are: {', '.join(known) or 'none'}"))
             continue
         for group in members:
             if group not in groups:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import datetime
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 from tedm_cli.config.base import Bounded, FileName, OneLine, Strict, load
+from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.quantities import ISSUE
 
@@ -25,12 +27,16 @@ class ReportTable(Strict):
     prepared_by: OneLine | None = None
 
 
+OPTICS = "optics.toml"
+NO_OPTICS = "the project has no optics: its file names none, and there is no optics.toml beside it"
+
+
 class ProjectTable(Strict):
-    """Paths are relative to the project file."""
+    """Paths are relative to the project file. Without `optics`, the layout is optics.toml, where there is one."""
 
     title: str
     model: FileName = "model.toml"
-    optics: FileName = "optics.toml"
+    optics: FileName | None = None
     cases: FileName = "cases.toml"
     dynamics: FileName | None = None
     report: ReportTable = ReportTable()
@@ -38,12 +44,15 @@ class ProjectTable(Strict):
 
 @dataclass(frozen=True)
 class Project:
-    """A project as the stages see it: its configuration files and the folder that holds their results."""
+    """A project as the stages see it: its configuration files and the folder that holds their results.
+
+    `optics` is None where the project has self-gravity alone.
+    """
 
     file: ConfigFile
     title: str
     model: Path
-    optics: Path
+    optics: Path | None
     cases: Path
     dynamics: Path | None
     build_dir: Path
@@ -55,18 +64,61 @@ class Project:
             return Path(text.replace("{build_dir}", str(self.build_dir)))
         return self.model.parent / text
 
+    def required_optics(self) -> Path:
+        """The layout, for what cannot be done without; `ConfigError` where there is none."""
+        if self.optics is None:
+            raise self.lacks_optics()
+        return self.optics
+
+    def lacks_optics(self) -> ConfigError:
+        """That something was asked for which only a project with optics has."""
+        hint = 'name the optical layout: optics = "optics.toml"; self-gravity needs none'
+        return ConfigError([("optics", NO_OPTICS)], where=str(self.file.path), hint=hint)
+
 
 def load_project(path: Path, build_dir: Path) -> Project:
-    """Read the project file."""
+    """Read the project file.
+
+    Raises
+    ------
+    InputError : there is no such file.
+    ConfigError : what is wrong in it, and every file that it names and that is not there.
+    """
     file, table = load(ProjectTable, path, hint="give the path of the project file with --config")
     folder = path.parent
+    _require_named(table, path)
+    optics = table.optics or (OPTICS if os.path.lexists(folder / OPTICS) else None)
     return Project(
         file=file,
         title=table.title,
         model=folder / table.model,
-        optics=folder / table.optics,
+        optics=None if optics is None else folder / optics,
         cases=folder / table.cases,
         dynamics=None if table.dynamics is None else folder / table.dynamics,
         build_dir=build_dir,
         report=table.report,
     )
+
+
+def _require_named(table: ProjectTable, path: Path) -> None:
+    """Refuse names of files that are not there, all at once; what nothing names is missed where it is needed."""
+    problems = []
+    for key in ("model", "optics", "cases", "dynamics"):
+        name = getattr(table, key) if key in table.model_fields_set else None
+        if name is not None and not _is_there(path.parent / name):
+            problems.append((key, f"names {name!r}, but there is no file {path.parent / name}"))
+    if problems:
+        optional = [key for key, _ in problems if key in ("optics", "dynamics")]
+        without = f"; without {' and '.join(optional)} the project has none" if optional else ""
+        raise ConfigError(problems, where=str(path), hint=f"names are relative to the project file{without}")
+
+
+def _is_there(path: Path) -> bool:
+    """Whether something has this name; what cannot be looked at is told of where it is read."""
+    try:
+        os.stat(path)
+    except (FileNotFoundError, NotADirectoryError, ValueError):  # ValueError: a null character
+        return False
+    except OSError:
+        return True
+    return True

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from tedm_cli.contracts.spec import BASIC, ID, NAMES, AreaDatasets, AreaPlaces, Dataset, FileKind, GridIds, Values
 
+_OPTICS = "optics"  # absent where the project has none
+
 
 class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     """Its datasets by name; `DISTORTION` is the kind of file."""
@@ -32,11 +34,22 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "rotation of these grids per kelvin of an area",
         BASIC,
     )
-    OPTICAL_NAME = Dataset("/optical/name", ("optical",), "str", "1", "optical element", values=NAMES)
-    OPTICAL_GRID = Dataset(
-        "/optical/grid", ("optical",), "int", "1", "Nastran grid that carries the element's motion", values=ID
+    OPTICAL_NAME = Dataset(
+        "/optical/name", ("optical",), "str", "1", "optical element", optional=True, values=NAMES, group=_OPTICS
     )
-    OPTICAL_POSITION = Dataset("/optical/position", ("optical", "xyz"), "float", "m", "position of that grid", BASIC)
+    OPTICAL_GRID = Dataset(
+        "/optical/grid",
+        ("optical",),
+        "int",
+        "1",
+        "Nastran grid that carries the element's motion",
+        optional=True,
+        values=ID,
+        group=_OPTICS,
+    )
+    OPTICAL_POSITION = Dataset(
+        "/optical/position", ("optical", "xyz"), "float", "m", "position of that grid", BASIC, True, group=_OPTICS
+    )
     D_OPT_TRANSLATION = Dataset(
         "/D_opt/translation",
         ("area", "optical", "xyz"),
@@ -44,6 +57,8 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "m/K",
         "translation of the optical elements per kelvin",
         BASIC,
+        True,
+        group=_OPTICS,
     )
     D_OPT_ROTATION = Dataset(
         "/D_opt/rotation",
@@ -52,6 +67,8 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "rad/K",
         "rotation of the optical elements per kelvin",
         BASIC,
+        True,
+        group=_OPTICS,
     )
     CHECK_SUPERPOSITION_TRANSLATION = Dataset(
         "/check/superposition_translation",
@@ -66,8 +83,9 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         (),
         "float",
         "1",
-        "the same for the rotations of the optical elements",
+        "the same for the rotations of the optical elements, where there are any",
         optional=True,
+        group="superposition of the optics",
     )
     CHECK_MAX_TRANSLATION = Dataset(
         "/check/max_translation", ("area",), "float", "m/K", "largest translation of any grid"

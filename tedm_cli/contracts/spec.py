@@ -76,6 +76,8 @@ class Dataset(str):
     `open_ended`: NaN and infinity have the meaning that `long_name` gives them; elsewhere they are never written.
 
     A path with a name in braces (`/psd/{output}`) stands for a family of datasets, one for each name.
+
+    `group`: optional datasets of one group come together; the first part of the path, unless another is given.
     """
 
     path: str
@@ -87,9 +89,15 @@ class Dataset(str):
     optional: bool = False
     values: Values = Values()
     open_ended: bool = False
+    group: str = ""
 
     def __new__(cls, path: str, *_: Any, **__: Any) -> Dataset:
         return super().__new__(cls, path)
+
+    @property
+    def comes_with(self) -> str:
+        """The group of optional datasets that this one belongs to."""
+        return self.group or self.path.split("/")[1]
 
     def of(self, *names: str) -> str:
         """The path of one dataset of a family: PSD.of("TM1_a_x") is `/psd/TM1_a_x`."""

@@ -11,6 +11,7 @@ from tedm_cli.errors import PhysicsError
 
 _SYMMETRY = 1e-12  # of the inertia, relative
 _ORTHONORMALITY = 1e-12
+PARALLEL_RAD = 1e-3  # axes that are mounted this far apart measure along one direction, as any hardware does
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,3 +96,19 @@ def cross_matrix(vector: FloatArray) -> FloatArray:
     """``[v]x`` with ``[v]x w = v × w``."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def x_axes_apart_rad(axes: FloatArray) -> float:
+    """Angle between the x axes of two test masses with `axes` [2, 3, 3] (rows), from 0 to π."""
+    first, second = axes[0, 0], axes[1, 0]
+    return float(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second))
+
+
+def x_axes_are_parallel(axes: FloatArray) -> bool:
+    """Whether both test masses are measured along one direction, so that a difference along x means something."""
+    return x_axes_apart_rad(axes) <= PARALLEL_RAD
+
+
+def angle_words(axes: FloatArray) -> str:
+    """The angle between the x axes, to be printed."""
+    return f"{np.degrees(x_axes_apart_rad(axes)):.4g}°"

@@ -69,17 +69,19 @@ def budget(
     sources: Sequence[NoiseSource],
     thermal: ThermalInput | None,
     frequency_hz: FloatArray,
-    labels: Sequence[str] = OUTPUTS,
+    labels: Sequence[str] = (),
     *,
     areas_of: Sequence[str] = (),
     difference_s: float | None = None,
 ) -> Budget:
     """Noise of the outputs at `frequency_hz` [F] (above 0); parts by area for `areas_of` among the `labels`.
 
+    `labels`: all outputs of the plant, where none is named.
     `difference_s` as for `closed_loop.responses`.
 
     PSD = Σ over sources |H col|² S + H V A R Aᴴ Vᴴ Hᴴ. Gravity and read-out of one temperature add with their phases.
     """
+    labels = labels or plant.outputs
     rows = [OUTPUTS.index(label) for label in labels]
     gains, spectra = columns(sources), psd_of(sources, frequency_hz)
     n, f = len(rows), len(frequency_hz)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import linalg
 
 from tedm_cli.arrays import ComplexArray, FloatArray
-from tedm_cli.dynamics.bodies import cross_matrix
+from tedm_cli.dynamics.bodies import angle_words, cross_matrix, x_axes_are_parallel
 from tedm_cli.dynamics.loops import Loop, LoopShape, StateSpace, polynomials, rational
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS, N_COORDINATES, N_INPUTS
@@ -58,10 +58,23 @@ class Controller(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ScalarLoops:
-    """Independent scalar loops: drag-free by thrusters, suspension of what they leave, attitude by the test masses."""
+    """Independent scalar loops: drag-free by thrusters, suspension of what they leave, attitude by the test masses.
+
+    Raises
+    ------
+    PhysicsError : test masses whose x axes are not parallel: the loop x12 holds them along one direction.
+    """
 
     plant: Plant
     shapes: Sequence[Loop]
+
+    def __post_init__(self) -> None:
+        if not x_axes_are_parallel(self.plant.axes):
+            raise PhysicsError(
+                "the default controller is for test masses whose x axes are parallel;"
+                f" these are {angle_words(self.plant.axes)} apart",
+                hint="a controller of your own runs, without Δg: name its file in [controller] of the dynamics",
+            )
 
     @property
     def loops(self) -> tuple[str, ...]:

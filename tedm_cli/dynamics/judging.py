@@ -9,7 +9,7 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.dynamics.budget import Budget
-from tedm_cli.dynamics.signals import OUTPUTS, kind
+from tedm_cli.dynamics.signals import DELTA_G, OUTPUTS, kind
 from tedm_cli.dynamics.sources import NoiseSource
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.differences import no_output
@@ -81,9 +81,9 @@ def by_group(budget: Budget, sources: Sequence[NoiseSource]) -> FloatArray:
 
 
 def judged_labels(
-    requirements: Sequence[AppliedRequirement], frequency_hz: FloatArray
+    requirements: Sequence[AppliedRequirement], frequency_hz: FloatArray, outputs: Sequence[str] = OUTPUTS
 ) -> list[tuple[Requirement, str]]:
-    """(requirement, output) of every verdict to be.
+    """(requirement, output) of every verdict to be, among the `outputs` of the plant.
 
     Raises
     ------
@@ -95,8 +95,10 @@ def judged_labels(
     for number, applied in enumerate(requirements):
         for label in applied.outputs:
             where = f"requirement[{number}].outputs"
-            if label not in OUTPUTS:
-                problems.append((where, no_output(label, OUTPUTS)))
+            if label not in outputs:
+                is_delta_g = label in DELTA_G
+                fact = f"{label} is of test masses whose x axes are parallel, and these are not" if is_delta_g else ""
+                problems.append((where, fact or no_output(label, outputs)))
                 continue
             facts = mismatches(applied.requirement, kind(label), frequency_hz)
             wanted = "differential" if label in DIFFERENTIAL else "single"

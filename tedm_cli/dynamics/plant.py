@@ -20,8 +20,16 @@ from functools import cached_property
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, cross_matrix
-from tedm_cli.dynamics.signals import N_COORDINATES, N_INPUTS, N_STRAY, motion_of, wrench_on
+from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, cross_matrix, x_axes_are_parallel
+from tedm_cli.dynamics.signals import (
+    DELTA_G,
+    N_COORDINATES,
+    N_INPUTS,
+    N_STRAY,
+    OUTPUTS,
+    motion_of,
+    wrench_on,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +48,17 @@ class Plant:
     test_masses: Sequence[DynamicTestMass]
     fixed: FloatArray
     mutual: FloatArray
+
+    @cached_property
+    def axes(self) -> FloatArray:
+        """[2, 3, 3], of both test masses (rows), basic frame."""
+        return np.stack([tm.axes for tm in self.test_masses])
+
+    @cached_property
+    def outputs(self) -> tuple[str, ...]:
+        """The outputs of the loop; without Δg where the x axes of the test masses are not parallel."""
+        along = x_axes_are_parallel(self.axes)
+        return tuple(name for name in OUTPUTS if along or name not in DELTA_G)
 
     @cached_property
     def lever_m(self) -> FloatArray:

@@ -109,9 +109,11 @@ def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
 
 
 def distortion_matrices(file: Reader) -> list[NamedMatrix]:
-    """D_opt: the optical elements' part of the distortion matrix."""
+    """D_opt: the optical elements' part of the distortion matrix; nothing, where there are none."""
     areas = file.strings(AreaDatasets.AREA_NAME)
     bench = read_bench_motion(file)
+    if not bench.element:
+        return []
     labels = [f"{name}_{motion}" for name in bench.element for motion in _MOTIONS]
     return [
         NamedMatrix(

@@ -61,9 +61,9 @@ def _lonely(kind: FileKind, held: dict[str, Dataset]) -> list[str]:
     """Optional datasets that a file lacks though it has others of their group."""
     present = {id(spec) for spec in held.values()}
     optional = {path: spec for path, spec in kind.datasets.items() if spec.optional}
-    groups = {path.split("/")[1] for path, spec in optional.items() if id(spec) in present}
+    groups = {spec.comes_with for spec in optional.values() if id(spec) in present}
     missing = [path for path, spec in optional.items() if id(spec) not in present]
-    return [f"has no {path}, but others of its group" for path in missing if path.split("/")[1] in groups]
+    return [f"has no {path}, but others of its group" for path in missing if optional[path].comes_with in groups]
 
 
 def _problem(file: Any, path: str, spec: Dataset, dims: dict[str, int]) -> str:

@@ -9,6 +9,7 @@ from dataclasses import field as default
 from functools import partial
 
 from tedm_cli import __version__
+from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.cases import cases_section, every_case_section, spectra_section
 from tedm_cli.report.decision import cards_section
@@ -36,9 +37,10 @@ from tedm_cli.results.dynamics_in_time import IN_TIME
 from tedm_cli.results.field import FieldAtRest
 from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.noise import CaseNoise
-from tedm_cli.results.optics import OpticsQuality, ReadOuts
+from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.series import SeriesSummary
 from tedm_cli.results.titles import requirement_title
+from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, and_text
 
 ANNEX = "A"  # mark of the annex
 
@@ -72,7 +74,8 @@ class Front:
 class ReportInputs:
     """All that a report is made from; `files` are all result files in the order of the chain.
 
-    `closed_loop` is None where there are not two `test_masses`, or where it has not been simulated.
+    `field` is None of a project without test masses, `optics` of one without optics. `closed_loop` is None where there
+    can be none, and then `no_loop` says why, or where it has not been simulated.
     `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report
     that shows the model, or "".
     """
@@ -80,19 +83,34 @@ class ReportInputs:
     title: str
     model: ModelSize
     distortion: DistortionSize
-    field: FieldAtRest
-    optics: OpticsQuality
-    read_outs: ReadOuts
+    field: FieldAtRest | None
+    optics: OpticsResults | None
     areas: AreaTable
     cases: list[CaseNoise]
     series: dict[str, SeriesSummary]
-    test_masses: int
+    no_loop: str
     closed_loop: ClosedLoop | None
     files: list[ReportFile]
     figures: list[ReportFigure]
     front: Front = Front()
     requirement_titles: Mapping[str, str] = default(default_factory=dict)
     model_view: str = ""
+
+    @property
+    def at_rest(self) -> list[DcVerdict]:
+        """Verdicts on the field at rest."""
+        return [] if self.field is None else self.field.verdicts
+
+    @property
+    def half(self) -> str:
+        """What is not there of a project with one half of the chain; empty of one with both."""
+        return GRAVITY_ALONE if self.optics is None else READ_OUT_ALONE if self.field is None else ""
+
+    @property
+    def judged_noise(self) -> str:
+        """What noise is judged, for the title."""
+        halves = ["self-gravity"] * (self.field is not None) + ["read-out"] * (self.optics is not None)
+        return f"{and_text(halves)} noise"
 
 
 @dataclass(frozen=True)
@@ -115,7 +133,7 @@ def documents_of(inputs: ReportInputs) -> tuple[Document, Document]:
     InputError : files stem from different versions of one configuration.
     """
     figures, titles = _figures(inputs.figures), partial(requirement_title, own=inputs.requirement_titles)
-    subject = inputs.front.title or "Thermo-elastic distortion: self-gravity and read-out noise against requirements"
+    subject = inputs.front.title or f"Thermo-elastic distortion: {inputs.judged_noise} against requirements"
     others = _annex_sections(inputs, figures, titles)
     sections = (*_report_sections(inputs, figures.report, titles), _annex_words(others))
     report = Document(inputs.title, subject, __version__, sections, front=_front(inputs.front))
@@ -144,26 +162,25 @@ def _front(front: Front) -> tuple[tuple[str, str], ...]:
 
 def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], titles: Titles) -> tuple[Section, ...]:
     """Decision, remedy, and the evidence that decides."""
-    cases, areas, dc, loop = inputs.cases, inputs.areas, inputs.field.verdicts, inputs.closed_loop
+    cases, areas, dc, loop = inputs.cases, inputs.areas, inputs.at_rest, inputs.closed_loop
     ids = [case.id for case in cases]
-    words = closed_loop_words(loop, inputs.test_masses, ids, titles)
+    words = closed_loop_words(loop, inputs.no_loop, ids, titles)
     judged = any(c.judged for c in cases)
     sections = [
-        summary_section(cases, dc, loop, words, titles, inputs.model_view),
+        summary_section(cases, dc, loop, words, titles, inputs.half, inputs.model_view),
         remedy_section(cases, areas, dc, loop, titles, figures["improvement"]),
         cases_section(cases, [*figures["verdict"], *figures["all cases"]]),
     ]
     if judged:
         sections.append(binding_section(cases, areas, figures["contributors"]))
-    sections.append(at_rest_section(dc, figures["field"]))
+    if dc:
+        sections.append(at_rest_section(dc, figures["field"]))
     if loop is not None:
         sections.append(closed_loop_section(loop, words, figures["closed loop"], titles))
     if judged:
         sections.append(how_sure_section(cases, figures["certainty"]))
     sections += [
-        key_figures_section(
-            inputs.model, inputs.distortion, inputs.field, inputs.optics, inputs.read_outs, areas, loop
-        ),
+        key_figures_section(inputs.model, inputs.distortion, inputs.field, inputs.optics, areas, loop),
         assumptions_section(cases, inputs.field, loop, titles),
     ]
     return tuple(sections)
@@ -172,8 +189,8 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
 def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> tuple[Section, ...]:
     """Everything else."""
     cases, areas, loop, of = inputs.cases, inputs.areas, inputs.closed_loop, figures.annex
-    words = closed_loop_words(loop, inputs.test_masses, [case.id for case in cases], titles)
-    sections = [cards_section(cases, areas, inputs.field.verdicts, words, titles)]
+    words = closed_loop_words(loop, inputs.no_loop, [case.id for case in cases], titles)
+    sections = [cards_section(cases, areas, inputs.at_rest, words, titles)]
     sections.append(every_case_section(cases, [*of["verdict"], *of["all cases"]], titles))
     if of["cases"]:
         sections.append(spectra_section(of["cases"]))
@@ -188,18 +205,23 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
         sections.append(loop_detail_section(loop, ids, of["closed loop"], of[IN_TIME], titles))
     if inputs.series:
         sections.append(series_section(inputs.series, of["series"], titles))
-    text = (
-        "Response to one kelvin in one thermal area. Cells at the dark end of a scale may lie below it (zero by"
-        " symmetry)."
-    )
+    if inputs.field is not None:
+        sections += [_sensitivity_section(of["sensitivity"]), field_section(inputs.field, of["field"])]
+    if inputs.optics is not None:
+        sections.append(optics_section(inputs.optics.quality, inputs.optics.read_outs, areas, of))
     sections += [
-        Section("sensitivity", "Sensitivity by area", "Sensitivity", (Paragraph(text), *of["sensitivity"])),
-        field_section(inputs.field, of["field"]),
-        optics_section(inputs.optics, inputs.read_outs, areas, of),
         model_section(inputs.model, inputs.distortion),
         provenance_section(inputs.files, figures.all),
     ]
     return tuple(sections)
+
+
+def _sensitivity_section(figures: Sequence[Figure]) -> Section:
+    text = (
+        "Response to one kelvin in one thermal area. Cells at the dark end of a scale may lie below it (zero by"
+        " symmetry)."
+    )
+    return Section("sensitivity", "Sensitivity by area", "Sensitivity", (Paragraph(text), *figures))
 
 
 def _annex_words(sections: Sequence[Section]) -> Section:
@@ -212,7 +234,8 @@ def _annex_words(sections: Sequence[Section]) -> Section:
 
 
 def _about(inputs: ReportInputs) -> Section:
-    blocks: list[Block] = [
+    blocks: list[Block] = [Paragraph(inputs.half)] if inputs.half else []
+    blocks += [
         Paragraph(
             (
                 "All that the report itself leaves out. The decision and what to do are in ",

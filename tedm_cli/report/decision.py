@@ -38,12 +38,13 @@ _LARGE = 0.1  # of the largest contribution: a term of this size is a large one
 def cards_section(
     cases: Sequence[CaseNoise], areas: AreaTable, dc: Sequence[DcVerdict], closed_loop: Paragraph, titles: Titles
 ) -> Section:
-    """A card for each requirement and one for the field at rest, the worst first.
+    """A card for each requirement and one for the field at rest where there is one, the worst first.
 
     `closed_loop` is what is to be said of the drag-free loop here.
     """
     cards = [_card(limit, pairs, areas, titles) for limit, pairs in by_requirement(without_repeats(cases))]
-    cards.append(_field_card(dc))
+    if dc:
+        cards.append(_field_card(dc))
     cards.sort(key=lambda card: _ORDER.index(card.state))
     return Section("requirements", "Each requirement", "Requirements", (*cards, closed_loop), new_page=True)
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.report.document import (
     Block,
     Cell,
@@ -29,7 +28,7 @@ from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import DIAGNOSTIC, deciding
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import and_text, capital, clause, count, mhz_text, percent, ratio_text, sci
+from tedm_cli.results.wording import and_text, capital, clause, mhz_text, percent, ratio_text, sci
 
 SECTION = "loop"
 _NAMED = 3  # groups named of each verdict
@@ -39,14 +38,13 @@ _MARGINS = "loop_margins.svg"
 Pair = tuple[SimulatedCase, LoopOutput]
 
 
-def closed_loop_words(found: ClosedLoop | None, test_masses: int, ids: Sequence[str], titles: Titles) -> Paragraph:
+def closed_loop_words(found: ClosedLoop | None, no_loop: str, ids: Sequence[str], titles: Titles) -> Paragraph:
     """The closed loop in one sentence: Δg where it is judged, or else the worst output; or why there is none.
 
-    `ids` are all cases of the configuration.
+    `no_loop`: why there can be none, or ""; `ids` are all cases of the configuration.
     """
-    if test_masses != len(TEST_MASSES):
-        masses = count(test_masses, "test mass", "test masses")
-        return Paragraph(f"The drag-free loop is of two test masses; with {masses} none is closed.", quiet=True)
+    if no_loop:
+        return Paragraph(no_loop, quiet=True)
     if found is None:
         words = "The dynamics of the drag-free loop has not been run (`tedm build-dynamics`, then `tedm simulate all`)."
         return Paragraph(words, quiet=True)

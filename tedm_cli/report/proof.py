@@ -17,7 +17,7 @@ from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.field import FieldAtRest
 from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.noise import CaseNoise
-from tedm_cli.results.optics import OpticsQuality, ReadOuts
+from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import BY, at_rest_title, mass_title, output_title
 from tedm_cli.results.wording import capital, count, decimals, ratio_text, sci, unit_text
@@ -82,9 +82,8 @@ def how_sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> S
 def key_figures_section(
     model: ModelSize,
     distortion: DistortionSize,
-    field: FieldAtRest,
-    quality: OpticsQuality,
-    read_outs: ReadOuts,
+    field: FieldAtRest | None,
+    optics: OpticsResults | None,
     areas: AreaTable,
     loop: ClosedLoop | None,
 ) -> Section:
@@ -105,23 +104,12 @@ def key_figures_section(
         rows.append(
             row("Sum of all areas against the uniform load", f"differs by {residual} of the largest translation")
         )
-    for t, name in enumerate(field.test_mass):
-        a = field.acceleration[t].sum(axis=0)
-        parts = ", ".join(sci(float(v), 3) for v in a)
-        rows.append(row(f"Acceleration at rest of {mass_title(name)}", f"({parts}) m/s² along x, y, z"))
-    first = next(iter(read_outs.sets))
-    for label, unit, values in zip(read_outs.label, read_outs.unit, read_outs.N[first], strict=True):
-        if unit == "m":
-            worst = first_largest(range(len(values)), [float(v) for v in np.abs(values)])
-            rows.append(
-                row(
-                    f"Largest {output_title(f'{first}_{label}')}",
-                    f"{sci(float(values[worst]), 3)} {unit} per kelvin of {areas.name[worst]};"
-                    f" {sci(float(values.sum()), 3)} {unit} per kelvin of all areas together",
-                )
-            )
-    conditions = ", ".join(f"{sci(c, 3)} (set {name})" for name, c in quality.condition.items())
-    rows.append(row("Condition number of the read-out", f"{conditions}; in metres and radians"))
+    if field is not None:
+        for name, a in zip(field.test_mass, field.acceleration.sum(axis=1), strict=True):
+            parts = ", ".join(sci(float(v), 3) for v in a)
+            rows.append(row(f"Acceleration at rest of {mass_title(name)}", f"({parts}) m/s² along x, y, z"))
+    if optics is not None:
+        rows += _read_outs(optics, areas)
     if loop is not None:
         phases = [x for x in loop.stability.loops if np.isfinite(x.phase_deg)]
         least = min(phases, key=lambda x: x.phase_deg) if phases else None
@@ -133,8 +121,26 @@ def key_figures_section(
     )
 
 
+def _read_outs(optics: OpticsResults, areas: AreaTable) -> list[Row]:
+    """The largest read-outs of the first set, and how well all sets are determined."""
+    r, rows = optics.read_outs, list[Row]()
+    first = r.sets[0]
+    for label, unit, values in zip(r.label, r.unit, r.N[first], strict=True):
+        if unit == "m":
+            worst = first_largest(range(len(values)), [float(v) for v in np.abs(values)])
+            rows.append(
+                row(
+                    f"Largest {output_title(f'{first}_{label}')}",
+                    f"{sci(float(values[worst]), 3)} {unit} per kelvin of {areas.name[worst]};"
+                    f" {sci(float(values.sum()), 3)} {unit} per kelvin of all areas together",
+                )
+            )
+    conditions = ", ".join(f"{sci(c, 3)} (set {name})" for name, c in optics.quality.condition.items())
+    return [*rows, row("Condition number of the read-out", f"{conditions}; in metres and radians")]
+
+
 def assumptions_section(
-    cases: Sequence[CaseNoise], field: FieldAtRest, loop: ClosedLoop | None, titles: Titles
+    cases: Sequence[CaseNoise], field: FieldAtRest | None, loop: ClosedLoop | None, titles: Titles
 ) -> Section:
     """What every verdict takes for granted: temperatures, safety factor, cases, requirements, masses."""
     first = cases[0]
@@ -151,10 +157,11 @@ def assumptions_section(
                 " frequency",
             )
         )
-    how = {"quadrature": "spread over its elements", "lumped": "lumped at its grids"}.get(
-        field.mass_model, field.mass_model
-    )
-    facts.append(("Mass of the structure", f"{how} ({field.mass_model})"))
+    if field is not None:
+        how = {"quadrature": "spread over its elements", "lumped": "lumped at its grids"}.get(
+            field.mass_model, field.mass_model
+        )
+        facts.append(("Mass of the structure", f"{how} ({field.mass_model})"))
     if loop is not None:
         facts.append(("Drag-free loop", f"{loop.stability.origin}; hears set {loop.cases[0].read_out_set}"))
     limits = {limit.name: limit for limit, _ in by_requirement(cases)}

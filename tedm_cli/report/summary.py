@@ -35,15 +35,23 @@ def summary_section(
     loop: ClosedLoop | None,
     loop_words: Paragraph,
     titles: Titles,
+    half: str,
     model_view: str,
 ) -> Section:
-    """The verdicts and what they rest on; `model_view`: a file beside the report that shows the model, or ""."""
+    """The verdicts and what they rest on.
+
+    `half`: what is not there of a project with one half of the chain, or ""; `model_view`: a file beside the report
+    that shows the model, or "".
+    """
     noise, closed = worst_first(noise_judgements(cases)), worst_first(loop_judgements(loop))
     by_role = any(case.role == LIKELY for case in cases)
     blocks: list[Block] = [Paragraph(verdict_sentence(noise, dc, closed))]
+    if half:
+        blocks.append(Paragraph(half))
     if not noise:
         blocks.append(Paragraph("The configuration names no requirement on noise: none is judged."))
-    blocks.append(_verdicts(noise, dc, closed, by_role, titles))
+    if noise or dc or closed:
+        blocks.append(_verdicts(noise, dc, closed, by_role, titles))
     if noise:
         blocks.append(_parameters(noise[0], cases))
     if not closed:
@@ -83,6 +91,8 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
         return (Strong("The requirements are not met"), f": {and_text(said)}{also}.")
     if risk:
         return (Strong("The requirements are met in the likely cases, and at risk in others"), f": {risk}.")
+    if not (noise or dc or closed):
+        return (Strong("Nothing is judged"), ": the project names no requirement.")
     ratios = [j.possible[1].ratio for j in noise] + [j.possible[1].ratio for j in closed] + [v.ratio for v in dc]
     return (
         Strong("All that is required is met"),

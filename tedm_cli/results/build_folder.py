@@ -5,9 +5,12 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.halves import halves_of
+from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import (
@@ -21,7 +24,6 @@ from tedm_cli.contracts import (
     SIMULATED_SERIES,
     SIMULATION,
 )
-from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
@@ -40,33 +42,57 @@ from tedm_cli.files.build_folder import (
 )
 from tedm_cli.files.provenance import ConfigFile, InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.no_loop import why_no_loop
+from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE
+
+_HALVES = (SENSITIVITY_FILE, OPTICS_FILE)
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """The file with the outputs of one half of the chain per kelvin: open, and the hash of what it holds."""
+
+    reader: Reader
+    file: InputFile
+
+    @property
+    def source(self) -> str:
+        """Name and hash, as figures bear them."""
+        return f"{self.file.path.name} {self.file.sha256}"
+
+
+@dataclass(frozen=True)
+class ReadOutMatrices(Matrices):
+    """optics.h5, and the layout that it was made from."""
+
+    layout: OpticalLayout
 
 
 @dataclass(frozen=True)
 class Results:
     """Results that fit together, open, what they were made with, and the hashes of what is drawn.
 
-    `series` are those of the configuration that have been run, by name. `dynamics` is None where there are not two test
-    masses, or where the loop or its cases have not been made; `simulations` are the cases that have, in the order of
-    the configuration, `simulated_series` the series that have been through the loop, by name. `imposed` is None where
-    it has not been made.
+    `gravity` is None of a project without test masses, `read_out` of one without optics; one of them is there. `series`
+    are those of the configuration that have been run, by name. `no_loop` says why there can be no drag-free loop, and
+    is empty where there can. `dynamics` is None where there can be none, or where the loop or its cases have not been
+    made; `simulations` are the cases that have, in the order of the configuration, `simulated_series` the series that
+    have been through the loop, by name. `imposed` is None where it has not been made.
     """
 
     distortion: Reader
-    sensitivity: Reader
-    optics: Reader
-    layout: OpticalLayout
-    cases: list[Reader]
     distortion_file: InputFile
-    sensitivity_file: InputFile
-    optics_file: InputFile
+    gravity: Matrices | None
+    read_out: ReadOutMatrices | None
+    cases: list[Reader]
     case_files: list[InputFile]
     config: CasesConfig
     series: dict[str, Reader]
     series_files: dict[str, InputFile]
-    two_test_masses: bool
+    no_loop: str
     dynamics: Reader | None
     dynamics_file: InputFile | None
     simulations: list[Reader]
@@ -78,6 +104,21 @@ class Results:
     loop_requirements: list[AppliedRequirement]
 
     @property
+    def matrices(self) -> list[Matrices]:
+        """The halves of the chain that there are, in its order."""
+        return [m for m in (self.gravity, self.read_out) if m is not None]
+
+    @property
+    def half(self) -> str:
+        """In a sentence what is not there of a project with one half of the chain; empty of one with both."""
+        return GRAVITY_ALONE if self.read_out is None else READ_OUT_ALONE if self.gravity is None else ""
+
+    @property
+    def areas(self) -> AreaTable:
+        """The thermal areas, which are the same in all files."""
+        return read_areas(self.matrices[0].reader)
+
+    @property
     def requirement_titles(self) -> dict[str, str]:
         """Plain titles of the requirements that have one, by name: what the configuration calls them, or the preset."""
         applied = [*self.config.applied_requirements(), *self.loop_requirements]
@@ -86,7 +127,12 @@ class Results:
 
 @contextlib.contextmanager
 def open_results(project: Project) -> Iterator[Results]:
-    """Open distortion, sensitivities, optics and all cases of the configuration; refuse what is missing or unfit."""
+    """Open distortion, sensitivities, optics and all cases of the configuration; refuse what is missing or unfit.
+
+    Sensitivities and optics are those that the project has; a file of a half that it has no longer is passed over.
+    """
+    _, model = load_model(project.model)
+    halves = halves_of(project, model)
     file, config = load_cases(project.cases)
     build = project.build_dir
     paths = [build / case_file_name(i) for i in config.ids]
@@ -99,17 +145,16 @@ def open_results(project: Project) -> Iterator[Results]:
             where=str(missing[0][1]),
             hint=f"make it with `tedm run-case {what}`",
         )
-    sources = [build / SENSITIVITY_FILE, build / OPTICS_FILE]
     with contextlib.ExitStack() as stack:
-        sensitivity = stack.enter_context(open_checked(sources[0], SENSITIVITY))
-        optics = stack.enter_context(open_checked(sources[1], OPTICS))
-        require_configuration(sensitivity, project.model)
-        require_same_input("distortion.h5", sensitivity, optics)
+        gravity = _gravity(project, stack) if halves.gravity else None
+        read_out = _read_out(project.optics, build / OPTICS_FILE, stack) if project.optics is not None else None
+        matrices: list[Matrices] = [m for m in (gravity, read_out) if m is not None]
+        require_same_input(DISTORTION_FILE, *(m.reader for m in matrices))
         distortion = stack.enter_context(open_checked(build / DISTORTION_FILE, DISTORTION))
         distortion_file = input_files([build / DISTORTION_FILE])[0]
-        require_input(optics, distortion_file)
-        layout = _layout(project, optics)
-        used = input_files(sources)
+        for made in matrices:
+            require_input(made.reader, distortion_file)
+        used = [m.file for m in matrices]
         cases = []
         for case_id, path in zip(config.ids, paths, strict=True):
             case = stack.enter_context(open_checked(path, CASE))
@@ -120,23 +165,39 @@ def open_results(project: Project) -> Iterator[Results]:
             series[name] = stack.enter_context(open_checked(build / series_file_name(name), SERIES))
             hint = f"rebuild it with `tedm run-series {name}`, or delete it"
             _require_made_from(series[name], used, [file], hint)
-        two = len(sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)) == len(TEST_MASSES)
         imposed = None
-        if (build / IMPOSED_FILE).exists():
+        if gravity is not None and (build / IMPOSED_FILE).exists():
             imposed = stack.enter_context(open_checked(build / IMPOSED_FILE, IMPOSED))
-            _require_made_from(imposed, used[:1], [], f"rebuild it with `{IMPOSED.made_by}`, or delete it")
-        loop = _open_dynamics(project, config, used, file, stack) if two else _Loop(None, [], {}, [])
+            _require_made_from(imposed, [gravity.file], [], f"rebuild it with `{IMPOSED.made_by}`, or delete it")
+        no_loop = why_no_loop(project, model)
+        loop = _Loop(None, [], {}, []) if no_loop else _open_dynamics(project, config, used, file, stack)
         looped = [*loop.simulations, *loop.series.values()]
-        require_same_areas(sensitivity, optics, distortion, *cases, *series.values(), *looped)
+        require_same_areas(distortion, *(m.reader for m in matrices), *cases, *series.values(), *looped)
         yield Results(
-            distortion, sensitivity, optics, layout, cases, distortion_file, used[0], used[1], list(input_files(paths)),
+            distortion, distortion_file, gravity, read_out, cases, list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
-            two, loop.dynamics, None if loop.dynamics is None else input_files([loop.dynamics.path])[0],
+            no_loop, loop.dynamics, None if loop.dynamics is None else input_files([loop.dynamics.path])[0],
             loop.simulations, list(input_files([reader.path for reader in loop.simulations])),
             imposed, None if imposed is None else input_files([imposed.path])[0],
             loop.series, {name: input_files([reader.path])[0] for name, reader in loop.series.items()},
             loop.requirements,
         )  # fmt: skip
+
+
+def _gravity(project: Project, stack: contextlib.ExitStack) -> Matrices:
+    """The sensitivities; refused when they were made with another model."""
+    path = project.build_dir / SENSITIVITY_FILE
+    reader = stack.enter_context(open_checked(path, SENSITIVITY))
+    require_configuration(reader, project.model)
+    return Matrices(reader, input_files([path])[0])
+
+
+def _read_out(layout_file: Path, path: Path, stack: contextlib.ExitStack) -> ReadOutMatrices:
+    """The optical matrices and the project's layout; refused when they were made with another one."""
+    reader = stack.enter_context(open_checked(path, OPTICS))
+    _, layout = load_layout(layout_file)
+    require_configuration(reader, layout_file)
+    return ReadOutMatrices(reader, input_files([path])[0], layout)
 
 
 @dataclass(frozen=True)
@@ -172,7 +233,7 @@ def _open_dynamics(
         raise InputError(
             f"is stale: made from {named[0].path}, which the project no longer names", where=str(path), hint=hint
         )
-    used = [*used[:2], *input_files([path])]
+    used = [*used[: len(_HALVES)], *input_files([path])]
     simulations = []
     for case_id, made in paths.items():
         simulations.append(stack.enter_context(open_checked(made, SIMULATION)))
@@ -187,13 +248,6 @@ def _open_dynamics(
     return _Loop(dynamics, simulations, series, dynamics_config.applied_requirements())
 
 
-def _layout(project: Project, optics: Reader) -> OpticalLayout:
-    """The project's layout; refused when the matrices were made with another one."""
-    _, layout = load_layout(project.optics)
-    require_configuration(optics, project.optics)
-    return layout
-
-
 def require_current(case: Reader, case_id: str, used: Sequence[InputFile], configs: Sequence[ConfigFile]) -> None:
     """Refuse a case that was run on other results or with other configurations, or that is another case.
 
@@ -206,8 +260,16 @@ def require_current(case: Reader, case_id: str, used: Sequence[InputFile], confi
 
 
 def _require_made_from(file: Reader, used: Sequence[InputFile], configs: Sequence[ConfigFile], hint: str) -> None:
-    """Refuse a file that was made from other inputs, or with other configurations, than those there now."""
+    """Refuse a file that was made from other inputs, or with other configurations, than those there now.
+
+    And one that was made from both halves of the chain, when the project has one of them left.
+    """
     provenance = file.provenance()
+    names = {i.path.name for i in used}
+    for item in provenance.inputs:
+        if item.path.name in _HALVES and item.path.name not in names:
+            fact = f"is stale: made from {item.path.name}, which is no part of the project any more"
+            raise InputError(fact, where=str(file.path), hint=hint)
     made_from = {(i.path.name, i.sha256) for i in provenance.inputs}
     made_from |= {(c.path.name, c.sha256) for c in provenance.configs}
     now = {i.path: i.sha256 for i in used} | {c.path: c.sha256 for c in configs}

@@ -140,6 +140,19 @@ def read_quality(file: Reader) -> OpticsQuality:
 
 
 @dataclass(frozen=True, eq=False)
+class OpticsResults:
+    """What a report says of optics.h5: how good the matrices are, and the read-outs."""
+
+    quality: OpticsQuality
+    read_outs: ReadOuts
+
+
+def read_optics(file: Reader) -> OpticsResults:
+    """Both."""
+    return OpticsResults(read_quality(file), read_read_outs(file))
+
+
+@dataclass(frozen=True, eq=False)
 class BenchMotion:
     """The n optical elements as distortion.h5 tells them: names, positions [n, 3] m of their grids, and motion
     [k, n, 6] (m/K, rad/K) of these per kelvin of every area; basic frame."""
@@ -150,7 +163,10 @@ class BenchMotion:
 
 
 def read_bench_motion(distortion: Reader) -> BenchMotion:
-    """Motion of the grids that carry the optical elements."""
+    """Motion of the grids that carry the optical elements; of none, where the project has no optics."""
+    if not distortion.has(DISTORTION.OPTICAL_NAME):
+        areas = len(distortion.strings(DISTORTION.AREA_NAME))
+        return BenchMotion([], np.zeros((0, 3)), np.zeros((areas, 0, 6)))
     parts = [distortion.array(DISTORTION.D_OPT_TRANSLATION), distortion.array(DISTORTION.D_OPT_ROTATION)]
     return BenchMotion(
         distortion.strings(DISTORTION.OPTICAL_NAME),

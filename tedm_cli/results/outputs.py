@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.halves import halves_of
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import OPTICS, SENSITIVITY
+from tedm_cli.contracts import OPTICS, SENSITIVITY, AreaDatasets
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
@@ -20,7 +22,7 @@ from tedm_cli.files.build_folder import (
     require_same_areas,
     require_same_input,
 )
-from tedm_cli.files.store import open_checked
+from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.results.areas import read_areas
@@ -32,48 +34,75 @@ _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 
 @dataclass(frozen=True, eq=False)
 class ModelOutputs(Outputs):
-    """The outputs of a build folder; `area_id` [k] are the numbers that the model gives its thermal areas."""
+    """The outputs of a build folder; `area_id` [k] are the numbers that the model gives its thermal areas.
+
+    `sources` are the files that they are in: of self-gravity and of the read-outs, as far as the project has them.
+    """
 
     area_id: IntArray = field(kw_only=True)
+    sources: tuple[Path, ...] = field(kw_only=True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Family:
+    """The outputs of one file: rows [n, k] per kelvin, their labels and kinds, and what read-outs are made of."""
+
+    rows: FloatArray
+    labels: list[str]
+    kinds: list[str]
+    parts: dict[str, ReadOutParts] = field(default_factory=dict)
 
 
 def read_outputs(project: Project) -> ModelOutputs:
-    """Gather the rows of both families from the build folder of a project.
+    """Gather the rows of the families that the project has from its build folder.
 
     Raises
     ------
     InputError : files that stem from different distortion matrices, or were made with another configuration than the
         project has now.
+    ConfigError : the project has neither test masses nor optics.
     """
-    sensitivity, optics = project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE
-    with open_checked(sensitivity, SENSITIVITY) as s, open_checked(optics, OPTICS) as o:
-        require_configuration(s, project.model)
-        require_configuration(o, project.optics)
-        require_same_input(DISTORTION_FILE, s, o)
-        require_same_areas(s, o)
-        areas = read_areas(s)
-        gravity, read_outs = read_self_gravity(s), read_read_outs(o)
-        labels = list(gravity.label)
-        rows = [_finite(gravity.S, labels, sensitivity, SENSITIVITY.S)]
-        kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in gravity.unit]
-        parts_of_read_outs: dict[str, ReadOutParts] = {}
-        distorting = read_outs.motion - read_outs.rigid_motion
-        for name in read_outs.sets:
-            rows.append(_finite(read_outs.N[name], read_outs.label, optics, OPTICS.N.of(name)))
-            kinds += [_READ_OUT_KIND[u] for u in read_outs.unit]
-            by_element, distortion = read_outs.by_element(name), read_outs.gain[name] @ distorting
-            for i, label in enumerate(read_outs.label):
-                parts = ReadOutParts(tuple(read_outs.element), by_element[i], distortion[i])
-                parts_of_read_outs[f"{name}_{label}"] = parts
-        labels += read_outs.names
+    halves = halves_of(project)
+    files: list[Reader] = []
+    with contextlib.ExitStack() as stack:
+        if halves.gravity:
+            files.append(stack.enter_context(open_checked(project.build_dir / SENSITIVITY_FILE, SENSITIVITY)))
+            require_configuration(files[-1], project.model)
+        if project.optics is not None:
+            files.append(stack.enter_context(open_checked(project.build_dir / OPTICS_FILE, OPTICS)))
+            require_configuration(files[-1], project.optics)
+        require_same_input(DISTORTION_FILE, *files)
+        require_same_areas(files[0], *files[1:])
+        families = [_gravity(file) if file.kind is SENSITIVITY else _read_outs(file) for file in files]
         return ModelOutputs(
-            areas,
-            np.concatenate(rows),
-            tuple(labels),
-            tuple(kinds),
-            parts_of_read_outs,
-            area_id=s.array(SENSITIVITY.AREA_ID),
+            read_areas(files[0]),
+            np.concatenate([f.rows for f in families]),
+            tuple(label for f in families for label in f.labels),
+            tuple(kind for f in families for kind in f.kinds),
+            {label: parts for f in families for label, parts in f.parts.items()},
+            area_id=files[0].array(AreaDatasets.AREA_ID),
+            sources=tuple(file.path for file in files),
         )
+
+
+def _gravity(file: Reader) -> _Family:
+    gravity = read_self_gravity(file)
+    kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in gravity.unit]
+    return _Family(_finite(gravity.S, gravity.label, file.path, SENSITIVITY.S), gravity.label, kinds)
+
+
+def _read_outs(file: Reader) -> _Family:
+    read_outs = read_read_outs(file)
+    rows: list[FloatArray] = []
+    parts: dict[str, ReadOutParts] = {}
+    distorting = read_outs.motion - read_outs.rigid_motion
+    for name in read_outs.sets:
+        rows.append(_finite(read_outs.N[name], read_outs.label, file.path, OPTICS.N.of(name)))
+        by_element, distortion = read_outs.by_element(name), read_outs.gain[name] @ distorting
+        for i, label in enumerate(read_outs.label):
+            parts[f"{name}_{label}"] = ReadOutParts(tuple(read_outs.element), by_element[i], distortion[i])
+    kinds = [_READ_OUT_KIND[u] for u in read_outs.unit] * len(read_outs.sets)
+    return _Family(np.concatenate(rows), read_outs.names, kinds, parts)
 
 
 def _finite(rows: FloatArray, labels: Sequence[str], path: Path, dataset: str) -> FloatArray:

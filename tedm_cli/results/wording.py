@@ -13,6 +13,12 @@ QUANTITY = {
     "displacement": "read-out displacement",
     "angle": "read-out angle",
 }
+#: What is not there of a project with one half of the chain, for readers of its results.
+GRAVITY_ALONE = "The project has no optics: self-gravity is computed alone, and nothing is said of read-outs."
+READ_OUT_ALONE = (
+    "The model has no test masses: read-outs are computed alone, and nothing is said of self-gravity, neither of its"
+    " noise nor of the field at rest."
+)
 _NUMBER_WORDS = (
     *("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve"),
 )

@@ -42,8 +42,8 @@ class DrawnBench:
     segment_beam: IntArray
 
 
-def drawn_bench(layout: OpticalLayout, motion: FloatArray, node_positions_m: FloatArray) -> DrawnBench:
-    """The bench of a layout; without corners where the layout does not say where its surfaces are.
+def drawn_bench(layout: OpticalLayout | None, motion: FloatArray, node_positions_m: FloatArray) -> DrawnBench:
+    """The bench of a layout; without corners where there is none, or where it does not say where its surfaces are.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def drawn_bench(layout: OpticalLayout, motion: FloatArray, node_positions_m: Flo
     PhysicsError : a ray of the layout is lost.
     """
     k = len(motion)
-    if not layout.has_geometry:
+    if layout is None or not layout.has_geometry:
         return _joined(k, [], [], [], [], [], [])
     moved = np.array([motion_of_elements(layout, of_area, node_positions_m) for of_area in motion])
     corners: list[FloatArray] = []

@@ -98,7 +98,10 @@ class Drawing:
 
 @dataclass(frozen=True, eq=False)
 class ViewModel:
-    """All of a page. `sources`: file names with their SHA-256; `version` of tedm; `output_titles`: in plain words."""
+    """All of a page. `sources`: file names with their SHA-256; `version` of tedm; `output_titles`: in plain words.
+
+    `half`: what is not there of a project with one half of the chain, or "".
+    """
 
     title: str
     version: str
@@ -109,6 +112,7 @@ class ViewModel:
     cases: Sequence[CaseView]
     series: Sequence[tuple[str, Film]]
     drawing: Drawing
+    half: str = ""
 
 
 def planes(motion: FloatArray) -> FloatArray:
@@ -122,6 +126,7 @@ def payload(view: ViewModel) -> dict[str, Any]:
     return {
         "title": view.title,
         "version": view.version,
+        "half": view.half,
         "sources": [{"name": name, "sha256": sha256} for name, sha256 in view.sources],
         "areas": {
             "name": areas.name.tolist(),

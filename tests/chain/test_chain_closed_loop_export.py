@@ -110,7 +110,7 @@ def test_the_command_writes_the_loop_and_refuses_a_stale_one(
     assert target.exists()
     assert command("-d", str(build)) == 2
     assert "--loop" in capsys.readouterr().err
-    build_optics(replace(closed, build_dir=build, optics=_another(closed.optics, tmp_path)), None)
+    build_optics(replace(closed, build_dir=build, optics=_another(closed.required_optics(), tmp_path)), None)
     with pytest.raises(InputError, match="stale"):
         export_closed_loop(build, "npz", None)
     (build / "dynamics.h5").unlink()

@@ -106,7 +106,7 @@ def test_names_that_there_are_not(small: Project) -> None:
 
 def other_optics(small: Project, folder: Path, change: tuple[str, str] = ("", ""), more: str = "") -> Project:
     """The small sample with another layout file, its optics built from the same distortion."""
-    text = small.optics.read_text(encoding="utf-8")
+    text = small.required_optics().read_text(encoding="utf-8")
     assert change[0] in text
     layout = folder / "optics.toml"
     layout.write_text(text.replace(*change) + more, encoding="utf-8")

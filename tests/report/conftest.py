@@ -18,7 +18,6 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import silent
-from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.field import dc_verdicts
@@ -63,7 +62,7 @@ def cases(finished: Project) -> list[CaseNoise]:
 @pytest.fixture(scope="module")
 def areas(finished: Project) -> AreaTable:
     with open_results(finished) as results:
-        return read_areas(results.sensitivity)
+        return results.areas
 
 
 @pytest.fixture(scope="module")

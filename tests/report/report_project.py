@@ -63,6 +63,21 @@ id = "4b"
 title = "Inside the thermal shield only"
 blocks = [{ shield = ["inside"] }]
 """
+MODEL = """# model of <nothing> & all
+[model]
+[areas]
+rule = [{ match = "*", group = "all", shield = "inside" }]
+[[test_mass]]
+name = "TM1"
+position_m = [0.188, 0.0, 0.0]
+side_m = 0.046
+mass_kg = 1.928
+[[test_mass]]
+name = "TM2"
+position_m = [-0.188, 0.0, 0.0]
+side_m = 0.046
+mass_kg = 1.928
+"""
 LAYOUT = Path(__file__).parents[2] / "configs" / "optics.toml"
 # Names as users may write them: markup and mathematical type must come out as text.
 AREAS = {
@@ -181,7 +196,7 @@ def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] |
     `changed` replaces datasets of the sensitivities.
     """
     build = project.build_dir
-    model, (optics, layout) = read_toml(project.model)[0], load_layout(project.optics)
+    model, (optics, layout) = read_toml(project.model)[0], load_layout(project.required_optics())
     rng = np.random.default_rng(seed)
     unit_loads, distortion = build / "unit_loads.h5", build / "distortion.h5"
 
@@ -219,7 +234,7 @@ def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] |
 def make_project(folder: Path, cases: str = CASES, changed: Mapping[str, Any] | None = None) -> Project:
     """A project with all results up to its cases."""
     (folder / "tedm.toml").write_text('title = "Made up & <small>"\n', encoding="utf-8")
-    (folder / "model.toml").write_text("# model of <nothing> & all\n", encoding="utf-8")
+    (folder / "model.toml").write_text(MODEL, encoding="utf-8")
     (folder / "optics.toml").write_text(LAYOUT.read_text(encoding="utf-8"), encoding="utf-8")
     (folder / "cases.toml").write_text(cases, encoding="utf-8")
     project = load_project(folder / "tedm.toml", folder / "build")

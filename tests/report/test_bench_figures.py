@@ -286,9 +286,11 @@ def test_signs_of_s_bw_are_told_without_colour(layout: OpticalLayout) -> None:
 
 def test_map_of_n_holds_all_sets_with_their_signs(finished: Project) -> None:
     with open_results(finished) as results:
-        maps = read_out_maps(results.optics)
-        areas = read_areas(results.optics)
-        noise = {name: results.optics.array(f"/N/{name}") for name in ("A", "B")}
+        assert results.read_out is not None
+        optics = results.read_out.reader
+        maps = read_out_maps(optics)
+        areas = read_areas(optics)
+        noise = {name: optics.array(f"/N/{name}") for name in ("A", "B")}
     assert [m.unit for m in maps] == ["pm/K", "nrad/K"]
     read_outs = [f"{tm}_{c}" for tm in ("TM1", "TM2") for c in ("x", "eta", "phi")]
     seen = []

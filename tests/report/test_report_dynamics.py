@@ -32,8 +32,8 @@ def closed(finished: Project) -> ClosedLoop:
     return found
 
 
-def words(found: ClosedLoop | None, masses: int = 2) -> str:
-    return plain(closed_loop_words(found, masses, IDS, title).text)
+def words(found: ClosedLoop | None, no_loop: str = "") -> str:
+    return plain(closed_loop_words(found, no_loop, IDS, title).text)
 
 
 def title(name: str) -> str:
@@ -90,7 +90,7 @@ def test_a_likely_violation_is_told_before_a_worse_one(closed: ClosedLoop) -> No
 
 
 def test_why_there_is_no_closed_loop(closed: ClosedLoop) -> None:
-    assert "with 1 test mass none is closed" in words(None, 1)
+    assert words(None, "With 1 test mass none is closed.") == "With 1 test mass none is closed."
     assert "`tedm build-dynamics`" in words(None)
     unjudged = replace(closed, cases=tuple(replace(c, judged=()) for c in closed.cases))
     assert "No output of the closed loop is judged" in words(unjudged)

@@ -212,7 +212,7 @@ def test_a_loop_that_is_not_closed_is_no_fault(copy: Project) -> None:
     """Without dynamics.h5, simulations of any age are not looked at."""
     (copy.build_dir / "dynamics.h5").unlink()
     with open_results(copy) as results:
-        assert results.two_test_masses
+        assert not results.no_loop
         assert results.dynamics is None
         assert results.simulations == []
 

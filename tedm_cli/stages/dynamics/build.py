@@ -13,7 +13,7 @@ from tedm_cli.dynamics.closed_loop import loop_transfer
 from tedm_cli.dynamics.controller import ScalarLoops
 from tedm_cli.dynamics.in_time import thermal_columns
 from tedm_cli.dynamics.own_controller import StateSpaceController
-from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, INPUTS, OUTPUTS, unit
+from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, INPUTS, OUTPUTS, index, unit
 from tedm_cli.dynamics.sources import columns
 from tedm_cli.dynamics.stability import Stability, stability
 from tedm_cli.dynamics.state_space import SYSTEM_INPUT_UNITS, SYSTEM_INPUTS, loop_system
@@ -149,15 +149,17 @@ def _write_system(writer: Writer, loop: Loop) -> None:
         return
     whole = loop_system(loop.plant, loop.controller)
     names, units = whole.states
+    outputs = loop.plant.outputs
+    rows = index(OUTPUTS, *outputs)
     writer.write(KIND.SYSTEM_STATE, names)
     writer.write(KIND.SYSTEM_STATE_UNIT, units)
     writer.write(KIND.SYSTEM_INPUT, list(SYSTEM_INPUTS))
     writer.write(KIND.SYSTEM_INPUT_UNIT, list(SYSTEM_INPUT_UNITS))
-    writer.write(KIND.SYSTEM_OUTPUT, list(OUTPUTS))
-    writer.write(KIND.SYSTEM_OUTPUT_UNIT, [unit(name) for name in OUTPUTS])
+    writer.write(KIND.SYSTEM_OUTPUT, list(outputs))
+    writer.write(KIND.SYSTEM_OUTPUT_UNIT, [unit(name) for name in outputs])
     for dataset, matrix in zip(
         (KIND.SYSTEM_A, KIND.SYSTEM_B, KIND.SYSTEM_C, KIND.SYSTEM_D),
-        (whole.system.a, whole.system.b, whole.system.c, whole.system.d),
+        (whole.system.a, whole.system.b, whole.system.c[rows], whole.system.d[rows]),
         strict=True,
     ):
         writer.write(dataset, matrix, units=_OF_SYSTEM)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import IMPOSED as KIND
 from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
@@ -32,6 +33,7 @@ def imposed_motion(project: Project, output: Path | None) -> tuple[Path, Imposed
     InputError : sensitivity.h5 is missing or stale.
     ConfigError : not two test masses.
     """
+    load_model(project.model)[1].required_test_masses(project.model)
     path = project.build_dir / SENSITIVITY_FILE
     with open_checked(path, SENSITIVITY_KIND) as sensitivity:
         require_configuration(sensitivity, project.model)

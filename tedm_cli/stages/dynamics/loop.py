@@ -10,6 +10,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.controller_file import read_controller
 from tedm_cli.config.dynamics import DynamicsConfig, load_dynamics
+from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.dynamics.bodies import DynamicTestMass
@@ -68,17 +69,20 @@ def project_loop(project: Project) -> Loop:
 
     Raises
     ------
-    ConfigError : not two test masses; unknown sources or groups.
+    ConfigError : not two test masses; no optics; unknown sources or groups.
     PhysicsError : bodies or controllers that cannot be, named with the file they are in.
     """
     file, config = load_dynamics(project.dynamics)
+    masses = len(load_model(project.model)[1].test_mass)
+    if masses != len(TEST_MASSES):
+        raise _not_two(project, masses)
+    project.required_optics()
     where = "the default dynamics" if file is None else str(file.path)
     folder = Path() if project.dynamics is None else project.dynamics.parent
     with open_checked(project.build_dir / SENSITIVITY_FILE, KIND) as sensitivity:
         names = tuple(sensitivity.strings(KIND.TEST_MASS_NAME))
         if len(names) != len(TEST_MASSES):
-            fact = f"drag-free dynamics is of two test masses; this project has {len(names)}"
-            raise ConfigError([("test_mass", fact)], where=str(project.model))
+            raise _not_two(project, len(names))
         test_masses = _test_masses(sensitivity)
         field = read_field(sensitivity)
     source_names, gravity, mutual = _stiffness(field)
@@ -96,6 +100,11 @@ def project_loop(project: Project) -> Loop:
     sources = config.noise.sources(spacecraft, test_masses, at_rest, folder, where)
     names_of = (*source_names, ELECTROSTATICS)
     return Loop(config, file, names, plant, controller, tuple(sources), names_of, by_source, at_rest)
+
+
+def _not_two(project: Project, number: int) -> ConfigError:
+    fact = f"drag-free dynamics is of two test masses; this project has {number or 'none'}"
+    return ConfigError([("test_mass", fact)], where=str(project.model))
 
 
 def _test_masses(file: Reader) -> list[DynamicTestMass]:

@@ -58,14 +58,14 @@ def prepare(project: Project) -> Prepared:
     loop = project_loop(project)
     inputs = require_current_loop(project, loop)
     rows = thermal_rows(project, loop.config.read_out.set)
-    requirements = loop.config.applied_requirements()
+    requirements = loop.config.applied_requirements(loop.plant.outputs)
     try:
         frequency = _frequencies(config, [r.requirement for r in requirements])
     except ConfigError as error:
         hint = f"widen [frequency], or narrow the requirements of {loop.where}"
         raise ConfigError(error.problems, where=str(project.cases), hint=hint) from error
     try:
-        judged = judged_labels(requirements, frequency)
+        judged = judged_labels(requirements, frequency, loop.plant.outputs)
     except ConfigError as error:
         error.where = loop.where
         raise

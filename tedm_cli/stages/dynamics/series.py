@@ -66,7 +66,8 @@ def simulate_series(
     ConfigError : requirements that do not fit, all at once.
     """
     ready = prepare(project)
-    labels = tuple(dict.fromkeys([label for _, label in ready.judged] + list(_ALWAYS)))
+    always = [label for label in _ALWAYS if label in ready.loop.plant.outputs]
+    labels = tuple(dict.fromkeys([label for _, label in ready.judged] + always))
     in_time = time_loop(ready.loop.plant, ready.loop.controller, labels)
 
     def run(table: SeriesTable) -> None:

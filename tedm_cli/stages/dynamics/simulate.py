@@ -14,7 +14,7 @@ from tedm_cli.config.temperature_tables import table_paths, temperature_model
 from tedm_cli.contracts import SIMULATION as KIND
 from tedm_cli.dynamics.budget import Budget, budget
 from tedm_cli.dynamics.judging import JudgedOutput, by_group, groups_of, judge_outputs
-from tedm_cli.dynamics.signals import OUTPUTS, unit
+from tedm_cli.dynamics.signals import unit
 from tedm_cli.dynamics.sources import NoiseSource
 from tedm_cli.files.build_folder import provenance, simulation_file_name
 from tedm_cli.files.store import Writer, create
@@ -111,11 +111,11 @@ def write_simulation(writer: Writer, r: Simulation, requirements: Sequence[Requi
     writer.write(KIND.TEMPERATURE_MODEL, r.temperature.words())
     writer.write(KIND.READ_OUT_SET, r.rows.set_name)
     writer.write(KIND.FREQUENCY, r.frequency_hz)
-    writer.write(KIND.OUTPUT_LABEL, list(OUTPUTS))
-    writer.write(KIND.OUTPUT_UNIT, [unit(label) for label in OUTPUTS])
+    writer.write(KIND.OUTPUT_LABEL, list(b.labels))
+    writer.write(KIND.OUTPUT_UNIT, [unit(label) for label in b.labels])
     writer.write(KIND.GROUP_NAME, list(r.groups))
     groups = by_group(b, r.sources)
-    for o, label in enumerate(OUTPUTS):
+    for o, label in enumerate(b.labels):
         power = f"({unit(label)})^2/Hz"
         writer.write(KIND.PSD.of(label), b.total[:, o], units=power)
         for g, group in enumerate(r.groups):

@@ -64,13 +64,14 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
         sensitivities that are not finite.
     PhysicsError : a test mass whose read-outs are along other axes than its accelerations.
     """
-    _, layout = load_layout(project.optics)
+    layout_file = project.required_optics()
+    _, layout = load_layout(layout_file)
     s_path, o_path = project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE
     with open_checked(s_path, SENSITIVITY_KIND) as s, open_checked(o_path, OPTICS_KIND) as o:
         require_same_input(DISTORTION_FILE, s, o)
         require_same_areas(s, o)
         require_configuration(s, project.model)
-        require_configuration(o, project.optics)
+        require_configuration(o, layout_file)
         areas = read_areas(s)
         names = dict(zip(s.strings(SENSITIVITY_KIND.TEST_MASS_NAME), TEST_MASSES, strict=True))
         axes = s.array(SENSITIVITY_KIND.TEST_MASS_AXES)
@@ -81,7 +82,7 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
                 raise PhysicsError(
                     f"{name} has other axes in the optical layout than in the model (they differ by {off:.2g}):"
                     " the read-outs are not along the axes of the loop",
-                    where=str(project.optics),
+                    where=str(layout_file),
                     hint=f"give `axes` to the element {name}, in the layout frame, or turn those of [[test_mass]]",
                 )
         k = len(areas)

@@ -53,6 +53,10 @@ def export(build_dir: Path, what: Sequence[str], fmt: Format, output: Path | Non
         with open_checked(build_dir / f"{name}.h5", kind) as file:
             require_up_to_date(file)
             by_kind[name] = matrices(file)
+            if what and not by_kind[name]:
+                raise InputError("holds no optical elements to export", where=str(file.path))
+    if not any(by_kind.values()):
+        raise InputError("holds nothing to export", where=str(build_dir), hint="run make all")
     if output is not None and single:
         by_kind = {output.stem: [m for matrices in by_kind.values() for m in matrices]}
     folder = build_dir / "export" if output is None else output.parent if single else output

@@ -41,7 +41,7 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
     heavy = unit.array(UNIT_LOADS.MASS_CONCENTRATED_NODE)
     optical: list[str] = []
     grid = np.zeros(0, dtype=np.int64)
-    if distortion is not None:
+    if distortion is not None and distortion.has(DISTORTION.OPTICAL_NAME):
         optical, grid = distortion.strings(DISTORTION.OPTICAL_NAME), optical_grids(unit, distortion)
     cells += [vertices(node) for node in (heavy, grid) if len(node)]
     types = [*card[row].tolist(), *unit.strings(UNIT_LOADS.MASS_CONCENTRATED_CARD), *[OPTICAL] * len(grid)]
@@ -112,7 +112,9 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
 
 
 def optical_grids(unit: Reader, distortion: Reader) -> IntArray:
-    """Rows of the grids [E] that carry the optical elements."""
+    """Rows of the grids [E] that carry the optical elements; none, where there are no optics."""
+    if not distortion.has(DISTORTION.OPTICAL_GRID):
+        return np.zeros(0, dtype=np.int64)
     ids, wanted = unit.array(UNIT_LOADS.GRID_ID), distortion.array(DISTORTION.OPTICAL_GRID)
     rows = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
     if (ids[rows] != wanted).any():

@@ -16,7 +16,7 @@ from tedm_cli.contracts import CASE
 from tedm_cli.errors import UsageError
 from tedm_cli.exports.state_space import CONTINUOUS, Labels, sampled_notes, state_space_matrices
 from tedm_cli.exports.write import write_matrices
-from tedm_cli.files.build_folder import OPTICS_FILE, SENSITIVITY_FILE, case_file_name
+from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.matrix_files.named import Format, NamedMatrix
@@ -153,8 +153,7 @@ def _notes(
 def _stored(inputs: _Inputs, case_id: str, path: Path) -> FloatArray:
     """The PSDs [n_out, F] of a case file, which must be of the present sensitivities and configuration."""
     with open_checked(path, CASE) as stored:
-        sources = [inputs.project.build_dir / name for name in (SENSITIVITY_FILE, OPTICS_FILE)]
-        require_current(stored, case_id, input_files(sources), [inputs.file])
+        require_current(stored, case_id, input_files(inputs.outputs.sources), [inputs.file])
         return read_psd(stored, inputs.outputs.labels)
 
 

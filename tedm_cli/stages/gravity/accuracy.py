@@ -70,13 +70,14 @@ def accuracy(project: Project, number: str, output_dir: Path | None) -> Accuracy
     Raises
     ------
     UsageError : there is no such study.
-    ConfigError : figure 6.4 without compensation masses.
+    ConfigError : a model without test masses, or figure 6.4 without compensation masses.
     """
     if number not in STUDIES:
         raise UsageError(f"there is no accuracy study {number!r}", hint=f"there are: {', '.join(sorted(STUDIES))}")
     from tedm_cli.figures.accuracy import draw
 
     file, config = load_model(project.model)
+    config.required_test_masses(project.model)
     study = STUDIES[number](project, config)
     folder = output_dir if output_dir is not None else project.build_dir / FOLDER
     stem = f"figure_{number.replace('.', '_')}"

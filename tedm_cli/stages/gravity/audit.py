@@ -105,7 +105,7 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
     """
     _, config = load_model(project.model)
     source, moves = project.build_dir / UNIT_LOADS_FILE, project.build_dir / DISTORTION_FILE
-    test_masses, tolerance = config.test_masses(), config.gravity.quadrature_tolerance
+    test_masses, tolerance = config.required_test_masses(project.model), config.gravity.quadrature_tolerance
     g = config.gravity.gravitational_constant_m3_kg_s2
     with open_checked(source, UNIT_LOADS) as unit:
         check_test_masses(test_masses, unit.array(UNIT_LOADS.GRID_POSITION), where=str(project.model))

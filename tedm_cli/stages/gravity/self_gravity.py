@@ -63,7 +63,7 @@ def point_self_gravity(project: Project, points: Path, *, per_source: bool, outp
     if output is not None and output.suffix not in (".json", ".csv"):
         raise UsageError(f"--output must end in .json or .csv, not {output.name!r}")
     _, config = load_model(project.model)
-    test_masses = config.test_masses()
+    test_masses = config.required_test_masses(project.model)
     g = config.gravity.gravitational_constant_m3_kg_s2
     sources = read_sources(points, test_masses)
     done = PointField(

@@ -75,8 +75,14 @@ class Sources:
 
 
 def build_sensitivity(project: Project, output: Path | None, step: Step) -> SensitivitySummary:
-    """Field of structure, other test mass and compensation masses on each test mass, and S = -G D, streamed."""
+    """Field of structure, other test mass and compensation masses on each test mass, and S = -G D, streamed.
+
+    Raises
+    ------
+    ConfigError : the model has no test masses.
+    """
     config_file, config = load_model(project.model)
+    config.required_test_masses(project.model)
     blocks, block_file = compensation_masses(project, config), compensation_file(project, config)
     masses_file, distortion_file = project.build_dir / UNIT_LOADS_FILE, project.build_dir / DISTORTION_FILE
     out = out_path(project, SENSITIVITY_FILE, output)

@@ -159,7 +159,7 @@ def _draw(path: Path, project: Project, config: ModelConfig, done: AreaSummary, 
     label = np.full(len(geometry.grid_id), -1)
     for number, ids in enumerate(done.found.areas.values()):
         label[np.searchsorted(geometry.grid_id, ids)] = number
-    signs = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1]
+    signs, test_masses = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1], config.test_masses()
     model = AreaModel(
         position=geometry.position_m,
         card=geometry.elements.type,
@@ -168,8 +168,8 @@ def _draw(path: Path, project: Project, config: ModelConfig, done: AreaSummary, 
         label=label,
         name=[str(n) for n in done.table.name],
         group=[str(g) for g in done.table.group],
-        boxes=[t.position_m + (signs * t.side_m) @ t.axes for t in config.test_masses()],
-        centre=config.test_masses()[0].position_m,
+        boxes=[t.position_m + (signs * t.side_m) @ t.axes for t in test_masses],
+        centre=test_masses[0].position_m if test_masses else geometry.position_m.mean(axis=0),
     )
     title = f"{project.title}: {len(done.grids)} thermal areas of {done.source.name}"
     write = svg if path.suffix.lower() == ".svg" else png

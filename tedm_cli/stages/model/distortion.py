@@ -42,30 +42,35 @@ class DistortionSummary:
 def build_distortion(project: Project, output: Path | None, step: Step) -> DistortionSummary:
     """Scale the unit loads to one kelvin, gather the optical elements, and check superposition and plausibility.
 
-    The layout must fit the model that was ingested, and its configuration.
+    The layout must fit the model that was ingested, and its configuration. A project without optics has no optical
+    elements to gather.
     """
-    optics_file, layout = load_layout(project.optics)
+    bench = None if project.optics is None else load_layout(project.optics)
     _, model = load_model(project.model)
     source = project.build_dir / UNIT_LOADS_FILE
     out = out_path(project, DISTORTION_FILE, output)
     with (
         open_checked(source, UNIT_LOADS) as unit,
-        create(out, DISTORTION, provenance([optics_file], [source])) as writer,
+        create(out, DISTORTION, provenance([] if bench is None else [bench[0]], [source])) as writer,
     ):
         require_plane(unit, project, model)
-        rows, names = _optical_rows(unit, layout, project.optics)
+        rows, names, notes = np.zeros(0, dtype=np.int64), list[str](), tuple[str, ...]()
         position = unit.array(UNIT_LOADS.GRID_POSITION)
-        size = float(np.linalg.norm(np.ptp(position, axis=0)))
-        match = match_layout(layout, project.optics, model, project.model, position[rows], size)
-        match.require()
+        if bench is not None and project.optics is not None:
+            rows, names = _optical_rows(unit, bench[1], project.optics)
+            size = float(np.linalg.norm(np.ptp(position, axis=0)))
+            match = match_layout(bench[1], project.optics, model, project.model, position[rows], size)
+            match.require()
+            notes = tuple(match.notes)
         writer.write(DISTORTION.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
         copy_areas(unit, writer)
         copy_places(unit, writer)
-        writer.write(DISTORTION.OPTICAL_NAME, names)
-        writer.write(DISTORTION.OPTICAL_GRID, unit.array(UNIT_LOADS.GRID_ID)[rows])
-        writer.write(DISTORTION.OPTICAL_POSITION, position[rows])
+        if names:
+            writer.write(DISTORTION.OPTICAL_NAME, names)
+            writer.write(DISTORTION.OPTICAL_GRID, unit.array(UNIT_LOADS.GRID_ID)[rows])
+            writer.write(DISTORTION.OPTICAL_POSITION, position[rows])
         result = _scale_areas(unit, writer, rows, names, out, step)
-    return replace(result, notes=tuple(match.notes))
+    return replace(result, notes=notes)
 
 
 def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[IntArray, list[str]]:
@@ -93,8 +98,9 @@ def _scale_areas(
             hint="a grid of solids alone has no rotation; tie the element's grid with RBE2 or RBE3",
         )
     _check_turning(unit, found.stiff)
-    writer.write(DISTORTION.D_OPT_TRANSLATION, found.optical_translation)
-    writer.write(DISTORTION.D_OPT_ROTATION, found.optical_rotation)
+    if names:
+        writer.write(DISTORTION.D_OPT_TRANSLATION, found.optical_translation)
+        writer.write(DISTORTION.D_OPT_ROTATION, found.optical_rotation)
     writer.write(DISTORTION.CHECK_MAX_TRANSLATION, found.largest)
     writer.write(DISTORTION.CHECK_RIGID_TRANSLATION, found.rigid_translation)
     writer.write(DISTORTION.CHECK_RIGID_ROTATION, found.rigid_rotation)
@@ -234,7 +240,8 @@ def _superposition(unit: Reader, writer: Writer, found: _Reductions, rows: IntAr
     optics = found.optical_rotation.sum(axis=0)
     translation = superposition_residual(found.total, uniform)
     writer.write(DISTORTION.CHECK_SUPERPOSITION_TRANSLATION, translation)
-    writer.write(DISTORTION.CHECK_SUPERPOSITION_OPTICS, superposition_residual(optics, turn[rows]))
+    if rows.size:
+        writer.write(DISTORTION.CHECK_SUPERPOSITION_OPTICS, superposition_residual(optics, turn[rows]))
     size = found.size + np.linalg.norm(uniform, axis=1)
     _judge(unit, "translation", found.total - uniform, size, np.arange(len(size)), translation, 0.0)
     used = np.concatenate([rows, found.lever_rows])

@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tedm_cli.config.cases import CasesConfig, load_cases
+from tedm_cli.config.halves import halves_of
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import ConfigError, InputError, TedmError
-from tedm_cli.files.build_folder import OPTICS_FILE, SENSITIVITY_FILE, case_file_name, provenance
+from tedm_cli.files.build_folder import case_file_name, provenance
 from tedm_cli.files.store import create
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, judged_outputs, run_case
@@ -40,8 +41,8 @@ def run_cases(
     file, config = load_cases(project.cases)
     if config.realisation is not None and config.realisation.spectrum == "log":
         require_speckit()
-    sources = [project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE]
     criteria = config.criteria()
+    halves_of(project).require_judgeable(criteria.requirements, where=project.cases)
     outputs = read_outputs(project).with_differences(criteria.requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()
@@ -64,7 +65,7 @@ def run_cases(
             refused[case.id] = error
             continue
         matrix = config.case_table(case.id).matrix
-        inputs = [*sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
+        inputs = [*outputs.sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
         with create(path, CASE, provenance([file], inputs)) as writer:
             write_case(writer, result, outputs.area_id, [r.requirement for r in criteria.requirements])
             if realised is not None:

@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tedm_cli.config.cases import load_cases
+from tedm_cli.config.halves import halves_of
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
 from tedm_cli.contracts import SERIES
 from tedm_cli.errors import ConfigError
-from tedm_cli.files.build_folder import OPTICS_FILE, SENSITIVITY_FILE, provenance, series_file_name
+from tedm_cli.files.build_folder import provenance, series_file_name
 from tedm_cli.files.scratch import scratch_file
 from tedm_cli.files.store import create
 from tedm_cli.noise.case_run import judged_outputs
@@ -34,8 +35,8 @@ def run_series(
     A series that is refused does not keep the others from being run: the first refusal is raised at the end.
     """
     file, config = load_cases(project.cases)
-    sources = [project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE]
     requirements = config.applied_requirements()
+    halves_of(project).require_judgeable(requirements, where=project.cases)
     outputs = read_outputs(project).with_differences(requirements)
     labels, units, kinds = list(outputs.labels), list(outputs.units), list(outputs.kinds)
     try:
@@ -48,7 +49,7 @@ def run_series(
         source = project.cases.parent / table.file
         if table.spectrum == "log":
             require_speckit()
-        trace = provenance([file], [*sources, source])
+        trace = provenance([file], [*outputs.sources, source])
         path.parent.mkdir(parents=True, exist_ok=True)
         where = f"{project.cases}: series {table.name}"
         lowest = table.lowest_hz if table.lowest_hz is not None else config.lowest_band_hz()

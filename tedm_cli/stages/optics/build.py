@@ -43,11 +43,17 @@ class OpticsSummary:
 
 
 def build_optics(project: Project, output: Path | None) -> OpticsSummary:
-    """Checks of the layout, S_BW traced or imported and judged, then the chain for every set."""
-    config = load_optics(project.optics)
+    """Checks of the layout, S_BW traced or imported and judged, then the chain for every set.
+
+    Raises
+    ------
+    ConfigError : the project has no optics.
+    """
+    path = project.required_optics()
+    config = load_optics(path)
     layout = config.layout
     findings = check_layout(layout) if layout.has_geometry else ()
-    refuse_failures(findings, project.optics)
+    refuse_failures(findings, path)
     _, model = load_model(project.model)
     source = project.build_dir / DISTORTION_FILE
     out = out_path(project, OPTICS_FILE, output)
@@ -65,7 +71,7 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
             )
         position = bench.position_m
         require_plane(distortion, project, model)
-        match = match_layout(layout, project.optics, model, project.model, position)
+        match = match_layout(layout, path, model, project.model, position)
         match.require()
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged

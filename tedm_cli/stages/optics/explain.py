@@ -85,7 +85,9 @@ def explain(
     Raises
     ------
     UsageError : there is no such read-out, set or area; what there is, is listed.
+    ConfigError : the project has no optics.
     """
+    project.required_optics()
     path = project.build_dir / OPTICS_FILE
     with open_checked(path, OPTICS) as file:
         r, condition = read_read_outs(file), read_quality(file).condition

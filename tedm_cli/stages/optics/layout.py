@@ -39,15 +39,16 @@ def inspect_layout(project: Project) -> LayoutReport:
     A layout without geometry, whose S_BW is imported, has nothing to be checked. Grids may be missing: the bench is
     often designed before the finite-element model, whose configuration need not be there or sound either.
     """
-    _, layout = load_layout(project.optics, needs_grids=False)
+    path = project.required_optics()
+    _, layout = load_layout(path, needs_grids=False)
     findings = check_layout(layout) if layout.has_geometry else ()
     try:
         _, model = load_model(project.model)
     except TedmError as exc:
         unread = str(exc).splitlines()[0] if project.model.exists() else f"{project.model}: no such file"
-        return LayoutReport(project.optics, layout, findings, None, unread)
-    match = match_layout(layout, project.optics, model, project.model)
-    return LayoutReport(project.optics, layout, findings, match, "")
+        return LayoutReport(path, layout, findings, None, unread)
+    match = match_layout(layout, path, model, project.model)
+    return LayoutReport(path, layout, findings, match, "")
 
 
 def refuse_failures(findings: tuple[Finding, ...], where: Path) -> None:

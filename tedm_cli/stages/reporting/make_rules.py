@@ -14,20 +14,23 @@ from tedm_cli.areas.configured import area_csv
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.compensation import compensation_file
 from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.config.temperature_tables import table_paths
-from tedm_cli.dynamics.signals import TEST_MASSES
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.build_folder import (
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
     case_file_name,
     series_file_name,
     simulated_series_file_name,
     simulation_file_name,
 )
 from tedm_cli.files.store import replacing
+from tedm_cli.results.no_loop import why_no_loop
 
 _PLAIN = re.compile(r"[\w./+,@^-]*")  # letters and digits of any script
 _RENAME = "letters, digits and _ - . / + , @ ^ are fine; the commands by themselves, without make, take any name"
@@ -60,10 +63,13 @@ def make_rules(project: Project, output: Path | None) -> Path:
 
     Raises
     ------
-    ConfigError : a name that Make cannot take; all of them at once.
+    ConfigError : a name that Make cannot take, all of them at once; a project with neither half of the chain, or with
+        requirements on the half that it has not.
     """
     _, model = load_model(project.model)
     _, cases = load_cases(project.cases)
+    halves = halves_of(project, model)
+    halves.require_judgeable(cases.applied_requirements(), where=project.cases)
     own = all("{build_dir}" in p for p in (model.model.deck, *model.model.op2))
     bdf = None if model.model.bdf is None else project.resolve(model.model.bdf)
     listed = area_csv(project, model)
@@ -79,18 +85,20 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("OP2", "model.op2", [project.resolve(p) for p in model.model.op2])
     make.word("SOLVED_BY_TEDM", "yes" if own else "")
     make.files("GRAVITY_SOURCES", "gravity.compensation_masses", [compensation_file(project, model)])
-    make.files("OPTICS_SOURCES", "imported", load_optics(project.optics).matrices)
+    make.files("OPTICS_SOURCES", "imported", [] if project.optics is None else load_optics(project.optics).matrices)
+    matrices = [SENSITIVITY_FILE] * halves.gravity + [OPTICS_FILE] * halves.read_out
+    make.files("MATRICES", "the build folder", [project.build_dir / name for name in matrices])
     make.files("CASE_SOURCES", "requirement, case", [*cases.tables, *cases.matrices])
     make.files("SPECTRA", "temperature", table_paths(project, cases))
     dynamics = load_dynamics(project.dynamics)[1]
     beside = Path() if project.dynamics is None else project.dynamics.parent
     make.files("DYNAMICS_TOML", "dynamics", [project.dynamics])
     make.files("DYNAMICS_SOURCES", "dynamics", [beside / name for name in dynamics.file_names()])
-    two = len(model.test_mass) == len(TEST_MASSES)
-    simulations = [project.build_dir / simulation_file_name(c) for c in cases.ids] if two else []
+    closed = not why_no_loop(project, model)
+    simulations = [project.build_dir / simulation_file_name(c) for c in cases.ids] if closed else []
     make.files("SIMULATION_FILES", "the build folder", simulations)
     series = [project.build_dir / series_file_name(t.name) for t in cases.series]
-    looped = [project.build_dir / simulated_series_file_name(t.name) for t in cases.series] if two else []
+    looped = [project.build_dir / simulated_series_file_name(t.name) for t in cases.series] if closed else []
     make.files("SERIES_FILES", "the build folder", series)
     make.files("SIMULATED_SERIES_FILES", "the build folder", looped)
     for table, path in [*zip(cases.series, series, strict=True), *zip(cases.series, looped, strict=False)]:

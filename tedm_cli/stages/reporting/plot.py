@@ -16,10 +16,10 @@ from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import replacing
 from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.progress import Step
-from tedm_cli.results.areas import read_areas
-from tedm_cli.results.build_folder import Results, open_results
+from tedm_cli.results.build_folder import Matrices, Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
 from tedm_cli.results.field import dc_verdicts
@@ -50,6 +50,7 @@ def plot(
     Raises
     ------
     UsageError : there is no such area.
+    ConfigError : a bench is asked for, of a project without optics.
     InputError : a case of the configuration has not been run, or stems from other inputs than those there now.
     """
     from tedm_cli.figures.style import pdf, svg
@@ -58,7 +59,9 @@ def plot(
     folder = output_dir if output_dir is not None else project.build_dir / FIGURES
     done = []
     with open_results(project) as results:
-        specs = area_specs(results, areas) if areas else figure_specs(results, list(map(read_case, results.cases)))
+        specs = (
+            area_specs(project, results, areas) if areas else figure_specs(results, list(map(read_case, results.cases)))
+        )
         for number, spec in enumerate(specs, start=1):
             data = write(spec.draw(), spec.caption, spec.sources)
             path = (folder / spec.name).with_suffix(f".{form}")
@@ -71,7 +74,7 @@ def plot(
 
 def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
     """All figures, in the order of the report. Without requirements there are no judged outputs to draw."""
-    areas = read_areas(results.sensitivity)
+    areas = results.areas
     cases = [replace(c, limits=titled(c.limits, results.requirement_titles)) for c in cases]
     all_cases = tuple(f"{i.path.name} {i.sha256}" for i in results.case_files)
     specs: list[FigureSpec] = []
@@ -164,24 +167,8 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         all_cases[:1],
         partial(draw.temperature, results.cases[0]),
     )
-    for part, page in in_parts(map_pages(gravity_maps(results.sensitivity), areas, CELL)):
-        add(
-            f"self_gravity_by_area{part.suffix}.svg",
-            "sensitivity",
-            f"Self-gravity sensitivity |S_SG| to each thermal area, test mass frames{part.words}.",
-            (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
-            partial(draw.self_gravity_by_area, page, areas),
-        )
-    add(
-        "field_at_rest.svg",
-        "field",
-        f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(results.sensitivity))}:"
-        " right of 1 it exceeds it;"
-        " theta, eta and phi turn about x, y and z.",
-        (f"{results.sensitivity_file.path.name} {results.sensitivity_file.sha256}",),
-        partial(draw.field_at_rest, results.sensitivity),
-        decides=True,
-    )
+    if results.gravity is not None:
+        specs += _gravity_specs(results.gravity, areas)
     specs += imposed_specs(results)
     specs += dynamics_specs(results)
     specs += in_time_specs(results)
@@ -201,6 +188,31 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             partial(draw.case, case),
         )
     return specs
+
+
+def _gravity_specs(gravity: Matrices, areas: AreaTable) -> list[FigureSpec]:
+    """Figures of self-gravity: what it feels of each area, and the field at rest."""
+    specs = [
+        FigureSpec(
+            f"self_gravity_by_area{part.suffix}.svg",
+            "sensitivity",
+            f"Self-gravity sensitivity |S_SG| to each thermal area, test mass frames{part.words}.",
+            (gravity.source,),
+            partial(draw.self_gravity_by_area, page, areas),
+        )
+        for part, page in in_parts(map_pages(gravity_maps(gravity.reader), areas, CELL))
+    ]
+    at_rest = FigureSpec(
+        "field_at_rest.svg",
+        "field",
+        f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(gravity.reader))}:"
+        " right of 1 it exceeds it;"
+        " theta, eta and phi turn about x, y and z.",
+        (gravity.source,),
+        partial(draw.field_at_rest, gravity.reader),
+        decides=True,
+    )
+    return [*specs, at_rest]
 
 
 def _worst_filters(cases: list[CaseNoise], kind: str) -> bool:

@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
 from tedm_cli.figures.pages import NUMBER, SHARES, in_parts, map_pages, without_twins
 from tedm_cli.figures.spec import FigureSpec
+from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.benches import benches
 from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.build_folder import Results
+from tedm_cli.results.build_folder import ReadOutMatrices, Results
 from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_out_maps, read_read_outs
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import outputs_title
@@ -33,10 +35,12 @@ _QUANTITY = {"m": "displacement", "rad": "angle"}
 
 
 def optics_specs(results: Results) -> list[FigureSpec]:
-    """Figures of the optics, in the order of the report."""
-    file, layout = results.optics, results.layout
+    """Figures of the optics, in the order of the report; none of a project without."""
+    if results.read_out is None:
+        return []
+    file, layout = results.read_out.reader, results.read_out.layout
     areas = read_areas(file)
-    source = (f"{results.optics_file.path.name} {results.optics_file.sha256}",)
+    source = (results.read_out.source,)
     first = next(iter(layout.sets))
     read_outs = read_read_outs(file)
     bench = "the bench" if len(benches(layout)) == 1 else "each bench"
@@ -92,7 +96,8 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     for area, felt_by in worst.items():
         specs.append(
             _area_spec(
-                results,
+                results.read_out,
+                results.distortion,
                 areas,
                 area,
                 f" It is the worst area for the {outputs_title([f'{first}_{name}' for name in felt_by])}.",
@@ -101,26 +106,30 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     return specs
 
 
-def area_specs(results: Results, names: Sequence[str]) -> list[FigureSpec]:
+def area_specs(project: Project, results: Results, names: Sequence[str]) -> list[FigureSpec]:
     """The bench under the unit loads of the areas `names`, each a figure.
 
     Raises
     ------
     UsageError : there is no such area, or the layout has no geometry to draw.
+    ConfigError : the project has no optics.
     """
-    if names and not results.layout.has_geometry:
+    optics = results.read_out
+    if optics is None:
+        raise project.lacks_optics()
+    if names and not optics.layout.has_geometry:
         raise UsageError("the layout says not where its beams run, so no bench can be drawn", where="--area")
-    areas = read_areas(results.optics)
+    areas = read_areas(optics.reader)
     known = areas.name.tolist()
     unknown = [name for name in names if name not in known]
     if unknown:
         near = difflib.get_close_matches(unknown[0], known, n=1)
         raise UsageError(
             f"no thermal area is called {', '.join(unknown)}",
-            where=str(results.optics_file.path),
+            where=str(optics.file.path),
             hint=f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}",
         )
-    return [_area_spec(results, areas, known.index(name), "") for name in dict.fromkeys(names)]
+    return [_area_spec(optics, results.distortion, areas, known.index(name), "") for name in dict.fromkeys(names)]
 
 
 def worst_area(read_out: FloatArray) -> int:
@@ -146,8 +155,8 @@ def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int]
     return shares_figure(chosen, areas.name.tolist(), [bench, *r.element], title)
 
 
-def _area_spec(results: Results, areas: AreaTable, area: int, remark: str) -> FigureSpec:
-    file = results.optics
+def _area_spec(optics: ReadOutMatrices, distortion: Reader, areas: AreaTable, area: int, remark: str) -> FigureSpec:
+    file = optics.reader
     number, name = int(file.array(OPTICS.AREA_ID)[area]), str(areas.name[area])
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", name)  # names come from the user's files
     return FigureSpec(
@@ -155,15 +164,15 @@ def _area_spec(results: Results, areas: AreaTable, area: int, remark: str) -> Fi
         "load",
         f"The bench under 1 K of {name}, before (grey) and after, motions exaggerated.{remark} Beams are traced through"
         " the exaggerated poses, surfaces extended where a beam misses them; test masses stay where they are.",
-        (f"{results.optics_file.path.name} {results.optics_file.sha256}",),
-        partial(_load_figure, results, area, name),
+        (optics.source,),
+        partial(_load_figure, optics, distortion, area, name),
     )
 
 
-def _load_figure(results: Results, area: int, name: str) -> Figure:
+def _load_figure(optics: ReadOutMatrices, distortion: Reader, area: int, name: str) -> Figure:
     from tedm_cli.figures.bench import exaggerated_figure
 
-    layout, r, bench = results.layout, read_read_outs(results.optics), read_bench_motion(results.distortion)
+    layout, r, bench = optics.layout, read_read_outs(optics.reader), read_bench_motion(distortion)
     motion = motion_of_elements(layout, bench.motion[area], bench.position_m)
     by_text: dict[str, list[str]] = {}
     for read_out_set in layout.sets:

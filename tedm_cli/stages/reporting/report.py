@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from tedm_cli.config.project import Project, ReportTable
-from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.errors import UsageError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
@@ -20,13 +20,12 @@ from tedm_cli.report.html import to_html
 from tedm_cli.report.inline import read_figure
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.provenance import ReportFile
-from tedm_cli.results.areas import read_areas
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.dynamics import read_closed_loop
 from tedm_cli.results.field import read_field
 from tedm_cli.results.model import read_distortion_size, read_model_size
-from tedm_cli.results.optics import read_quality, read_read_outs
+from tedm_cli.results.optics import read_optics
 from tedm_cli.results.series import read_series_summary
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
@@ -97,7 +96,7 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
         open_checked(loads, UNIT_LOADS) as unit_loads,
     ):
         upstream = [*input_files([loads]), results.distortion_file]
-        for file in (results.distortion, results.sensitivity, results.optics):
+        for file in (results.distortion, *(m.reader for m in results.matrices)):
             for used in upstream:
                 require_input(file, used)
         cases = [read_case(r) for r in results.cases]
@@ -105,12 +104,12 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
             ReportFigure(s.section, s.caption, read_figure(build / FIGURES / s.name, s.sources), s.name, s.decides)
             for s in figure_specs(results, cases)
         ]
-        readers = [unit_loads, results.distortion, results.sensitivity, results.optics, *results.cases]
+        readers = [unit_loads, results.distortion, *(m.reader for m in results.matrices), *results.cases]
         readers += results.series.values()
         readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
         readers += results.simulated_series.values()
         readers += [results.imposed] if results.imposed is not None else []
-        hashes = [*upstream, results.sensitivity_file, results.optics_file, *results.case_files]
+        hashes = [*upstream, *(m.file for m in results.matrices), *results.case_files]
         hashes += results.series_files.values()
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
         hashes += results.simulated_series_files.values()
@@ -120,13 +119,12 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
                 title=project.title,
                 model=read_model_size(unit_loads),
                 distortion=read_distortion_size(results.distortion),
-                field=read_field(results.sensitivity),
-                optics=read_quality(results.optics),
-                read_outs=read_read_outs(results.optics),
-                areas=read_areas(results.sensitivity),
+                field=None if results.gravity is None else read_field(results.gravity.reader),
+                optics=None if results.read_out is None else read_optics(results.read_out.reader),
+                areas=results.areas,
                 cases=cases,
                 series={name: read_series_summary(file) for name, file in results.series.items()},
-                test_masses=len(results.sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)),
+                no_loop=results.no_loop,
                 closed_loop=read_closed_loop(results.dynamics, results.simulations, results.simulated_series),
                 files=[ReportFile(r, h.sha256) for r, h in zip(readers, hashes, strict=True)],
                 figures=figures,

@@ -63,7 +63,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
     loads = project.build_dir / UNIT_LOADS_FILE
     with open_results(project) as results, open_checked(loads, UNIT_LOADS) as unit:
         used = [*input_files([loads]), results.distortion_file]
-        for file in (results.distortion, results.sensitivity, results.optics):
+        for file in (results.distortion, *(m.reader for m in results.matrices)):
             for one in used:
                 require_input(file, one)
         outputs = read_outputs(project).with_differences(results.config.applied_requirements())
@@ -72,8 +72,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
             title=project.title,
             version=__version__,
             sources=[
-                (f.path.name, f.sha256)
-                for f in (*used, results.sensitivity_file, results.optics_file, *results.case_files)
+                (f.path.name, f.sha256) for f in (*used, *(m.file for m in results.matrices), *results.case_files)
             ],
             outputs=outputs,
             output_titles=[capital(output_title(label)) for label in outputs.labels],
@@ -81,6 +80,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
             cases=case_views(project, results, outputs, step),
             series=series_films(project, results, outputs.areas),
             drawing=drawing,
+            half=results.half,
         )
         text = page(project.title, payload(content))
     with replacing(path) as temporary:
@@ -103,14 +103,15 @@ def _drawing(
         label,
         most_numbers // (3 * len(areas)),
     )
-    bench = read_bench_motion(results.distortion)
+    bench, gravity = read_bench_motion(results.distortion), results.gravity
+    layout = None if results.read_out is None else results.read_out.layout
     return Drawing(
         mesh=mesh,
         position=position[mesh.grid],
         motion=_motion(results.distortion, mesh.grid, step),
         grids=len(position),
-        bench=drawn_bench(results.layout, bench.motion, bench.position_m),
-        boxes=_boxes(project, results.sensitivity),
+        bench=drawn_bench(layout, bench.motion, bench.position_m),
+        boxes=_boxes(project, None if gravity is None else gravity.reader),
         colour=area_colours(areas.group.tolist(), _neighbours(mesh)),
     )
 
@@ -139,8 +140,10 @@ def _neighbours(mesh: DrawnMesh) -> set[tuple[int, int]]:
     return pairs
 
 
-def _boxes(project: Project, sensitivity: Reader) -> list[Box]:
-    """Test masses and compensation masses."""
+def _boxes(project: Project, sensitivity: Reader | None) -> list[Box]:
+    """Test masses and compensation masses; none of a project without test masses."""
+    if sensitivity is None:
+        return []
     signs = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1]
 
     def box(name: str, kind: str, centre: FloatArray, size: FloatArray, axes: FloatArray) -> Box:

@@ -28,9 +28,9 @@ class App {
   }
 
   _about() {
-    const { areas, outputs, cases, version, sources } = this.data;
+    const { areas, outputs, cases, version, sources, half } = this.data;
     const counts = [Format.count(areas.name.length, "thermal area"), Format.count(outputs.label.length, "output"), Format.count(cases.length, "case")];
-    this.field("about").textContent = `What happens when it warms: ${counts.join(", ")}`;
+    this.field("about").textContent = [`What happens when it warms: ${counts.join(", ")}`, half].filter(Boolean).join(". ");
     const text = (kind, words, name = "") => Object.assign(document.createElement(kind), { textContent: words, className: name });
     this.field("sources").append(
       text("p", `Made by tedm ${version} from these files (SHA-256). Displacements are drawn from 16-bit steps of each area's largest; outputs come from the sensitivities in full.`),
