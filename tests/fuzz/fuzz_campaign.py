@@ -20,7 +20,7 @@ from typing import Protocol, TextIO
 
 import fuzz_hdf5_judge
 import fuzz_users
-from fuzz_judge import KINDS, Judge, Verdict
+from fuzz_judge import KINDS, Judge, Verdict, processor_seconds
 from fuzz_model import fuzz_case
 
 LIMIT = 60.0  # s of the processor for one mutant, when its own judge has not stopped it
@@ -173,17 +173,11 @@ class Worker:
 
     def started(self) -> None:
         """The judge of the job has been made: from now on its time counts."""
-        self.ready, self.begun, self.spent = True, time.monotonic(), self._processor()
+        self.ready, self.begun, self.spent = True, time.monotonic(), processor_seconds(self.process.pid)
 
     def overdue(self) -> bool:
-        return self.ready and (self._processor() - self.spent > LIMIT or time.monotonic() - self.begun > STILL)
-
-    def _processor(self) -> float:
-        """Processor time of the process, s."""
-        with contextlib.suppress(OSError):
-            words = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
-            return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
-        return 0.0
+        spent = processor_seconds(self.process.pid) - self.spent
+        return self.ready and (spent > LIMIT or time.monotonic() - self.begun > STILL)
 
     def end(self) -> None:
         self.process.kill()
