@@ -52,12 +52,12 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
         open_checked(source, UNIT_LOADS) as unit,
         create(out, DISTORTION, provenance([optics_file], [source])) as writer,
     ):
-        require_plane(unit, project, model)
         rows, names = _optical_rows(unit, layout, project.optics)
         position = unit.array(UNIT_LOADS.GRID_POSITION)
         size = float(np.linalg.norm(np.ptp(position, axis=0)))
         match = match_layout(layout, project.optics, model, project.model, position[rows], size)
         match.require()
+        require_plane(unit, project, model)
         writer.write(DISTORTION.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
         copy_areas(unit, writer)
         copy_places(unit, writer)
