@@ -127,6 +127,8 @@ def element(number: int, place: int, part: Part) -> str:
         lines.append(f"axes = [{rows}]")
     else:
         lines.append(f"grid = {900000 + 100 * number + place}")
+    if part.kind == "injector":  # beams join the rest of its bench to it
+        lines.append(f'bench = "OB{number}"')
     lines.append(f"ref_m = {numbers(at, 12)}")
     lines.append(f"normal = {numbers(rotation(number) @ np.array([*part.normal, 0.0]), 15)}")
     lines += part.keys.splitlines()
