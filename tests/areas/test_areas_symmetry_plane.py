@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,17 @@ def test_sides_and_pairs_go_with_a_rigid_motion(seed: int) -> None:
     assert sides == ["+y"] * 4 + ["-y"] * 4 + ["mid"]
     assert pairs == [[0, 4], [1, 5], [2, 6], [3, 7], [8]]
     assert blocks(centroid @ axes + shift, SymmetryPlane(shift, axes[1])) == (sides, pairs)
+
+
+@pytest.mark.parametrize("y", [0.0, 5.0])
+def test_an_image_is_as_near_as_its_area_to_the_plane(y: float) -> None:
+    """0.2 m from the plane and 0.5 m from the image: neighbours along the structure, wherever the plane is."""
+    centroid = np.array([[0.1, y + 0.2, 0.0], [0.6, y - 0.2, 0.0]])
+    plane = SymmetryPlane(np.array([0.0, y, 0.0]), np.array([0.0, 1.0, 0.0]))
+    areas = replace(area_attributes(["A", "B"], centroid, table(), plane, where=""), centroid_m=centroid, plane=plane)
+    place = "y = 0" if y == 0.0 else "y = 5 m"
+    with pytest.raises(ConfigError, match=rf"without a mirror image on the other side of {place} \(no area near"):
+        correlation(CorrelationCase("m", "", (BlockSelector(areas=("*",), partition="mirror"),)), areas)
 
 
 def test_the_sides_of_another_plane() -> None:
