@@ -9,7 +9,7 @@ endif
 VENV ?= .venv
 CONFIGS ?= configs
 BUILD ?= build
-ELEMENT_SIZE_MM ?= 15
+ELEMENT_SIZE_MM ?=
 FUZZ_SEED ?= 2026
 FUZZ_COUNT ?= 10000
 FUZZ_LOG ?= fuzz.log
@@ -41,8 +41,8 @@ help: ## Show this help
 	@echo "make faults   kill every command and make all at many moments, fill the disk, run chains at once: ten minutes"
 	@echo "make clean    remove $(BUILD); make distclean removes $(VENV) as well"
 	@echo
-	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM=$(ELEMENT_SIZE_MM) (sample"
-	@echo "only: 15 gives about 9,000 nodes, 5.5 about 114,000), PYTHON=$(PYTHON), VENV=$(VENV),"
+	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM (samples only; of the"
+	@echo "first one 15, about 9,000 nodes, where left out; 5.5 gives 114,000), PYTHON=$(PYTHON), VENV=$(VENV),"
 	@echo "NASTRAN='nastran {deck} scr=yes batch=no' (your own solver instead of the embedded one)"
 
 # pyNastran by a line of its own: on Python 3.13 its bound on numpy cannot be met, and need not be (see pyproject.toml).
@@ -122,12 +122,20 @@ $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML): ;
 all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
-# The shipped sample; a project that names another model never asks for it. Its bench is there without optics, too.
-SAMPLE_LAYOUT := $(or $(OPTICS_TOML),configs/optics.toml)
-$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(SAMPLE_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
-	$(BIN)/python sample_models/ltp_like.py --element-size-mm $(ELEMENT_SIZE_MM) --layout $(SAMPLE_LAYOUT) -o $@
+# The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
+SAMPLE_OPTIONS = $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM)) --layout $(SAMPLE_LAYOUT)
+$(BUILD)/ltp.bdf: SAMPLE_LAYOUT = $(or $(OPTICS_TOML),configs/optics.toml)
+$(BUILD)/lisa.bdf: SAMPLE_LAYOUT = $(or $(OPTICS_TOML),configs/lisa_like/optics.toml)
+
+$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(OPTICS_TOML) $(BUILD)/element_size | $(RUN_STAMP)
+	$(BIN)/python $< $(SAMPLE_OPTIONS) -o $@
+
+$(BUILD)/lisa.bdf: sample_models/lisa_like.py sample_models/lisa_like_layout.py sample_models/ltp_like.py $(OPTICS_TOML) \
+		$(BUILD)/element_size | $(RUN_STAMP)
+	$(BIN)/python $< $(SAMPLE_OPTIONS) -o $@
 
 $(BUILD)/ltp_areas.csv: $(BUILD)/ltp.bdf ;
+$(BUILD)/lisa_areas.csv: $(BUILD)/lisa.bdf ;
 
 # Written anew only when the variable has another value than last time.
 $(BUILD)/element_size: FORCE

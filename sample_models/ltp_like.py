@@ -198,12 +198,16 @@ class Mesh:
 
 
 def mesh(detail: str, size: float) -> Mesh:
+    """The solids of the model."""
+    # The two sensors share no node, so the relative order of their blocks does not matter.
+    return fill(grid_planes(detail, size), blocks(detail))
+
+
+def fill(planes: tuple[np.ndarray, np.ndarray, np.ndarray], all_blocks: list[Block]) -> Mesh:
     """Fill the tensor grid with the blocks; a node belongs to the area of the last block that has a cell at it."""
-    planes = grid_planes(detail, size)
     centres = [(p[:-1] + p[1:]) / 2 for p in planes]
     shape = tuple(len(c) for c in centres)
     owner = np.full(shape, -1)
-    all_blocks = blocks(detail)
     for n, b in enumerate(all_blocks):
         ix = [np.nonzero((c > lo) & (c < hi))[0] for c, (lo, hi) in zip(centres, (b.x, b.y, b.z), strict=True)]
         owner[np.ix_(*ix)] = n if b.material else -1
@@ -216,7 +220,6 @@ def mesh(detail: str, size: float) -> Mesh:
     index = np.array(np.unravel_index(used, n_planes)).T
     xyz = np.stack([planes[a][index[:, a]] for a in range(3)], axis=1)
     cell_owner = owner[tuple(cells.T)]
-    # Precedence by block order; the two sensors share no node, so their relative order does not matter.
     node_owner = np.full(len(used), -1)
     np.maximum.at(node_owner, hexes.ravel(), np.repeat(cell_owner, 8))
     return Mesh(
@@ -252,10 +255,9 @@ def real8(value: float) -> str:
     return mantissa + (f"{int(exponent):+d}" if int(exponent) else "")
 
 
-def footprint(m: Mesh, x: float, y: float, z_top: float, half: float = 10.0) -> list[int]:
-    """Nodes of the plane z = z_top around (x, y): those within `half` mm, or the corners of the cell that holds it."""
-    on = np.nonzero(np.abs(m.xyz[:, 2] - z_top) < 1e-6)[0]
-    on = on[(np.abs(m.xyz[on, 0]) <= 100) & (np.abs(m.xyz[on, 1]) <= 106)]
+def footprint(m: Mesh, part: np.ndarray, x: float, y: float, z_top: float, half: float = 10.0) -> list[int]:
+    """Nodes of a part in the plane z = z_top around (x, y): those within `half` mm, or the corners of their cell."""
+    on = np.nonzero(part & (np.abs(m.xyz[:, 2] - z_top) < 1e-6))[0]
     near = on[(np.abs(m.xyz[on, 0] - x) <= half) & (np.abs(m.xyz[on, 1] - y) <= half)]
     if min(len(set(m.xyz[near, 0])), len(set(m.xyz[near, 1]))) >= 2:
         return [int(i) for i in near]
@@ -311,12 +313,13 @@ def write_model(detail: str, size_mm: float, layout: Path, out: Path) -> None:
 def optical_grids(m: Mesh, elements: list[dict], eid: int) -> Iterable[str]:
     """One 6-DOF grid per optical element, interpolated (RBE3) from the bench surface below it or from its window."""
     top = -12.0
+    bench = (np.abs(m.xyz[:, 0]) <= 100) & (np.abs(m.xyz[:, 1]) <= 106)
     for e in elements:
         if e["kind"] == "test_mass":
             continue
         eid += 1
         x, y, z = (v / MM for v in e["ref_m"])
-        nodes = window_nodes(m, x) if e["kind"] == "window" else footprint(m, x, y, top)
+        nodes = window_nodes(m, x) if e["kind"] == "window" else footprint(m, bench, x, y, top)
         yield grid_card(e["grid"], (x, y, z))
         yield list_card(["RBE3", eid, "", e["grid"], 123456, "1.", 123], (n + 1 for n in nodes))
 
@@ -374,10 +377,14 @@ def properties() -> Iterable[str]:
         yield field8("MAT1", mid, real8(e), "", real8(nu), real8(rho), real8(alpha), "0.")
         if mid != MATERIALS["glass_fibre"][0]:
             yield field8("PSOLID", mid, mid, 0)
-    radius = 6.0e-3  # m, solid round strut
+    yield round_bar(10, MATERIALS["glass_fibre"][0], 6.0e-3)
+
+
+def round_bar(pid: int, mid: int, radius: float) -> str:
+    """Property of a solid round bar; `radius` in m."""
     area = math.pi * radius**2
     inertia = math.pi * radius**4 / 4
-    yield field8("PBAR", 10, 6, real8(area), real8(inertia), real8(inertia), real8(2 * inertia))
+    return field8("PBAR", pid, mid, real8(area), real8(inertia), real8(inertia), real8(2 * inertia))
 
 
 def main() -> None:

@@ -54,9 +54,11 @@ def compare_test_masses(layout: OpticalLayout, test_masses: list[TestMass], name
         if unmeasured:  # of either file one that the other lacks: they are meant to be one
             found.problems.append((at, fact + _near(layout, ours[n], [theirs[u] for u in unmeasured])))
         else:
-            found.notes.append(f"{at}: {fact}: read out, but not pulled at")
+            found.notes.append(f"{at}: {fact}; {n} has read-outs here, but no self-gravity")
     if unmeasured and not lacking:
-        found.notes.append(f"{', '.join(unmeasured)} of {name} is in no [[element]] here: pulled at, but not read out")
+        found.notes.append(
+            f"element: {', '.join(unmeasured)} of {name} is not here; it has self-gravity, but no read-out"
+        )
     for n, element in ours.items():
         if n in theirs:
             found.compared.append(n)

@@ -20,11 +20,14 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.bench_shapes import (
     ABOVE,
     SIDE,
+    Shown,
     View,
     beam_segments,
+    each_bench,
     interferometers,
     out_of_plane,
     outline,
+    whole,
 )
 from tedm_cli.figures.key import key
 from tedm_cli.figures.labels import place_labels
@@ -68,8 +71,8 @@ def bench_figure(layout: OpticalLayout, bench: TracedBench) -> Figure:
     """The bench from above, and from the side where it leaves the plane."""
     with style():
         solid = out_of_plane(layout, bench)
-        views = [ABOVE, SIDE] if solid else [ABOVE]
-        canvas = _Canvas(layout, [bench], views, _beam_handles(layout) + _kind_handles(layout), layout.title, "")
+        handles = _beam_handles(layout, bench) + _kind_handles(layout)
+        canvas = _Canvas(layout, [bench], _views(layout, solid), handles, layout.title, "")
         for sheet in canvas.sheets:
             _draw_beams(sheet, layout, bench)
             shapes = _draw_bodies(sheet, layout, bench, solid)
@@ -86,14 +89,14 @@ def exaggerated_figure(layout: OpticalLayout, benches: ExaggeratedBench, load: s
     with style():
         before, after = benches.before, benches.after
         solid = out_of_plane(layout, before)
-        views = [ABOVE, SIDE] if out_of_plane(layout, after) else [ABOVE]
         handles = [
-            *_beam_handles(layout),
+            *_beam_handles(layout, before),
             *_kind_handles(layout),
             Line2D([], [], color=GHOST, linewidth=1.2, label="before"),
             Line2D([], [], color=INK, linewidth=1.4, marker=">", markersize=5, label="motion of an element"),
         ]
         title = f"{load}: motions × {factor_text(benches.factor)}"
+        views = _views(layout, out_of_plane(layout, after))
         canvas = _Canvas(layout, [before, after], views, handles, title, "\n".join(read_outs))
         for sheet in canvas.sheets:
             _draw_ghost(sheet, layout, before)
@@ -103,6 +106,11 @@ def exaggerated_figure(layout: OpticalLayout, benches: ExaggeratedBench, load: s
             _draw_names(sheet, layout, shapes, [before, after])
         _scale_bar(canvas.sheets[0], benches.factor)
         return canvas.figure
+
+
+def _views(layout: OpticalLayout, solid: bool) -> list[tuple[View, Shown]]:
+    """All from above; where the layout leaves its plane, each of its benches from the side."""
+    return [(ABOVE, whole(layout)), *((SIDE, shown) for shown in each_bench(layout) if solid)]
 
 
 def factor_text(factor: float) -> str:
@@ -126,6 +134,7 @@ class _Sheet:
 
     axes: Axes
     view: View
+    shown: Shown
     per_pt: float
     stretch: FloatArray
 
@@ -142,20 +151,20 @@ class _Canvas:
     """A figure with empty sheets of one scale, its heading, and a key below them."""
 
     def __init__(
-        self, layout: OpticalLayout, benches: Sequence[TracedBench], views: Sequence[View], handles: Sequence[Artist],
-        title: str, more: str,
+        self, layout: OpticalLayout, benches: Sequence[TracedBench], views: Sequence[tuple[View, Shown]],
+        handles: Sequence[Artist], title: str, more: str,
     ) -> None:  # fmt: skip
         boxes = []
-        for view in views:
-            points = [view.flat(body(layout, i, b.poses)) for b in benches for i in range(len(layout.elements))]
-            points += [view.flat(b.beam(i)) for b in benches for i in range(len(layout.paths))]
+        for view, shown in views:
+            points = [view.flat(body(layout, i, b.poses)) for b in benches for i in shown.elements]
+            points += [view.flat(b.beam(i)) for b in benches for i in shown.paths]
             every = np.concatenate(points)
             boxes.append((every.min(axis=0), every.max(axis=0)))
         low, high = (np.array([b[i] for b in boxes]) for i in (0, 1))
         width = float((high - low)[:, 0].max())
         per_inch = max(width / (PAGE_WIDTH - _LEFT - _RIGHT - 1.2), float((high - low)[0, 1]) / (_HIGH - 0.9))
         stretch = np.ones((len(views), 2))
-        for i, view in enumerate(views):
+        for i, (view, _) in enumerate(views):
             if view is SIDE:  # a bench is flat: what happens along z is seen where heights are stretched
                 tall = max(float((high - low)[i, 1]) / per_inch, 1e-6)
                 stretch[i, 1] = float(np.clip(round(_SIDE / tall), 1, _MOST_STRETCH))
@@ -172,7 +181,7 @@ class _Canvas:
         self.figure = Figure(figsize=(PAGE_WIDTH, total))
         self.sheets = []
         top = total - head
-        for view, a, b, (w, h), k in zip(views, low, high, size, stretch, strict=True):
+        for (view, shown), a, b, (w, h), k in zip(views, low, high, size, stretch, strict=True):
             left = (PAGE_WIDTH + _LEFT - _RIGHT - w) / 2
             axes = self.figure.add_axes((left / PAGE_WIDTH, (top - h) / total, w / PAGE_WIDTH, h / total))
             axes.set(xlim=(a[0], b[0]), ylim=(a[1], b[1]))
@@ -181,8 +190,8 @@ class _Canvas:
             axes.tick_params(labelsize=SMALL)
             if len(views) > 1:
                 stretched = f", {view.labels[1]} stretched × {k[1]:g}, motions along it as well" if k[1] > 1 else ""
-                axes.set_title(view.title + stretched, fontsize=9, pad=3)
-            self.sheets.append(_Sheet(axes, view, per_inch / 72, k))
+                axes.set_title(f"{shown.title} {view.title}".lstrip() + stretched, fontsize=9, pad=3)
+            self.sheets.append(_Sheet(axes, view, shown, per_inch / 72, k))
             top -= h + _GAP
         heading(self.figure, title, more=more)
         legend.draw(self.figure, 0.15, 0.08)
@@ -205,10 +214,9 @@ def _line_style(beam: Beam, owner: int) -> dict[str, Any]:
     return {"edgecolor": colour, "linewidth": 1.3 if owner >= 0 else 0.9, "linestyle": dashes, "capstyle": "butt"}
 
 
-def _beam_handles(layout: OpticalLayout) -> list[Artist]:
-    groups = interferometers(layout)
-    names = [(i, f" to {', '.join(group)}") for i, group in enumerate(groups)]
-    names += [(-1, ", shared")] if len(groups) > 1 else []
+def _beam_handles(layout: OpticalLayout, bench: TracedBench) -> list[Artist]:
+    names = [(i, f" to {', '.join(group)}") for i, group in enumerate(interferometers(layout))]
+    names += [(-1, ", shared")] if any((s.interferometer < 0).any() for s in beam_segments(layout, bench)) else []
     handles: list[Artist] = []
     for owner, name in names:
         for beam, word in _BEAMS:
@@ -230,7 +238,7 @@ def _kind_handles(layout: OpticalLayout) -> list[Artist]:
 
 
 def _draw_beams(sheet: _Sheet, layout: OpticalLayout, bench: TracedBench) -> None:
-    for part in beam_segments(layout, bench)[::-1]:  # reference beams lie below
+    for part in beam_segments(layout, bench, sheet.shown.paths)[::-1]:  # reference beams lie below
         for owner in sorted(set(part.interferometer.tolist())):
             flat = sheet.view.flat(part.points[part.interferometer == owner])
             look = _line_style(part.beam, owner)
@@ -264,9 +272,10 @@ def _arrow_heads(flat: FloatArray, per_pt: float, place: float) -> list[FloatArr
 
 
 def _draw_bodies(sheet: _Sheet, layout: OpticalLayout, bench: TracedBench, through: bool) -> list[FloatArray]:
-    """Outlines of all elements, drawn; `through`: beams are seen through them, where one stands before the other."""
+    """Outlines of the elements shown, drawn; `through`: beams are seen through them where one stands before another."""
     shapes = []
-    for i, element in enumerate(layout.elements):
+    for i in sheet.shown.elements:
+        element = layout.elements[i]
         shape = outline(sheet.view.flat(body(layout, i, bench.poses)))
         fill, edge, _ = KINDS[element.kind]
         assumed = element.aperture_m is None and element.kind != "test_mass"
@@ -282,15 +291,16 @@ def _draw_bodies(sheet: _Sheet, layout: OpticalLayout, bench: TracedBench, throu
 
 
 def _draw_ghost(sheet: _Sheet, layout: OpticalLayout, bench: TracedBench) -> None:
-    beams = np.concatenate([sheet.view.flat(part.points) for part in beam_segments(layout, bench)])
-    shapes = [outline(sheet.view.flat(body(layout, i, bench.poses))) for i in range(len(layout.elements))]
+    parts = beam_segments(layout, bench, sheet.shown.paths)
+    beams = np.concatenate([sheet.view.flat(part.points) for part in parts])
+    shapes = [outline(sheet.view.flat(body(layout, i, bench.poses))) for i in sheet.shown.elements]
     look: dict[str, Any] = {"fill": False, "edgecolor": GHOST, "linewidth": 0.8}
     sheet.axes.add_artist(PathPatch(_path(beams), zorder=1.2, label="before: beams", **look))
     sheet.axes.add_artist(PathPatch(_path(shapes, closed=True), zorder=1.3, label="before: bodies", **look))
 
 
 def _draw_arrows(sheet: _Sheet, before: TracedBench, after: TracedBench) -> None:
-    start, end = sheet.view.flat(before.poses.ref), sheet.view.flat(after.poses.ref)
+    start, end = (sheet.view.flat(bench.poses.ref[list(sheet.shown.elements)]) for bench in (before, after))
     moved = np.any(start != end, axis=1)
     if moved.any():
         sheet.axes.quiver(*start[moved].T, *(end - start)[moved].T, angles="xy", scale_units="xy", scale=1.0,
@@ -301,19 +311,18 @@ def _draw_arrows(sheet: _Sheet, before: TracedBench, after: TracedBench) -> None
 def _draw_names(
     sheet: _Sheet, layout: OpticalLayout, shapes: Sequence[FloatArray], benches: Sequence[TracedBench]
 ) -> None:  # fmt: skip
-    """Names of all elements; from the side only of those at the ends of beams, since a bench is seen edge-on there."""
+    """Names of the elements; from the side only of those at the ends of beams, since a bench is seen edge-on there."""
     axes, view, per_pt = sheet.axes, sheet.view, sheet.per_pt
-    chosen = [i for i, e in enumerate(layout.elements)
-              if view is not SIDE or e.kind in _ENDS]  # fmt: skip
+    elements = [layout.elements[i] for i in sheet.shown.elements]
+    chosen = [i for i, e in enumerate(elements) if view is not SIDE or e.kind in _ENDS]
     # Those that no other can stand in for choose first: photodiodes, then the small, then the large.
-    chosen.sort(key=lambda i: (layout.elements[i].kind != "photodiode", float(np.ptp(shapes[i], axis=0).sum())))
+    chosen.sort(key=lambda i: (elements[i].kind != "photodiode", float(np.ptp(shapes[i], axis=0).sum())))
     drawn = [sheet.drawn(shape) for shape in shapes]
-    lines = sheet.drawn(
-        np.concatenate([view.flat(s.points) for bench in benches for s in beam_segments(layout, bench)])
-    )
+    parts = [part for bench in benches for part in beam_segments(layout, bench, sheet.shown.paths)]
+    lines = sheet.drawn(np.concatenate([view.flat(part.points) for part in parts]))
     corners = sheet.drawn(np.array([axes.get_xlim(), axes.get_ylim()]).T)
     room = corners[0] + 2 * per_pt, corners[1] - 2 * per_pt
-    names = [layout.elements[i].name for i in chosen]
+    names = [elements[i].name for i in chosen]
     places = place_labels(names, [drawn[i] for i in chosen], drawn, lines, SMALL, per_pt, room)
     for i, name, place in zip(chosen, names, places, strict=True):
         if place.far:

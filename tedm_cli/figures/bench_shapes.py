@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.exaggerated import TracedBench
 from tedm_cli.optics.layout import Beam, OpticalLayout
 
@@ -66,11 +67,42 @@ def interferometers(layout: OpticalLayout) -> list[tuple[str, ...]]:
     return [tuple(names) for names in found.values()]
 
 
-def beam_segments(layout: OpticalLayout, bench: TracedBench) -> tuple[Segments, Segments]:
-    """Measurement and reference beams as segments, those of several photodiodes once."""
+@dataclass(frozen=True)
+class Shown:
+    """What a view shows: places of elements and of paths; `title` names the bench, where it is one of several."""
+
+    elements: tuple[int, ...]
+    paths: tuple[int, ...]
+    title: str = ""
+
+
+def whole(layout: OpticalLayout) -> Shown:
+    """All of a layout."""
+    return Shown(tuple(range(len(layout.elements))), tuple(range(len(layout.paths))))
+
+
+def each_bench(layout: OpticalLayout) -> list[Shown]:
+    """The benches one by one, each with the test masses that its beams meet; of a layout with one, all of it."""
+    found = benches(layout)
+    if len(found) == 1:
+        return [whole(layout)]
+    out = []
+    for name, elements in found.items():
+        names = {e.name for e in elements}
+        paths = [i for i, path in enumerate(layout.paths) if path.photodiode in names]
+        names |= {step.element for i in paths for step in layout.paths[i].steps}
+        out.append(Shown(tuple(i for i, e in enumerate(layout.elements) if e.name in names), tuple(paths), name))
+    return out
+
+
+def beam_segments(
+    layout: OpticalLayout, bench: TracedBench, shown: Sequence[int] | None = None
+) -> tuple[Segments, Segments]:
+    """Measurement and reference beams as segments, those of several photodiodes once; of the paths `shown`."""
     owner = {name: i for i, names in enumerate(interferometers(layout)) for name in names}
     found: dict[Beam, dict[tuple[float, ...], tuple[FloatArray, set[int]]]] = {"meas": {}, "ref": {}}
-    for i, path in enumerate(layout.paths):
+    for i in range(len(layout.paths)) if shown is None else shown:
+        path = layout.paths[i]
         corners = bench.beam(i)
         for piece in np.stack([corners[:-1], corners[1:]], axis=1):
             key = tuple(np.round(piece.reshape(-1), 9))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ class AreaTable:
     shield: NDArray[np.str_]
     side: NDArray[np.str_]
     centroid_m: FloatArray | None = None
-    plane: SymmetryPlane = BASIC_PLANE
+    plane: SymmetryPlane = field(default=BASIC_PLANE, kw_only=True)
 
     def __post_init__(self) -> None:
         lengths = {key: len(getattr(self, key)) for key in ("name", "group", "shield", "side")}

@@ -127,6 +127,27 @@ def test_plain_names_build_and_are_watched(fresh: Project) -> None:
 
 
 @make
+def test_of_a_layout_the_unit_loads_watch_the_symmetry_plane_alone(fresh: Project) -> None:
+    made, layout = fresh.build / "unit_loads.h5", fresh.folder / "optics.toml"
+    assert run_make(fresh, str(fresh.build / "symmetry_plane")).returncode == 0
+    made.touch()
+
+    def commands() -> str:
+        later = (fresh.build / "rules.mk").stat().st_mtime + 5
+        os.utime(layout, (later, later))
+        done = run_make(fresh, "-n", str(made))
+        assert done.returncode == 0, done.stderr
+        assert "make-rules" in done.stdout
+        return done.stdout
+
+    replace(layout, "wavelength_m = 1.064e-6", "wavelength_m = 1.063e-6")
+    replace(layout, "origin_m = [0.0, 0.0, 0.0]", "origin_m = [0.5, 0.0, 0.5]")  # in the plane
+    assert "ingest" not in commands()
+    replace(layout, "origin_m = [0.5, 0.0, 0.5]", "origin_m = [0.5, 1e-5, 0.5]")
+    assert "ingest" in commands()
+
+
+@make
 def test_a_note_beside_the_configuration(fresh: Project) -> None:
     """A file that the project does not name is nothing to Make, whatever its name."""
     (fresh.folder / "my notes $(shell touch pwned).toml").write_text("")

@@ -61,6 +61,9 @@ class MemoryFile:
     def strings(self, path: str) -> list[str]:
         return [str(s) for s in self.data[path]]
 
+    def string(self, path: str) -> str:
+        return str(self.data[path])
+
     def number(self, path: str) -> float:
         return float(self.data[path])
 

@@ -33,7 +33,7 @@ rule = [{ match = "*", group = "bricks", shield = "inside" }]
 
 [[test_mass]]
 name = "TM1"
-position_m = [0.1, 0.2, 0.0]
+position_m = [-0.188, 0.0, 0.0]
 side_m = 0.046
 mass_kg = 1.96
 """
@@ -131,7 +131,9 @@ def make(folder: Path, cards: str) -> Case:
     (folder / "areas.csv").write_text("\n".join(["node_id,area", *rows]) + "\n")
     (folder / "model.toml").write_text(MODEL_TOML)
     layout, n = (CONFIGS / "optics.toml").read_text(), iter(OPTICAL * 20)
-    (folder / "optics.toml").write_text(re.sub(r"(?m)^grid = \d+", lambda _: f"grid = {next(n)}", layout))
+    (folder / "optics.toml").write_text(
+        re.sub(r"(?m)^grid = \d+", lambda _: f"lever_ok = true\ngrid = {next(n)}", layout)
+    )
     (folder / "tedm.toml").write_text('title = "two bricks"\n')
     case = Case(load_project(folder / "tedm.toml", folder / "build"))
     write_deck(case.project, None)

@@ -86,6 +86,10 @@ AREAS = {
     "/area/group": ["struts", "struts", "OB", "IS1", "IS1"],
     "/area/shield": ["outside", "outside", "inside", "inside", "inside"],
     "/area/side": ["+y", "-y", "mid", "mid", "+y"],
+    "/symmetry_plane/point": [0.0, 0.125, 0.0],
+    "/symmetry_plane/normal": [0.0, 1.0, 0.0],
+    "/symmetry_plane/origin": "layout",
+    "/symmetry_plane/layout": "../optics.toml",
 }
 MASSES = ["TM1", "TM2"]
 ROWS = [f"{tm}_{q}_{c}" for q in ("a", "omegadot") for tm in MASSES for c in "xyz"]
@@ -95,6 +99,7 @@ SIZES = {
     "area_member": 7, "element_edge": 5, "element_member": 12, "concentrated": 1, "ray_output": 40, "element_dof": 144,
     "laser_output": 12, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
+    "bench": 1, "rigid_motion": 6, "bench_xyz": 3,
 }  # fmt: skip
 
 
@@ -178,6 +183,7 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
         "/D": chain.D,
         **{f"/N/{read.name}": read.N for read in chain.sets},
         "/element/name": [e.name for e in layout.elements],
+        "/test_mass/name": [e.name for e in layout.test_masses],
         "/label/element_dof": list(input_labels(layout).names),
         "/label/test_mass_dof": list(input_labels(layout, layout.test_masses).names),
         "/label/read_out": list(labels.names),

@@ -247,6 +247,24 @@ def test_a_bench_out_of_plane_is_seen_from_the_side(layout: OpticalLayout) -> No
     np.testing.assert_allclose(pieces(figure.axes[1], "meas 1"), pieces(flat.axes[0], "meas 1"), atol=1e-9)
 
 
+def test_each_of_two_benches_is_seen_from_the_side_by_itself() -> None:
+    """With the names, beams and colours that it has from above; nothing is shared, and nothing is called so."""
+    two = load_layout(LAYOUT.parent / "lisa_like" / "optics.toml")[1]
+    motion = 1e-7 * np.random.default_rng(1).normal(size=(len(two.elements), 6))
+    figure = drawn(exaggerated_figure(two, exaggerated_bench(two, motion), "1 K", ["nothing"]))
+    above, *sides = figure.axes
+    assert [a.get_title(loc="left").split(",")[0] for a in sides] == ["OB1 from the side", "OB2 from the side"]
+    for number, (axes, mark) in enumerate(zip(sides, "12", strict=True)):
+        names = {e.name for e in two.elements if mark in e.name}
+        assert set(bodies(axes)) == names
+        assert {t.get_text() for t in axes.texts} < names
+        assert len(pieces(axes, f"meas {number}")) == len(pieces(above, f"meas {number}")) > 5
+        assert len(pieces(axes, f"ref {number}")) == len(pieces(above, f"ref {number}")) > 3
+        assert f"meas {1 - number}" not in {p.get_label() for p in axes.patches}
+    assert set(bodies(above)) == {e.name for e in two.elements}
+    assert not [t for t in figure.legends[0].get_texts() if "shared" in t.get_text()]
+
+
 def test_map_of_s_bw_holds_the_matrix(layout: OpticalLayout) -> None:
     matrix = optical_sensitivity(layout)
     figure = drawn(sensitivity_map(layout, matrix))

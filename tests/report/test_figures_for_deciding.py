@@ -84,8 +84,8 @@ def test_texts_are_whole_and_clear_of_each_other(
         cases = [dataclasses.replace(c, id=f"{i}{c.id}") for i in range(5) for c in cases]
     if setting == "long names":
         cases = long_names(cases)
-        longer = {c: np.array([3 * f"{v}_" for v in getattr(areas, c)]) for c in ("name", "group")}
-        areas = dataclasses.replace(areas, **longer)
+        longer = [np.array([3 * f"{v}_" for v in column]) for column in (areas.name, areas.group)]
+        areas = dataclasses.replace(areas, name=longer[0], group=longer[1])
         at_rest = [dataclasses.replace(v, test_mass=9 * v.test_mass) for v in at_rest]
     for name, figure in {**figures_of(cases, areas, kind), "at rest": at_rest_figure(at_rest)}.items():
         assert overlaps(drawn(figure)) == [], name

@@ -238,6 +238,12 @@ def test_every_verdict_at_rest_is_a_row(finished: Project, sources: list[str], p
     assert f"which is {ratio_text(ratio[worst])} times its limit" in sentence
 
 
+def test_the_symmetry_plane_is_told_with_where_it_is_from(first: Page, page: Page) -> None:
+    words = "y = 0.125 m in the basic frame (x-z plane of the layout frame in optics.toml)"
+    assert ["Symmetry plane of sides and mirror pairs", words] in first.rows
+    assert words in page.text
+
+
 def test_equations_of_motion_are_a_table(finished: Project, page: Page) -> None:
     with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
         k, outputs = file.array("/stiffness/linearised"), file.strings("/label/tm_output")

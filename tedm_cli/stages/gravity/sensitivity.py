@@ -34,7 +34,7 @@ from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.unit_loads import mass_of
-from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
+from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path, require_plane
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
 from tedm_cli.threads import side_by_side
 
@@ -94,6 +94,7 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
     ):
         require_input(distortion, trace.inputs[0])
         require_same_areas(unit, distortion)
+        require_plane(distortion, project, config)
         return _build(config, blocks, unit, distortion, writer, out, project.model, step)
 
 

@@ -53,7 +53,6 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
         open_checked(source, UNIT_LOADS) as unit,
         create(out, DISTORTION, provenance([] if bench is None else [bench[0]], [source])) as writer,
     ):
-        require_plane(unit, project, model)
         rows, names, notes = np.zeros(0, dtype=np.int64), list[str](), tuple[str, ...]()
         position = unit.array(UNIT_LOADS.GRID_POSITION)
         if bench is not None and project.optics is not None:
@@ -62,6 +61,7 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
             match = match_layout(bench[1], project.optics, model, project.model, position[rows], size)
             match.require()
             notes = tuple(match.notes)
+        require_plane(unit, project, model)
         writer.write(DISTORTION.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
         copy_areas(unit, writer)
         copy_places(unit, writer)

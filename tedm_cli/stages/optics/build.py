@@ -70,9 +70,9 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
                 hint="rebuild it with `tedm build-distortion`",
             )
         position = bench.position_m
-        require_plane(distortion, project, model)
         match = match_layout(layout, path, model, project.model, position)
         match.require()
+        require_plane(distortion, project, model)
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged
         face = face_motion(layout, distortion.strings(DISTORTION.AREA_NAME))
