@@ -313,20 +313,21 @@ def test_mass_of_in_lbf_s() -> None:
 
 
 @pytest.mark.parametrize(
-    ("card", "fact", "units"),
+    ("card", "fact"),
     [
-        ("PSHELL,19,1,150.", "a thickness of 150 m is larger than any model", "mm-t-s"),
-        ("PROD,19,1,150.", "a section of 150 m2 is larger than any model", "mm-t-s"),
-        ("PTUBE,19,1,150.", "a diameter of 150 m is larger than any model", "mm-t-s"),
+        ("PSHELL,19,1,150.", "a thickness of 150 m is larger than any model"),
+        ("PROD,19,1,150.", "a section of 150 m2 is larger than any model"),
+        ("PTUBE,19,1,150.", "a diameter of 150 m is larger than any model"),
     ],
 )
-def test_bounds_of_cards_are_in_si(tmp_path: Path, card: str, fact: str, units: str) -> None:
-    """What no model has in metres is common in millimetres."""
-    path = deck(tmp_path, f"{card}\n", "card", SI)
-    with pytest.raises(InputError, match=fact) as told:
-        read_deck(path)
-    assert "set [model] units to those of the deck" in told.value.hint
-    read_deck(path, units=UNITS[units])
+def test_bounds_of_cards_are_in_si(tmp_path: Path, card: str, fact: str) -> None:
+    """What no model has in metres is common in millimetres: the others of its cards tell which it is."""
+    for name, hint in (("mm-t-s", 'set [model] units = "mm-t-s"'), ("m-kg-s", 'looks right in units = "m-kg-s"')):
+        path = deck(tmp_path, f"{card}\n", "card", UNITS[name])
+        with pytest.raises(InputError, match=fact) as told:
+            read_deck(path)
+        assert hint in told.value.hint
+        read_deck(path, units=UNITS["mm-t-s"])
 
 
 def test_the_bound_of_expansions_is_per_kelvin(tmp_path: Path) -> None:
