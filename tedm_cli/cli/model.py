@@ -102,7 +102,7 @@ def ingest(
 
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
-    from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines
+    from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines, unit_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.ingest import ingest as stage
 
@@ -112,6 +112,7 @@ def ingest(
     say(
         quiet,
         f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas",
+        *unit_lines(done.units),
         *mass_lines(done.masses),
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),
         *partial_lines(done.partial),

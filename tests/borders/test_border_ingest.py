@@ -260,6 +260,18 @@ def test_other_units_than_were_said_are_told_before_a_deck_is_written_or_solved(
             tiny.run(command).refused(4, "bdf: the model is 200 m long", hint='set [model] units = "mm-t-s"')
 
 
+def test_wtmass_against_the_units(tiny: Project) -> None:
+    """Tonnes per cubic millimetre are masses already: a thousandth of them is what no solid has."""
+    scale_lengths(tiny.deck, 1e3)
+    replace(tiny.deck, "2700.", "2.7-9")
+    replace(tiny.deck, "ENDDATA", "PARAM,WTMASS,.001\nENDDATA")
+    replace(tiny.model, "[model]", '[model]\nunits = "mm-t-s"')
+    advice = "PARAM,WTMASS = 0.001 multiplies densities that seem to be masses already: without it, and with [model]"
+    for command in ("solve", "ingest"):
+        with untouched(tiny.folder):
+            tiny.run(command).refused(4, "the densest element (1) has 2.7 kg/m3", hint=f'{advice} units = "mm-t-s"')
+
+
 @pytest.mark.parametrize(
     ("keys", "facts"),
     [

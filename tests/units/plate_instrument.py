@@ -91,11 +91,11 @@ def real(value: float) -> str:
 
 
 def card(name: str, *fields: object) -> str:
-    """A card in large fields, separated by commas; text and integers go as they are."""
-    texts = [str(f) for f in fields]
-    texts += [""] * (-len(texts) % 8)
-    lines = [",".join(texts[k : k + 4]) for k in range(0, len(texts), 4)]
-    return "\n".join([f"{name}*,{lines[0]}", *(f"*,{line}" for line in lines[1:])])
+    """A card in large fields; text and integers go as they are."""
+    texts = [f"{f!s:>16}" for f in fields]
+    texts += [" " * 16] * (-len(texts) % 8)
+    starts = [f"{name + '*':8}", *["*       "] * (len(texts) // 4 - 1)]
+    return "\n".join(start + "".join(texts[4 * k : 4 * k + 4]).rstrip() for k, start in enumerate(starts))
 
 
 def lengths(units: Units, vector: FloatArray) -> list[str]:

@@ -16,6 +16,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.deck_units import DeckUnits
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.blocks import PrecisionLossError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, provenance
@@ -37,7 +38,10 @@ from tedm_cli.stages.model.masses import check_grids_outside, check_weight_table
 
 @dataclass(frozen=True)
 class IngestSummary:
-    """What was read. `coarsest`: the unit load whose step suffers most where a solver has temperatures of 4 bytes."""
+    """What was read, of a deck in which `units`.
+
+    coarsest : the unit load whose step suffers most where a solver has temperatures of 4 bytes.
+    """
 
     path: Path
     grids: int
@@ -48,6 +52,7 @@ class IngestSummary:
     partial: list[int]
     notes: list[str]
     coarsest: UnitLoad
+    units: DeckUnits
 
 
 @dataclass(frozen=True)
@@ -120,6 +125,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         geometry.elements.partial,
         passed_over(model) + light_elements(geometry.elements),
         max(wanted, key=lambda load: load.single_error),
+        units,
     )
 
 
