@@ -6,6 +6,7 @@ is the same to some 1e-7, and the masses and the field at rest, which need no re
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +16,10 @@ import pytest
 from plate_instrument import TRACKED, TURNED, Instrument, Place, Units, write_project
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.cli.printing.model import unit_lines
 from tedm_cli.config.model import load_model
-from tedm_cli.config.project import Project
+from tedm_cli.config.project import Project, load_project
+from tedm_cli.deck_units import SI
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.structure.deck import read_solver_deck
@@ -182,6 +185,24 @@ def test_a_reference_temperature_is_in_kelvin(weighed: Built, tmp_path: Path) ->
     for scale, shown in (("degF", 68.0), ("degC", 20.0), ("K", 293.15)):
         project = write_project(tmp_path / scale, small(Units("in-lbf-s")), keys.format(scale))
         assert write_deck(project, None).reference == shown
+
+
+def test_a_scale_of_temperature_that_was_forgotten(weighed: Built, tmp_path: Path) -> None:
+    """No number of a deck tells it: [D] would be per degree Fahrenheit, too small by 1.8."""
+    told = [note for note in (*weighed.deck.notes, *weighed.read.notes) if "degF" in note]
+    assert told == []
+    folder = shutil.copytree(weighed.project.model.parent, tmp_path / "forgotten")
+    model = folder / "model.toml"
+    model.write_text(model.read_text(encoding="utf-8").replace('temperature = "degF"\n', ""), encoding="utf-8")
+    project = load_project(folder / "tedm.toml", folder / "build")
+    written, read = write_deck(project, folder / "other.bdf"), ingest(project, None, silent)
+    assert [note.partition(":")[0] for note in written.notes[:1]] == ["temperatures and expansions are taken in kelvin"]
+    assert [note.partition(":")[0] for note in read.notes[:2]] == [
+        "temperatures and expansions are taken in kelvin",
+        "every step is 1.8 K",
+    ]
+    assert unit_lines(read.units) == ['deck and results: units = "in-lbf-s", temperature = "K"']
+    assert unit_lines(SI) == []
 
 
 def test_turned_and_shifted(plate: Built, turned: Built) -> None:

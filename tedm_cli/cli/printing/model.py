@@ -40,7 +40,7 @@ def mass_lines(masses: MassSummary) -> list[str]:
 
 def unit_lines(units: DeckUnits) -> list[str]:
     """What the numbers of a deck were taken to be in, where that is not SI."""
-    return [] if units == SI else [f"deck and results are in {units.name}, temperatures in {units.temperature}"]
+    return [] if units == SI else [f'deck and results: {units.name}, temperature = "{units.temperature}"']
 
 
 def partial_lines(elements: list[int]) -> list[str]:

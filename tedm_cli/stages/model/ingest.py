@@ -123,10 +123,23 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         masses,
         loads.uniform is not None,
         geometry.elements.partial,
-        passed_over(model) + light_elements(geometry.elements),
+        config.model.unit_notes()
+        + _scale_notes(wanted, units)
+        + passed_over(model)
+        + light_elements(geometry.elements),
         max(wanted, key=lambda load: load.single_error),
         units,
     )
+
+
+def _scale_notes(loads: Sequence[UnitLoad], units: DeckUnits) -> list[str]:
+    """A remark on steps that would be of 1 K in another scale: expansions may be per degree of it too."""
+    steps = [load.load_K for load in loads]
+    if units.degrees_per_kelvin != 1 or not np.allclose(steps, 1.8, rtol=1e-9):
+        return []
+    return [
+        'every step is 1.8 K: are the temperatures of the deck in degrees Fahrenheit? then set temperature = "degF"'
+    ]
 
 
 def write_motions(
