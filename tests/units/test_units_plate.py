@@ -29,7 +29,7 @@ from tedm_cli.stages.model.areas import areas
 from tedm_cli.stages.model.deck import DeckSummary, write_deck
 from tedm_cli.stages.model.distortion import build_distortion
 from tedm_cli.stages.model.ingest import IngestSummary, ingest
-from tedm_cli.stages.model.solve import solve
+from tedm_cli.stages.model.solve import solve, solve_elsewhere
 from tedm_cli.stages.optics.build import build_optics
 
 SINGLE = 2.0**-24  # rounding of a component, over the vector it belongs to where frames differ
@@ -185,6 +185,18 @@ def test_a_reference_temperature_is_in_kelvin(weighed: Built, tmp_path: Path) ->
     for scale, shown in (("degF", 68.0), ("degC", 20.0), ("K", 293.15)):
         project = write_project(tmp_path / scale, small(Units("in-lbf-s")), keys.format(scale))
         assert write_deck(project, None).reference == shown
+
+
+def test_a_nastran_of_ones_own_is_given_the_deck_in_its_units(weighed: Built, tmp_path: Path) -> None:
+    """A plate of 150 inches is none of 150 m; the stand-in for a solver copies results that are there."""
+    folder = shutil.copytree(weighed.project.model.parent, tmp_path / "elsewhere")
+    project = load_project(folder / "tedm.toml", folder / "build")
+    deck, results = folder / "build" / "unit_loads.bdf", weighed.project.build_dir / "unit_loads.op2"
+    text = deck.read_text(encoding="ascii").replace("ENDDATA", "PSHELL        99       1    150.\nENDDATA")
+    deck.write_text(text, encoding="ascii")
+    command = f"sh -c 'cp {results} ${{1%.bdf}}.op2' sh {{deck}}"
+    out, subcases = solve_elsewhere(project, None, command, lambda line: None)
+    assert (out.read_bytes(), subcases) == (results.read_bytes(), 6)
 
 
 def test_a_scale_of_temperature_that_was_forgotten(weighed: Built, tmp_path: Path) -> None:
