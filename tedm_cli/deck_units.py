@@ -31,7 +31,7 @@ NUMBER = Dimension()
 LENGTH, AREA, AREA_MOMENT = Dimension(length=1), Dimension(length=2), Dimension(length=4)
 MASS, INERTIA, DENSITY = Dimension(mass=1), Dimension(mass=1, length=2), Dimension(mass=1, length=-3)
 STRESS = Dimension(mass=1, length=-1, time=-2)
-FORCE_PER_LENGTH, MOMENT_PER_LENGTH = Dimension(mass=1, time=-2), Dimension(mass=1, length=1, time=-2)
+FORCE_PER_LENGTH, MOMENT = Dimension(mass=1, time=-2), Dimension(mass=1, length=2, time=-2)
 TEMPERATURE, EXPANSION = Dimension(temperature=1), Dimension(temperature=-1)
 
 # Degrees per kelvin, and what the scale shows at 273.15 K. Decks in degrees Celsius that say nothing count as K: their

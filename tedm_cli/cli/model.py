@@ -103,7 +103,7 @@ def ingest(
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
     from tedm_cli.cli.printing.areas import plane_line
-    from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines
+    from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines, unit_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.ingest import ingest as stage
 
@@ -113,6 +113,7 @@ def ingest(
     say(
         quiet,
         f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas",
+        *unit_lines(done.units),
         plane_line(done.plane),
         *mass_lines(done.masses),
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),

@@ -48,6 +48,15 @@ class UnitsTable(Strict):
             raise ValueError(f"{', '.join(given)} without {', '.join(missing)}: a system has all three")
         return self
 
+    def unit_notes(self) -> list[str]:
+        """A remark where the scale of temperature is likely to have been forgotten, which no number of a deck tells."""
+        if self.units != "in-lbf-s" or "temperature" in self.model_fields_set:
+            return []
+        return [
+            "temperatures and expansions are taken in kelvin: is the deck in degrees Fahrenheit? then set temperature ="
+            ' "degF", else "K"'
+        ]
+
     def deck_units(self) -> DeckUnits:
         """The units as the readers of decks and results take them."""
         if self.length_m is not None and self.mass_kg is not None and self.time_s is not None:

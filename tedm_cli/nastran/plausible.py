@@ -17,6 +17,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.deck_units import AREA, DENSITY, EXPANSION, LENGTH, MASS, SYSTEMS, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.masses.elements import Elements
+from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.temperatures import expansion_coefficients
 
 _EXTENT_M = (1e-3, 1e2)
@@ -57,8 +58,13 @@ def check_plausible(model: Any, where: str, units: DeckUnits) -> None:
             raise InputError(f"{name}: the stiffness is not positive definite", where=where)
     for pid, prop in sorted(model.properties.items()):
         for what, size in _sizes(prop):
-            factor = units.factor(AREA if what == "section" else LENGTH)
-            _check_size(factor * size, f"{prop.type} {pid}", what, where, units)
+            name, in_si = f"{prop.type} {pid}: a {what} of", units.factor(AREA if what == "section" else LENGTH) * size
+            if in_si < 0.0:
+                raise InputError(f"{name} {in_si:.4g} is negative", where=where)
+            if not in_si <= _THICKEST:
+                unit = "m2" if what == "section" else "m"
+                fact = f"{name} {in_si:.4g} {unit} is larger than any model"
+                raise InputError(fact, where=where, hint=_advice_of_cards(model, units, where))
 
 
 def anisotropic_stiffness(material: Any) -> FloatArray:
@@ -68,16 +74,6 @@ def anisotropic_stiffness(material: Any) -> FloatArray:
         for j in range(i, 6):
             upper[i, j] = getattr(material, f"G{i + 1}{j + 1}")
     return upper + np.triu(upper, 1).T
-
-
-def _check_size(size: float, name: str, what: str, where: str, units: DeckUnits) -> None:
-    """Refuse a negative thickness (m) or area (m²), or one that is larger than any model."""
-    if size < 0.0:
-        raise InputError(f"{name}: a {what} of {size:.4g} is negative", where=where)
-    if not size <= _THICKEST:
-        unit = "m2" if what == "section" else "m"
-        fact = f"{name}: a {what} of {size:.4g} {unit} is larger than any model"
-        raise InputError(fact, where=where, hint=_set_units(units))
 
 
 def _sizes(prop: Any) -> Iterator[tuple[str, float]]:
@@ -94,7 +90,7 @@ def _sizes(prop: Any) -> Iterator[tuple[str, float]]:
 
 @dataclass(frozen=True)
 class _Model:
-    """Length of a model (m), its densest element (id; kg/m3, 0 where none has a density), its mass (kg)."""
+    """Length (m), densest element (id; kg/m3, 0 where none has a density) and mass (kg, NaN: unknown) of a model."""
 
     extent_m: float
     densest_id: int
@@ -119,7 +115,7 @@ class _Model:
             not self.fault()
             and _LIKELY_M[0] <= self.extent_m <= _LIKELY_M[1]
             and (not self.densest or _LIKELY[0] <= self.densest <= _LIKELY[1])
-            and self.total_kg <= _LIKELY[1] * self.extent_m**3
+            and not self.total_kg > _LIKELY[1] * self.extent_m**3
         )
 
     def if_in(self, units: DeckUnits, said: DeckUnits, per_mass: float) -> _Model:
@@ -134,7 +130,8 @@ class _Model:
 
     def __str__(self) -> str:
         densest = f", its densest element of {self.densest:,.4g} kg/m3" if self.densest else ""
-        return f"{self.extent_m:.3g} m long and of {self.total_kg:.3g} kg{densest}"
+        mass = "" if np.isnan(self.total_kg) else f" and of {self.total_kg:.3g} kg"
+        return f"{self.extent_m:.3g} m long{mass}{densest}"
 
 
 def check_units(
@@ -192,6 +189,20 @@ def _advice(model: _Model, said: DeckUnits, wtmass: float) -> str:
                 f" model would be {seen}"
             )
     return _set_units(said)
+
+
+def _advice_of_cards(model: Any, said: DeckUnits, where: str) -> str:
+    """The same before anything is weighed: from the grids in the basic frame, and the densest material."""
+    place = np.array([grid.xyz for grid in model.nodes.values() if grid.cp == 0], dtype=float).reshape(-1, 3)
+    wtmass = number_parameter(model, "WTMASS", 1.0, where)
+    dense = max((float(getattr(m, "rho", 0.0) or 0.0) for m in model.materials.values()), default=0.0)
+    if len(place) < 2 or not dense * wtmass > 0.0:
+        return _set_units(said)
+    extent = float(np.ptp(place, axis=0).max())
+    rough = _Model(said.factor(LENGTH) * extent, 0, said.factor(DENSITY) * wtmass * dense, float("nan"))
+    if rough.is_likely():
+        return f"the rest of the model looks right in {said.name}: is it one digit or exponent that is wrong?"
+    return _advice(rough, said, wtmass)
 
 
 def _set_units(said: DeckUnits) -> str:

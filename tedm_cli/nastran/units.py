@@ -64,7 +64,7 @@ DIMENSIONS: dict[type, dict[str, Dimension]] = {
     ShellBlock: {
         **dict.fromkeys(("element_id", "connectivity"), _SAME),
         **dict.fromkeys(("membrane_stiffness", "shear_stiffness", "drilling_stiffness"), u.FORCE_PER_LENGTH),
-        "bending_stiffness": u.MOMENT_PER_LENGTH,
+        "bending_stiffness": u.MOMENT,  # per length, over a curvature
         "offset": u.LENGTH,
         "expansion": u.EXPANSION,
         "reference_temperature": u.TEMPERATURE,
@@ -128,5 +128,5 @@ def structure_in_si(structure: Structure, units: DeckUnits) -> Structure:
 
 
 def _equation_in_si(mpc: Mpc, units: DeckUnits) -> Mpc:
-    """A sum of lengths: the coefficient of a rotation is a lever."""
+    """A sum of lengths, in which the coefficient of a rotation is a lever; of rotations alone all have one factor."""
     return replace(mpc, coefficients=np.where(mpc.components > 3, units.length_m, 1.0) * mpc.coefficients)

@@ -39,7 +39,7 @@ ENDDATA
 """
 
 
-def read(folder: Path, text: str, **options: bool) -> Any:
+def read(folder: Path, text: str, **options: Any) -> Any:
     path = folder / "deck.bdf"
     path.write_text(text)
     return read_deck(path, **options)

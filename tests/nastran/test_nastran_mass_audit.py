@@ -15,6 +15,7 @@ from op2_records import HEADER, join, records
 
 from tedm_cli.config.base import validate
 from tedm_cli.config.model import ModelConfig
+from tedm_cli.deck_units import DeckUnits
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.geometry import ModelGeometry
@@ -109,6 +110,18 @@ def test_table_before_wtmass(geometry: ModelGeometry, tmp_path: Path) -> None:
     p = properties_of(geometry)
     path = write_table(tmp_path / "weight.op2", 100.0 * rigid_matrix(p, np.zeros(3)))
     assert len(check_weight_tables([path], geometry, 0.01)) == 1
+
+
+def test_table_in_the_units_of_its_deck(geometry: ModelGeometry, tmp_path: Path) -> None:
+    """In millimetres and tonnes: blocks of mass, static moment and inertia are 1e-3, 1 and 1e3 of those in SI."""
+    matrix = rigid_matrix(properties_of(geometry), np.zeros(3))
+    for rows, columns, factor in ((slice(3), slice(3), 1e-3), (slice(3, 6), slice(3, 6), 1e3)):
+        matrix[rows, columns] *= factor
+    path = write_table(tmp_path / "weight.op2", matrix)
+    of_deck = dataclasses.replace(geometry, units=DeckUnits(1e-3, 1e3))
+    assert len(check_weight_tables([path], of_deck, 1.0)) == 1
+    with pytest.raises(InputError, match="its grid point weight table has"):
+        check_weight_tables([path], geometry, 1.0)
 
 
 def test_table_of_an_independent_solver(mini_ltp_dir: Path, tmp_path: Path) -> None:

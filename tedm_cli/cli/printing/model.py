@@ -5,7 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tedm_cli.deck_units import SI
+
 if TYPE_CHECKING:
+    from tedm_cli.deck_units import DeckUnits
     from tedm_cli.nastran.unit_loads import UnitLoad
     from tedm_cli.stages.model.ingest import MassSummary
     from tedm_cli.stages.model.solve import SolveReport
@@ -33,6 +36,11 @@ def mass_lines(masses: MassSummary) -> list[str]:
     ]
     lines += [f"the grid point weight table of {path} agrees" for path in masses.weight_tables]
     return lines + [f"left out: {kg:.6g} kg that stand for {name}" for name, kg in masses.test_mass_kg.items()]
+
+
+def unit_lines(units: DeckUnits) -> list[str]:
+    """What the numbers of a deck were taken to be in, where that is not SI."""
+    return [] if units == SI else [f'deck and results: {units.name}, temperature = "{units.temperature}"']
 
 
 def partial_lines(elements: list[int]) -> list[str]:

@@ -186,7 +186,7 @@ def _integrated(model: Any, cards: _Cards, groups: list[_Group], factor: float) 
                     where=cards.where,
                     hint="are the grids of the card, and its lines, in order?",
                 )
-    pids = [int(e.pid) if getattr(e, "pid", None) is not None else 0 for e in cards.element]
+    pids = [max(int(getattr(e, "pid", None) or 0), 0) for e in cards.element]  # pyNastran gives CONROD a negative one
     property_id = np.array(pids, dtype=np.int64)
     property_type = [_property_type(e) for e in cards.element]
     added = nonstructural(model, Measured(cards.id, cards.card, property_id, property_type, measure), cards.where)

@@ -66,5 +66,5 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         len(areas.areas),
         deck.reference,
         table.temperature,
-        (*areas.lines(), *deck.notes),
+        (*table.unit_notes(), *areas.lines(), *deck.notes),
     )

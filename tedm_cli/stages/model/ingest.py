@@ -17,6 +17,7 @@ from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.deck_units import DeckUnits
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.blocks import PrecisionLossError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, provenance
@@ -39,7 +40,10 @@ from tedm_cli.stages.model.masses import check_grids_outside, check_weight_table
 
 @dataclass(frozen=True)
 class IngestSummary:
-    """What was read. `coarsest`: the unit load whose step suffers most where a solver has temperatures of 4 bytes."""
+    """What was read, of a deck in which `units`.
+
+    coarsest : the unit load whose step suffers most where a solver has temperatures of 4 bytes.
+    """
 
     path: Path
     grids: int
@@ -51,6 +55,7 @@ class IngestSummary:
     partial: list[int]
     notes: list[str]
     coarsest: UnitLoad
+    units: DeckUnits
 
 
 @dataclass(frozen=True)
@@ -124,9 +129,23 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         masses,
         loads.uniform is not None,
         geometry.elements.partial,
-        passed_over(model) + light_elements(geometry.elements),
+        config.model.unit_notes()
+        + _scale_notes(wanted, units)
+        + passed_over(model)
+        + light_elements(geometry.elements),
         max(wanted, key=lambda load: load.single_error),
+        units,
     )
+
+
+def _scale_notes(loads: Sequence[UnitLoad], units: DeckUnits) -> list[str]:
+    """A remark on steps that would be of 1 K in another scale: expansions may be per degree of it too."""
+    steps = [load.load_K for load in loads]
+    if units.degrees_per_kelvin != 1 or not np.allclose(steps, 1.8, rtol=1e-9):
+        return []
+    return [
+        'every step is 1.8 K: are the temperatures of the deck in degrees Fahrenheit? then set temperature = "degF"'
+    ]
 
 
 def write_motions(
