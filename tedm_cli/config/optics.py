@@ -125,6 +125,7 @@ def _element(e: ElementTable, tables: OpticsTables) -> Element:
         aperture_m=tuple(e.aperture_m) if isinstance(e.aperture_m, list) else e.aperture_m,
         recombination=_recombination(e, tables.tolerances),
         bench=e.bench,
+        read_out=None if e.read_out is None else tuple(e.read_out),
         axes=LAYOUT_AXES if e.axes is None else _axes(e.axes),
     )
 

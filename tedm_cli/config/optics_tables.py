@@ -37,7 +37,7 @@ _ANY = frozenset({"local_y", "aperture_m", "bench"})
 
 #: Keys beyond name, kind and ref_m: (needed, allowed) by kind. An imported S_BW leaves `grid` alone needed.
 KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
-    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY - {"bench"} | {"axes"}),
+    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY - {"bench"} | {"axes", "read_out"}),
     "injector": (frozenset({"normal", "grid"}), _ANY | {"opl_offset_m"}),
     "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
     "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _ANY | {"front_offset_m"}),
@@ -55,6 +55,7 @@ OPTIONAL_KEYS = (
     "opl_offset_m",
     "axes",
     "bench",
+    "read_out",
     *RECOMBINATION_KEYS,
 )
 
@@ -75,6 +76,7 @@ class ElementTable(Strict):
     grid: Id | None = None
     axes: OrthonormalAxes | None = None
     bench: Name | None = None
+    read_out: ReadOut | None = None
     beam_overlap_m: LengthTolerance | None = None
     beam_angle_rad: AngleTolerance | None = None
     path_mismatch_m: LengthTolerance | None = None
