@@ -355,6 +355,8 @@ def load_dynamics(path: Path | None) -> tuple[ConfigFile | None, DynamicsConfig]
     if path is None:
         return None, DynamicsConfig()
     file, config = load(DynamicsConfig, path, hint=named_by_project("dynamics"))
+    if "requirements" not in config.model_fields_set:
+        return file, config
     requirements = [
         r.model_copy(update={"table": str(path.parent / r.table)}) if r.table else r for r in config.requirements
     ]

@@ -58,23 +58,10 @@ class Controller(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ScalarLoops:
-    """Independent scalar loops: drag-free by thrusters, suspension of what they leave, attitude by the test masses.
-
-    Raises
-    ------
-    PhysicsError : test masses whose x axes are not parallel: the loop x12 holds them along one direction.
-    """
+    """Independent scalar loops: drag-free by thrusters, suspension of what they leave, attitude by the test masses."""
 
     plant: Plant
     shapes: Sequence[Loop]
-
-    def __post_init__(self) -> None:
-        if not x_axes_are_parallel(self.plant.axes):
-            raise PhysicsError(
-                "the default controller is for test masses whose x axes are parallel;"
-                f" these are {angle_words(self.plant.axes)} apart",
-                hint="a controller of your own runs, without Δg: name its file in [controller] of the dynamics",
-            )
 
     @property
     def loops(self) -> tuple[str, ...]:
@@ -113,6 +100,22 @@ class ScalarLoops:
 def default_loops(shape: LoopShape = LoopShape()) -> tuple[Loop, ...]:
     """The loops of LISA Pathfinder's science mode; degrees of freedom as in PRD 99, 082001."""
     return tuple(Loop(name, _CROSSOVER_HZ[name], _DELAY_S[name], shape) for name in LOOPS)
+
+
+def default_controller(plant: Plant, shapes: Sequence[Loop]) -> ScalarLoops:
+    """The default controller of a satellite.
+
+    Raises
+    ------
+    PhysicsError : test masses whose x axes are not parallel: the loop x12 holds them along one direction.
+    """
+    if not x_axes_are_parallel(plant.axes):
+        raise PhysicsError(
+            "the default controller is for test masses whose x axes are parallel;"
+            f" these are {angle_words(plant.axes)} apart",
+            hint="a controller of your own runs, without Δg: name its file in [controller] of the dynamics",
+        )
+    return ScalarLoops(plant, shapes)
 
 
 def actuation(plant: Plant) -> FloatArray:

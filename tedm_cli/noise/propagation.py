@@ -59,7 +59,9 @@ class Carriers:
         parts = []
         for carrier in range(len(self.shape)):
             index = np.flatnonzero(self.index == carrier)
-            parts.append((rows[:, index] * self.temperature.scale[index]) @ factor[index])
+            # Row by row: what comes of an output is the same to the last bit whichever others there are.
+            scaled = np.ascontiguousarray(rows[:, index] * self.temperature.scale[index])
+            parts.append((scaled[:, None] @ factor[index])[:, 0])
         return np.stack(parts, axis=1)
 
 

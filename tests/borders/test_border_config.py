@@ -70,7 +70,10 @@ def test_not_toml(tiny: Project, contents: bytes) -> None:
     refuse(tiny, "ingest", "tedm.toml: not valid TOML")
 
 
-@pytest.mark.parametrize(("name", "hint"), [("tedm.toml", "--config"), ("model.toml", "names it: model")])
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [("tedm.toml", "--config"), ("model.toml", "that names no other: model")],
+)
 def test_missing_file(tiny: Project, name: str, hint: str) -> None:
     (tiny.folder / name).unlink()
     refuse(tiny, "ingest", name, code=4, hint=hint)
@@ -161,14 +164,18 @@ def test_nothing_is_left_in_the_working_directory(
 
 @pytest.mark.parametrize(
     ("command", "key"),
-    [(["ingest"], "model"), (["check-layout"], "optics"), (["run-case", "1"], "cases")],
+    [(["ingest"], "model"), (["check-layout"], "optics"), (["run-case", "1"], "cases"), (["ingest"], "dynamics")],
 )
-def test_the_hint_is_about_the_file_that_is_not_there(tiny: Project, command: list[str], key: str) -> None:
-    """The project is there; the file that it names is not."""
+def test_a_file_that_the_project_names_is_not_there(tiny: Project, command: list[str], key: str) -> None:
+    """It is the project file that is wrong, whichever file the command needs."""
     (tiny.folder / "tedm.toml").write_text(f'title = "t"\n{key} = "lost.toml"\n')
     outcome = tiny.run(*command)
-    outcome.refused(4, "lost.toml: cannot read the configuration", hint=f'the project file names it: {key} = "..."')
+    lost = tiny.folder / "lost.toml"
+    outcome.refused(
+        3, f"tedm.toml: {key}: names 'lost.toml', but there is no file {lost}", hint="relative to the project"
+    )
     assert "--config" not in outcome.err
+    assert ("the project has none" in outcome.err) == (key in ("optics", "dynamics"))
     (tiny.folder / "tedm.toml").unlink()
     tiny.run(*command).refused(4, "tedm.toml: cannot read the configuration", hint="--config")
 

@@ -48,6 +48,16 @@ def test_agrees_with_the_quadratic_form_at_each_frequency(seed, k, complex_r):
         assert np.all(np.abs(psd[:, j] - expected) < 1e-13 * k * scale)
 
 
+def test_an_output_is_the_same_to_the_bit_whichever_others_there_are():
+    rng = np.random.default_rng(7)
+    k = 1000  # a product of matrices of this size rounds by how many rows it has
+    source = TemperatureNoise(mixed_model(rng, k), Correlation.of_factor(rng.normal(size=(k, 3))))
+    rows = rng.normal(size=(24, k))
+    whole = source.psd(rows, F)
+    for some in (slice(0, 1), slice(0, 6), slice(5, 18)):
+        assert source.psd(rows[some], F).tobytes() == whole[some].tobytes()
+
+
 def test_scaling_laws(areas, config):
     rng = np.random.default_rng(5)
     rows, model = rng.normal(size=(2, len(areas))), mixed_model(rng, len(areas))

@@ -14,7 +14,7 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import SENSITIVITY as KIND
 from tedm_cli.dynamics.bodies import DynamicTestMass
-from tedm_cli.dynamics.controller import Controller, ScalarLoops, default_loops
+from tedm_cli.dynamics.controller import Controller, default_controller, default_loops
 from tedm_cli.dynamics.loops import LoopShape
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import TEST_MASSES
@@ -134,4 +134,4 @@ def _controller(config: DynamicsConfig, plant: Plant, folder: Path) -> Controlle
     loops = {loop.name: loop for loop in default_loops(shape=shape)}
     for own in table.loop:
         loops[own.name] = own.loop(loops[own.name], shape)
-    return ScalarLoops(plant, tuple(loops.values()))
+    return default_controller(plant, tuple(loops.values()))

@@ -11,7 +11,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.dynamics_problem import ControllerTable, Problem, SpectrumFields, load_problem
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
 from tedm_cli.dynamics.budget import ThermalInput, budget
-from tedm_cli.dynamics.controller import LOOPS, Controller, ScalarLoops
+from tedm_cli.dynamics.controller import LOOPS, Controller, default_controller
 from tedm_cli.dynamics.judging import by_group, groups_of
 from tedm_cli.dynamics.loops import Loop, LoopShape, StateSpace
 from tedm_cli.dynamics.own_controller import StateSpaceController
@@ -109,7 +109,7 @@ def _controller(table: ControllerTable, plant: Plant) -> Controller:
             raise _refused([("controller.loops", f"{fact}; wanted are {', '.join(LOOPS)}")])
         shape = LoopShape(table.shape.integral, table.shape.lead, table.shape.rolloff)
         loops = [Loop(name, table.loops[name].crossover_hz, table.loops[name].delay_s, shape) for name in LOOPS]
-        return ScalarLoops(plant, loops)
+        return default_controller(plant, loops)
     n, m, p = len(table.A), len(table.inputs), len(table.outputs)
     shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "D": (p, m)}
     parts = [_array(getattr(table, k) or np.zeros(shape), shape, f"controller.{k}") for k, shape in shapes.items()]
