@@ -103,6 +103,7 @@ FILTER_ORDER = Quantity("order", "", 1e-2, 12.0)
 
 # Limits and what is judged by them.
 REQUIREMENT = Quantity("amplitude", "in the unit of its quantity per sqrt(Hz)", 1e-30, 1e10)
+LIMIT_AT_REST = Quantity("limit at rest", "in the SI unit of its quantity", -1e3, 1e3, 1e-30)
 SAFETY_FACTOR = Quantity("safety factor", "", 1e-6, 1e6)
 CORRELATION = Quantity("correlation coefficient", "", -1.0, 1.0)
 PROBABILITY = Quantity("probability", "", 1e-3, 0.999999)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.report.document import Block, Cell, FileLink, Paragraph, Row, Section, Strong, Table, Text, columns, row
 from tedm_cli.report.verdicts import (
+    NOT_JUDGED,
     C,
     J,
     Judgement,
@@ -43,7 +44,10 @@ def summary_section(
     blocks: list[Block] = [Paragraph(verdict_sentence(noise, dc, closed))]
     if not noise:
         blocks.append(Paragraph("The configuration names no requirement on noise: none is judged."))
-    blocks.append(_verdicts(noise, dc, closed, by_role, titles))
+    if not dc:
+        blocks.append(Paragraph(NOT_JUDGED))
+    if noise or closed or dc:
+        blocks.append(_verdicts(noise, dc, closed, by_role, titles))
     if noise:
         blocks.append(_parameters(noise[0], cases))
     if not closed:
@@ -65,7 +69,7 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
     if outside:
         worst = worst_at_rest(dc)
         said.append(
-            f"the field at rest exceeds its allocation in {len(outside)} of"
+            f"the field at rest exceeds its limits in {len(outside)} of"
             f" {count(len(dc), 'quantity', 'quantities')} (the worst is {ratio_text(worst.ratio)} times its limit)"
         )
     if bad:
@@ -83,6 +87,8 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
         return (Strong("The requirements are not met"), f": {and_text(said)}{also}.")
     if risk:
         return (Strong("The requirements are met in the likely cases, and at risk in others"), f": {risk}.")
+    if not (noise or closed or dc):
+        return (Strong("Nothing is judged"), ": the configuration names no requirement.")
     ratios = [j.possible[1].ratio for j in noise] + [j.possible[1].ratio for j in closed] + [v.ratio for v in dc]
     return (
         Strong("All that is required is met"),
@@ -108,7 +114,7 @@ def _verdicts(noise: Noise, dc: Sequence[DcVerdict], closed: Loop, by_role: bool
         ),
         (
             "Field at rest",
-            "static gravity, the same in every case; the worst quantity of each test mass",
+            "static gravity, the same in every case; the worst quantity of each test mass, and of a difference",
             at_rest_rows(dc, by_role),
         ),
     ):
