@@ -72,7 +72,7 @@ class SeriesVerdict:
         (low, high), (first, last) = self.band_hz, self.judged_hz
         below = [f"{low:g} to {first:.4g} Hz, below the estimate"] if first > low else []
         above = [f"{last:.4g} to {high:g} Hz, above the estimate"] if last < high else []
-        return [f"{self.worst.output}: {self.worst.requirement} over {part}" for part in below + above]
+        return [f"{self.worst.requirement} over {part}" for part in below + above]
 
 
 def judge_estimate(
@@ -85,12 +85,12 @@ def judge_estimate(
     """
     f, (low, high) = estimate.frequency_hz, requirement.band_hz
     if not len(f):
-        return f"{output}: {requirement.name}, as there is no spectrum"
+        return f"{requirement.name}, as there is no spectrum"
     first = low if f[0] <= low * (1.0 + 1e-9) else float(f[0])
     last = high if f[-1] >= high * (1.0 - 1e-9) else float(f[-1])
     if first >= last:
         reach = f"{f[0]:.4g} to {f[-1]:.4g} Hz"
-        return f"{output}: {requirement.name} is over {low:g} to {high:g} Hz, the estimate over {reach}"
+        return f"{requirement.name} is over {low:g} to {high:g} Hz, the estimate over {reach}"
     inside = f[(f > first * (1.0 + 1e-9)) & (f < last * (1.0 - 1e-9))]
     grid = np.concatenate([[first], inside, [last]])
     floor = np.finfo(np.float64).tiny  # for an output without noise

@@ -136,17 +136,18 @@ def judge_all(
 ) -> tuple[list[SeriesVerdict], list[str]]:
     """Verdicts on the outputs `labels` of an estimate, and what of the requirements cannot be judged, and why."""
     verdicts: list[SeriesVerdict] = []
-    unjudged: list[str] = []
+    unjudged: dict[str, list[str]] = {}  # outputs by what is not judged of them
     for applied in requirements:
         for label in applied.outputs:
             o = labels.index(label)
             found = judge_estimate(estimate, o, applied.requirement, safety_factor, kind=kinds[o], output=label)
             if isinstance(found, str):
-                unjudged.append(found)
+                unjudged.setdefault(found, []).append(label)
             else:
                 verdicts.append(found)
-                unjudged += found.left_out
-    return verdicts, unjudged
+                for fact in found.left_out:
+                    unjudged.setdefault(fact, []).append(label)
+    return verdicts, [f"{', '.join(outputs)}: {fact}" for fact, outputs in unjudged.items()]
 
 
 def write_result(writer: Writer, r: SeriesResult, column: list[str]) -> None:

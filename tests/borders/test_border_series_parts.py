@@ -50,7 +50,10 @@ def test_a_tone_is_judged_where_band_and_estimate_overlap(small: Project, tone_b
     assert of_tm2["judged_hz"] == pytest.approx([4e-3, 30e-3], rel=1e-9)
     assert of_tm2["band_hz"] == [1e-3, 30e-3]
     assert of_tm2["whole_band"] is False
-    assert "A_TM2_x: lpf_readout_item over 0.001 to 0.004 Hz, below the estimate" in found["not_judged"]
+    assert (
+        "A_TM1_x, A_TM2_x, B_TM1_x, B_TM2_x: lpf_readout_item over 0.001 to 0.004 Hz, below the estimate"
+        in found["not_judged"]
+    )
     response = amplitude * row(small, "A_TM2_x")
     rms = {o["output"]: o["rms"] for o in found["outputs"]}["A_TM2_x"]
     assert rms == pytest.approx(response / np.sqrt(2.0), rel=1e-6)
@@ -69,7 +72,7 @@ def test_a_tone_is_judged_where_band_and_estimate_overlap(small: Project, tone_b
     else:
         outcome.refused(5, "requirements are violated in series test")
         assert "FAIL in part" in outcome.out
-    assert "not judged: A_TM2_x: lpf_readout_item over 0.001 to 0.004 Hz, below the estimate" in outcome.out
+    assert "B_TM1_x, B_TM2_x: lpf_readout_item over 0.001 to 0.004 Hz, below the estimate" in outcome.out
     with h5py.File(small.build / "series_test.h5") as file:
         assert file["verdict/lowest"][0] == pytest.approx(4e-3)
         assert not file["verdict/whole_band"][()].any()
@@ -83,7 +86,7 @@ def test_a_series_too_short_for_any_spectrum_has_its_rms(small: Project) -> None
     configure(small)
     outcome = small.run("run-series", "test", "--fail-on-violation").ok()
     assert "the series is too short for a spectrum" in outcome.out
-    assert "not judged: A_TM2_x: lpf_readout_item, as there is no spectrum" in outcome.out
+    assert "B_TM1_x, B_TM2_x: lpf_readout_item, as there is no spectrum" in outcome.out
     with h5py.File(small.build / "series_test.h5") as file:
         labels = list(file["output/label"].asstr())
         rms = file["output/rms"][labels.index("A_TM2_x")]

@@ -185,7 +185,7 @@ def test_what_overlaps_of_band_and_estimate_is_judged():
         found = part_of_band(chosen)
         assert found.judged_hz == pytest.approx(judged, rel=1e-3)
         assert not found.whole
-        assert found.left_out == [f"A_TM1_x: lpf_readout_item over {missing}"]
+        assert found.left_out == [f"lpf_readout_item over {missing}"]
         assert found.band_rms == pytest.approx(1e-13 * np.sqrt(judged[1] - judged[0]), rel=1e-3, abs=0)
         assert found.worst.passed
         assert found.worst.ratio == pytest.approx(0.2, rel=1e-2)
@@ -205,8 +205,8 @@ def test_a_tone_fails_where_it_is_judged_and_nowhere_else():
 
 def test_estimates_beside_the_band_or_of_nothing_judge_nothing():
     fact = part_of_band(lambda f: f > 30.999e-3)
-    assert fact == "A_TM1_x: lpf_readout_item is over 0.001 to 0.03 Hz, the estimate over 0.031 to 0.1 Hz"
-    assert part_of_band(lambda f: f > 1.0) == "A_TM1_x: lpf_readout_item, as there is no spectrum"
+    assert fact == "lpf_readout_item is over 0.001 to 0.03 Hz, the estimate over 0.031 to 0.1 Hz"
+    assert part_of_band(lambda f: f > 1.0) == "lpf_readout_item, as there is no spectrum"
     assert part_of_band(lambda f: (f > 29.99e-3) & (f < 30.02e-3)).judged_hz == pytest.approx((30e-3, 30e-3), rel=1e-3)
 
 
