@@ -6,7 +6,7 @@ Contributions add linearly, so subsystems together are allowed the sum of what e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +50,11 @@ class AtRestLimit:
     test_masses: tuple[str, ...]
     is_difference: bool
     source: str
+
+    def is_of_all(self, subsystems: Collection[str], rest: str) -> bool:
+        """Whether it limits the field of everything in a model with these subsystems, of which one may be the rest."""
+        every = bool(rest) and set(self.subsystems) == set(subsystems)
+        return not self.subsystems or not subsystems or every
 
     @property
     def places(self) -> list[tuple[str, str]]:
@@ -124,6 +129,21 @@ def axes_of(quantity: str) -> tuple[int, ...]:
     return turns[end] if end in turns else tuple(sorted({"xyz".index(letter) for letter in end}))
 
 
+def narrowest(
+    limits: Sequence[AtRestLimit], test_mass: str, subsystems: Collection[str] = (), rest: str = ""
+) -> FloatArray:
+    """Magnitude [12] to which the field of everything in the model is limited on a test mass; nan where it is not.
+
+    The narrower end of the narrowest limit, of the test mass itself or of a difference that it is part of.
+    """
+    found = np.full(len(AT_REST_UNITS), np.nan)
+    for limit in limits:
+        if test_mass in limit.test_masses and limit.is_of_all(subsystems, rest):
+            row = list(AT_REST_UNITS).index(limit.quantity)
+            found[row] = np.fmin(found[row], min(-limit.lower, limit.upper))
+    return found
+
+
 def judge_at_rest(
     limits: Sequence[AtRestLimit], fields: Mapping[str, Mapping[str, FloatArray]], rest: str = ""
 ) -> list[DcVerdict]:
@@ -139,8 +159,7 @@ def judge_at_rest(
     for limit in limits:
         row = list(AT_REST_UNITS).index(limit.quantity)
         for test_mass, minus in limit.places:
-            parts = set(fields[test_mass]) - {ALL}
-            whole = not limit.subsystems or (bool(rest) and parts == set(limit.subsystems)) or not parts
+            whole = limit.is_of_all(set(fields[test_mass]) - {ALL}, rest)
             names = (ALL,) if whole else limit.subsystems
 
             def value(of: str, names: Sequence[str] = names, row: int = row) -> float:

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from tedm_cli.gravity.requirement_presets import lpf_limits
-from tedm_cli.gravity.requirements import ALL, AT_REST_UNITS, AtRestLimit, axes_of, dc_quantities, judge_at_rest
+from tedm_cli.gravity.requirements import (
+    ALL,
+    AT_REST_UNITS,
+    AtRestLimit,
+    axes_of,
+    dc_quantities,
+    judge_at_rest,
+    narrowest,
+)
 
 MASSES = ("TM1", "TM2")
 # Typed from Montemurro 2004, tables 4.2 to 4.4 and equations 4.7 to 4.12, with sums as printed in the column "Total".
@@ -138,6 +146,20 @@ def test_parts_and_the_whole() -> None:
     assert [v.whole for v in found] == [False, True, True]
     assert [v.value for v in found] == [pytest.approx(0.3), 0.7, 0.7]
     assert not judge_at_rest(limits[1:2], fields)[0].whole, "without a rest something may be in none of them"
+
+
+def test_the_narrowest_limit_on_everything_in_the_model() -> None:
+    all_of = narrowest(lpf_limits(("IS", "LTP"), MASSES), "TM1", ("IS", "LTP"), "LTP")
+    found = dict(zip(AT_REST_UNITS, all_of, strict=True))
+    assert found["gamma_xx"] == pytest.approx(3e-7), "the narrower side of -3 to 5"
+    assert found["a_x"] == pytest.approx(0.75e-9), "IS and LTP together, narrower than eq. 4.7"
+    assert found["omegadot_phi"] == pytest.approx(10e-9)
+    assert np.isnan(found["gamma_xy"])
+    parts = narrowest(lpf_limits(("IS", "LTP"), MASSES), "TM1", ("IS", "LTP", "antenna"), "antenna")
+    assert parts[list(AT_REST_UNITS).index("a_x")] == pytest.approx(1.3e-9), "IS and LTP are not all of it"
+    own = [limit("a_x", masses=("TM2",))]
+    assert np.isnan(narrowest(own, "TM1")).all()
+    assert narrowest(own, "TM2")[6] == 1e-9
 
 
 def test_quantities_are_in_the_order_of_their_names() -> None:
