@@ -78,6 +78,7 @@ GRAVITATIONAL_CONSTANT = Quantity("gravitational constant", "m^3/(kg s^2)", 6e-1
 # Temperatures: of a deck they may be in degrees Celsius; spectra of an area that is silent are 0.
 TEMPERATURE = Quantity("temperature", "K", -1e4, 1e4)
 TEMPERATURE_ASD = Quantity("temperature level", "K/sqrt(Hz)", 0.0, 1e6, 1e-20)
+CELSIUS = Quantity("temperature", "degC", -273.15, 1e4)
 EXPANSION = Quantity("coefficient of expansion", "1/K", -1.0, 1.0)
 
 # Bodies and noise of a satellite in orbit.
@@ -103,7 +104,9 @@ FILTER_ORDER = Quantity("order", "", 1e-2, 12.0)
 
 # Limits and what is judged by them.
 REQUIREMENT = Quantity("amplitude", "in the unit of its quantity per sqrt(Hz)", 1e-30, 1e10)
+LIMIT_AT_REST = Quantity("limit at rest", "in the SI unit of its quantity", -1e3, 1e3, 1e-30)
 SAFETY_FACTOR = Quantity("safety factor", "", 1e-6, 1e6)
+AREA_WEIGHT = Quantity("weight", "", 0.0, 1.0)
 CORRELATION = Quantity("correlation coefficient", "", -1.0, 1.0)
 PROBABILITY = Quantity("probability", "", 1e-3, 0.999999)
 SPECTRAL_TOLERANCE = Quantity("tolerance", "", 1e-4, 0.99)

@@ -179,32 +179,21 @@ def _release(project: Project, texts: list[str], output: Path | None, as_json: b
 def _simulate_series(
     project: Project, wanted: list[str], output: Path | None, fail_on_violation: bool, as_json: bool, quiet: bool
 ) -> None:
-    """simulate --series: all that are named, then the first refusal of them."""
+    """simulate --series."""
     from tedm_cli.cli.printing.dynamics import simulated_series_dict, simulated_series_lines
-    from tedm_cli.errors import PhysicsError, TedmError, UsageError
-    from tedm_cli.progress import progress
+    from tedm_cli.cli.series import run_named_series
     from tedm_cli.stages.dynamics.series import simulate_series
-    from tedm_cli.stages.temperature_series import select_series
 
-    names = select_series(project, wanted)
-    if output is not None and len(names) > 1:
-        raise UsageError(f"--output names one file, but {len(names)} series are run")
-    done: list[SimulatedSeries] = []
-    refused: TedmError | None = None
-    try:
-        with progress(quiet) as step:
-            simulate_series(project, names, output, step, done.append)
-    except TedmError as error:
-        if not done:
-            raise
-        refused = error
-    if as_json:
-        print(json.dumps([simulated_series_dict(r) for r in done], indent=1))
-    else:
-        for r in done:
-            say(quiet, *simulated_series_lines(r))
-    if refused is not None:
-        raise refused
-    failed = [r.total.name for r in done if not all(v.worst.passed for v in r.total.verdicts)]
-    if fail_on_violation and failed:
-        raise PhysicsError(f"requirements are violated in series {', '.join(failed)}")
+    def violated(r: SimulatedSeries) -> str:
+        return r.total.name if fail_on_violation and not all(v.worst.passed for v in r.total.verdicts) else ""
+
+    run_named_series(
+        project,
+        wanted,
+        output,
+        run=simulate_series,
+        lines=simulated_series_lines,
+        as_dict=simulated_series_dict if as_json else None,
+        violated=violated,
+        quiet=quiet,
+    )

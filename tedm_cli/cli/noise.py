@@ -100,6 +100,9 @@ def run_series(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
+    fail_on_violation: Annotated[
+        bool, typer.Option("--fail-on-violation", help="Exit with 5 when a requirement is violated.")
+    ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -107,31 +110,23 @@ def run_series(
     """Outputs and verdicts of temperature time series.
 
     Propagates measured or simulated temperatures (CSV or HDF5) to time series and spectra of all outputs, and judges
-    the requirements. A series that is refused does not keep the others from being run.
+    the requirements where their bands and the spectra overlap. A series that is refused does not keep the others from
+    being run.
     """
     from tedm_cli.cli.printing.series import series_dict, series_lines
-    from tedm_cli.errors import TedmError, UsageError
-    from tedm_cli.progress import progress
+    from tedm_cli.cli.series import run_named_series
     from tedm_cli.stages.noise.series import run_series as run
-    from tedm_cli.stages.temperature_series import select_series
 
-    project = open_project(config, build_dir, verbose)
-    names = select_series(project, series)
-    if output is not None and len(names) > 1:
-        raise UsageError(f"--output names one file, but {len(names)} series are run")
-    done: list[SeriesResult] = []
-    refused: TedmError | None = None
-    try:
-        with progress(quiet) as step:
-            run(project, names, output, step, done.append)
-    except TedmError as error:
-        if not done:
-            raise
-        refused = error
-    if as_json:
-        print(json.dumps([series_dict(r) for r in done], indent=1))
-    else:
-        for r in done:
-            say(quiet, *series_lines(r))
-    if refused is not None:
-        raise refused
+    def violated(r: SeriesResult) -> str:
+        return r.name if fail_on_violation and not all(v.worst.passed for v in r.verdicts) else ""
+
+    run_named_series(
+        open_project(config, build_dir, verbose),
+        series,
+        output,
+        run=run,
+        lines=series_lines,
+        as_dict=series_dict if as_json else None,
+        violated=violated,
+        quiet=quiet,
+    )

@@ -11,6 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.areas import AreasTable
+from tedm_cli.config.at_rest import (
+    AtRestTable,
+    Subsystem,
+    SubsystemName,
+    limit_problems,
+    limits_at_rest,
+    subsystem_problems,
+)
 from tedm_cli.config.base import (
     Angle,
     Bounded,
@@ -30,6 +38,7 @@ from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
 from tedm_cli.gravity.constants import G_CODATA_2018
+from tedm_cli.gravity.requirements import AtRestLimit
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.quantities import (
     COMPENSATION_TOLERANCE,
@@ -129,7 +138,7 @@ class GravityTable(Strict):
     `mass_model`: "quadrature" spreads every element's mass over it, to `quadrature_tolerance` (relative error of each
     element's field); "lumped" shares it among the element's grids, the published method. `other_test_mass_points`:
     Gauss points per edge. `compensation_masses` is a CSV of blocks; `[[compensation_mass]]` tables add to it.
-    `subsystems` gives the groups of thermal areas that make the inertial sensor of each test mass.
+    `subsystems`: by name the groups of thermal areas that make each, for every test mass or by test mass, or "rest".
     """
 
     gravitational_constant_m3_kg_s2: Annotated[float, Bounded(GRAVITATIONAL_CONSTANT)] = G_CODATA_2018
@@ -138,7 +147,7 @@ class GravityTable(Strict):
     other_test_mass_points: Annotated[int, Bounded(GAUSS_POINTS)] = 8
     compensation_masses: FileName | None = None
     compensation_tolerance: Annotated[float, Bounded(COMPENSATION_TOLERANCE)] = DEFAULT_TOLERANCE
-    subsystems: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
+    subsystems: dict[SubsystemName, Subsystem] = Field(default_factory=dict)
 
 
 class ModelConfig(Strict):
@@ -149,6 +158,7 @@ class ModelConfig(Strict):
     test_mass: list[TestMassTable] = Field(default_factory=list)
     gravity: GravityTable = GravityTable()
     compensation_mass: list[CompensationMassTable] = Field(default_factory=list)
+    requirement_at_rest: list[AtRestTable] = Field(default_factory=list)
 
     @field_validator("test_mass")
     @classmethod
@@ -183,28 +193,18 @@ class ModelConfig(Strict):
             raise ConfigError([("test_mass", fact)], where=str(where), hint=hint)
         return self.test_masses()
 
+    def limits_at_rest(self) -> list[AtRestLimit]:
+        """What the field at rest is judged by."""
+        return limits_at_rest(self.requirement_at_rest, self.gravity.subsystems, self.test_masses())
+
 
 def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
     """Read a model configuration; `ConfigError` lists the problems of its tables, then those between tables."""
     file, config = load(ModelConfig, path, hint=named_by_project("model"))
-    problems = _subsystem_problems(config)
+    subsystems, masses = config.gravity.subsystems, config.test_masses()
+    groups = {rule.group for rule in config.areas.rule}
+    problems = subsystem_problems(subsystems, groups, [tm.name for tm in masses])
+    problems = problems or limit_problems(config.requirement_at_rest, subsystems, masses)
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config
-
-
-def _subsystem_problems(config: ModelConfig) -> list[tuple[str, str]]:
-    known, groups = [t.name for t in config.test_mass], {rule.group for rule in config.areas.rule}
-    problems: list[tuple[str, str]] = []
-    owner: dict[str, str] = {}
-    for name, members in config.gravity.subsystems.items():
-        place = f"gravity.subsystems.{name}"
-        if name not in known:
-            problems.append((place, f"no such test mass; there are: {', '.join(known) or 'none'}"))
-            continue
-        for group in members:
-            if group not in groups:
-                problems.append((place, f"no rule of [areas] has the group {group!r}"))
-            elif owner.setdefault(group, name) != name:
-                problems.append((place, f"group {group!r} belongs to {owner[group]} already"))
-    return problems

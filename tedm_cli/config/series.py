@@ -37,11 +37,17 @@ class RealisationTable(Strict):
 
 
 class SeriesTable(Strict):
-    """A measured or simulated temperature series: `time_s`, and a column for each area, group or shield, or `all`."""
+    """A measured or simulated temperature series: `time_s`, and a column for each area, group or shield, or `all`.
+
+    `unit` of its temperatures, of which only differences count. `weights`: a CSV node,area,weight that makes the
+    temperature of areas from columns of nodes.
+    """
 
     name: Annotated[str, Field(pattern=IDENTIFIER)]
     file: FileName
     remove: Literal["nothing", "mean", "linear"]
+    unit: Literal["K", "degC"] = "K"
+    weights: FileName | None = None
     constant: Names | None = None
     resample_s: Duration | None = None
     method: Literal["linear", "polyphase"] | None = None
@@ -56,6 +62,11 @@ class SeriesTable(Strict):
             raise ValueError('resample_s and method ("linear" or "polyphase") go together')
         if self.max_gap_s is not None and self.method != "linear":
             raise ValueError('max_gap_s is for irregular stamps, which method = "linear" takes')
+        if self.unit == "degC" and self.remove == "nothing":
+            raise ValueError(
+                'unit = "degC" is for temperatures, and remove = "nothing" for deviations; take remove = "mean" or'
+                ' "linear", or unit = "K", which deviations are in'
+            )
         if self.spectrum == "log" and self.lowest_hz is not None:
             raise ValueError("a log-spaced spectrum begins where the series allows; lowest_hz is for welch")
         return self

@@ -18,6 +18,11 @@ from tedm_cli.contracts.spec import (
     Values,
 )
 
+AT_REST = (
+    *("gamma_xx", "gamma_xy", "gamma_xz", "gamma_yy", "gamma_yz", "gamma_zz"),
+    *("a_x", "a_y", "a_z", "omegadot_theta", "omegadot_eta", "omegadot_phi"),
+)
+
 
 class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     """Its datasets by name; `SENSITIVITY` is the kind of file."""
@@ -209,22 +214,36 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     DC_VERDICT_TEST_MASS = Dataset(
         "/dc_verdict/test_mass", ("dc_verdict",), "str", "1", "test mass", values=Values(of="/test_mass/name")
     )
+    DC_VERDICT_MINUS = Dataset(
+        "/dc_verdict/minus",
+        ("dc_verdict",),
+        "str",
+        "1",
+        "test mass whose value is taken off, where the difference of two is judged; empty: test_mass by itself",
+        values=Values(of="/test_mass/name", none=True),
+    )
     DC_VERDICT_QUANTITY = Dataset(
         "/dc_verdict/quantity",
         ("dc_verdict",),
         "str",
         "1",
         "judged quantity at rest",
-        values=Values(words=("gamma_xx", "a_x", "a_y", "a_z", "omegadot_theta", "omegadot_eta", "omegadot_phi")),
+        values=Values(words=AT_REST),
     )
     DC_VERDICT_SUBSYSTEM = Dataset(
         "/dc_verdict/subsystem",
         ("dc_verdict",),
         "str",
         "1",
-        "inertial sensor of the test mass (IS), rest of the model (LTP), or both",
-        values=Values(words=("IS", "LTP", "IS+LTP")),
+        "whose field is judged: a subsystem, several joined by +, or all, which is everything in the model",
     )
+    DC_VERDICT_WHOLE = Dataset(
+        "/dc_verdict/whole", ("dc_verdict",), "int", "1", "1 where that is everything in the model", values=FLAG
+    )
+    DC_VERDICT_REQUIREMENT = Dataset(
+        "/dc_verdict/requirement", ("dc_verdict",), "str", "1", "requirement that the range belongs to"
+    )
+    DC_VERDICT_SOURCE = Dataset("/dc_verdict/source", ("dc_verdict",), "str", "1", "where the range is from")
     DC_VERDICT_UNIT = Dataset(
         "/dc_verdict/unit",
         ("dc_verdict",),
@@ -234,8 +253,8 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         values=Values(words=("1/s^2", "m/s^2", "rad/s^2")),
     )
     DC_VERDICT_VALUE = Dataset("/dc_verdict/value", ("dc_verdict",), "float", None, "value of the quantity", TM_FRAME)
-    DC_VERDICT_LOWER = Dataset("/dc_verdict/lower", ("dc_verdict",), "float", None, "lower end of the allocated range")
-    DC_VERDICT_UPPER = Dataset("/dc_verdict/upper", ("dc_verdict",), "float", None, "upper end of the allocated range")
+    DC_VERDICT_LOWER = Dataset("/dc_verdict/lower", ("dc_verdict",), "float", None, "lower end of the range")
+    DC_VERDICT_UPPER = Dataset("/dc_verdict/upper", ("dc_verdict",), "float", None, "upper end of the range")
     DC_VERDICT_RATIO = Dataset(
         "/dc_verdict/ratio", ("dc_verdict",), "float", "1", "value over the end of the range on its side"
     )

@@ -49,16 +49,29 @@ class SeriesDatasets(AreaDatasets):
         ("verdict",),
         "float",
         "1",
-        "largest ratio of safety factor x estimated ASD to the requirement",
+        "largest ratio of safety factor x estimated ASD to the requirement, over what is judged of its band",
     )
     VERDICT_BINDING_FREQUENCY = Dataset(
         "/verdict/binding_frequency", ("verdict",), "float", "Hz", "frequency of the largest ratio"
     )
     VERDICT_PASSED = Dataset("/verdict/passed", ("verdict",), "int", "1", "1 where the ratio is at most 1", values=FLAG)
-    VERDICT_BAND_RMS = Dataset("/verdict/band_rms", ("verdict",), "float", None, "rms of the output in the band")
-    VERDICT_BAND_LIMIT = Dataset(
-        "/verdict/band_limit", ("verdict",), "float", None, "rms of noise at the requirement in the band"
+    VERDICT_BAND_RMS = Dataset(
+        "/verdict/band_rms", ("verdict",), "float", None, "rms of the output over what is judged of the band"
     )
+    VERDICT_BAND_LIMIT = Dataset(
+        "/verdict/band_limit", ("verdict",), "float", None, "rms of noise at the requirement over the same"
+    )
+    VERDICT_LOWEST = Dataset("/verdict/lowest", ("verdict",), "float", "Hz", "lowest frequency that is judged")
+    VERDICT_HIGHEST = Dataset("/verdict/highest", ("verdict",), "float", "Hz", "highest frequency that is judged")
+    VERDICT_WHOLE_BAND = Dataset(
+        "/verdict/whole_band",
+        ("verdict",),
+        "int",
+        "1",
+        "1 where the whole band of the requirement is judged",
+        values=FLAG,
+    )
+    UNJUDGED = Dataset("/unjudged", ("unjudged",), "str", "1", "what is not judged of the requirements, and why")
 
 
 class SeriesFile(SeriesDatasets, FileKind):
@@ -81,7 +94,7 @@ class SimulatedSeriesFile(SeriesDatasets, FileKind):
     READ_OUT_RMS = Dataset("/read_out/rms", ("output",), "float", None, "root mean square of that part")
 
 
-SERIES = SeriesFile("series", 2, "tedm run-series", families={"output": "/output/label"})
+SERIES = SeriesFile("series", 3, "tedm run-series", families={"output": "/output/label"})
 SIMULATED_SERIES = SimulatedSeriesFile(
-    "simulated_series", 1, "tedm simulate --series", families={"output": "/output/label"}
+    "simulated_series", 2, "tedm simulate --series", families={"output": "/output/label"}
 )

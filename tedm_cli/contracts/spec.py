@@ -23,7 +23,7 @@ class Values:
     unique : names: none is empty and none is there twice.
     parts_of : the strings begin with the names of this dataset in their order, as many with each, and go on with `_`.
     rows_of : the integers are rows along this dimension.
-    none : -1 may stand for no row.
+    none : -1 may stand for no row, and an empty string for no name.
     starts_in : the integers are where each part begins along this dimension, and the end of the last.
     ascending : each integer is larger than the one before.
     flag : the integers are 0 or 1.
@@ -44,9 +44,10 @@ class Values:
 
     def rules(self) -> list[str]:
         """The same in words."""
+        empty = " or nothing" if self.none else ""
         return [
             *([f"one of {', '.join(w or 'nothing' for w in self.words)}"] if self.words else []),
-            *([f"{'begins with one of' if self.ends else 'among'} `{self.of}`"] if self.of else []),
+            *([f"{'begins with one of' if self.ends else 'among'} `{self.of}`{empty}"] if self.of else []),
             *([f"ends with {', '.join(self.ends)}"] if self.ends else []),
             *(["no two the same"] if self.unique else []),
             *([f"as many for each of `{self.parts_of}`, in their order"] if self.parts_of else []),

@@ -49,8 +49,9 @@ def series_figure(series: SeriesNoise) -> Figure:
         above = 0.12 + LINE * max(map(line_count, titles))
         top = heading_lines(heading_text, more)[2] + 0.08
         each = above + _ROW + _BETWEEN
-        legend = key(_samples(series), WIDTH - 0.3)
-        total = top + len(series.outputs) * each + 0.1 + legend.height
+        samples = _samples(series)
+        legend = key(samples, WIDTH - 0.3) if samples else None
+        total = top + len(series.outputs) * each + 0.1 + (0.0 if legend is None else legend.height)
         figure = Figure(figsize=(WIDTH, total))
         for row, (output, title) in enumerate(zip(series.outputs, titles, strict=True)):
             bottom = total - top - row * each - above - _ROW
@@ -63,7 +64,8 @@ def series_figure(series: SeriesNoise) -> Figure:
             figure.text(0.08 / WIDTH, (bottom + _ROW + 0.07) / total, title, fontsize=SMALL, va="bottom",
                         fontweight="bold" if failed else "normal")  # fmt: skip
         heading(figure, heading_text, more=more)
-        legend.draw(figure, 0.15, 0.08)
+        if legend is not None:
+            legend.draw(figure, 0.15, 0.08)
         return figure
 
 
@@ -76,6 +78,7 @@ def _title(o: SeriesOutput) -> str:
     return (
         f"{rms}; {ratio_text(v.ratio)} times its limit at {mhz_text(v.binding_hz)}"
         f" ({limit_named(o.limits, v.requirement).plain}), {'pass' if v.passed else 'FAIL'}"
+        f"{'' if v.whole_band else f' over {v.band_text}'}"
     )
 
 
@@ -98,6 +101,10 @@ def _time(axes: Axes, o: SeriesOutput) -> None:
 
 
 def _spectrum(axes: Axes, o: SeriesOutput, series: SeriesNoise) -> None:
+    if not len(o.spectrum.frequency_hz):
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "too short for a spectrum", ha="center", fontsize=SMALL, transform=axes.transAxes)
+        return
     thin, factor = thinned(o.spectrum), series.safety_factor
     x, y = thin.trace()
     low, high = _range(o, series)
@@ -140,8 +147,11 @@ def _range(o: SeriesOutput, series: SeriesNoise) -> tuple[float, float]:
 
 
 def _samples(series: SeriesNoise) -> list[Artist]:
-    verdicts = [o.verdict for o in series.outputs]
+    outputs = [o for o in series.outputs if len(o.spectrum.frequency_hz)]
+    verdicts = [o.verdict for o in outputs]
     samples: list[Artist] = []
+    if not outputs:
+        return samples
     estimate = f"{series.safety_factor:g} × estimate"
     edge: dict[str, Any] = {"linewidth": 1.2, "markerfacecolor": "white", "markeredgecolor": "black"}
     if any(v is not None and v.passed for v in verdicts):
@@ -152,12 +162,12 @@ def _samples(series: SeriesNoise) -> list[Artist]:
     if any(v is not None and not v.passed for v in verdicts):
         samples.append(Line2D([], [], color=VERMILION, marker="X", markersize=7, label=f"{estimate}, violated", **edge))
     samples.append(Patch(color="#9A9A9A", alpha=0.7, label=f"its {100 * series.confidence:g} % interval"))
-    parts = dict.fromkeys(name for o in series.outputs for name in o.parts)
+    parts = dict.fromkeys(name for o in outputs for name in o.parts)
     for name, colour in zip(parts, _PART_COLOURS, strict=False):
-        seen = any(series.safety_factor * o.parts[name].asd.max() > _range(o, series)[0] for o in series.outputs)
+        seen = any(series.safety_factor * o.parts[name].asd.max() > _range(o, series)[0] for o in outputs)
         label = f"part of {name}" + ", below the axes" * (not seen)
         samples.append(Line2D([], [], color=colour, linewidth=3.5, alpha=0.6, label=label))
-    limits = {q.name: q for o in series.outputs for q in o.limits}
+    limits = {q.name: q for o in outputs for q in o.limits}
     if limits:
         named = f"requirement{'s' if len(limits) > 1 else ''}: {'; '.join(q.plain for q in limits.values())}"
         samples.append(Line2D([], [], color="black", linewidth=1.8, label=named))

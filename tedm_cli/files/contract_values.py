@@ -74,7 +74,7 @@ def _problem(file: Any, path: str, spec: Dataset, dims: dict[str, int]) -> str:
         names = _texts(file[rule.of][()]) if rule.of and rule.of in file else []
         if rule.ends:
             return _no_label(_texts(data[()]), names, rule, file)
-        return _unknown(data, rule.words or tuple(names)) if rule.words or names else ""
+        return _unknown(data, rule.words or (*names, *[""] * rule.none)) if rule.words or names else ""
     if rule.starts_in in dims:
         return _edges(data, dims[rule.starts_in], rule.starts_in)
     return _integers(data, rule, dims)

@@ -23,11 +23,8 @@ MODELS = ("lumped", "quadrature")
 _FINER = 1e-2
 _BLOCK = 1024
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-# Montemurro 2004, tables 4.3, 4.4 and 4.2 (totals): DC acceleration x, y, z; angular acceleration theta, eta, phi about
-# x, y, z; stiffness, the narrower side of its range -5 to 8.
-REQUIREMENT_A = (1.1e-9, 1.7e-9, 3.2e-9)
-REQUIREMENT_OMEGADOT = (23e-9, 18e-9, 14e-9)
-REQUIREMENT_GAMMA = 5e-7
+_GRADIENT = [list(zip(*np.triu_indices(3), strict=True)).index(pair) for pair in _PAIRS]  # in `dc_quantities`
+_KINDS = (slice(0, 3), slice(3, 6), slice(6, 12))  # of a test mass: acceleration, angular acceleration, gradient
 
 Motion = Callable[[IntArray, FloatArray], FloatArray]
 """Displacement per kelvin of nodes with levers: rows [E, n] and levers [E, n, 3] to [k, E, n, 3], m/K."""
@@ -41,7 +38,8 @@ class MeshAudit:
     mass, m.
     label, unit : [Q]. Sensitivities are judged by their norm over the areas (over all grids, moved in the worst way by
     a metre, where no displacements are given).
-    value : [Q], by the finer quadrature. requirement : [Q], nan where there is none.
+    value : [Q], by the finer quadrature. requirement : [Q], nan where there is none. reference : [Q], the requirement,
+    or the largest value of its kind on the test mass where there is none (of sensitivities the value itself).
     error : [2, Q, E], of `MODELS`, each less the finer quadrature; norms, without sign, for sensitivities.
     total : [2, Q], error of the sum over all elements.
     """
@@ -54,13 +52,14 @@ class MeshAudit:
     unit: list[str]
     value: FloatArray
     requirement: FloatArray
+    reference: FloatArray
     error: FloatArray
     total: FloatArray
 
     @property
     def allowance(self) -> FloatArray:
-        """1 % of the requirement, or of the value where there is none, [Q]."""
-        return np.asarray(0.01 * np.where(np.isnan(self.requirement), np.abs(self.value), self.requirement))
+        """1 % of the reference, [Q]."""
+        return 0.01 * self.reference
 
     @property
     def score(self) -> FloatArray:
@@ -75,6 +74,7 @@ def audit_mesh(
     motion: Motion | None,
     *,
     tolerance: float,
+    limits: Sequence[FloatArray] | None = None,
     G: float = G_CODATA_2018,
     advance: Callable[[int], None] = lambda _: None,
 ) -> MeshAudit:
@@ -86,6 +86,8 @@ def audit_mesh(
     test_masses : t test masses.
     motion : displacement of nodes per kelvin of each area, or None.
     tolerance : of the quadrature in use.
+    limits : [t][12], magnitude to which the field at rest is limited, as `narrowest` has it; None for no limits.
+        Components of the gradient without a limit take that of xx.
     advance : called with the number of elements done since the last call, every element once per test mass.
 
     Raises
@@ -128,7 +130,9 @@ def audit_mesh(
             first += len(block.id)
         total[:, rows] = [_by_element(s.effects)[:, 0] for s in sums[:2]]
         value[rows] = _by_element(sums[2].effects)[:, 0]
-    requirement = [*REQUIREMENT_A, *REQUIREMENT_OMEGADOT, *[REQUIREMENT_GAMMA] * 6, *[np.nan] * 6]
+    none = np.full(len(_GRADIENT) + 6, np.nan)
+    required = [_required(limit) for limit in (limits if limits is not None else [none] * len(test_masses))]
+    reference = np.concatenate([_reference(r, v) for r, v in zip(required, value.reshape(-1, q), strict=True)])
     return MeshAudit(
         element_id=np.concatenate([np.zeros(0, dtype=np.int64), *(b.id for b in distribution.elements)]),
         card=[b.card for b in distribution.elements for _ in b.id],
@@ -137,10 +141,26 @@ def audit_mesh(
         label=labels,
         unit=units,
         value=value,
-        requirement=np.tile(requirement, len(test_masses)),
+        requirement=np.concatenate(required),
+        reference=reference,
         error=error,
         total=total,
     )
+
+
+def _required(limit: FloatArray) -> FloatArray:
+    """Limits [12] of `narrowest` in the order of the quantities of one test mass; sensitivities have none."""
+    gradient = limit[_GRADIENT]
+    gradient = np.where(np.isnan(gradient), gradient[0], gradient)
+    return np.concatenate([limit[6:9], limit[9:], gradient, np.full(6, np.nan)])
+
+
+def _reference(required: FloatArray, value: FloatArray) -> FloatArray:
+    """What 1 % is taken of: of one test mass."""
+    largest = np.abs(value)
+    for kind in _KINDS:
+        largest[kind] = largest[kind].max()
+    return np.where(np.isnan(required), largest, required)
 
 
 def _labels(name: str) -> list[str]:

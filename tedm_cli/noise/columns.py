@@ -3,16 +3,85 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import BoolArray, IndexArray
+from tedm_cli.arrays import BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 
 ALL = "all"
 _SHOWN = 6
+
+
+@dataclass(frozen=True)
+class NodeWeights:
+    """Weights of the nodes that make the temperature of an area, by area and node; `where` they are from."""
+
+    weights: Mapping[str, Mapping[str, float]]
+    where: str
+
+
+def parts_of_columns(
+    columns: Sequence[str], areas: AreaTable, needed: BoolArray, *, where: str, nodes: NodeWeights | None = None
+) -> FloatArray:
+    """What part each column has in the temperature of each area [k, columns]; zeros for areas that are not needed.
+
+    An area of `nodes` has those columns with their weights, any other that is needed has one with all of it. Beside
+    `nodes` there may be columns that are not used: a thermal model has more nodes than areas need.
+
+    Raises
+    ------
+    InputError : as `columns_of_areas`; areas or nodes that are not there, or an area that is not needed.
+    """
+    parts = np.zeros((len(areas), len(columns)))
+    weights = {} if nodes is None else nodes.weights
+    names = areas.name.tolist()
+    number = {name: place for place, name in enumerate(columns)}
+    if nodes is not None:
+        _require_nodes(nodes, columns, areas, needed, where)
+    for area, of in weights.items():
+        for node, weight in of.items():
+            parts[names.index(area), number[node]] = weight
+    others = needed & ~np.isin(areas.name, list(weights))
+    if nodes is None:
+        left = list(columns)
+    else:
+        known = {*names, *areas.group.tolist(), "inside", "outside", ALL}
+        used = {node for of in weights.values() for node in of}
+        left = [c for c in columns if c in known and c not in used]
+    for row, column in enumerate(columns_of_areas(left, areas, others, where=where)):
+        if column >= 0:
+            parts[row, number[left[column]]] = 1.0
+    return parts
+
+
+def _require_nodes(nodes: NodeWeights, columns: Sequence[str], areas: AreaTable, needed: BoolArray, where: str) -> None:
+    names, facts = areas.name.tolist(), []
+    constant = set(areas.name[~needed].tolist())
+    wanted = list(dict.fromkeys(node for of in nodes.weights.values() for node in of))
+    for what, found in (
+        ("no thermal area", [area for area in nodes.weights if area not in names]),
+        (f"no column of {where}", [node for node in wanted if node not in set(columns)]),
+        ("said to be constant", [area for area in nodes.weights if area in constant]),
+    ):
+        if found:
+            shown = ", ".join(found[:_SHOWN]) + (f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else "")
+            facts.append(f"{what}: {shown}")
+    if facts:
+        raise InputError("; ".join(facts), where=nodes.where, hint="nodes are named as the columns of the series are")
+
+
+def part_words(parts: FloatArray, columns: Sequence[str]) -> list[str]:
+    """What each area [k] follows, in words: the name of a column, `0.25 N1 + 0.75 N2`, or nothing."""
+    said = []
+    for row in parts:
+        held = [(columns[c], row[c]) for c in np.flatnonzero(row)]
+        alone = len(held) == 1 and held[0][1] == 1.0
+        said.append(held[0][0] if alone else " + ".join(f"{weight:.6g} {name}" for name, weight in held))
+    return said
 
 
 def columns_of_areas(columns: Sequence[str], areas: AreaTable, needed: BoolArray, *, where: str) -> IndexArray:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import trapezoid
 
-from tedm_cli.arrays import FloatArray, IndexArray
+from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.requirements import Requirement, Verdict, judge
 from tedm_cli.noise.spectral_estimate import Estimate
 
@@ -46,18 +45,34 @@ class Trend:
 
 @dataclass(frozen=True)
 class SeriesVerdict:
-    """An output's estimated spectrum against one requirement.
+    """An output's estimated spectrum against one requirement, where the band and the estimate overlap.
 
     Parameters
     ----------
     worst : at the largest ratio; the scatter of the estimate is in it.
-    band_rms, band_limit : roots of the integrals of noise and limit over the band, unit of the output, both before the
-        safety factor.
+    band_rms, band_limit : roots of the integrals of noise and limit over `judged_hz`, unit of the output, both before
+        the safety factor.
+    judged_hz : the frequencies that are judged, of those of the requirement, `band_hz`.
     """
 
     worst: Verdict
     band_rms: float
     band_limit: float
+    judged_hz: tuple[float, float]
+    band_hz: tuple[float, float]
+
+    @property
+    def whole(self) -> bool:
+        """Whether the whole band is judged."""
+        return self.judged_hz == self.band_hz
+
+    @property
+    def left_out(self) -> list[str]:
+        """The parts of the band that are not judged, in words."""
+        (low, high), (first, last) = self.band_hz, self.judged_hz
+        below = [f"{low:g} to {first:.4g} Hz, below the estimate"] if first > low else []
+        above = [f"{last:.4g} to {high:g} Hz, above the estimate"] if last < high else []
+        return [f"{self.worst.requirement} over {part}" for part in below + above]
 
 
 def judge_estimate(
@@ -65,29 +80,22 @@ def judge_estimate(
 ) -> SeriesVerdict | str:
     """Output number `o` of an estimate against a requirement, or why its frequencies do not allow that.
 
-    At the edges of the band, which need not be bins, the PSD is interpolated. Raises `ConfigError` for another
-    quantity.
+    What is judged is the overlap of band and estimate. At its edges, which need not be bins, the PSD is interpolated.
+    Raises `ConfigError` for another quantity.
     """
     f, (low, high) = estimate.frequency_hz, requirement.band_hz
-    if not len(f) or f[0] > low * (1.0 + 1e-9) or f[-1] < high * (1.0 - 1e-9):
-        reach = f"{f[0]:.4g} to {f[-1]:.4g} Hz" if len(f) else "no frequency"
-        return f"{output}: {requirement.name} is over {low:g} to {high:g} Hz, the estimate over {reach}"
-    inside = f[(f > low * (1.0 + 1e-9)) & (f < high * (1.0 - 1e-9))]
-    grid = np.concatenate([[low], inside, [high]])
+    if not len(f):
+        return f"{requirement.name}, as there is no spectrum"
+    first = low if f[0] <= low * (1.0 + 1e-9) else float(f[0])
+    last = high if f[-1] >= high * (1.0 - 1e-9) else float(f[-1])
+    if first >= last:
+        reach = f"{f[0]:.4g} to {f[-1]:.4g} Hz"
+        return f"{requirement.name} is over {low:g} to {high:g} Hz, the estimate over {reach}"
+    inside = f[(f > first * (1.0 + 1e-9)) & (f < last * (1.0 - 1e-9))]
+    grid = np.concatenate([[first], inside, [last]])
     floor = np.finfo(np.float64).tiny  # for an output without noise
     psd = np.exp(np.interp(np.log(grid), np.log(f), np.log(np.maximum(estimate.psd[o], floor))))
-    verdict = judge(np.sqrt(psd), grid, requirement, safety_factor, kind=kind, output=output)
-    limit = requirement.amplitude(grid)
-    return SeriesVerdict(verdict, float(np.sqrt(trapezoid(psd, grid))), float(np.sqrt(trapezoid(limit**2, grid))))
-
-
-def rows_by_column(rows: FloatArray, index: IndexArray, columns: Sequence[str]) -> FloatArray:
-    """Sensitivities [n_out, columns] to the columns of a table, from those to the areas [n_out, k] that follow them.
-
-    `index` [k] is the column of each area, -1 for areas that keep their temperature.
-    """
-    moved = index >= 0
-    followers = np.zeros((len(index), len(columns)))
-    followers[np.flatnonzero(moved), index[moved]] = 1.0
-    out: FloatArray = rows @ followers
-    return out
+    part = replace(requirement, band_hz=(first, last))
+    verdict = judge(np.sqrt(psd), grid, part, safety_factor, kind=kind, output=output)
+    rms, limit_rms = (float(np.sqrt(trapezoid(power, grid))) for power in (psd, requirement.amplitude(grid) ** 2))
+    return SeriesVerdict(verdict, rms, limit_rms, (first, last), (low, high))

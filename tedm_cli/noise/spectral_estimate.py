@@ -142,6 +142,12 @@ def segment_length(rate_hz: float, lowest_hz: float) -> int:
     return HOPS * int(np.ceil(LOWEST_BIN * rate_hz / lowest_hz / HOPS))
 
 
+def longest_segment(samples: int) -> int:
+    """Samples of the longest segment of a short series that is averaged at all: half of it; 0 where that is too few."""
+    segment = HOPS * (samples // (2 * HOPS))
+    return segment if segment // 2 > LOWEST_BIN + 1 else 0
+
+
 def independent_averages(segments: int, window: FloatArray) -> float:
     """Independent segments with the variance of `segments` that overlap by 3/4."""
     hop = len(window) // HOPS

@@ -167,7 +167,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
     words = closed_loop_words(loop, inputs.no_loop, ids, titles)
     judged = any(c.judged for c in cases)
     sections = [
-        summary_section(cases, dc, loop, words, titles, inputs.half, inputs.model_view),
+        summary_section(cases, dc, loop, words, titles, inputs.field is not None, inputs.half, inputs.model_view),
         remedy_section(cases, areas, dc, loop, titles, figures["improvement"]),
         cases_section(cases, [*figures["verdict"], *figures["all cases"]]),
     ]

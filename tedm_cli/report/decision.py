@@ -14,7 +14,7 @@ from tedm_cli.report.verdicts import Titles, exceeding, state_of
 from tedm_cli.results.deciding import LIKELY, Pair, by_requirement, deciding, possible_of, without_repeats, worst_of
 from tedm_cli.results.field import worst_at_rest
 from tedm_cli.results.noise import MATCHED, SILENCED, WAYS, CaseNoise, JudgedOutput, Limit
-from tedm_cli.results.titles import BY, at_rest_title, output_title
+from tedm_cli.results.titles import at_rest_title, by_subsystem, output_title
 from tedm_cli.results.wording import (
     and_text,
     capital,
@@ -38,7 +38,7 @@ _LARGE = 0.1  # of the largest contribution: a term of this size is a large one
 def cards_section(
     cases: Sequence[CaseNoise], areas: AreaTable, dc: Sequence[DcVerdict], closed_loop: Paragraph, titles: Titles
 ) -> Section:
-    """A card for each requirement and one for the field at rest where there is one, the worst first.
+    """A card for each requirement and one for the field at rest, where it is judged; the worst first.
 
     `closed_loop` is what is to be said of the drag-free loop here.
     """
@@ -227,19 +227,19 @@ def _field_card(dc: Sequence[DcVerdict]) -> VerdictCard:
 
 
 def field_words(dc: Sequence[DcVerdict]) -> str:
-    """How the field at rest stands to its allocation."""
+    """How the field at rest stands to its limits."""
     whole, outside, worst = [v for v in dc if v.whole], exceeding(dc), worst_at_rest(dc)
     together = (
-        f" ({len(exceeding(whole))} of {len(whole)} for inertial sensor and rest of the LTP together)"
-        if len(whole) < len(dc) and outside
+        f" ({len(exceeding(whole))} of {len(whole)} for everything in the model together)"
+        if 0 < len(whole) < len(dc) and outside
         else ""
     )
     how = (
-        f"exceeds its allocation in {len(outside)} of {count(len(dc), 'quantity', 'quantities')}{together}"
+        f"exceeds its limits in {len(outside)} of {count(len(dc), 'quantity', 'quantities')}{together}"
         if outside
-        else f"is within its allocation in {'all ' * (len(dc) > 1)}{count(len(dc), 'quantity', 'quantities')}"
+        else f"is within its limits in {'all ' * (len(dc) > 1)}{count(len(dc), 'quantity', 'quantities')}"
     )
     return (
-        f"{how}; the worst is the {at_rest_title(worst.quantity, worst.test_mass)} by {BY[worst.subsystem]},"
+        f"{how}; the worst is the {at_rest_title(worst.quantity, worst.place)} by {by_subsystem(worst.subsystem)},"
         f" {sci(worst.value)} {unit_text(worst.unit)}, which is {ratio_text(worst.ratio)} times its limit."
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tedm_cli.report.document import Block, Cell, Facts, Figure, Heading, Paragraph, Table, columns, row
-from tedm_cli.report.series import verdicts_table
+from tedm_cli.report.series import verdict_blocks
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.dynamics_in_time import LoopInTime
 from tedm_cli.results.noise import REALISATION_CONFIDENCE
@@ -41,5 +41,5 @@ def in_time_blocks(found: LoopInTime, figures: Sequence[Figure], titles: Titles)
         treatment = f"{s.treatment}; {s.samples:,} samples over {sci(s.span_s)} s"
         facts = (("Temperatures", f"{s.source}, without the noise of the loop"), ("Treatment", treatment))
         blocks += [Heading(f"Series {name} through the loop"), Facts(facts), figure]
-        blocks.append(verdicts_table(f"{name} through the loop", s, titles))
+        blocks += verdict_blocks(f"{name} through the loop", s, titles)
     return blocks

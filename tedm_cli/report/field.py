@@ -24,9 +24,10 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
-from tedm_cli.results.field import FieldAtRest, Linearised, symbol
-from tedm_cli.results.titles import mass_title
-from tedm_cli.results.wording import SUPERSCRIPT, ratio_text, sci, unit_text, vector
+from tedm_cli.report.verdicts import NOT_JUDGED
+from tedm_cli.results.field import FieldAtRest, Linearised, left_out, place_text, symbol
+from tedm_cli.results.titles import at_rest_requirement, mass_title, subsystem_label
+from tedm_cli.results.wording import SUPERSCRIPT, and_text, ratio_text, sci, unit_text, vector
 
 _ROUNDING = 1e-9  # entries this far below what they are compared with are shown as 0
 
@@ -50,28 +51,42 @@ def field_section(field: FieldAtRest, figures: Sequence[Figure]) -> Section:
 
 
 def _verdicts(verdicts: Sequence[DcVerdict]) -> list[Block]:
-    parts = (
-        "IS: the inertial sensor of the test mass, the area groups given to it; LTP: all else in the model, with the"
-        " other inertial sensor, the other test mass and compensation masses; IS+LTP: both against the sum of their"
-        " allocations."
-        if not all(v.whole for v in verdicts)
-        else "The configuration gives no area groups to the inertial sensors ([gravity.subsystems]): inertial sensor"
-        " (IS) and rest of the LTP are judged together, against the sum of their allocations."
-    )
+    if not verdicts:
+        return [Paragraph(NOT_JUDGED)]
     tables = []
-    for name in dict.fromkeys(v.test_mass for v in verdicts):
+    for place in dict.fromkeys(v.place for v in verdicts):
         head = columns("Quantity", "By", "Verdict", "Ratio\n(1)", "Value", "Allowed", text=(0, 1, 2))
-        rows = tuple(_verdict_row(v) for v in verdicts if v.test_mass == name)
-        tables.append(Table(head, rows, name, tight=True))
+        rows = tuple(_verdict_row(v) for v in verdicts if v.place == place)
+        tables.append(Table(head, rows, place_text(place), tight=True))
     return [
-        Paragraph(
-            f"Static self-gravity requirements of LISA Pathfinder by subsystem (Montemurro 2004, tables 4.2 to 4.4)."
-            f" {parts} The rest of the satellite (S/C) is not in the model; its allocation is left to it. Ratio: value"
-            " over the limit on its side, met where it is at most 1. A ratio below 10⁻⁹ is rounding; its value is shown"
-            " as 0."
-        ),
-        Columns(tuple(tables), "Every figure of the field at rest against its allocation.", key="at rest"),
+        Paragraph(" ".join(_what_is_judged(verdicts))),
+        Columns(tuple(tables), "Every figure of the field at rest against its limit.", key="at rest"),
     ]
+
+
+def _what_is_judged(verdicts: Sequence[DcVerdict]) -> list[str]:
+    """Sentences on the requirements, whose field it is, differences, and ratios."""
+    said = []
+    for name in dict.fromkeys(v.requirement for v in verdicts):
+        of_work: dict[str, list[str]] = {}  # places in one publication
+        for source in dict.fromkeys(v.source for v in verdicts if v.requirement == name):
+            work, _, place = source.partition(", ")
+            of_work.setdefault(work, []).append(place)
+        sources = [", ".join([work, *filter(None, found)]) for work, found in of_work.items()]
+        said.append(f"{at_rest_requirement(name)} ({'; '.join(sources)}).")
+    if differences := [v for v in verdicts if v.minus]:
+        places = and_text([place_text(p) for p in dict.fromkeys(v.place for v in differences)])
+        said.append(f"{places}: the difference of the two test masses, each in its own frame.")
+    names = dict.fromkeys(v.subsystem for v in verdicts)
+    said.append(f"{'; '.join(map(subsystem_label, names))}.")
+    if absent := left_out(verdicts):
+        missing = and_text([subsystem_label(name) for name in absent])
+        said.append(f"{missing}: not a subsystem of this model; its allocation is left to it.")
+    said.append(
+        "Ratio: value over the limit on its side, met where it is at most 1. A ratio below 10⁻⁹ is rounding; its value"
+        " is shown as 0."
+    )
+    return said
 
 
 def _verdict_row(v: DcVerdict) -> Row:

@@ -10,8 +10,22 @@ from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.cases import what_cases_stand_for
 from tedm_cli.report.decision import field_words, how_sure, limited_by
-from tedm_cli.report.document import Block, Cell, Facts, Figure, Paragraph, Ref, Row, Section, Table, Text, columns, row
-from tedm_cli.report.verdicts import Titles, exceeding, noise_judgements, worst_first
+from tedm_cli.report.document import (
+    Block,
+    Cell,
+    Facts,
+    Figure,
+    Link,
+    Paragraph,
+    Ref,
+    Row,
+    Section,
+    Table,
+    Text,
+    columns,
+    row,
+)
+from tedm_cli.report.verdicts import NOT_JUDGED, Titles, exceeding, noise_judgements, worst_first
 from tedm_cli.results.deciding import by_requirement
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.field import FieldAtRest
@@ -19,7 +33,7 @@ from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.ranking import first_largest
-from tedm_cli.results.titles import BY, at_rest_title, mass_title, output_title
+from tedm_cli.results.titles import at_rest_title, by_subsystem, mass_title, output_title
 from tedm_cli.results.wording import capital, count, decimals, ratio_text, sci, unit_text
 
 
@@ -40,7 +54,11 @@ def _where(case: CaseNoise, ratio: float) -> str:
 
 
 def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Section:
-    """The field at rest: how it stands, and the quantities that exceed their allocation."""
+    """The field at rest: how it stands, and the quantities that exceed their limits."""
+    title = "Evidence: field at rest"
+    if not dc:
+        told = (f"{NOT_JUDGED} What it is, by source, is in ", Link("the annex", "field-at-rest"), ".")
+        return Section("at-rest", title, "Field at rest", (Paragraph(told), *figures))
     blocks: list[Block] = [
         Paragraph((f"The field at rest {field_words(dc)} All quantities: ", Ref("at rest"), ".")),
         *figures,
@@ -48,8 +66,8 @@ def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Secti
     if outside := sorted(exceeding(dc), key=lambda v: -v.ratio):
         rows = tuple(
             row(
-                capital(at_rest_title(v.quantity, v.test_mass)),
-                BY[v.subsystem],
+                capital(at_rest_title(v.quantity, v.place)),
+                by_subsystem(v.subsystem),
                 Cell(ratio_text(v.ratio), "violated"),
                 sci(v.value),
                 sci(v.upper if v.value > 0.0 else v.lower),
@@ -58,8 +76,8 @@ def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Secti
             for v in outside
         )
         head = columns("Quantity", "By", "Ratio\n(1)", "Value", "Limit", "Unit", text=(0, 1, 5))
-        blocks.append(Table(head, rows, "Every quantity of the field at rest that exceeds its allocation.", tight=True))
-    return Section("at-rest", "Evidence: field at rest", "Field at rest", tuple(blocks))
+        blocks.append(Table(head, rows, "Every quantity of the field at rest that exceeds its limit.", tight=True))
+    return Section("at-rest", title, "Field at rest", tuple(blocks))
 
 
 def how_sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> Section:

@@ -31,7 +31,7 @@ from tedm_cli.report.verdicts import Judgement, Titles, exceeding, loop_judgemen
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.field import worst_at_rest
 from tedm_cli.results.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput
-from tedm_cli.results.titles import BY, at_rest_title, output_title
+from tedm_cli.results.titles import at_rest_title, by_subsystem, output_title
 from tedm_cli.results.wording import (
     and_text,
     capital,
@@ -223,8 +223,8 @@ def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
         nearest = v.upper if v.value > 0.0 else v.lower
         rows.append(
             row(
-                capital(at_rest_title(v.quantity, v.test_mass)),
-                BY[v.subsystem],
+                capital(at_rest_title(v.quantity, v.place)),
+                by_subsystem(v.subsystem),
                 sci(v.value),
                 sci(nearest),
                 Cell(sci(v.value - nearest, 3), "violated"),
@@ -233,7 +233,7 @@ def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
         )
     words: list[str | Strong | Ref | Link] = [
         Strong("Balance the static field"),
-        f" by compensation masses or by moving masses: it exceeds its allocation in {len(outside)} of"
+        f" by compensation masses or by moving masses: it exceeds its limits in {len(outside)} of"
         f" {count(judged, 'quantity', 'quantities')}. How much must be taken up at least is in ",
         Ref("balance"),
         "; all quantities are in ",
@@ -243,15 +243,14 @@ def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
     if whole and parts:
         worst = worst_at_rest(parts)
         words.append(
-            f" {capital(number_word(len(parts)))} of them {'are' if len(parts) > 1 else 'is'} of inertial sensor or"
-            " rest of"
-            f" the LTP alone (the worst is {ratio_text(worst.ratio)} times its limit), which pull against each other:"
-            " balance each by itself, or share the allocation between them anew."
+            f" {capital(number_word(len(parts)))} of them {'are' if len(parts) > 1 else 'is'} of a part of the model"
+            f" (the worst is {ratio_text(worst.ratio)} times its limit): balance each part by itself, or share the"
+            " allocations between them anew."
         )
     head = columns(*("Quantity", "By", "Value", "Limit", "To take up", "Unit"), text=(0, 1, 5))
     caption = (
-        "The field at rest that exceeds its allocation"
-        + (", inertial sensor and rest of the LTP together," if whole else "")
+        "The field at rest that exceeds its limits"
+        + (", everything in the model together," if whole else "")
         + " and what must be taken up at least."
     )
     return [Paragraph(tuple(words)), Table(head, tuple(rows), caption, tight=True, key="balance")]

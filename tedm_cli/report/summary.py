@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.report.document import Block, Cell, FileLink, Paragraph, Row, Section, Strong, Table, Text, columns, row
 from tedm_cli.report.verdicts import (
+    NOT_JUDGED,
     C,
     J,
     Judgement,
@@ -35,13 +36,14 @@ def summary_section(
     loop: ClosedLoop | None,
     loop_words: Paragraph,
     titles: Titles,
+    has_gravity: bool,
     half: str,
     model_view: str,
 ) -> Section:
     """The verdicts and what they rest on.
 
-    `half`: what is not there of a project with one half of the chain, or ""; `model_view`: a file beside the report
-    that shows the model, or "".
+    `has_gravity`: whether there is a field at rest; `half`: what is not there of a project with one half of the chain,
+    or ""; `model_view`: a file beside the report that shows the model, or "".
     """
     noise, closed = worst_first(noise_judgements(cases)), worst_first(loop_judgements(loop))
     by_role = any(case.role == LIKELY for case in cases)
@@ -50,7 +52,9 @@ def summary_section(
         blocks.append(Paragraph(half))
     if not noise:
         blocks.append(Paragraph("The configuration names no requirement on noise: none is judged."))
-    if noise or dc or closed:
+    if has_gravity and not dc:
+        blocks.append(Paragraph(NOT_JUDGED))
+    if noise or closed or dc:
         blocks.append(_verdicts(noise, dc, closed, by_role, titles))
     if noise:
         blocks.append(_parameters(noise[0], cases))
@@ -73,7 +77,7 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
     if outside:
         worst = worst_at_rest(dc)
         said.append(
-            f"the field at rest exceeds its allocation in {len(outside)} of"
+            f"the field at rest exceeds its limits in {len(outside)} of"
             f" {count(len(dc), 'quantity', 'quantities')} (the worst is {ratio_text(worst.ratio)} times its limit)"
         )
     if bad:
@@ -91,7 +95,7 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
         return (Strong("The requirements are not met"), f": {and_text(said)}{also}.")
     if risk:
         return (Strong("The requirements are met in the likely cases, and at risk in others"), f": {risk}.")
-    if not (noise or dc or closed):
+    if not (noise or closed or dc):
         return (Strong("Nothing is judged"), ": the project names no requirement.")
     ratios = [j.possible[1].ratio for j in noise] + [j.possible[1].ratio for j in closed] + [v.ratio for v in dc]
     return (
@@ -118,7 +122,7 @@ def _verdicts(noise: Noise, dc: Sequence[DcVerdict], closed: Loop, by_role: bool
         ),
         (
             "Field at rest",
-            "static gravity, the same in every case; the worst quantity of each test mass",
+            "static gravity, the same in every case; the worst quantity of each test mass, and of a difference",
             at_rest_rows(dc, by_role),
         ),
     ):

@@ -12,13 +12,13 @@ from tedm_cli.results.deciding import LIKELY, by_requirement, deciding, possible
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, SimulatedCase
 from tedm_cli.results.field import worst_at_rest
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
-from tedm_cli.results.titles import BY, at_rest_title, output_title
+from tedm_cli.results.titles import at_rest_requirement, at_rest_title, by_subsystem, output_title
 from tedm_cli.results.wording import capital, mhz_text, ratio_text
 
 Titles = Callable[[str], str]
 WORD: dict[State, str] = {"met": "met", "open": "at risk", "violated": "VIOLATED"}
 _ORDER: tuple[State, ...] = ("violated", "open", "met")
-AT_REST = "LISA Pathfinder, static self-gravity"
+NOT_JUDGED = "The configuration limits nothing at rest ([[requirement_at_rest]]): the field at rest is not judged."
 
 
 class Case(Protocol):
@@ -113,7 +113,7 @@ def worst_first(found: Sequence[Judgement[C, J]]) -> list[Judgement[C, J]]:
 
 
 def exceeding(verdicts: Sequence[DcVerdict]) -> list[DcVerdict]:
-    """Quantities of the field at rest that exceed their allocation."""
+    """Quantities of the field at rest that exceed their limits."""
     return [v for v in verdicts if not v.passed]
 
 
@@ -159,14 +159,14 @@ def _said(found: Judgement[C, J], titles: Titles, by_role: bool) -> tuple[Cell |
 
 
 def at_rest_rows(verdicts: Sequence[DcVerdict], by_role: bool) -> list[Row]:
-    """Rows of the table of verdicts for the worst quantity of the field at rest on each test mass."""
+    """Rows of the table of verdicts: the worst quantity of each requirement at rest, by test mass and difference."""
     alike: dict[tuple[Cell | str, ...], list[DcVerdict]] = {}
-    for name in dict.fromkeys(v.test_mass for v in verdicts):
-        own = [v for v in verdicts if v.test_mass == name]
+    for requirement, place in dict.fromkeys((v.requirement, v.place) for v in verdicts):
+        own = [v for v in verdicts if (v.requirement, v.place) == (requirement, place)]
         worst = worst_at_rest(own)
         state: State = "violated" if exceeding(own) else "met"
         cells: list[Cell | str] = [
-            AT_REST,
+            at_rest_requirement(requirement),
             state_cell(state),
             Cell(ratio_text(worst.ratio), state),
             margin_text(worst.ratio),
@@ -176,6 +176,9 @@ def at_rest_rows(verdicts: Sequence[DcVerdict], by_role: bool) -> list[Row]:
         ]
         alike.setdefault((worst.quantity, worst.subsystem, *cells), []).append(worst)
     return [
-        row(f"{capital(at_rest_title(v[0].quantity, *(w.test_mass for w in v)))}, by {BY[v[0].subsystem]}", *cells[2:])
+        row(
+            f"{capital(at_rest_title(v[0].quantity, *(w.place for w in v)))}, by {by_subsystem(v[0].subsystem)}",
+            *cells[2:],
+        )
         for cells, v in alike.items()
     ]

@@ -8,29 +8,36 @@ from dataclasses import dataclass
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import Reader
-from tedm_cli.gravity.requirements import MODELLED, DcVerdict
+from tedm_cli.gravity.requirement_presets import PRESETS
+from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.results.ranking import first_largest
-
-#: What a subsystem is, in words.
-SUBSYSTEM = {"IS": "IS: inertial sensor", "LTP": "LTP: the rest of it", MODELLED: f"{MODELLED}: both together"}
 
 
 def dc_verdicts(file: Reader) -> list[DcVerdict]:
     """Verdicts on the field at rest in sensitivity.h5, in the order in which they were made."""
-    names = [
-        file.strings(p)
-        for p in (SENSITIVITY.DC_VERDICT_TEST_MASS, SENSITIVITY.DC_VERDICT_QUANTITY, SENSITIVITY.DC_VERDICT_SUBSYSTEM)
-    ]
-    numbers = [
-        file.array(p).tolist()
-        for p in (SENSITIVITY.DC_VERDICT_VALUE, SENSITIVITY.DC_VERDICT_LOWER, SENSITIVITY.DC_VERDICT_UPPER)
-    ]
-    return [DcVerdict(*row) for row in zip(*names, *numbers, strict=True)]
+    kind = SENSITIVITY
+    names = [file.strings(p) for p in (kind.DC_VERDICT_TEST_MASS, kind.DC_VERDICT_QUANTITY, kind.DC_VERDICT_SUBSYSTEM)]
+    numbers = [file.array(p).tolist() for p in (kind.DC_VERDICT_VALUE, kind.DC_VERDICT_LOWER, kind.DC_VERDICT_UPPER)]
+    more = [file.strings(p) for p in (kind.DC_VERDICT_MINUS, kind.DC_VERDICT_REQUIREMENT, kind.DC_VERDICT_SOURCE)]
+    whole = file.array(kind.DC_VERDICT_WHOLE).astype(bool).tolist()
+    return [DcVerdict(*row) for row in zip(*names, *numbers, *more, whole, strict=True)]
+
+
+def left_out(verdicts: Sequence[DcVerdict]) -> list[str]:
+    """Subsystems to which a preset allocates and which the model does not have."""
+    judged = {name for v in verdicts for name in v.subsystem.split("+")}
+    presets = [PRESETS[name] for name in dict.fromkeys(v.requirement for v in verdicts) if name in PRESETS]
+    return [name for preset in presets for name in preset.subsystems if name not in judged]
 
 
 def worst_at_rest(verdicts: Sequence[DcVerdict]) -> DcVerdict:
     """The verdict with the largest ratio."""
     return first_largest(verdicts, [v.ratio for v in verdicts])
+
+
+def place_text(place: str) -> str:
+    """Where a verdict is, as it is printed: `TM1`, or `TM2 − TM1` of the difference `TM2-TM1`."""
+    return place.replace("-", " − ")
 
 
 def symbol(quantity: str) -> str:

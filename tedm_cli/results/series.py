@@ -25,7 +25,8 @@ class JudgedSeriesOutput:
     """One output of a time series against one requirement; rms in `unit`.
 
     ratio : largest safety factor × noise / limit; binding_hz : where; passed : ratio <= 1.
-    band_rms, band_limit : root mean square in the band, of the output and of noise at the limit.
+    band_rms, band_limit : root mean square over what is judged, of the output and of noise at the limit.
+    judged_hz : the frequencies that are judged; whole_band : whether the requirement has no others.
     """
 
     output: str
@@ -36,11 +37,22 @@ class JudgedSeriesOutput:
     passed: bool
     band_rms: float
     band_limit: float
+    judged_hz: tuple[float, float]
+    whole_band: bool
+
+    @property
+    def band_text(self) -> str:
+        """The frequencies that are judged, `1 to 30 mHz`, and whether that is all."""
+        low, high = (f"{1e3 * f:.3g}" for f in self.judged_hz)
+        return f"{low} to {high} mHz{'' if self.whole_band else ' only'}"
 
 
 @dataclass(frozen=True)
 class SeriesSummary:
-    """Where a series comes from, what became of it, and its verdicts; `span_s` from its first sample to its last."""
+    """Where a series comes from, what became of it, and its verdicts; `span_s` from its first sample to its last.
+
+    `unjudged`: what is not judged of the requirements, and why.
+    """
 
     source: str
     treatment: str
@@ -48,6 +60,7 @@ class SeriesSummary:
     samples: int
     span_s: float
     verdicts: tuple[JudgedSeriesOutput, ...]
+    unjudged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +115,8 @@ def read_series_summary(file: Reader) -> SeriesSummary:
         file.array(SERIES.VERDICT_PASSED).astype(bool).tolist(),
         file.array(SERIES.VERDICT_BAND_RMS).tolist(),
         file.array(SERIES.VERDICT_BAND_LIMIT).tolist(),
+        list(zip(*(file.array(p).tolist() for p in (SERIES.VERDICT_LOWEST, SERIES.VERDICT_HIGHEST)), strict=True)),
+        file.array(SERIES.VERDICT_WHOLE_BAND).astype(bool).tolist(),
     ]
     return SeriesSummary(
         source=file.string(SERIES.TEMPERATURE_SOURCE),
@@ -113,6 +128,7 @@ def read_series_summary(file: Reader) -> SeriesSummary:
             JudgedSeriesOutput(output, unit[output], requirement, *row)
             for output, requirement, *row in zip(outputs, requirements, *numbers, strict=True)
         ),
+        unjudged=tuple(file.strings(SERIES.UNJUDGED)),
     )
 
 

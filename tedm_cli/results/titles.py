@@ -7,16 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tedm_cli.dynamics.signals import OUTPUTS
+from tedm_cli.gravity.requirement_presets import PRESETS as AT_REST_PRESETS
+from tedm_cli.gravity.requirements import ALL
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.results.wording import and_text
 
 ANGLES = {"theta": "θ", "eta": "η", "phi": "φ"}
-#: What a subsystem of the field at rest is, in a sentence.
-BY = {
-    "IS": "the inertial sensor",
-    "LTP": "the rest of the LTP",
-    "IS+LTP": "inertial sensor and rest of the LTP together",
-}
+#: What the subsystems of LISA Pathfinder are.
+_SUBSYSTEM = {"IS": "inertial sensor", "LTP": "rest of the LTP", "S/C": "rest of the satellite"}
 _TURNS_ABOUT = {"theta": "x", "eta": "y", "phi": "z"}
 _DELTA_G = {
     "delta_g": "differential acceleration Δg (as LISA Pathfinder computes it)",
@@ -115,11 +113,36 @@ def _masses(names: Sequence[str]) -> str:
     return f"test mass{'es' * (len(said) > 1)} {and_text(said)}"
 
 
-def at_rest_title(quantity: str, *test_masses: str) -> str:
-    """Plain title of a judged quantity of the field at rest, on one test mass or several."""
-    if quantity.startswith("gamma_"):
-        return f"gravity gradient {quantity.removeprefix('gamma_')} on {_masses(test_masses)}"
-    return outputs_title([f"{name}_{quantity}" for name in test_masses])
+def at_rest_title(quantity: str, *places: str) -> str:
+    """Plain title of a judged quantity of the field at rest, on one test mass or several, or the difference TM2-TM1."""
+    if not quantity.startswith("gamma_"):
+        return outputs_title(["-".join(f"{name}_{quantity}" for name in place.split("-")) for place in places])
+    title = f"gravity gradient {quantity.removeprefix('gamma_')} on "
+    if any("-" in place for place in places):
+        return and_text([title + " minus that on ".join(_masses([n]) for n in place.split("-")) for place in places])
+    return title + _masses(places)
+
+
+def by_subsystem(name: str) -> str:
+    """Whose field at rest it is, in a sentence: `the inertial sensor`, `everything in the model`."""
+    if name == ALL:
+        return "everything in the model"
+    parts = [_SUBSYSTEM.get(part, part) for part in name.split("+")]
+    return f"{and_text(parts)} together" if len(parts) > 1 else f"the {parts[0]}"
+
+
+def subsystem_label(name: str) -> str:
+    """The same behind its name: `IS: inertial sensor`, `IS+LTP: both together`, or the name alone."""
+    if name == ALL:
+        return f"{ALL}: everything in the model"
+    if "+" in name:
+        return f"{name}: {'both' if name.count('+') == 1 else 'all of them'} together"
+    return f"{name}: {_SUBSYSTEM[name]}" if name in _SUBSYSTEM else name
+
+
+def at_rest_requirement(name: str) -> str:
+    """Plain title of a requirement on the field at rest; one of the configuration is its own."""
+    return AT_REST_PRESETS[name].title if name in AT_REST_PRESETS else name
 
 
 def mass_title(test_mass: str) -> str:

@@ -16,8 +16,9 @@ from tedm_cli.files.store import Writer
 from tedm_cli.noise.log_spectrum import log_estimate
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.noise.series import SeriesVerdict, judge_estimate
-from tedm_cli.noise.spectral_estimate import Estimate, Welch, segment_length
+from tedm_cli.noise.spectral_estimate import Estimate, Welch, longest_segment, segment_length
 
+_LEAST_LOG = 64  # samples of a log-spaced spectrum
 Blocks = Callable[[], Iterator[tuple[int, FloatArray]]]
 
 
@@ -29,7 +30,7 @@ class SeriesResult:
     ----------
     labels, units, kinds, rms, peak : of the outputs.
     first_s, step_s, samples : stamps of their series.
-    verdicts : of what could be judged; unjudged : why the rest could not.
+    verdicts : of what could be judged, in whole or in part; unjudged : what could not, and why.
     treatment : trend and resampling, in words.
     """
 
@@ -65,24 +66,35 @@ class Regular:
     highest_hz: float
 
 
-def require_segment(samples: int, step_s: float, table: SeriesTable, lowest_hz: float, source: Path) -> None:
-    """Refuse a series that is too short for Welch's spectrum from `lowest_hz`; the message says what would do."""
-    segment = segment_length(1.0 / step_s, lowest_hz)
-    if table.spectrum == "welch" and samples < segment:
-        raise InputError(
-            f"{samples:,} samples of {step_s:.6g} s ({samples * step_s:.6g} s) are too few for a spectrum from"
-            f" {lowest_hz:g} Hz, which takes {segment:,}",
-            where=str(source),
-            hint=f"take a longer series, or lowest_hz = {lowest_hz * segment / samples * 1.01:.2g} or more",
-        )
+def welch_segment(samples: int, step_s: float, table: SeriesTable, lowest_hz: float, source: Path) -> int:
+    """Samples of a segment of Welch's spectrum: from the table's own lowest frequency, or from `lowest_hz`.
+
+    A series that is too short for `lowest_hz` has a spectrum from where it can; 0 where it cannot have any. What the
+    table wants is wanted: a series that is too short for that is refused, and the message says what would do.
+    """
+    wanted = table.lowest_hz if table.lowest_hz is not None else lowest_hz
+    segment = segment_length(1.0 / step_s, wanted)
+    if samples >= segment:
+        return segment
+    if table.lowest_hz is None:
+        return longest_segment(samples)
+    raise InputError(
+        f"{samples:,} samples of {step_s:.6g} s ({samples * step_s:.6g} s) are too few for a spectrum from"
+        f" {wanted:g} Hz, which takes {segment:,}",
+        where=str(source),
+        hint=f"take a longer series, or lowest_hz = {wanted * segment / samples * 1.01:.2g} or more, or none",
+    )
 
 
 def store(
-    writer: Writer, series: Regular, targets: Sequence[tuple[str, str]], spectrum: str, lowest_hz: float
+    writer: Writer, series: Regular, targets: Sequence[tuple[str, str]], spectrum: str, segment: int
 ) -> tuple[FloatArray, FloatArray, Estimate]:
-    """Write series to the datasets `targets` [n] (path, unit) with their stamps; rms [n], peak [n] and spectra."""
+    """Write series to the datasets `targets` [n] (path, unit) with their stamps; rms [n], peak [n] and spectra.
+
+    `segment`: samples of a segment of Welch's spectra; 0 where there are none.
+    """
     n, rate = series.samples, 1.0 / series.step_s
-    welch = Welch(series.n, rate, segment_length(rate, lowest_hz)) if spectrum == "welch" else None
+    welch = Welch(series.n, rate, segment) if spectrum == "welch" and segment else None
     time = writer.allocate(SeriesDatasets.TIME, (n,))
     kept = [writer.allocate(path, (n,), units=unit) for path, unit in targets]
     square, peak = np.zeros(series.n), np.zeros(series.n)
@@ -95,7 +107,12 @@ def store(
         peak = np.maximum(peak, np.abs(block).max(axis=0))
         if welch is not None:
             welch.add(block.T)
-    estimate = welch.estimate() if welch is not None else _log(series)
+    if welch is not None:
+        estimate = welch.estimate()
+    elif spectrum == "log" and n >= _LEAST_LOG:
+        estimate = _log(series)
+    else:
+        estimate = Estimate(np.empty(0), np.empty((series.n, 0)), np.empty(0))
     inside = estimate.frequency_hz <= series.highest_hz
     estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
     return np.sqrt(square / n), peak, estimate
@@ -117,18 +134,20 @@ def judge_all(
     requirements: Sequence[AppliedRequirement],
     safety_factor: float,
 ) -> tuple[list[SeriesVerdict], list[str]]:
-    """Verdicts on the outputs `labels` of an estimate, and why the other requirements cannot be judged."""
+    """Verdicts on the outputs `labels` of an estimate, and what of the requirements cannot be judged, and why."""
     verdicts: list[SeriesVerdict] = []
-    unjudged: list[str] = []
+    unjudged: dict[str, list[str]] = {}  # outputs by what is not judged of them
     for applied in requirements:
         for label in applied.outputs:
             o = labels.index(label)
             found = judge_estimate(estimate, o, applied.requirement, safety_factor, kind=kinds[o], output=label)
             if isinstance(found, str):
-                unjudged.append(found)
+                unjudged.setdefault(found, []).append(label)
             else:
                 verdicts.append(found)
-    return verdicts, unjudged
+                for fact in found.left_out:
+                    unjudged.setdefault(fact, []).append(label)
+    return verdicts, [f"{', '.join(outputs)}: {fact}" for fact, outputs in unjudged.items()]
 
 
 def write_result(writer: Writer, r: SeriesResult, column: list[str]) -> None:
@@ -155,3 +174,7 @@ def write_result(writer: Writer, r: SeriesResult, column: list[str]) -> None:
     writer.write(kind.VERDICT_PASSED, [int(v.passed) for v in worst])
     writer.write(kind.VERDICT_BAND_RMS, [v.band_rms for v in r.verdicts], units="unit of the output")
     writer.write(kind.VERDICT_BAND_LIMIT, [v.band_limit for v in r.verdicts], units="unit of the output")
+    writer.write(kind.VERDICT_LOWEST, [v.judged_hz[0] for v in r.verdicts])
+    writer.write(kind.VERDICT_HIGHEST, [v.judged_hz[1] for v in r.verdicts])
+    writer.write(kind.VERDICT_WHOLE_BAND, [int(v.whole) for v in r.verdicts])
+    writer.write(kind.UNJUDGED, r.unjudged)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -18,16 +19,17 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import CasesConfig, load_cases
+from tedm_cli.config.node_weights import read_node_weights
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
 from tedm_cli.errors import ConfigError, InputError, TedmError, UsageError
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.columns import columns_of_areas
+from tedm_cli.noise.columns import part_words, parts_of_columns
 from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler, pieces
-from tedm_cli.noise.series import Trend, rows_by_column
+from tedm_cli.noise.series import Trend
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
-from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
+from tedm_cli.quantities import CELSIUS, TEMPERATURE, TIME_STAMP
 from tedm_cli.tables import wide_table
 from tedm_cli.tables.wide_table import WideTable, open_wide
 
@@ -59,7 +61,8 @@ class Scratch:
 class Sampled:
     """Signals of a temperature series at regular stamps, before the trend is removed.
 
-    `highest_hz` is where their spectra end; `column` names the column that each area follows, empty for none.
+    `highest_hz` is where their spectra end; `column` says which column each area follows, or which with what weights;
+    empty for none.
     """
 
     kept: Scratch
@@ -120,8 +123,32 @@ def run_each(
         raise first
 
 
+def series_files(project: Project, table: SeriesTable) -> list[Path]:
+    """The file of a series, and that of its weights where it has them."""
+    names = [table.file, *([table.weights] if table.weights is not None else [])]
+    return [project.cases.parent / name for name in names]
+
+
+@contextmanager
+def open_series(
+    project: Project, table: SeriesTable, areas: AreaTable, where: str
+) -> Iterator[tuple[WideTable, FloatArray]]:
+    """The open table of a series, and what part each of its columns has in each area [k, columns].
+
+    Raises
+    ------
+    InputError : a file that is refused, or columns or weights that do not fit the areas.
+    ConfigError : `constant` names no area.
+    """
+    moving = ~_constant(table, areas, where)
+    source, *weights = series_files(project, table)
+    nodes = read_node_weights(weights[0]) if weights else None
+    with open_wide(source, "time_s", TIME_STAMP, CELSIUS if table.unit == "degC" else TEMPERATURE) as wide:
+        yield wide, parts_of_columns(wide.columns, areas, moving, where=str(source), nodes=nodes)
+
+
 def sample_series(
-    source: Path, table: SeriesTable, areas: AreaTable, rows: FloatArray, where: str, scratch: IO[bytes]
+    project: Project, table: SeriesTable, areas: AreaTable, rows: FloatArray, where: str, scratch: IO[bytes]
 ) -> Sampled:
     """Read and check the series of a table, apply the `rows` [n, k] of the areas, and resample.
 
@@ -130,11 +157,10 @@ def sample_series(
     InputError : a file or stamps that are refused; less than two samples.
     ConfigError : `constant` names no area.
     """
-    moving = ~_constant(table, areas, where)
+    source = series_files(project, table)[0]
     kept = Scratch(scratch, len(rows))
-    with open_wide(source, "time_s", TIME_STAMP, TEMPERATURE) as wide:
-        index = columns_of_areas(wide.columns, areas, moving, where=str(source))
-        by_column = rows_by_column(rows, index, wide.columns)
+    with open_series(project, table, areas, where) as (wide, parts):
+        by_column = rows @ parts
         stamps = Stamps(wide.place, regular=table.method != "linear", max_gap_s=table.max_gap_s)
         trend = Trend(len(rows))
         resampler: LinearResampler | PolyphaseResampler | None = None
@@ -152,8 +178,7 @@ def sample_series(
     highest = 0.5 / step
     if isinstance(resampler, PolyphaseResampler):
         highest = min(highest, 0.5 / stamps.step_s) * resampler.passes
-    column = [wide.columns[i] if i >= 0 else "" for i in index]
-    return Sampled(kept, stamps.first_s + late, step, highest, trend, column)
+    return Sampled(kept, stamps.first_s + late, step, highest, trend, part_words(parts, wide.columns))
 
 
 def _propagated(
@@ -201,10 +226,15 @@ def _resampler(table: SeriesTable, stamps: Stamps, rows: int, where: str) -> Lin
 def treatment_words(table: SeriesTable) -> str:
     """What is removed from a series, and how it is resampled."""
     removed = {"nothing": "nothing removed", "mean": "mean removed", "linear": "mean and linear trend removed"}
+    said = removed[table.remove]
+    if table.unit == "degC":
+        said = f"degrees Celsius, of which only differences count, {said}"
+    if table.weights is not None:
+        said = f"areas from nodes by {Path(table.weights).name}, {said}"
     if table.resample_s is None:
-        return f"{removed[table.remove]}, as sampled"
+        return f"{said}, as sampled"
     how = {
         "linear": "by straight lines, without anti-alias filter",
         "polyphase": "by a polyphase low-pass (118 dB, flat to 0.66 of the lower Nyquist frequency)",
     }
-    return f"{removed[table.remove]}, resampled to {table.resample_s:g} s {how[str(table.method)]}"
+    return f"{said}, resampled to {table.resample_s:g} s {how[str(table.method)]}"

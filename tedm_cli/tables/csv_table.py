@@ -36,7 +36,8 @@ class Row:
 def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
     """Rows of a CSV file whose first line names these columns, in their order.
 
-    A column holds numbers of its quantity, or words where it has none. Blank lines are skipped.
+    A column holds numbers of its quantity, or words where it has none. Blank lines are skipped. A file whose header is
+    divided by semicolons has them throughout, and its numbers may have a decimal comma.
 
     Raises
     ------
@@ -45,6 +46,16 @@ def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
     """
     header = list(columns)
     lines = csv_lines(path)
+    has_semicolons = bool(lines) and [plain_cell(name) for name in ",".join(lines[0][1]).split(";")] == header
+    if has_semicolons and len(header) > 1:
+        lines = csv_lines(path, delimiter=";")
+        numeric = [quantity is not None for quantity in columns.values()]
+        lines[1:] = [
+            (n, [f.replace(",", ".") if is_number else f for f, is_number in zip(fields, numeric, strict=False)])
+            if len(fields) == len(header)
+            else (n, fields)
+            for n, fields in lines[1:]
+        ]
     wanted = ",".join(header)
     if not lines or lines[0][1] != header:
         found = ",".join(lines[0][1]) if lines else ""
@@ -71,7 +82,7 @@ def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
     return rows
 
 
-def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
+def csv_lines(path: Path, *, delimiter: str = ",") -> list[tuple[int, list[str]]]:
     """Lines of a CSV file in UTF-8, each with its number in the file and its fields without surrounding blanks.
 
     Raises
@@ -83,7 +94,7 @@ def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
         if (size := path.stat().st_size) > _MOST_BYTES:
             raise InputError(f"has {size:,} bytes; at most {_MOST_BYTES:,} are read", where=str(path))
         with open(path, newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream, strict=True)
+            reader = csv.reader(stream, strict=True, delimiter=delimiter)
             lines = [(reader.line_num, [plain_cell(field) for field in fields]) for fields in reader]
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc

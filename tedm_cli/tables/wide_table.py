@@ -1,7 +1,8 @@
 """Users' tables of one key column (time_s, frequency_hz) and many value columns, from CSV or HDF5, read in blocks.
 
 A CSV begins with the names of its columns. An HDF5 file holds one dataset [n] for each column in its root group, with
-the same names. Both give the same numbers, and neither is ever held as a whole.
+the same names. Both give the same numbers, and neither is ever held as a whole. A CSV whose header is divided by
+semicolons has them throughout, and its numbers may have a decimal comma.
 """
 
 from __future__ import annotations
@@ -110,7 +111,9 @@ class _CsvTable:
         self.path = path
         self._stream, self._quantities = stream, quantities
         with _reading(path):
-            head = next(csv.reader([next(self._stream, "")]), [])
+            line = next(self._stream, "")
+            self._delimiter = _delimiter(line, key)
+            head = next(csv.reader([line], delimiter=self._delimiter), [])
         self._head = [plain_cell(name) for name in head]
         _require(self._head, key, f"{path}:1")
         self._at = self._head.index(key)
@@ -142,26 +145,37 @@ class _CsvTable:
             return list(islice(self._stream, rows))
 
     def _numbers(self, lines: list[str], places: IntArray) -> FloatArray:
+        plain = [line.replace(",", ".") for line in lines] if self._delimiter == ";" else lines
         try:
-            numbers = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2)
+            numbers = np.loadtxt(plain, delimiter=self._delimiter, comments=None, ndmin=2)
             if numbers.shape == (len(lines), len(self._head)):
                 return numbers
         except ValueError:
             pass
         for line, place in zip(lines, places, strict=True):  # what did not fit, and where
-            fields = [field.strip() for field in next(csv.reader([line]))]
+            fields = [field.strip() for field in next(csv.reader([line], delimiter=self._delimiter))]
             if len(fields) != len(self._head):
                 fact = f"{len(fields)} fields, wanted {len(self._head)} as in the header"
                 raise InputError(fact, where=self.place(int(place)))
             for name, field in zip(self._head, fields, strict=True):
                 try:
-                    float(field)
+                    float(field.replace(",", ".") if self._delimiter == ";" else field)
                 except ValueError:
                     what = repr(field[:40]) if field else "nothing"
                     raise InputError(f"{name} must be a number, found {what}", where=self.place(int(place))) from None
         raise InputError(
             "numbers must be plain, without quotes or underscores", where=f"{self.path}:{places[0]} to {places[-1]}"
         )
+
+
+def _delimiter(header: str, key: str) -> str:
+    """Comma or semicolon: that which makes `key` a column; a comma where neither does, if there is one."""
+    by_comma, by_semicolon = (
+        [plain_cell(name) for row in csv.reader([header], delimiter=d) for name in row] for d in ",;"
+    )
+    if key in by_comma or ";" not in header:
+        return ","
+    return ";" if key in by_semicolon or "," not in header else ","
 
 
 def _require(columns: list[str], key: str, where: str, ignored: Sequence[str] = ()) -> None:

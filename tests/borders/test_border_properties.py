@@ -83,7 +83,11 @@ def tables(data: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
 
 DOCUMENTS: dict[str, tuple[type[Strict], dict[str, Any], set[str]]] = {
     "model": (ModelConfig, tomllib.loads(MODEL_TOML), {"model.subcases", "gravity.subsystems"}),
-    "small": (ModelConfig, tomllib.loads((SMALL / "model.toml").read_text()), {"model.subcases", "gravity.subsystems"}),
+    "small": (
+        ModelConfig,
+        tomllib.loads((SMALL / "model.toml").read_text()),
+        {"model.subcases", "gravity.subsystems", "gravity.subsystems.IS"},
+    ),
     "cases": (CasesConfig, tomllib.loads((CONFIGS / "cases.toml").read_text()), set()),
     "optics": (OpticsTables, tomllib.loads((CONFIGS / "optics.toml").read_text()), {"sets"}),
 }

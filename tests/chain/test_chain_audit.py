@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,27 @@ def test_quadrature_in_use_keeps_its_tolerance_and_the_requirement(small: Projec
         for kind in ("a", "omegadot"):
             q = row(done, f"{tm}_S_{kind}_x")
             assert a.value[q] == pytest.approx(norms[f"{tm}_{kind}_x"], rel=1e-4)
+
+
+def test_errors_are_held_against_configured_limits(small: Project, done: AuditSummary, tmp_path: Path) -> None:
+    """Limits of LISA Pathfinder; limits of another mission; and none, where the largest of a kind has to do."""
+    found = dict(zip(done.audit.label, done.audit.requirement, strict=True))
+    assert [found[f"TM1_{q}"] for q in ("a_x", "a_z", "omegadot_x", "gamma_xx", "gamma_yz")] == pytest.approx(
+        [0.75e-9, 2.2e-9, 16e-9, 3e-7, 3e-7]
+    )
+    text = small.model.read_text(encoding="utf-8")
+    (tmp_path / "unit_loads.h5").write_bytes((small.build_dir / "unit_loads.h5").read_bytes())
+    own = '[[requirement_at_rest]]\nname = "own"\nquantity = "a_y"\nmagnitude = 5e-9\ntest_mass = "TM2"\n'
+    (tmp_path / "model.toml").write_text(text.replace('[[requirement_at_rest]]\nname = "lpf"\n', own), encoding="utf-8")
+    other = replace(small, model=tmp_path / "model.toml", build_dir=tmp_path)
+    a = audit(other, None, None, silent).audit
+    row = {label: i for i, label in enumerate(a.label)}
+    assert a.allowance[row["TM2_a_y"]] == pytest.approx(5e-11)
+    assert np.isnan(a.requirement[row["TM1_a_y"]])
+    largest = max(abs(a.value[row[f"TM1_a_{axis}"]]) for axis in "xyz")
+    assert a.allowance[row["TM1_a_y"]] == pytest.approx(0.01 * largest)
+    assert abs(a.value[row["TM1_a_y"]]) < 1e-9 * largest
+    assert a.allowance[row["TM1_S_a_x"]] == pytest.approx(0.01 * abs(a.value[row["TM1_S_a_x"]]))
 
 
 def test_worst_elements_are_close_to_a_test_mass(done: AuditSummary) -> None:

@@ -18,7 +18,8 @@ from tedm_cli.contracts.spec import Values
 from tedm_cli.figures.style import style, svg
 from tedm_cli.files.provenance import Provenance, input_files
 from tedm_cli.files.store import create
-from tedm_cli.gravity.requirements import AT_REST_UNITS, dc_quantities, judge_at_rest
+from tedm_cli.gravity.requirement_presets import lpf_limits
+from tedm_cli.gravity.requirements import ALL, dc_quantities, judge_at_rest
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.labels import input_labels, read_out_labels
 from tedm_cli.optics.layout import OpticalLayout
@@ -142,19 +143,21 @@ def field_at_rest(rng: np.random.Generator) -> dict[str, Any]:
     """A field along x and z whose y is rounding, and the verdicts on it: some met, some not."""
     acceleration, angular = rng.normal(size=(2, 2, 3, 3)) * 1e-9
     acceleration[..., 1] *= 1e-15
-    acceleration[0, 0, 0] = 5e-9  # whatever the seed, one test mass misses its allocation along x
+    acceleration[0, 0, 0] = 5e-9  # whatever the seed, the difference along x misses its limit
     gamma = rng.normal(size=(2, 3, 3, 3)) * 1e-8
-    verdicts = []
+    fields = {}
     for t, name in enumerate(MASSES):
         field = [q[t] for q in (acceleration, angular, gamma)]
         total, sensor = dc_quantities(*(q.sum(axis=0) for q in field)), dc_quantities(*(q[0] for q in field))
-        verdicts += judge_at_rest(name, total, sensor)
+        fields[name] = {ALL: total, "IS": sensor, "LTP": total - sensor}
+    verdicts = judge_at_rest(lpf_limits(("IS", "LTP"), tuple(MASSES)), fields, "LTP")
+    words = ("test_mass", "minus", "quantity", "subsystem", "requirement", "source", "unit")
     return {
         "/dc/acceleration": acceleration,
         "/dc/angular_acceleration": angular,
         "/stiffness/gamma_lin": gamma,
-        "/dc_verdict/unit": [AT_REST_UNITS[v.quantity] for v in verdicts],
-        **{f"/dc_verdict/{c}": [getattr(v, c) for v in verdicts] for c in ("test_mass", "quantity", "subsystem")},
+        **{f"/dc_verdict/{c}": [getattr(v, c) for v in verdicts] for c in words},
+        "/dc_verdict/whole": np.array([int(v.whole) for v in verdicts]),
         **{f"/dc_verdict/{c}": np.array([getattr(v, c) for v in verdicts]) for c in ("value", "lower", "upper")},
         "/dc_verdict/ratio": np.array([v.ratio for v in verdicts]),
         "/dc_verdict/passed": np.array([int(v.passed) for v in verdicts]),

@@ -37,7 +37,7 @@ VARIANTS = {
 def both_together() -> dict[str, Any]:
     """The field at rest without subsystems: one verdict on each quantity of each test mass."""
     field = field_at_rest(np.random.default_rng(1))
-    rows = np.array(field["/dc_verdict/subsystem"]) == "IS+LTP"
+    rows = field["/dc_verdict/whole"] == 1
     return {
         name: [v for v, kept in zip(value, rows, strict=True) if kept] if isinstance(value, list) else value[rows]
         for name, value in field.items()
@@ -86,7 +86,7 @@ def test_captions_are_true_of_what_is_drawn(tmp_path: Path, name: str) -> None:
         violated.append(hatched)
     assert any(violated) == (name != "all met")
     spec, figure = found["field_at_rest"]
-    assert "(IS)" in spec.caption
+    assert "for parts of the model and all of it, TM2 − TM1 being the difference of the two" in spec.caption
     assert "IS: inertial sensor" in labels(figure)
     for key, (spec, figure) in found.items():
         if key.startswith("improvement"):
@@ -107,6 +107,6 @@ def test_captions_of_a_field_without_subsystems_and_a_series_without_requirement
     assert "of the largest rms" in spec.caption
     assert "not judged" in words(figure)
     spec, figure = drawn(tmp_path / "q", CASES, both_together())["field_at_rest"]
-    assert "(IS)" not in spec.caption
+    assert "for everything in the model, TM2 − TM1" in spec.caption
     assert not [label for label in labels(figure) if label.startswith("IS: ")]
     assert "IS+LTP: both together" in labels(figure)

@@ -210,11 +210,12 @@ def test_level_times_factor_is_the_temperature_noise_of_the_group(
 def test_marks_at_rest_are_values_over_limits(finished: Project, at_rest: list[DcVerdict]) -> None:
     with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
         value, lower, upper = (file.array(f"/dc_verdict/{c}") for c in ("value", "lower", "upper"))
-        masses = np.array(file.strings("/dc_verdict/test_mass"))
+        pairs = zip(*(file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "minus")), strict=True)
+    masses = np.array(["-".join(filter(None, pair)) for pair in pairs])
     wanted = np.where(value >= 0, value / upper, value / lower)
     figure = at_rest_figure(at_rest)
     for axes, mass in zip(figure.axes, dict.fromkeys(masses), strict=True):
-        marks = [line for line in axes.get_lines() if line.get_marker() in "os<D"]
+        marks = [line for line in axes.get_lines() if line.get_marker() in "osD^"]
         assert len(marks) == int((masses == mass).sum())
         shown = [float(np.asarray(line.get_xdata())[0]) for line in marks]
         np.testing.assert_allclose(shown, np.maximum(wanted[masses == mass], axes.get_xlim()[0]))

@@ -162,21 +162,31 @@ def test_outputs_of_one_ratio_are_all_named(
 
 
 def test_one_test_mass_at_rest(at_rest: list[DcVerdict]) -> None:
-    masses = list(dict.fromkeys(v.test_mass for v in at_rest))
-    figure = at_rest_figure([v for v in at_rest if v.test_mass == masses[0]])
+    figure = at_rest_figure([v for v in at_rest if v.place == "TM1"])
     assert len(figure.axes) == 1
     assert faults(drawn(figure)) == []
-    third = [dataclasses.replace(v, test_mass="TM3") for v in at_rest if v.test_mass == masses[0]]
+    third = [dataclasses.replace(v, test_mass="TM3") for v in at_rest if v.place == "TM1"]
     assert faults(drawn(at_rest_figure([*at_rest, *third]))) == []
+
+
+def test_other_subsystems_at_rest(at_rest: list[DcVerdict]) -> None:
+    """Seven subsystems of long names, by test mass alone: two panels side by side."""
+    alone = [dataclasses.replace(v, minus="", test_mass=n) for v in at_rest if v.minus for n in ("TM1", "TM2")]
+    names = ["antenna", "power_control_unit", "IS+LTP", "all", "tank_1", "tank_2", "propulsion.thruster_cluster"]
+    many = [dataclasses.replace(v, subsystem=names[i % 7]) for i, v in enumerate(alone)]
+    figure = at_rest_figure(many)
+    assert len({axes.get_position().y0 for axes in figure.axes}) == 1
+    assert faults(drawn(figure)) == []
+    assert faults(drawn(at_rest_figure([*many, *at_rest]))) == [], "singles and differences of all on one page"
 
 
 def test_colours_at_rest_mean_one_thing(at_rest: list[DcVerdict]) -> None:
     """The colour of a mark is its verdict and its shape its subsystem, whatever the other is."""
     figure = at_rest_figure(at_rest)
     seen: dict[tuple[str, str], set[tuple[str, bool]]] = {}
-    for axes, mass in zip(figure.axes, dict.fromkeys(v.test_mass for v in at_rest), strict=True):
+    for axes, mass in zip(figure.axes, dict.fromkeys(v.place for v in at_rest), strict=True):
         marks = [line for line in axes.get_lines() if line.get_linestyle() == "None"]
-        for mark, v in zip(marks, [v for v in at_rest if v.test_mass == mass], strict=True):
+        for mark, v in zip(marks, [v for v in at_rest if v.place == mass], strict=True):
             if mark.get_markerfacecolor() != "white":
                 seen.setdefault(("colour", str(mark.get_markerfacecolor())), set()).add(("passed", v.passed))
             seen.setdefault(("shape", str(mark.get_marker())), set()).add((v.subsystem, True))

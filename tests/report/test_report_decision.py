@@ -14,6 +14,8 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.decision import cards_section, field_words, limited_by
 from tedm_cli.report.document import Paragraph, Table, VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs, share_text
+from tedm_cli.report.proof import at_rest_section
+from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.summary import verdict_sentence
 from tedm_cli.report.verdicts import noise_judgements, worst_first
 from tedm_cli.results.deciding import deciding, without_repeats
@@ -101,6 +103,20 @@ def test_the_worst_card_comes_first() -> None:
     assert [c.name for c in cards([case("1", "likely", judged(0.2))], failed_dc)] == ["field at rest", LIMIT.name]
 
 
+def test_a_field_that_nothing_limits_is_said_not_to_be_judged() -> None:
+    likely = [case("1", "likely", judged(0.2))]
+    found = cards_section(likely, AREAS, [], LOOP, str)
+    assert [b.name for b in found.blocks if isinstance(b, VerdictCard)] == [LIMIT.name]
+    assert sentence(likely, []).startswith("All that is required is met")
+    assert sentence([case("1", "likely")], []) == "Nothing is judged: the configuration names no requirement."
+    section = at_rest_section([], [])
+    assert len(section.blocks) == 1
+    assert "is not judged" in plain(section.blocks[0].text)  # type: ignore[union-attr]
+    assert remedy_section(likely, AREAS, [], None, str, []).blocks[0] == Paragraph(
+        "Nothing has to be done: all that is judged is met, in every case that can occur."
+    )
+
+
 @pytest.mark.parametrize(
     ("ratios", "said"),
     [
@@ -118,13 +134,11 @@ def test_the_sentence_counts_what_exceeds_and_names_the_worst() -> None:
     dc = [PASSED_DC, replace(PASSED_DC, value=3e-9), replace(PASSED_DC, value=2e-9)]
     text = sentence([case("1", "likely", judged(0.2))], dc)
     assert text == (
-        "The requirements are not met: the field at rest exceeds its allocation in 2 of 3 quantities (the worst is 3.00"
+        "The requirements are not met: the field at rest exceeds its limits in 2 of 3 quantities (the worst is 3.00"
         " times its limit)."
     )
-    assert field_words(dc).startswith(
-        "exceeds its allocation in 2 of 3 quantities; the worst is the acceleration of test"
-    )
-    assert field_words([PASSED_DC]).startswith("is within its allocation in 1 quantity")
+    assert field_words(dc).startswith("exceeds its limits in 2 of 3 quantities; the worst is the acceleration of test")
+    assert field_words([PASSED_DC]).startswith("is within its limits in 1 quantity")
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from tedm_cli.contracts import CASE, SENSITIVITY
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
-from tedm_cli.results.titles import BY, at_rest_title, output_title, requirement_title
+from tedm_cli.results.titles import at_rest_title, by_subsystem, output_title, requirement_title
 from tedm_cli.results.wording import capital, clause, ratio_text
 from tedm_cli.stages.reporting.plot import plot
 from tedm_cli.stages.reporting.report import report
@@ -213,13 +213,13 @@ def test_field_at_rest_is_summed_over_sources(finished: Project, page: Page) -> 
 
 def test_every_verdict_at_rest_is_a_row(finished: Project, sources: list[str], page: Page) -> None:
     with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
-        names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem")]
+        names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem", "minus")]
         value, ratio, passed = (file.array(f"/dc_verdict/{c}") for c in ("value", "ratio", "passed"))
-    rows = [row for row in page.rows if len(row) == 6 and row[1] in ("IS", "LTP", "IS+LTP")]
-    assert len(rows) == len(value) == 42
-    assert 0 < passed.sum() < 42, "the made-up field must show both outcomes"
-    assert sources[1].count('<tr class="failed">') == 42 - passed.sum()
-    for row, quantity, subsystem, v, r, p in zip(rows, *names[1:], value, ratio, passed, strict=True):
+    rows = [row for row in page.rows if len(row) == 6 and row[1] in ("IS", "LTP", "IS+LTP", "all")]
+    assert len(rows) == len(value) == 30
+    assert 0 < passed.sum() < 30, "the made-up field must show both outcomes"
+    assert sources[1].count('<tr class="failed">') == 30 - passed.sum()
+    for row, quantity, subsystem, v, r, p in zip(rows, *names[1:3], value, ratio, passed, strict=True):
         assert row[0].startswith(quantity.replace("gamma", "Γ").replace("omegadot", "ω̇") + " (")
         assert (row[1], row[2]) == (subsystem, "pass" if p else "FAIL")
         if quantity == "a_y":
@@ -227,14 +227,17 @@ def test_every_verdict_at_rest_is_a_row(finished: Project, sources: list[str], p
         else:
             assert number(row[4]) == pytest.approx(v, rel=1e-3)
             assert row[3] == ratio_text(r)
-    assert [row[5] for row in rows[:4]] == ["(−1 to 2) × 10⁻⁷", "(−2 to 3) × 10⁻⁷", "(−3 to 5) × 10⁻⁷", "±3.5 × 10⁻¹⁰"]
+    assert [row[5] for row in rows[:3]] == ["(−1 to 2) × 10⁻⁷", "(−2 to 3) × 10⁻⁷", "(−3 to 5) × 10⁻⁷"]
+    assert [row[5] for row in rows[6:10]] == ["±3.5 × 10⁻¹⁰", "±4 × 10⁻¹⁰", "±7.5 × 10⁻¹⁰", "±1.3 × 10⁻⁹"]
     worst = int(np.argmax(ratio))
     sentence = re.sub(r"\s+", " ", page.text)
-    sentence = sentence[sentence.index("field at rest exceeds its allocation") :][:400]
-    whole = [bool(p) for s, p in zip(names[2], passed, strict=True) if s == "IS+LTP"]
-    assert f"exceeds its allocation in {42 - passed.sum()} of 42 quantities ({14 - sum(whole)} of 14 for" in sentence
-    title = at_rest_title(names[1][worst], names[0][worst])
-    assert f"the worst is the {title} by {BY[names[2][worst]]}," in sentence
+    sentence = sentence[sentence.index("field at rest exceeds its limits") :][:400]
+    whole = [bool(p) for s, p in zip(names[2], passed, strict=True) if s in ("IS+LTP", "all")]
+    assert f"exceeds its limits in {30 - passed.sum()} of 30 quantities ({14 - sum(whole)} of 14 for" in sentence
+    place = "-".join(filter(None, (names[0][worst], names[3][worst])))
+    title = at_rest_title(names[1][worst], place)
+    assert f"the worst is the {title} by {by_subsystem(names[2][worst])}," in sentence
+    assert "TM2 − TM1" in page.text
     assert f"which is {ratio_text(ratio[worst])} times its limit" in sentence
 
 

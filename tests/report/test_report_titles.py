@@ -9,7 +9,7 @@ from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.dynamics.signals import OUTPUTS
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.results.case_file import block_name
-from tedm_cli.results.titles import at_rest_title, output_title, requirement_title
+from tedm_cli.results.titles import at_rest_title, by_subsystem, output_title, requirement_title, subsystem_label
 from tedm_cli.results.wording import clause, decimals, number_word
 
 
@@ -50,6 +50,20 @@ def test_titles_of_the_field_at_rest() -> None:
     assert at_rest_title("gamma_xx", "TM1") == "gravity gradient xx on test mass 1"
     assert at_rest_title("omegadot_eta", "TM2") == "angular acceleration of test mass 2 about y"
     assert at_rest_title("a_z", "TM1", "TM2") == "acceleration of test masses 1 and 2 along z"
+    assert at_rest_title("a_z", "TM2-TM1") == "acceleration of test mass 2 along z minus that of test mass 1"
+    assert at_rest_title("gamma_xz", "TM2-TM1") == "gravity gradient xz on test mass 2 minus that on test mass 1"
+
+
+def test_titles_of_subsystems_are_those_of_the_project() -> None:
+    names = ("IS", "IS+LTP", "S/C", "antenna", "antenna+IS", "all")
+    assert [by_subsystem(n) for n in names] == [
+        "the inertial sensor", "inertial sensor and rest of the LTP together", "the rest of the satellite",
+        "the antenna", "antenna and inertial sensor together", "everything in the model",
+    ]  # fmt: skip
+    assert [subsystem_label(n) for n in names] == [
+        "IS: inertial sensor", "IS+LTP: both together", "S/C: rest of the satellite", "antenna",
+        "antenna+IS: both together", "all: everything in the model",
+    ]  # fmt: skip
 
 
 def test_titles_of_requirements() -> None:

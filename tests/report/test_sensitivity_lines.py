@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -53,11 +54,27 @@ def test_small_ratios_are_counted_and_not_listed() -> None:
     lines = sensitivity_lines(summary([verdict(r) for r in (0.05, 0.5, 1e-15, 3.0)]))
     listed = [line.split()[-2:] for line in lines if line.startswith("TM1  a_x")]
     assert listed == [["0.5", "pass"], ["3", "FAIL"]]
-    assert "field at rest: 3 of 4 within their allocation; the rest is below 0.1 and in the file" in lines
+    assert "field at rest: 3 of 4 within their limits; the rest is below 0.1 and in the file" in lines
 
 
 def test_nothing_is_left_out_without_a_word() -> None:
     quiet = sensitivity_lines(summary([verdict(0.01)]))
     assert not any(line.startswith("DC") for line in quiet)
-    assert "field at rest: 1 of 1 within their allocation; the rest is below 0.1 and in the file" in quiet
-    assert "field at rest: 0 of 1 within their allocation" in sensitivity_lines(summary([verdict(2.0)]))
+    assert "field at rest: 1 of 1 within their limits; the rest is below 0.1 and in the file" in quiet
+    assert "field at rest: 0 of 1 within their limits" in sensitivity_lines(summary([verdict(2.0)]))
+
+
+def test_what_is_not_judged_is_said() -> None:
+    assert "field at rest: not judged" in sensitivity_lines(summary([]))[-1]
+    lpf = [replace(verdict(0.5, name), requirement="lpf", whole=False) for name in ("IS", "LTP")]
+    assert "no subsystem S/C in the model: its allocation is left to it" in sensitivity_lines(summary(lpf))
+    every = [*lpf, replace(verdict(0.5, "IS+LTP+S/C"), requirement="lpf")]
+    assert not any("left to it" in line for line in sensitivity_lines(summary(every)))
+    own = [replace(v, requirement="own") for v in lpf]
+    assert not any("left to it" in line for line in sensitivity_lines(summary(own)))
+
+
+def test_a_difference_is_named() -> None:
+    lines = sensitivity_lines(summary([replace(verdict(0.5), test_mass="TM2", minus="TM1")]))
+    assert any(line.startswith("TM2-TM1  a_x") for line in lines)
+    assert "TM2-TM1: the difference, each in its own frame" in lines

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -57,6 +59,23 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
     made = make_project(folder, one + EXTRA)
     run_series(made, ["warm"], None, silent)
     return made
+
+
+def test_a_series_without_spectrum_and_one_that_is_judged_in_part(project: Project) -> None:
+    with open_results(project) as results:
+        requirements = results.config.applied_requirements()
+        drawn = read_series(results.series["warm"], requirements, 0.95)
+    nothing = Spectrum(*(np.empty(0) for _ in range(4)))
+    bare = replace(drawn, outputs=tuple(replace(o, spectrum=nothing, verdict=None) for o in drawn.outputs))
+    figure = series_figure(bare)
+    words = [t.get_text() for axes in figure.axes for t in axes.texts]
+    assert words == ["too short for a spectrum"] * len(bare.outputs)
+    assert all("not judged" in text.get_text() for text in figure.texts[: len(bare.outputs)])
+    first = drawn.outputs[0]
+    assert first.verdict is not None
+    part = replace(first.verdict, judged_hz=(4e-3, 30e-3), whole_band=False)
+    figure = series_figure(replace(drawn, outputs=(replace(first, verdict=part),)))
+    assert " over 4 to 30 mHz only" in figure.texts[0].get_text().replace("\n", " ")
 
 
 @given(st.lists(st.floats(1e-9, 1e9), min_size=1, max_size=3000), st.booleans())

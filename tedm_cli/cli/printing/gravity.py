@@ -53,11 +53,14 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
 
 def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
     from tedm_cli.gravity.requirements import AT_REST_UNITS
+    from tedm_cli.results.field import left_out
 
+    if not verdicts:
+        return ["field at rest: not judged, for the configuration limits nothing ([[requirement_at_rest]])"]
     head = ("DC", "quantity", "subsystem", "unit", "value", "limit", "ratio", "verdict")
     rows = [
         (
-            v.test_mass,
+            v.place,
             v.quantity,
             v.subsystem,
             AT_REST_UNITS[v.quantity],
@@ -72,10 +75,15 @@ def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
     passed = sum(v.passed for v in verdicts)
     lines = table(head, rows, right=(4, 5, 6)) if rows else []
     rest = f"; the rest is below {_LISTED:g} and in the file" if len(rows) < len(verdicts) else ""
-    lines.append(f"field at rest: {passed} of {len(verdicts)} within their allocation{rest}")
-    if not any(v.subsystem == "IS" for v in verdicts):
-        lines.append("no [gravity.subsystems]: IS and LTP are judged together only")
-    return [*lines, "the rest of the satellite (S/C) is not in the model; its allocation is left to it"]
+    lines.append(f"field at rest: {passed} of {len(verdicts)} within their limits{rest}")
+    lines += [
+        f"{p}: the difference, each in its own frame" for p in dict.fromkeys(v.place for v in verdicts if v.minus)
+    ]
+    if all(v.whole for v in verdicts):
+        lines.append("only everything in the model together is judged; parts need [gravity.subsystems]")
+    if absent := left_out(verdicts):
+        lines.append(f"no subsystem {', '.join(absent)} in the model: its allocation is left to it")
+    return lines
 
 
 def audit_lines(done: AuditSummary, most: int) -> list[str]:

@@ -42,12 +42,16 @@ def series_lines(r: SeriesResult, parts: Mapping[str, FloatArray] = MappingProxy
                 f"{v.worst.limit:.3g}",
                 f"{v.worst.ratio:.3g}",
                 f"{v.worst.binding_hz * 1e3:.3g}",
-                "pass" if v.worst.passed else "FAIL",
+                "-".join(f"{1e3 * f:.3g}" for f in v.judged_hz),
+                ("pass" if v.worst.passed else "FAIL") + " in part" * (not v.whole),
             )
             for v in r.verdicts
         ]
-        head = ("output", "requirement", "band rms", "limit rms", "noise", "limit", "ratio", "at mHz", "verdict")
-        lines += table(head, rows, right=tuple(range(2, 8)))
+        head = (
+            *("output", "requirement", "band rms", "limit rms", "noise", "limit", "ratio", "at mHz", "judged mHz"),
+            "verdict",
+        )
+        lines += table(head, rows, right=tuple(range(2, 9)))
         lines.append(
             f"ratio = safety factor {r.safety_factor:g} x noise / limit, at its largest, in amplitude spectral density;"
             " the scatter of the estimate is in it"
@@ -93,6 +97,9 @@ def series_dict(r: SeriesResult) -> dict[str, Any]:
                 "band_rms": v.band_rms,
                 "band_limit": v.band_limit,
                 "passed": v.worst.passed,
+                "judged_hz": v.judged_hz,
+                "band_hz": v.band_hz,
+                "whole_band": v.whole,
             }
             for v in r.verdicts
         ],

@@ -30,8 +30,8 @@ from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import write_areas
 from tedm_cli.stages.dynamics.loop import Loop
 from tedm_cli.stages.dynamics.prepared import Prepared, prepare
-from tedm_cli.stages.series_result import Regular, SeriesResult, judge_all, require_segment, store, write_result
-from tedm_cli.stages.temperature_series import Sampled, Scratch, run_each, sample_series, treatment_words
+from tedm_cli.stages.series_result import Regular, SeriesResult, judge_all, store, welch_segment, write_result
+from tedm_cli.stages.temperature_series import Sampled, Scratch, run_each, sample_series, series_files, treatment_words
 
 _ALWAYS = ("delta_g", "delta_g_full", "TM1_x")
 _FELT = slice(N_INPUTS, len(DISTURBANCES))  # read-outs, then accelerations
@@ -73,25 +73,25 @@ def simulate_series(
     def run(table: SeriesTable) -> None:
         path = output if output is not None else project.build_dir / simulated_series_file_name(table.name)
         where = f"{project.cases}: series {table.name}"
-        done(_simulate(ready, in_time, table, project.cases.parent / table.file, path, where, step))
+        done(_simulate(project, ready, in_time, table, path, where, step))
 
     run_each(ready.config, names, run, step, "simulating series")
 
 
 def _simulate(
-    ready: Prepared, in_time: TimeLoop, table: SeriesTable, source: Path, path: Path, where: str, step: Step
+    project: Project, ready: Prepared, in_time: TimeLoop, table: SeriesTable, path: Path, where: str, step: Step
 ) -> SimulatedSeries:
     labels, rows = in_time.labels, ready.rows
     n = len(labels)
     if table.spectrum == "log":
         require_speckit()
-    trace = provenance(ready.configs, [*ready.inputs, source])
+    source, *weights = series_files(project, table)
+    trace = provenance(ready.configs, [*ready.inputs, source, *weights])
     path.parent.mkdir(parents=True, exist_ok=True)
-    lowest = table.lowest_hz if table.lowest_hz is not None else ready.lowest_hz
     with scratch_file(path) as felt, scratch_file(path) as made:
         by_area = np.concatenate([rows.read_out, rows.acceleration])
-        sampled = sample_series(source, table, rows.areas, by_area, where, felt)
-        require_segment(sampled.samples - 2, sampled.step_s, table, lowest, source)
+        sampled = sample_series(project, table, rows.areas, by_area, where, felt)
+        segment = welch_segment(sampled.samples - 2, sampled.step_s, table, ready.lowest_hz, source)
         with create(path, KIND, trace) as writer:
             kept = _through(ready.loop, in_time, sampled, table, made, where, step)
             series = Regular(
@@ -103,7 +103,7 @@ def _simulate(
                 for family in (KIND.SERIES, KIND.GRAVITY_SERIES, KIND.READ_OUT_SERIES)
                 for label, one in zip(labels, units, strict=True)
             ]
-            rms, peak, found = store(writer, series, targets, table.spectrum, lowest)
+            rms, peak, found = store(writer, series, targets, table.spectrum, segment)
             estimate = Estimate(found.frequency_hz, found.psd[:n], found.degrees_of_freedom)
             config = ready.config
             verdicts, unjudged = judge_all(estimate, labels, kinds, ready.requirements, config.safety_factor)

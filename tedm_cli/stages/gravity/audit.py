@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.at_rest import rest_of
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
@@ -19,6 +20,7 @@ from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.gravity.audit import MODELS, MeshAudit, Motion, audit_mesh
 from tedm_cli.gravity.masses import MassDistribution
+from tedm_cli.gravity.requirements import narrowest
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.unit_loads import mass_of
@@ -106,7 +108,9 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
     _, config = load_model(project.model)
     source, moves = project.build_dir / UNIT_LOADS_FILE, project.build_dir / DISTORTION_FILE
     test_masses, tolerance = config.required_test_masses(project.model), config.gravity.quadrature_tolerance
-    g = config.gravity.gravitational_constant_m3_kg_s2
+    g, subsystems = config.gravity.gravitational_constant_m3_kg_s2, config.gravity.subsystems
+    at_rest = config.limits_at_rest()
+    limits = [narrowest(at_rest, tm.name, subsystems, rest_of(subsystems)) for tm in test_masses]
     with open_checked(source, UNIT_LOADS) as unit:
         check_test_masses(test_masses, unit.array(UNIT_LOADS.GRID_POSITION), where=str(project.model))
         masses = mass_of(unit)
@@ -117,9 +121,9 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
         with open_checked(moves, DISTORTION) as distortion:
             require_input(distortion, input_files([source])[0])
             motion = element_motion(distortion, masses)
-            found = audit_mesh(masses, test_masses, motion, tolerance=tolerance, G=g, advance=advance)
+            found = audit_mesh(masses, test_masses, motion, tolerance=tolerance, limits=limits, G=g, advance=advance)
     else:
-        found = audit_mesh(masses, test_masses, None, tolerance=tolerance, G=g, advance=advance)
+        found = audit_mesh(masses, test_masses, None, tolerance=tolerance, limits=limits, G=g, advance=advance)
     done = AuditSummary(
         found, properties[np.searchsorted(ids, found.element_id)], test_masses, tolerance, moves.exists()
     )

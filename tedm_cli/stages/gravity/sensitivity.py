@@ -29,16 +29,15 @@ from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import COMPENSATION, OTHER_TEST_MASS, STRUCTURE, SelfGravity, self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units
-from tedm_cli.gravity.requirements import DcVerdict, dc_quantities, judge_at_rest
+from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path, require_plane
+from tedm_cli.stages.gravity.at_rest import BY_AREA, verdicts_at_rest, write_verdicts
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
 from tedm_cli.threads import side_by_side
-
-BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")
 
 
 @dataclass(frozen=True)
@@ -143,8 +142,9 @@ def _build(
     writer.write(SENSITIVITY.AREA_CONTRIBUTION_ACCELERATION, by_area["acceleration"])
     writer.write(SENSITIVITY.AREA_CONTRIBUTION_ANGULAR_ACCELERATION, by_area["angular_acceleration"])
     writer.write(SENSITIVITY.AREA_CONTRIBUTION_GAMMA_LIN, by_area["gamma_lin"])
-    verdicts = _verdicts(test_masses, sources, by_area, distortion.strings(DISTORTION.AREA_GROUP), config)
-    _write_verdicts(writer, verdicts)
+    pulls = {name: sources.stack(name) for name in BY_AREA}
+    verdicts = verdicts_at_rest(config, sources.names, pulls, by_area, distortion.strings(DISTORTION.AREA_GROUP))
+    write_verdicts(writer, verdicts)
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write(SENSITIVITY.ROW_LABEL, labels)
     writer.write(SENSITIVITY.ROW_UNIT, units)
@@ -244,35 +244,3 @@ def _by_area(unit: Reader, found: list[StructureGravity]) -> dict[str, FloatArra
         return [share[rows].sum(axis=0) for rows in grids]
 
     return {name: np.array([sums(s.nodal(name)) for s in found]) for name in BY_AREA}
-
-
-def _verdicts(
-    test_masses: list[TestMass],
-    sources: Sources,
-    by_area: dict[str, FloatArray],
-    groups: list[str],
-    config: ModelConfig,
-) -> list[DcVerdict]:
-    """Judge the field at rest; the inertial sensor is the areas of its groups, all else is the rest of the LTP."""
-    out = []
-    for t, tm in enumerate(test_masses):
-        total = dc_quantities(*(sources.stack(name)[t].sum(axis=0) for name in BY_AREA))
-        members = config.gravity.subsystems.get(tm.name)
-        sensor = None
-        if members is not None:
-            own = np.isin(groups, members)
-            sensor = dc_quantities(*(by_area[name][t, own].sum(axis=0) for name in BY_AREA))
-        out += judge_at_rest(tm.name, total, sensor)
-    return out
-
-
-def _write_verdicts(writer: Writer, verdicts: list[DcVerdict]) -> None:
-    writer.write(SENSITIVITY.DC_VERDICT_TEST_MASS, [v.test_mass for v in verdicts])
-    writer.write(SENSITIVITY.DC_VERDICT_QUANTITY, [v.quantity for v in verdicts])
-    writer.write(SENSITIVITY.DC_VERDICT_SUBSYSTEM, [v.subsystem for v in verdicts])
-    writer.write(SENSITIVITY.DC_VERDICT_UNIT, [v.unit for v in verdicts])
-    writer.write(SENSITIVITY.DC_VERDICT_VALUE, [v.value for v in verdicts], units="see /dc_verdict/unit")
-    writer.write(SENSITIVITY.DC_VERDICT_LOWER, [v.lower for v in verdicts], units="see /dc_verdict/unit")
-    writer.write(SENSITIVITY.DC_VERDICT_UPPER, [v.upper for v in verdicts], units="see /dc_verdict/unit")
-    writer.write(SENSITIVITY.DC_VERDICT_RATIO, [v.ratio for v in verdicts])
-    writer.write(SENSITIVITY.DC_VERDICT_PASSED, [int(v.passed) for v in verdicts])

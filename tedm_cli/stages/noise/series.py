@@ -19,8 +19,8 @@ from tedm_cli.noise.log_spectrum import require_speckit
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import write_areas
 from tedm_cli.results.outputs import read_outputs
-from tedm_cli.stages.series_result import Regular, SeriesResult, judge_all, require_segment, store, write_result
-from tedm_cli.stages.temperature_series import run_each, sample_series, treatment_words
+from tedm_cli.stages.series_result import Regular, SeriesResult, judge_all, store, welch_segment, write_result
+from tedm_cli.stages.temperature_series import run_each, sample_series, series_files, treatment_words
 
 
 def run_series(
@@ -46,23 +46,22 @@ def run_series(
 
     def run(table: SeriesTable) -> None:
         path = output if output is not None else project.build_dir / series_file_name(table.name)
-        source = project.cases.parent / table.file
+        source, *weights = series_files(project, table)
         if table.spectrum == "log":
             require_speckit()
-        trace = provenance([file], [*outputs.sources, source])
+        trace = provenance([file], [*outputs.sources, source, *weights])
         path.parent.mkdir(parents=True, exist_ok=True)
         where = f"{project.cases}: series {table.name}"
-        lowest = table.lowest_hz if table.lowest_hz is not None else config.lowest_band_hz()
         with scratch_file(path) as scratch:
-            sampled = sample_series(source, table, outputs.areas, outputs.rows, where, scratch)
+            sampled = sample_series(project, table, outputs.areas, outputs.rows, where, scratch)
             n, step_s = sampled.samples, sampled.step_s
-            require_segment(n, step_s, table, lowest, source)
+            segment = welch_segment(n, step_s, table, config.lowest_band_hz(), source)
             with create(path, SERIES, trace) as writer:
                 series = Regular(
                     lambda: sampled.blocks(table.remove), len(labels), n, sampled.first_s, step_s, sampled.highest_hz
                 )
                 targets = [(SERIES.SERIES.of(label), unit) for label, unit in zip(labels, units, strict=True)]
-                rms, peak, estimate = store(writer, series, targets, table.spectrum, lowest)
+                rms, peak, estimate = store(writer, series, targets, table.spectrum, segment)
                 verdicts, unjudged = judge_all(estimate, labels, kinds, requirements, config.safety_factor)
                 result = SeriesResult(
                     path, table.name, source, labels, units, kinds, rms, peak, sampled.first_s, step_s, n, estimate,

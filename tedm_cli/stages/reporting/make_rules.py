@@ -31,6 +31,7 @@ from tedm_cli.files.build_folder import (
 )
 from tedm_cli.files.store import replacing
 from tedm_cli.results.no_loop import why_no_loop
+from tedm_cli.stages.temperature_series import series_files
 
 _PLAIN = re.compile(r"[\w./+,@^-]*")  # letters and digits of any script
 _RENAME = "letters, digits and _ - . / + , @ ^ are fine; the commands by themselves, without make, take any name"
@@ -103,7 +104,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("SIMULATED_SERIES_FILES", "the build folder", looped)
     for table, path in [*zip(cases.series, series, strict=True), *zip(cases.series, looped, strict=False)]:
         make.word(f"SERIES_{path.name}", table.name)
-        make.files(f"TABLE_{path.name}", f"series {table.name}", [project.cases.parent / table.file])
+        make.files(f"TABLE_{path.name}", f"series {table.name}", series_files(project, table))
     make.word("CASE_IDS", " ".join(cases.ids))
     make.files("CASE_FILES", "the build folder", case_files)
     for case_id, path in zip(cases.ids, case_files, strict=True):

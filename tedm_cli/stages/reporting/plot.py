@@ -22,11 +22,11 @@ from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Matrices, Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
-from tedm_cli.results.field import dc_verdicts
+from tedm_cli.results.field import dc_verdicts, place_text
 from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, NamedImprovement, kinds_of, titled
 from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import quantity
+from tedm_cli.results.wording import and_text, quantity
 from tedm_cli.stages.reporting import draw
 from tedm_cli.stages.reporting.plot_dynamics import dynamics_specs
 from tedm_cli.stages.reporting.plot_dynamics_in_time import in_time_specs
@@ -202,17 +202,19 @@ def _gravity_specs(gravity: Matrices, areas: AreaTable) -> list[FigureSpec]:
         )
         for part, page in in_parts(map_pages(gravity_maps(gravity.reader), areas, CELL))
     ]
-    at_rest = FigureSpec(
-        "field_at_rest.svg",
-        "field",
-        f"Field at rest over the limit of its allocation, for {_judged_at_rest(dc_verdicts(gravity.reader))}:"
-        " right of 1 it exceeds it;"
-        " theta, eta and phi turn about x, y and z.",
-        (gravity.source,),
-        partial(draw.field_at_rest, gravity.reader),
-        decides=True,
-    )
-    return [*specs, at_rest]
+    if at_rest := dc_verdicts(gravity.reader):
+        specs.append(
+            FigureSpec(
+                "field_at_rest.svg",
+                "field",
+                f"Field at rest over its limit, for {_judged_at_rest(at_rest)}: right of 1 it exceeds it; theta, eta"
+                " and phi turn about x, y and z.",
+                (gravity.source,),
+                partial(draw.field_at_rest, gravity.reader),
+                decides=True,
+            )
+        )
+    return specs
 
 
 def _worst_filters(cases: list[CaseNoise], kind: str) -> bool:
@@ -230,10 +232,10 @@ def _levels_words(improvement: NamedImprovement) -> str:
 
 
 def _judged_at_rest(verdicts: Sequence[DcVerdict]) -> str:
-    """What the field at rest is judged by: the parts need `[gravity.subsystems]`."""
-    if all(v.whole for v in verdicts):
-        return "the inertial sensor of each test mass and the rest of the LTP together"
-    return "the inertial sensor of each test mass (IS), the rest of the LTP, and both together"
+    """Whose field at rest is judged."""
+    whose = "everything in the model" if all(v.whole for v in verdicts) else "parts of the model and all of it"
+    places = dict.fromkeys(place_text(v.place) for v in verdicts if v.minus)
+    return f"{whose}, {and_text(list(places))} being the difference of the two" if places else whose
 
 
 def _flight_words(case: CaseNoise, kind: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +12,10 @@ from tedm_cli.config.series import SeriesTable
 from tedm_cli.files.build_folder import require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.columns import columns_of_areas
 from tedm_cli.noise.series import Trend
-from tedm_cli.quantities import TEMPERATURE, TIME_STAMP
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.wording import count
-from tedm_cli.tables.wide_table import open_wide
+from tedm_cli.stages.temperature_series import open_series, series_files
 from tedm_cli.view.payload import Film
 
 MOST_SAMPLES = 400
@@ -35,17 +32,14 @@ def series_films(project: Project, results: Results, areas: AreaTable) -> list[t
     films = []
     for table in results.config.series:
         if table.name in results.series:
-            source = project.cases.parent / table.file
-            require_input(results.series[table.name], input_files([source])[0])
-            films.append((table.name, _film(source, table, areas)))
+            for used in input_files(series_files(project, table)):
+                require_input(results.series[table.name], used)
+            films.append((table.name, _film(project, table, areas)))
     return films
 
 
-def _film(source: Path, table: SeriesTable, areas: AreaTable) -> Film:
-    patterns = table.constant or []
-    moving = np.array([not any(fnmatchcase(name, p) for p in patterns) for name in areas.name.tolist()])
-    with open_wide(source, "time_s", TIME_STAMP, TEMPERATURE) as wide:
-        index = columns_of_areas(wide.columns, areas, moving, where=str(source))
+def _film(project: Project, table: SeriesTable, areas: AreaTable) -> Film:
+    with open_series(project, table, areas, f"{project.cases}: series {table.name}") as (wide, parts_of):
         time: list[FloatArray] = []
         kept: list[FloatArray] = []
         number: list[FloatArray] = []
@@ -68,9 +62,10 @@ def _film(source: Path, table: SeriesTable, areas: AreaTable) -> Film:
     base, slope = trend.line(table.remove)
     places = np.concatenate(number)
     by_column = np.concatenate(kept) - base - slope * places[:, None]
-    values = np.where(index[:, None] >= 0, by_column[:, index].T, 0.0)
+    values = parts_of @ by_column.T
     taken = "every sample" if every == 1 else f"every {every}th sample"
-    words = f"{source.name}, {taken} ({count(len(places), 'sample')} of {trend.count:,}), {_REMOVED[table.remove]}"
+    shown = count(len(places), "sample")
+    words = f"{Path(table.file).name}, {taken} ({shown} of {trend.count:,}), {_REMOVED[table.remove]}"
     return Film.of(np.concatenate(time), values, words)
 
 

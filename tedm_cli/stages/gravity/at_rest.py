@@ -1,0 +1,67 @@
+"""Verdicts on the field at rest: the field of every subsystem on every test mass, judged by what is configured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.at_rest import members, rest_of
+from tedm_cli.config.model import ModelConfig
+from tedm_cli.contracts import SENSITIVITY
+from tedm_cli.files.store import Writer
+from tedm_cli.gravity.requirements import ALL, DcVerdict, dc_quantities, judge_at_rest
+
+BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")  # in the order of `dc_quantities`
+
+
+def verdicts_at_rest(
+    config: ModelConfig,
+    sources: Sequence[str],
+    pulls: Mapping[str, FloatArray],
+    by_area: Mapping[str, FloatArray],
+    groups: Sequence[str],
+) -> list[DcVerdict]:
+    """Judge the field at rest.
+
+    Parameters
+    ----------
+    sources, pulls : names, and each of `BY_AREA` by [test mass, source, ...].
+    by_area, groups : each of `BY_AREA` by [test mass, area, ...], and the group of every area.
+    """
+    subsystems = config.gravity.subsystems
+    rest = rest_of(subsystems)
+    fields = {}
+    for t, test_mass in enumerate(config.test_mass):
+        field = {ALL: dc_quantities(*(pulls[name][t].sum(axis=0) for name in BY_AREA))}
+        for name, subsystem in subsystems.items():
+            chosen = members(subsystem, test_mass.name)
+            areas, pointlike = np.isin(groups, chosen), np.isin(sources, chosen)
+            parts = [by_area[n][t, areas].sum(axis=0) + pulls[n][t, pointlike].sum(axis=0) for n in BY_AREA]
+            field[name] = dc_quantities(*parts)
+        if rest:
+            field[rest] = field[ALL] - sum(field[name] for name in subsystems if name != rest)
+        fields[test_mass.name] = field
+    return judge_at_rest(config.limits_at_rest(), fields, rest)
+
+
+def write_verdicts(writer: Writer, verdicts: Sequence[DcVerdict]) -> None:
+    """The verdicts, a row for each."""
+    kind = SENSITIVITY
+    writer.write(kind.DC_VERDICT_TEST_MASS, [v.test_mass for v in verdicts])
+    writer.write(kind.DC_VERDICT_MINUS, [v.minus for v in verdicts])
+    writer.write(kind.DC_VERDICT_QUANTITY, [v.quantity for v in verdicts])
+    writer.write(kind.DC_VERDICT_SUBSYSTEM, [v.subsystem for v in verdicts])
+    writer.write(kind.DC_VERDICT_WHOLE, [int(v.whole) for v in verdicts])
+    writer.write(kind.DC_VERDICT_REQUIREMENT, [v.requirement for v in verdicts])
+    writer.write(kind.DC_VERDICT_SOURCE, [v.source for v in verdicts])
+    writer.write(kind.DC_VERDICT_UNIT, [v.unit for v in verdicts])
+    for path, values in (
+        (kind.DC_VERDICT_VALUE, [v.value for v in verdicts]),
+        (kind.DC_VERDICT_LOWER, [v.lower for v in verdicts]),
+        (kind.DC_VERDICT_UPPER, [v.upper for v in verdicts]),
+    ):
+        writer.write(path, np.array(values, dtype=np.float64), units="see /dc_verdict/unit")
+    writer.write(kind.DC_VERDICT_RATIO, np.array([v.ratio for v in verdicts], dtype=np.float64))
+    writer.write(kind.DC_VERDICT_PASSED, np.array([v.passed for v in verdicts], dtype=np.int64))
