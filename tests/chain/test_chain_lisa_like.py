@@ -100,7 +100,7 @@ def alone(layout: OpticalLayout, number: int) -> tuple[OpticalLayout, FloatArray
 
 def chain_alone(project: Project, number: int) -> OpticsChain:
     """The optics of one bench whose grids, and what they do, are turned back into the frame of its assembly."""
-    layout = load_layout(project.optics)[1]
+    layout = load_layout(project.required_optics())[1]
     one, R, origin = alone(layout, number)
     with open_checked(project.build_dir / "distortion.h5", DISTORTION) as file:
         bench = read_bench_motion(file)
@@ -131,7 +131,7 @@ def test_each_bench_reads_as_it_does_alone_and_unturned(lisa: Project, number: i
                 assert np.abs(wanted).max() > 1e-3 * scale.max()
         assert file.strings(OPTICS.BENCH_NAME) == ["OB1", "OB2"]
         motion = file.array(OPTICS.COMMON_MODE_MOTION)[6 * number : 6 * number + 6]
-    _, R, _ = alone(load_layout(lisa.optics)[1], number)
+    _, R, _ = alone(load_layout(lisa.required_optics())[1], number)
     there = (chain.rigid.amplitude.T.reshape(-1, 2, 3) @ R.T).reshape(-1, 6).T
     np.testing.assert_allclose(motion, there, atol=1e-10 * np.abs(there).max())
 
