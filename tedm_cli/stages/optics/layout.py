@@ -8,6 +8,7 @@ from pathlib import Path
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import PhysicsError
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 
@@ -24,6 +25,11 @@ class LayoutReport:
     def without_grid(self) -> list[str]:
         """Elements of the bench that no grid carries yet."""
         return [e.name for e in self.layout.bench if e.grid is None]
+
+    @property
+    def benches(self) -> dict[str, list[str]]:
+        """Names of the elements of each bench."""
+        return {name: [e.name for e in elements] for name, elements in benches(self.layout).items()}
 
 
 def inspect_layout(project: Project) -> LayoutReport:
