@@ -128,6 +128,7 @@ def _element(e: ElementTable, tables: OpticsTables) -> Element:
         recombination=_recombination(e, tables.tolerances),
         lever_ok=bool(e.lever_ok),
         bench=e.bench,
+        read_out=None if e.read_out is None else tuple(e.read_out),
         axes=LAYOUT_AXES if e.axes is None else _axes(e.axes),
     )
 

@@ -67,10 +67,14 @@ def cross_checks(data: dict[str, Any], needs_grids: bool = True) -> Problems:
                 out.append((f"element[{i}]", f"photodiode {raw.get('name')} has {n} paths with beam {beam}, not one"))
     if read_out is not None:
         out += _duplicates("read_out", "", read_out)
+    own = [_parsed(ReadOut, raw.get("read_out")) if raw.get("kind") == "test_mass" else [] for raw in raw_elements]
+    for i, dofs in enumerate(own):
+        out += _duplicates(f"element[{i}].read_out", "", dofs or [])
+    n_dof = sum(len(read_out or ()) if dofs is None else len(dofs) for dofs in own)
     out += _expansion_problems(_entries(data.get("test_mass_expansion")), known)
     for set_name, photodiodes in sets.items():
         out += _set_problems(f"sets.{set_name}", photodiodes or [], known)
-        if photodiodes and (n_out := N_LASER * len(photodiodes)) < (n_dof := n_tm * len(read_out or ())):
+        if photodiodes and (n_out := N_LASER * len(photodiodes)) < n_dof:
             out.append((f"sets.{set_name}", f"{n_out} laser outputs cannot give {n_dof} read-outs"))
     if frame is not None:
         out += frame_problems(frame)

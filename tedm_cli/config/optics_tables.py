@@ -38,7 +38,7 @@ _BENCH = _ANY | {"bench", "lever_ok"}
 
 #: Keys beyond name, kind and ref_m: (needed, allowed) by kind. An imported S_BW leaves `grid` alone needed.
 KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
-    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY | {"axes"}),
+    "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY | {"axes", "read_out"}),
     "injector": (frozenset({"normal", "grid"}), _BENCH | {"opl_offset_m"}),
     "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _BENCH | {"front_offset_m"}),
     "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _BENCH | {"front_offset_m"}),
@@ -57,6 +57,7 @@ OPTIONAL_KEYS = (
     "lever_ok",
     "axes",
     "bench",
+    "read_out",
     *RECOMBINATION_KEYS,
 )
 
@@ -78,6 +79,7 @@ class ElementTable(Strict):
     lever_ok: bool | None = None
     axes: OrthonormalAxes | None = None
     bench: Name | None = None
+    read_out: ReadOut | None = None
     beam_overlap_m: LengthTolerance | None = None
     beam_angle_rad: AngleTolerance | None = None
     path_mismatch_m: LengthTolerance | None = None

@@ -38,7 +38,8 @@ def laser_labels(layout: OpticalLayout, photodiodes: tuple[str, ...] | None = No
 
 def read_out_labels(layout: OpticalLayout) -> Labels:
     """Rows of N, e.g. ``TM1_eta``."""
-    return _product((e.name for e in layout.test_masses), {dof: _DOFS[dof] for dof in layout.read_out})
+    found = [(f"{e.name}_{dof}", _DOFS[dof]) for e in layout.test_masses for dof in layout.measured(e)]
+    return Labels(tuple(name for name, _ in found), tuple(unit for _, unit in found))
 
 
 def _product(owners: Iterable[str], quantities: dict[str, str]) -> Labels:

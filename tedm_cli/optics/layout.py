@@ -92,6 +92,7 @@ class Element:
     lever_ok : whether the lever from its grid is meant, however long.
     axes : of a test mass, its own x, y, z as rows, unit vectors of the layout frame.
     bench : the optical bench that it is on, where that is said; None: the one that its beams join it to.
+    read_out : what is measured of a test mass; None: what is of all, `OpticalLayout.read_out`.
     """
 
     name: str
@@ -109,6 +110,7 @@ class Element:
     lever_ok: bool = False
     axes: Axes = LAYOUT_AXES
     bench: str | None = None
+    read_out: tuple[Dof, ...] | None = None
 
     @property
     def is_plate(self) -> bool:
@@ -164,7 +166,7 @@ class OpticalLayout:
     elements : in the order of the input columns, six columns each.
     paths : in the order of the output rows, five rows each.
     sets : name of a read-out set to its photodiodes.
-    read_out : measured degrees of freedom of every test mass, along and about its own axes.
+    read_out : measured degrees of freedom of every test mass that names no others, along and about its own axes.
     frame_origin_m : origin of the layout frame in the basic frame, m.
     frame_axes : rows are the layout axes x, y, z in the basic frame.
     tolerances : what the checks of the layout allow.
@@ -261,10 +263,15 @@ class OpticalLayout:
 
     @cached_property
     def read_out_motions(self) -> FloatArray:
-        """The measured ones of `test_mass_motions`, test mass by test mass, [6 * n_elements, n_tm * len(read_out)]."""
-        places = np.array([DOF_COLUMN[dof] for dof in self.read_out], dtype=np.intp)
-        first = N_MOTIONS * np.arange(len(self.test_masses))
-        return np.asarray(self.test_mass_motions[:, (first[:, None] + places).reshape(-1)])
+        """The measured ones of `test_mass_motions`, test mass by test mass, [6 * n_elements, n_dof]."""
+        places = [
+            N_MOTIONS * i + DOF_COLUMN[dof] for i, mass in enumerate(self.test_masses) for dof in self.measured(mass)
+        ]
+        return np.asarray(self.test_mass_motions[:, places])
+
+    def measured(self, mass: Element) -> tuple[Dof, ...]:
+        """What is measured of a test mass."""
+        return self.read_out if mass.read_out is None else mass.read_out
 
     def laser_rows(self, photodiodes: tuple[str, ...]) -> IndexArray:
         """Rows of OPD, WFT1, WFT2 of the given photodiodes [3 * len(photodiodes)]."""

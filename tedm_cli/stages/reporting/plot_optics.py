@@ -39,7 +39,8 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     source = (f"{results.optics_file.path.name} {results.optics_file.sha256}",)
     first = next(iter(layout.sets))
     read_outs = read_read_outs(file)
-    bench = "the bench" if len(benches(layout)) == 1 else "each bench"
+    several = "" if len(benches(layout)) == 1 else "es"
+    bench = "each bench" if several else "the bench"
     specs: list[FigureSpec] = []
 
     def add(name: str, section: str, caption: str, drawn: Callable[[], Figure]) -> None:
@@ -49,9 +50,9 @@ def optics_specs(results: Results) -> list[FigureSpec]:
         add(
             "bench.svg",
             "bench",
-            "The optical bench to scale, layout frame. Where both beams of a photodiode coincide, the reference beam is"
-            " the light dashed line below the other; plates are drawn with their thickness, mirrors as far as their"
-            " aperture.",
+            f"The optical bench{several} to scale, layout frame. Where both beams of a photodiode coincide, the"
+            " reference beam is the light dashed line below the other; plates are drawn with their thickness, mirrors"
+            " as far as their aperture.",
             partial(draw.bench, layout),
         )
     add(
@@ -150,11 +151,13 @@ def _area_spec(results: Results, areas: AreaTable, area: int, remark: str) -> Fi
     file = results.optics
     number, name = int(file.array(OPTICS.AREA_ID)[area]), str(areas.name[area])
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", name)  # names come from the user's files
+    several = "" if len(benches(results.layout)) == 1 else "es"
     return FigureSpec(
         f"bench_area{number:02d}_{safe}.svg",
         "load",
-        f"The bench under 1 K of {name}, before (grey) and after, motions exaggerated.{remark} Beams are traced through"
-        " the exaggerated poses, surfaces extended where a beam misses them; test masses stay where they are.",
+        f"The bench{several} under 1 K of {name}, before (grey) and after, motions exaggerated.{remark} Beams are"
+        " traced through the exaggerated poses, surfaces extended where a beam misses them; test masses stay where they"
+        " are.",
         (f"{results.optics_file.path.name} {results.optics_file.sha256}",),
         partial(_load_figure, results, area, name),
     )
