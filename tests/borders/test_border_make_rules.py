@@ -207,3 +207,21 @@ def test_series_are_run_without_and_with_the_loop(fresh: Project) -> None:
     done = run_make(fresh, "-n", "all")
     assert done.returncode != 0
     assert "warm.csv" in done.stderr
+
+
+@make
+@pytest.mark.parametrize(
+    ("configs", "script"), [("configs", "ltp_like.py"), ("configs/lisa_like", "lisa_like.py")], ids=["ltp", "lisa"]
+)
+def test_each_sample_is_meshed_by_its_own_script(tmp_path: Path, configs: str, script: str) -> None:
+    """With its own layout; with its own element size where Make is given none."""
+    folder = tmp_path / "project"
+    shutil.copytree(ROOT / configs, folder)
+    project = Project(folder)
+    for arguments, size in (((), ""), (("ELEMENT_SIZE_MM=7",), "--element-size-mm 7 ")):
+        done = run_make(project, "-n", "all", *arguments)
+        assert done.returncode == 0, done.stderr
+        meshed = [" ".join(line.split()) for line in done.stdout.splitlines() if "sample_models/" in line]
+        bdf = project.build / f"{script.split('_')[0]}.bdf"
+        assert len(meshed) == 1
+        assert meshed[0].endswith(f"sample_models/{script} {size}--layout {folder}/optics.toml -o {bdf}")

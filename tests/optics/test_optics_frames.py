@@ -12,6 +12,7 @@ from random_layouts import axis_rows, random_layout, vector
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.optics.bodies import body
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.invariances import invariance_residuals
@@ -168,3 +169,18 @@ def test_each_test_mass_may_be_measured_otherwise(layout: OpticalLayout) -> None
         # The planar bench reads eta apart from x and phi: without it these stay, and eta of TM1 takes what it hid.
         assert b.N[[0, 2, 3, 4]] == pytest.approx(a.N[[0, 2, 5, 3]], abs=1e-12 * np.abs(a.N).max())
         assert b.gain @ fewer.read_out_motions == pytest.approx(np.eye(5), abs=1e-14)
+
+
+@settings(max_examples=8)
+@given(SEEDS)
+def test_a_test_mass_is_drawn_with_edges_along_its_axes(layout: OpticalLayout, seed: int) -> None:
+    """With nothing but its normal and its axes given, however it is turned."""
+    rng = np.random.default_rng(seed)
+    R = Rotation.random(random_state=rng).as_matrix()
+    turned = replace(
+        layout, elements=tuple(replace(moved_element(e, R, np.zeros(3)), local_y=None) for e in layout.elements)
+    )
+    for mass in turned.test_masses:
+        corners = body(turned, turned.index(mass.name), nominal_poses(turned))
+        own = (corners - np.array(mass.ref_m)) @ np.array(mass.axes).T
+        assert np.abs(own) == pytest.approx(np.full((8, 3), 0.023), abs=1e-15)

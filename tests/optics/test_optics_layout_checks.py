@@ -215,6 +215,17 @@ def test_check_layout_prints_margins(
     answer = json.loads(capsys.readouterr().out)
     assert answer["passed"]
     assert len(answer["findings"]) > 100
+    assert "benches" not in out
+    assert {name: len(elements) for name, elements in answer["benches"].items()} == {"bench": 22}
+
+
+def test_check_layout_tells_of_several_benches(
+    tmp_path: Path, layout_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert not run(monkeypatch, "check-layout", *project(tmp_path, layout_file.parent / "lisa_like" / "optics.toml"))
+    line = capsys.readouterr().out.splitlines()[1]
+    assert line.startswith("2 benches, each of which may move by itself: OB1 (FIT1, FIL1, W1, BST1,")
+    assert line.endswith("BSR2, M2, PD2A, PD2B)")
 
 
 def test_check_layout_and_build_optics_refuse_all_failures_at_once(

@@ -47,7 +47,8 @@ def explain_lines(done: Explanation, most: int) -> list[str]:
         "size: root of the sum of squares over the areas; sum: of all areas, the uniform load; share: of the variance",
         "for areas that fluctuate alike and independently (of one load: of its value), signed, those of a kind sum to",
         "100 %; as one: rigid motion of each bench nearest to its elements' motions, read as the opposite of the test",
-        "masses; distortion: the rest",
+        "masses; distortion: the rest; motions are along the axes of the layout, read-outs along those of each test",
+        "mass",
     ]
 
 

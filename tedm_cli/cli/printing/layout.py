@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.table import table
@@ -35,6 +35,7 @@ def layout_lines(done: LayoutReport) -> list[str]:
     lines = [
         f"{done.path}: {layout.title}; {len(layout.elements)} elements, {len(layout.paths)} paths, read-out sets"
         f" {', '.join(layout.sets)}",
+        *bench_lines(done.benches),
         *table(head, rows, right=(2, 3, 4)),
         *warning_lines(done.findings),
         f"{len(done.findings)} checks, {n_errors} failed",
@@ -60,6 +61,12 @@ def _match_lines(done: LayoutReport) -> list[str]:
     return [*(f"warning: {note}" for note in done.match.notes), judged]
 
 
+def bench_lines(found: Mapping[str, Sequence[str]]) -> list[str]:
+    """Where there are several benches, which elements are on which."""
+    listed = "; ".join(f"{name} ({', '.join(elements)})" for name, elements in found.items())
+    return [f"{len(found)} benches, each of which may move by itself: {listed}"] if len(found) > 1 else []
+
+
 def warning_lines(findings: Sequence[Finding]) -> list[str]:
     """What is unusual in the layout but does not make it invalid."""
     return [f"warning: {f.line}" for f in findings if not f.passed and f.severity == "warning"]
@@ -78,6 +85,7 @@ def layout_dict(done: LayoutReport) -> dict[str, Any]:
             "notes": done.match.notes,
         },
         "without_grid": done.without_grid,
+        "benches": done.benches,
         "findings": [
             {
                 "check": f.check,

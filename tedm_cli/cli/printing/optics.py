@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from tedm_cli.cli.printing.layout import bench_lines
 from tedm_cli.cli.printing.table import table
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ def optics_lines(done: OpticsSummary) -> list[str]:
         f"{done.path}: S_BW {done.shape[0]} x {done.shape[1]}, rank(O_ideal) = {done.rank}, {conditions} (m, rad)",
         f"layout reference points lie up to {done.largest_offset_m:.3g} m from their grids (accounted for)",
         f"S_BW: {done.origins[0]}; P: {done.origins[1]}",
+        *bench_lines(done.benches),
         *table(
             ("invariance", "residual", "limit"),
             [(j.name, f"{j.value:.1e}", f"{j.limit:.1e}" if j.limit < math.inf else "-") for j in done.judged],

@@ -38,6 +38,7 @@ class OpticsSummary:
     origins: tuple[str, str]  # of S_BW and of P
     differences: tuple[BlockDifference, ...]  # of an imported S_BW from the traced one, largest first
     largest_offset_m: float
+    benches: dict[str, list[str]]  # elements of each
     warnings: tuple[Finding, ...]
     notes: tuple[str, ...]
 
@@ -113,7 +114,8 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write(OPTICS.RESIDUAL_LIMIT, [j.limit for j in judged])
         writer.write(OPTICS.ORIGIN_S_BW, matrices.origins[0])
         writer.write(OPTICS.ORIGIN_P, matrices.origins[1])
-        on = {e.name: name for name, elements in benches(layout).items() for e in elements}
+        members = {name: [e.name for e in elements] for name, elements in benches(layout).items()}
+        on = {element: name for name, elements in members.items() for element in elements}
         writer.write(OPTICS.ELEMENT_NAME, [e.name for e in layout.elements])
         writer.write(OPTICS.ELEMENT_BENCH, [on.get(e.name, "") for e in layout.elements])
         writer.write(OPTICS.TEST_MASS_NAME, [e.name for e in layout.test_masses])
@@ -130,6 +132,7 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         matrices.origins,
         matrices.differences,
         float(np.linalg.norm(offsets, axis=1).max()),
+        members,
         failures(findings, "warning"),
         tuple(match.notes),
     )

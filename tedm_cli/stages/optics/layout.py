@@ -9,6 +9,7 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.errors import PhysicsError, TedmError
+from tedm_cli.optics.benches import benches
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.stages.layout_match import Match, match_layout
@@ -31,6 +32,11 @@ class LayoutReport:
     def without_grid(self) -> list[str]:
         """Elements of the bench that no grid carries yet."""
         return [e.name for e in self.layout.bench if e.grid is None]
+
+    @property
+    def benches(self) -> dict[str, list[str]]:
+        """Names of the elements of each bench."""
+        return {name: [e.name for e in elements] for name, elements in benches(self.layout).items()}
 
 
 def inspect_layout(project: Project) -> LayoutReport:
