@@ -133,7 +133,8 @@ def build_distortion(
 ) -> None:
     """Unit loads to the distortion matrix [D].
 
-    Per kelvin of every thermal area, for all grids and for the optical elements, with superposition checked.
+    Per kelvin of every thermal area, for all grids and for the optical elements, with superposition checked. The
+    layout must fit the model: the same test masses as in its configuration, elements near their grids.
     """
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.distortion import build_distortion as stage
