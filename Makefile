@@ -135,13 +135,11 @@ $(BUILD)/element_size: FORCE
 	@mkdir -p $(@D)
 	@echo '$(ELEMENT_SIZE_MM)' | cmp -s - $@ || echo '$(ELEMENT_SIZE_MM)' > $@
 
-# MATRICES are sensitivity.h5 of a project with test masses, and optics.h5 of one with optics. What is made of both is
-# made anew when one of them comes or goes.
-$(BUILD)/halves: FORCE
-	@mkdir -p $(@D)
-	@echo '$(notdir $(MATRICES))' | cmp -s - $@ || echo '$(notdir $(MATRICES))' > $@
-
 FORCE:
+
+# MATRICES are sensitivity.h5 of a project with test masses, and optics.h5 of one with optics. make-rules writes halves
+# anew when one of them comes or goes, and so is what is made of both.
+$(BUILD)/halves: ;
 
 ifneq ($(SOLVED_BY_TEDM),)
 $(UNIT_DECK): $(MODEL_SOURCES) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
