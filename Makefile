@@ -146,13 +146,12 @@ $(BUILD)/element_size: FORCE
 $(BUILD)/symmetry_plane: FORCE
 	+@mkdir -p $(@D)
 	+@echo '$(SYMMETRY_PLANE)' | cmp -s - $@ || echo '$(SYMMETRY_PLANE)' > $@
-# MATRICES are sensitivity.h5 of a project with test masses, and optics.h5 of one with optics. What is made of both is
-# made anew when one of them comes or goes.
-$(BUILD)/halves: FORCE
-	@mkdir -p $(@D)
-	@echo '$(notdir $(MATRICES))' | cmp -s - $@ || echo '$(notdir $(MATRICES))' > $@
 
 FORCE:
+
+# MATRICES are sensitivity.h5 of a project with test masses, and optics.h5 of one with optics. make-rules writes halves
+# anew when one of them comes or goes, and so is what is made of both.
+$(BUILD)/halves: ;
 
 ifneq ($(SOLVED_BY_TEDM),)
 $(UNIT_DECK): $(MODEL_SOURCES) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)

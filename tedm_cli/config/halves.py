@@ -39,7 +39,8 @@ class Halves:
                 fact = f"{applied.requirement.name} judges {what} ({', '.join(applied.outputs)}), and {why}"
                 problems.append((f"requirement[{number}]", fact))
         if problems:
-            raise ConfigError(problems, where=str(where), hint="take these requirements out, or give the project both")
+            hint = "take these requirements out, or give the project what they judge"
+            raise ConfigError(problems, where=str(where), hint=hint)
 
 
 def halves_of(project: Project, model: ModelConfig | None = None) -> Halves:

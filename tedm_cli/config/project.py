@@ -109,7 +109,7 @@ def _require_named(table: ProjectTable, path: Path) -> None:
             problems.append((key, f"names {name!r}, but there is no file {path.parent / name}"))
     if problems:
         optional = [key for key, _ in problems if key in ("optics", "dynamics")]
-        without = f"; without {' and '.join(optional)} the project has none" if optional else ""
+        without = f"; a project without {' and '.join(optional)} leaves the key out" if optional else ""
         raise ConfigError(problems, where=str(path), hint=f"names are relative to the project file{without}")
 
 

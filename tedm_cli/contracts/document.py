@@ -28,7 +28,7 @@ seal alone. The values MUST be as the tables say. All parts MUST be in the file 
 datasets and external storage are refused, and so are arrays that were not written to their end.
 
 Where a path ends with a name in braces, there is one dataset for each name, or, where they are optional, for some. The
-optional datasets of a group come together.
+optional datasets of a group come together; those of the optical elements in distortion.h5 are one group.
 
 Users' own HDF5 files have no seal. They are first read in a process of its own within a minute and 0.1 s per MB, so
 that one that makes the HDF5 library hang or fail is an error; external links, virtual datasets and external storage are

@@ -175,7 +175,7 @@ def test_a_file_that_the_project_names_is_not_there(tiny: Project, command: list
         3, f"tedm.toml: {key}: names 'lost.toml', but there is no file {lost}", hint="relative to the project"
     )
     assert "--config" not in outcome.err
-    assert ("the project has none" in outcome.err) == (key in ("optics", "dynamics"))
+    assert ("leaves the key out" in outcome.err) == (key in ("optics", "dynamics"))
     (tiny.folder / "tedm.toml").unlink()
     tiny.run(*command).refused(4, "tedm.toml: cannot read the configuration", hint="--config")
 

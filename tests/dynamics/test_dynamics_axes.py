@@ -10,6 +10,8 @@ from border_tools import Project, untouched
 from border_tools import replace as replace_text
 from dynamics_models import example_plant
 
+from tedm_cli.config.model import load_model
+from tedm_cli.config.project import load_project
 from tedm_cli.contracts import DYNAMICS, SIMULATION
 from tedm_cli.dynamics.bodies import PARALLEL_RAD, x_axes_apart_rad, x_axes_are_parallel
 from tedm_cli.dynamics.budget import budget
@@ -18,6 +20,7 @@ from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, DELTA_G, INPUTS, OUTPUTS
 from tedm_cli.errors import PhysicsError
 from tedm_cli.files.store import open_checked
+from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.stages.dynamics import thermal
 
 HERE = np.array([1e-3, 1e-2])
@@ -94,8 +97,13 @@ def test_a_loop_with_a_controller_of_ones_own(two_lasers: Project, monkeypatch: 
 
 
 def test_make_leaves_the_default_loop_out(two_lasers: Project) -> None:
-    """With no file of dynamics; with one, it is what the user wants."""
+    """With no file of dynamics, and the report says why; with one, it is what the user wants."""
     for text, named in (('title = "t"\n', False), ('title = "t"\ndynamics = "dynamics.toml"\n', True)):
         (two_lasers.folder / "tedm.toml").write_text(text)
         two_lasers.run("make-rules").ok()
         assert ("simulation03.h5" in (two_lasers.build / "rules.mk").read_text()) == named
+        project = load_project(two_lasers.folder / "tedm.toml", two_lasers.build)
+        why = why_no_loop(project, load_model(project.model)[1])
+        assert (why == "") == named
+        assert named or "default controller and Δg are for test masses whose x axes are parallel" in why
+        assert named or "TM1 and TM2 are 0.1719° apart" in why

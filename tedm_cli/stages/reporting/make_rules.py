@@ -34,6 +34,7 @@ from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.stages.temperature_series import series_files
 
 _PLAIN = re.compile(r"[\w./+,@^-]*")  # letters and digits of any script
+HALVES = "halves"
 _RENAME = "letters, digits and _ - . / + , @ ^ are fine; the commands by themselves, without make, take any name"
 
 
@@ -61,6 +62,8 @@ class _Variables:
 
 def make_rules(project: Project, output: Path | None) -> Path:
     """Write the variables of one project; `SOLVED_BY_TEDM` is empty where the user's own results are named.
+
+    Beside them a file says which halves of the chain the project has, written only where that has changed.
 
     Raises
     ------
@@ -116,4 +119,13 @@ def make_rules(project: Project, output: Path | None) -> Path:
     out = output if output is not None else project.build_dir / "rules.mk"
     with replacing(out) as temporary:
         temporary.write_text("\n".join(make.lines) + "\n", encoding="utf-8", newline="\n")
+    _write_changed(out.with_name(HALVES), " ".join(matrices) + "\n")
     return out
+
+
+def _write_changed(path: Path, text: str) -> None:
+    """Write a text, unless it is there already: what is made from the file is not older than it then."""
+    if path.is_file() and path.read_bytes() == text.encode():
+        return
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
