@@ -199,7 +199,8 @@ def test_series_are_run_without_and_with_the_loop(fresh: Project) -> None:
     assert [words[0] for words in commands][-3:] == ["plot", "report", "view"]
     text = fresh.model.read_text()
     second = text.index('[[test_mass]]\nname = "TM2"')
-    fresh.model.write_text(text[:second] + text[text.index("[gravity]", second) :].replace('TM2 = ["IS2"]\n', ""))
+    gravity = text[text.index("[gravity]", second) :].replace(', TM2 = ["IS2"]', "")
+    fresh.model.write_text(text[:second] + gravity.replace('name = "lpf"', 'name = "lpf"\napplies_to = "single"'))
     done = run_make(fresh, "-n", "all")
     assert "run-series warm" in done.stdout
     assert "--series" not in done.stdout

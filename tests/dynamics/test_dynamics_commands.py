@@ -341,7 +341,8 @@ def test_one_test_mass_has_no_simulations(satellite: Project) -> None:
     model = satellite.model
     text = model.read_text()
     second = text.index('[[test_mass]]\nname = "TM2"')
-    model.write_text(text[:second] + text[text.index("[gravity]", second) :].replace('TM2 = ["IS2"]\n', ""))
+    gravity = text[text.index("[gravity]", second) :].replace(', TM2 = ["IS2"]', "")
+    model.write_text(text[:second] + gravity.replace('name = "lpf"', 'name = "lpf"\napplies_to = "single"'))
     satellite.run("make-rules").ok()
     assert "simulation" not in (satellite.build / "rules.mk").read_text()
     satellite.run("build-sensitivity").ok()
@@ -355,7 +356,8 @@ def test_the_end_of_the_chain_with_one_test_mass(satellite: Project) -> None:
     model, cases = satellite.model, satellite.folder / "cases.toml"
     text = model.read_text()
     second = text.index('[[test_mass]]\nname = "TM2"')
-    model.write_text(text[:second] + text[text.index("[gravity]", second) :].replace('TM2 = ["IS2"]\n', ""))
+    gravity = text[text.index("[gravity]", second) :].replace(', TM2 = ["IS2"]', "")
+    model.write_text(text[:second] + gravity.replace('name = "lpf"', 'name = "lpf"\napplies_to = "single"'))
     text = cases.read_text().replace('"TM1_a_x", "TM2_a_x"', '"TM1_a_x"')
     cases.write_text(text[: text.index("[[case]]", text.index("\n[[case]]") + 9)])
     for name in ("dynamics.h5", "simulation03.h5"):

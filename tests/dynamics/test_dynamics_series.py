@@ -187,9 +187,27 @@ def test_samples_that_do_not_fit_a_sampled_controller(satellite: Project) -> Non
         done.refused(4, "cases.toml: series walk", "samples of 4 s are no whole number", hint="3.9 s")
 
 
+def test_a_short_series_is_judged_in_what_its_spectrum_has(satellite: Project) -> None:
+    """A tone at 20 mHz in 8,000 s, whose spectrum begins at some 8 mHz: it fails there, by Δg, and the rest is said."""
+    time = 4.0 * np.arange(2002)
+    write(satellite, "short", 4.0, all=5.0 * np.sin(2 * np.pi * 20e-3 * time))
+    configure(satellite, "short", "mean")
+    done = satellite.run("simulate", "--series", "short", "--fail-on-violation")
+    done.refused(5, "requirements are violated in series short")
+    assert "FAIL in part" in done.out
+    assert "delta_g: lpf_acceleration over 0.001 to 0.008 Hz, below the estimate" in done.out
+    with h5py.File(satellite.build / "simulation_short.h5") as file:
+        outputs = list(file["verdict/output"].asstr())
+        v = outputs.index("delta_g")
+        assert file["verdict/lowest"][v] == pytest.approx(8e-3)
+        assert not file["verdict/whole_band"][v]
+        assert file["verdict/binding_frequency"][v] == pytest.approx(20e-3, rel=0.02)
+        assert file["verdict/band_rms"][v] == pytest.approx(file["series/delta_g"][500:-500].std(), rel=0.05)
+
+
 def test_series_that_are_refused(satellite: Project, tmp_path: Path) -> None:
     write(satellite, "warm", 4.0, all=np.ones(200))
-    configure(satellite, "warm", "mean")
+    configure(satellite, "warm", "mean", "lowest_hz = 1e-3\n")
     write(satellite, "fine", 4.0, all=np.cumsum(np.ones(9_000)))
     configure(satellite, "fine", "linear", "lowest_hz = 5e-3\n")
     with untouched(satellite.folder):
