@@ -86,7 +86,7 @@ def _mirror_pairs(selector: BlockSelector, index: IndexArray, areas: AreaTable) 
         partner = np.array([place.get(areas.name[i].replace(here, there), -1) for i in plus], dtype=np.intp)
         partner[~np.isin(partner, minus)] = -1
     elif areas.centroid_m is None:
-        fact = "mirror pairs are matched by centroids, which these areas do not have; rebuild sensitivity.h5"
+        fact = "mirror pairs are matched by centroids, which these areas do not have; rebuild distortion.h5 and on"
         return [], [("", fact)]
     else:
         partner = _nearest_images(areas.centroid_m, areas.plane, plus, minus)
