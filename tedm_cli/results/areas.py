@@ -36,7 +36,7 @@ def plane_words(plane: SymmetryPlane, origin: str, layout: str) -> str:
     source = {
         "configured": "[areas] symmetry_plane",
         "layout": f"x-z plane of the layout frame in {layout}",
-        "basic": "the default without an optical layout",
+        "basic": "the default without a layout",
     }[origin]
     return f"{plane.words} in the basic frame ({source})"
 

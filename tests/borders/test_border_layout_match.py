@@ -279,4 +279,4 @@ def test_areas_and_ingest_say_which_plane(small: Project) -> None:
     shown = json.loads(small.run("areas", "--json").ok().out)["symmetry_plane"]
     assert shown == {"point_m": [0.0, 0.0, 0.0], "normal": [0.0, 1.0, 0.0], "origin": "layout"}
     (small.folder / "optics.toml").unlink()
-    assert "symmetry plane: y = 0 in the basic frame (the default without an optical layout)" in small.run("areas").out
+    assert "symmetry plane: y = 0 in the basic frame (the default without a layout)" in small.run("areas").out
