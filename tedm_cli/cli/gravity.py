@@ -33,7 +33,8 @@ def build_sensitivity(
 ) -> None:
     """Self-gravity field, stiffness and [S_SG].
 
-    On each test mass: acceleration at rest, four stiffness matrices, and the sensitivity to each thermal area.
+    On each test mass: acceleration at rest, judged by what model.toml limits ([[requirement_at_rest]]), four stiffness
+    matrices, and the sensitivity to each thermal area.
     """
     from tedm_cli.cli.printing.gravity import sensitivity_lines
     from tedm_cli.progress import progress
@@ -61,7 +62,7 @@ def audit_mesh(
     """Error that each element leaves.
 
     The error every element leaves in the self-gravity and its sensitivities, lumped and by quadrature, against 1 % of
-    the requirement. Sensitivities follow the element's own motion once build-distortion has run.
+    what is allowed at rest. Sensitivities follow the element's own motion once build-distortion has run.
     """
     from tedm_cli.cli.printing.gravity import audit_lines
     from tedm_cli.progress import progress

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, ValidationInfo, field_validator, model_validator
 
 from tedm_cli.config.base import Bounded, OneLine, Strict
 from tedm_cli.config.correlation import Names
@@ -25,7 +26,16 @@ Quantity = Literal[
 ]  # fmt: skip
 Limit = Annotated[float, Bounded(LIMIT_AT_REST)]
 REST = "rest"
-SubsystemName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_./-]{1,64}$")]
+
+
+def _subsystem_name(name: str) -> str:
+    """Names are joined by + where several are judged together."""
+    if not re.fullmatch(r"[A-Za-z0-9_./-]{1,64}", name):
+        raise ValueError("names of subsystems are made of letters without accents, digits, _ . / and -, at most 64")
+    return name
+
+
+SubsystemName = Annotated[str, AfterValidator(_subsystem_name)]
 #: Groups of areas and sources, the same for every test mass or by test mass; or whatever no other subsystem has.
 Subsystem = Literal["rest"] | Names | dict[str, Names]
 Problems = list[tuple[str, str]]

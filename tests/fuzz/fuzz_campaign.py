@@ -32,7 +32,7 @@ FAMILIES: dict[str, dict[str, int]] = {
              "S_BW.csv.toml": 10},
     "CSV": {
         "areas.csv": 25, "blocks.csv": 20, "points.csv": 20, "budget.csv": 15, "spectra.csv": 15, "series.csv": 20,
-        "r.csv": 20, "S_BW.csv": 15, "magnetic.csv": 10,
+        "nodes.csv": 15, "r.csv": 20, "S_BW.csv": 15, "magnetic.csv": 10,
     },
     "NPZ and MAT": {"r.npz": 20, "optics.npz": 15, "controller.npz": 8, "optics.mat": 17},
     "HDF5": {**dict.fromkeys(fuzz_hdf5_judge.READERS, 10), "dynamics.h5": 6, "case03.h5": 12},

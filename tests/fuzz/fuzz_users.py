@@ -41,6 +41,7 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "budget.csv": ("budget.csv", [RUN]),
     "spectra.csv": ("spectra.csv", [RUN]),
     "series.csv": ("series.csv", [["run-series", "warm"]]),
+    "nodes.csv": ("nodes.csv", [["run-series", "nodes"]]),
     "r.csv": ("r.csv", [RUN]),
     "r.npz": ("r.npz", [["run-case", "npz"]]),
     "S_BW.csv": ("matrices/S_BW.csv", [["build-optics"]]),
@@ -72,7 +73,7 @@ _READ = {
 #: Of tables, how many columns of labels stand before the numbers.
 LABELS = {
     "budget.csv": 0, "spectra.csv": 0, "series.csv": 0, "points.csv": 0, "magnetic.csv": 0, "blocks.csv": 1, "r.csv": 1,
-    "S_BW.csv": 2,
+    "S_BW.csv": 2, "nodes.csv": 2,
 }  # fmt: skip
 Numbers = dict[str, np.ndarray]
 

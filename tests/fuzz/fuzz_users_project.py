@@ -44,6 +44,14 @@ file = "series.csv"
 remove = "linear"
 lowest_hz = 0.02
 
+[[series]]
+name = "nodes"
+file = "thermal.csv"
+weights = "nodes.csv"
+unit = "degC"
+remove = "mean"
+lowest_hz = 0.02
+
 [[case]]
 id = "own"
 title = "From a file"
@@ -66,6 +74,7 @@ TEXTS = {
     "r.csv": "area,ROOT,WAIST,TIP\nROOT,1,0.5,0.1-0.2j\nWAIST,0.5,1,0\nTIP,0.1+0.2j,0,1\n",
     "points.csv": "x_m,y_m,z_m,mass_kg\n0.5,0.1,0.2,3.0\n-0.4,0.3,0.1,2.5\n",
     "blocks.csv": BLOCKS,
+    "nodes.csv": "node,area,weight\nN1,ROOT,0.25\nN2,ROOT,0.75\nN2,WAIST,1.0\nN1,TIP,0.5\nN2,TIP,0.5\n",
 }
 LOOP = """
 [spacecraft]
@@ -160,6 +169,8 @@ def bricks(folder: Path) -> UserProject:
         (project.folder / name).write_text(text)
     rows = "".join(f"{2.0 * n},{293.0 + 0.01 * np.sin(n):.6f},{293.0 + 1e-4 * n:.6f}\n" for n in range(900))
     (project.folder / "series.csv").write_text("time_s,TIP,all\n" + rows)
+    nodes = "".join(f"{2.0 * n};{20.0 + 0.01 * np.sin(n):.6f};{20.0 + 1e-4 * n:.6f}\n" for n in range(900))
+    (project.folder / "thermal.csv").write_text("time_s;N1;N2\n" + nodes.replace(".", ","))
     R = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 1.0]])
     np.savez_compressed(project.folder / "r.npz", area=np.array(["ROOT", "WAIST", "TIP"]), R=R)
     model = project.folder / "model.toml"
