@@ -1,16 +1,18 @@
+import shutil
 from pathlib import Path
 
 import pytest
 from border_tools import CONFIGS, SMALL, STAGES, Project, tiny_project
+from shared_folder import shared
 
 
 @pytest.fixture(scope="session")
 def chain(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """The small sample with its whole chain built, case 3 included. Not to be changed: copy it."""
-    import shutil
+    return Project(shared(tmp_path_factory, "small", build_chain))
 
-    folder = tmp_path_factory.mktemp("chain") / "small"
-    folder.mkdir()
+
+def build_chain(folder: Path) -> None:
     for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
         shutil.copy(SMALL / name, folder)
     for name in ("optics.toml", "cases.toml"):
@@ -19,7 +21,6 @@ def chain(tmp_path_factory: pytest.TempPathFactory) -> Project:
     project = Project(folder)
     for command in STAGES:
         project.stage(command).ok()
-    return project
 
 
 @pytest.fixture

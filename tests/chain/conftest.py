@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from shared_folder import shared
 
 from tedm_cli.config.cases import select_cases
 from tedm_cli.config.project import Project, load_project
@@ -30,11 +31,17 @@ def matrices(project: Project) -> None:
 @pytest.fixture(scope="session")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """The small sample, all stages up to the cases."""
-    project = load_project(SMALL / "tedm.toml", tmp_path_factory.mktemp("small"))
+    return small_in(shared(tmp_path_factory, "small_cases", lambda folder: build_cases(small_in(folder))))
+
+
+def small_in(folder: Path) -> Project:
+    return load_project(SMALL / "tedm.toml", folder)
+
+
+def build_cases(project: Project) -> None:
     matrices(project)
     build_optics(project, None)
     run_cases(project, select_cases(project.cases, ["all"]), None, silent)
-    return project
 
 
 MINI_MODEL = """

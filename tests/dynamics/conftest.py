@@ -11,13 +11,16 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "borders"))
 
 from border_tools import CONFIGS, SMALL, Project
+from shared_folder import shared
 
 
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """The small sample with default dynamics and case 3 simulated. Not to be changed: copy it."""
-    folder = tmp_path_factory.mktemp("dynamics") / "small"
-    folder.mkdir()
+    return Project(shared(tmp_path_factory, "dynamics", build_loop))
+
+
+def build_loop(folder: Path) -> None:
     for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
         shutil.copy(SMALL / name, folder)
     for name in ("optics.toml", "cases.toml"):
@@ -27,7 +30,6 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Project:
     for command in ("ingest", "build-distortion", "build-sensitivity", "build-optics", "build-dynamics"):
         project.run(command).ok()
     project.run("simulate", "3").ok()
-    return project
 
 
 @pytest.fixture
