@@ -104,7 +104,14 @@ def project(folder: Path, mass_model: str = "quadrature") -> Project:
     for line in ('deck = "', 'op2 = ["'):
         model = model.replace(f"# {line}", f"{line}{{build_dir}}/")
     model = model.replace('mass_model = "quadrature"', f'mass_model = "{mass_model}"')
-    model = re.sub(r"^areas_csv = .*\n|^ *\{ match = \"(?!OB_).*\n|^TM\d = \[\"IS.*\n", "", model, flags=re.MULTILINE)
+    dropped = (
+        r"areas_csv = .*",
+        r" *\{ match = \"(?!OB_).*",
+        r"IS = .*",
+        r"LTP = .*",
+        r"\[\[requirement_at_rest\]\]\nname = \"lpf\"",
+    )
+    model = re.sub("|".join(rf"^{line}\n" for line in dropped), "", model, flags=re.MULTILINE)
     (folder / "model.toml").write_text(model, encoding="utf-8")
     names = "".join(f'{name} = "{CONFIGS / name}.toml"\n' for name in ("optics", "cases"))
     (folder / "tedm.toml").write_text(f'title = "made up"\n{names}', encoding="utf-8")
@@ -139,6 +146,10 @@ def write_unit_loads(
             "/area/load_K": [a.load_K for a in loads.areas],
             "/area/mass": [lumped[a.rows].sum() for a in loads.areas],
             "/area/centroid": [model.position[a.rows].mean(axis=0) for a in loads.areas],
+            "/symmetry_plane/point": np.zeros(3),
+            "/symmetry_plane/normal": [0.0, 1.0, 0.0],
+            "/symmetry_plane/origin": "basic",
+            "/symmetry_plane/layout": "",
             "/area/node_offset": np.cumsum([0, *(len(a.rows) for a in loads.areas)]),
             "/area/node_index": np.concatenate([a.rows for a in loads.areas]),
             "/element/id": np.arange(1, elements + 1),

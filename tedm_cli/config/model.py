@@ -203,8 +203,13 @@ def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
     file, config = load(ModelConfig, path, hint=named_by_project("model"))
     subsystems, masses = config.gravity.subsystems, config.test_masses()
     groups = {rule.group for rule in config.areas.rule}
-    problems = subsystem_problems(subsystems, groups, [tm.name for tm in masses])
-    problems = problems or limit_problems(config.requirement_at_rest, subsystems, masses)
+    if masses:
+        problems = subsystem_problems(subsystems, groups, [tm.name for tm in masses])
+        problems = problems or limit_problems(config.requirement_at_rest, subsystems, masses)
+    else:
+        fact = "the model has no [[test_mass]] whose field at rest there could be"
+        given = {"gravity.subsystems": subsystems, "requirement_at_rest": config.requirement_at_rest}
+        problems = [(key, fact) for key, tables in given.items() if tables]
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config

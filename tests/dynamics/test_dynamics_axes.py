@@ -67,6 +67,7 @@ def two_lasers(satellite: Project) -> Project:
     replace_text(
         satellite.model, 'name = "TM2"\n', f'name = "TM2"\naxes = {[[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]}\n'
     )
+    replace_text(satellite.model, 'name = "lpf"', 'name = "lpf"\napplies_to = "single"')  # as for Δg: no differences
     satellite.run("build-sensitivity").ok()
     return satellite
 

@@ -344,5 +344,6 @@ def test_elements_without_their_motion_are_refused(whole: Path, tmp_path: Path) 
 def test_subsystems_without_test_masses_are_refused(tmp_path: Path) -> None:
     project = described(tmp_path / "p", READ_OUT)
     with open(project.folder / "model.toml", "a", encoding="utf-8") as stream:
-        stream.write('[gravity.subsystems]\nTM1 = ["IS1"]\n')
-    project.run("make-rules").refused(3, "gravity.subsystems.TM1: no such test mass; there are: none")
+        stream.write('[gravity.subsystems]\nIS = { TM1 = ["IS1"] }\n[[requirement_at_rest]]\nname = "lpf"\n')
+    fact = "the model has no [[test_mass]] whose field at rest there could be"
+    project.run("make-rules").refused(3, f"gravity.subsystems: {fact}", f"requirement_at_rest: {fact}")

@@ -89,8 +89,8 @@ AREAS = {
     "/area/side": ["+y", "-y", "mid", "mid", "+y"],
     "/symmetry_plane/point": [0.0, 0.125, 0.0],
     "/symmetry_plane/normal": [0.0, 1.0, 0.0],
-    "/symmetry_plane/origin": "layout",
-    "/symmetry_plane/layout": "../optics.toml",
+    "/symmetry_plane/origin": "configured",
+    "/symmetry_plane/layout": "",
 }
 MASSES = ["TM1", "TM2"]
 ROWS = [f"{tm}_{q}_{c}" for q in ("a", "omegadot") for tm in MASSES for c in "xyz"]

@@ -108,7 +108,7 @@ def test_a_field_that_nothing_limits_is_said_not_to_be_judged() -> None:
     found = cards_section(likely, AREAS, [], LOOP, str)
     assert [b.name for b in found.blocks if isinstance(b, VerdictCard)] == [LIMIT.name]
     assert sentence(likely, []).startswith("All that is required is met")
-    assert sentence([case("1", "likely")], []) == "Nothing is judged: the configuration names no requirement."
+    assert sentence([case("1", "likely")], []) == "Nothing is judged: the project names no requirement."
     section = at_rest_section([], [])
     assert len(section.blocks) == 1
     assert "is not judged" in plain(section.blocks[0].text)  # type: ignore[union-attr]

@@ -242,7 +242,7 @@ def test_every_verdict_at_rest_is_a_row(finished: Project, sources: list[str], p
 
 
 def test_the_symmetry_plane_is_told_with_where_it_is_from(first: Page, page: Page) -> None:
-    words = "y = 0.125 m in the basic frame (x-z plane of the layout frame in optics.toml)"
+    words = "y = 0.125 m in the basic frame ([areas] symmetry_plane)"
     assert ["Symmetry plane of sides and mirror pairs", words] in first.rows
     assert words in page.text
 
