@@ -10,11 +10,12 @@ from scipy.spatial.transform import Rotation
 from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.optics.layout import Element, OpticalLayout
+from tedm_cli.optics.matrix_checks import LARGEST_SKEW_RAD
 
 LARGEST_GAP_M = 1e-4
 """Distance of centres, and difference of faces, above which two files describe two test masses."""
 
-LARGEST_ANGLE_RAD = 1e-4
+LARGEST_ANGLE_RAD = LARGEST_SKEW_RAD
 """Angle between a face of the layout and one of the model above which they are two faces."""
 
 ROUNDING_M, ROUNDING_RAD = 1e-6, 1e-6

@@ -244,6 +244,12 @@ class OpticalLayout:
         return np.asarray(self.test_mass_axes @ self.axes)
 
     @cached_property
+    def skews_rad(self) -> FloatArray:
+        """How far the face of each test mass looks off the nearest of its axes, [n_tm] rad."""
+        across = [np.linalg.norm(np.cross(e.axes, e.normal), axis=1).min() for e in self.test_masses]
+        return np.asarray(np.arcsin(np.clip(across, 0.0, 1.0)))
+
+    @cached_property
     def has_own_axes(self) -> bool:
         """Whether the axes of any test mass are others than those of the layout."""
         return any(e.axes != LAYOUT_AXES for e in self.test_masses)

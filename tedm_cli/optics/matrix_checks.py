@@ -21,6 +21,8 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.read_out import read_out_inverse
 
 RESIDUAL_LIMIT = 1e-9  # rigid motions through an exact matrix leave rounding, about 1e-14
+#: A face that looks this far off the axes of its test mass is that of a drawing; further off it is a mistake, rad.
+LARGEST_SKEW_RAD = 1e-4
 _LOST_DIGITS = 0.1  # of the smallest singular value; more of it may not be error
 
 
@@ -73,7 +75,8 @@ def judge_matrix(
     Parameters
     ----------
     error : bound of the error of each entry of an imported S_BW; None for a traced one. A limit is the residual that
-        errors of this size can make at worst, at least 1e-9.
+        errors of this size can make at worst, at least 1e-9. A face off its axes by what a drawing may be reads y as x
+        by that angle, which bench motions are allowed besides.
 
     Raises
     ------
@@ -86,6 +89,9 @@ def judge_matrix(
         residuals["photodiode_rows"] = float(np.nan_to_num(np.abs(row_factors(layout, S_BW) - 1.0), nan=np.inf).max())
         limits = _limits(layout, S_BW, P, node_positions_m, error)
         _judge_condition(layout, S_BW, P, error)
+    if layout.has_geometry and (skew := float(layout.skews_rad.max(initial=0.0))) <= LARGEST_SKEW_RAD:
+        for name in layout.sets:
+            limits[f"bench_motion_{name}"] += 3.0 * skew
     # Photodiode columns are not judged: they are rounding only where both beams meet at the photodiode's centre.
     limits["photodiode_columns"] = np.inf
     return tuple(Judged(name, value, max(limits[name], RESIDUAL_LIMIT)) for name, value in residuals.items())

@@ -17,7 +17,9 @@ from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.invariances import invariance_residuals
 from tedm_cli.optics.labels import read_out_labels
+from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import LAYOUT_AXES, Dof, Element, MassExpansion, OpticalLayout
+from tedm_cli.optics.matrix_checks import judge_matrix
 from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivity
 from tedm_cli.optics.trace import nominal_poses, trace
 
@@ -150,6 +152,22 @@ def test_a_face_five_milliradians_off_the_layout_axes(layout: OpticalLayout) -> 
     wrong = replace(turned, elements=tuple(replace(e, axes=LAYOUT_AXES) for e in turned.elements))
     assert invariance_residuals(wrong, optical_sensitivity(wrong)).bench_motion["A"] > 1e-3
     assert invariance_residuals(turned, optical_sensitivity(turned)).bench_motion["A"] < 1e-13
+
+
+@pytest.mark.parametrize(("off", "passes"), [(0.0, True), (2e-5, True), (0.9e-4, True), (1.1e-4, False), (5e-3, False)])
+def test_axes_that_are_rounded_are_no_mistake(layout: OpticalLayout, off: float, passes: bool) -> None:
+    """A face off its axes by the rounding of a drawing reads y as x by that angle; more is refused."""
+    turn = Rotation.from_rotvec([0.0, 0.0, off]).as_matrix()
+    elements = tuple(replace(e, axes=axis_rows(turn)) if e.name == "TM2" else e for e in layout.elements)
+    turned = replace(layout, elements=elements)
+    assert turned.skews_rad == pytest.approx([0.0, off], abs=1e-12)
+    nodes, _ = random_bench_motion(layout, 3)
+    matrix = move_reference_points(optical_sensitivity(turned), turned, nodes)
+    judged = {j.name: j for j in judge_matrix(turned, matrix, law_matrix(turned), nodes)}
+    for name in turned.sets:
+        assert judged[f"bench_motion_{name}"].passed == passes
+        assert judged[f"bench_motion_{name}"].value == pytest.approx(np.sin(off), rel=1e-3, abs=1e-12)
+    assert all(j.passed for name, j in judged.items() if not name.startswith("bench_motion"))
 
 
 def test_each_test_mass_may_be_measured_otherwise(layout: OpticalLayout) -> None:

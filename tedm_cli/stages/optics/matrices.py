@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import read_toml
 from tedm_cli.config.imported import law_of, sensitivity_of
@@ -21,14 +19,19 @@ from tedm_cli.matrix_files.npz_file import read_npz
 from tedm_cli.optics.diagnosis import explain_defect, most_changed
 from tedm_cli.optics.imported import ImportedSensitivity, import_law, import_sensitivity
 from tedm_cli.optics.law import law_matrix
-from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.optics.matrix_checks import BlockDifference, Judged, block_differences, judge_matrix
+from tedm_cli.optics.layout import LAYOUT_AXES, OpticalLayout
+from tedm_cli.optics.matrix_checks import (
+    LARGEST_SKEW_RAD,
+    BlockDifference,
+    Judged,
+    block_differences,
+    judge_matrix,
+)
 from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivity
 
 T = TypeVar("T")
 
 _READERS: dict[str, Callable[[Path, str], RawMatrix]] = {".csv": read_csv, ".npz": read_npz, ".mat": read_mat}
-_SKEW = 1e-9  # rad, of the normal of a face off the axes of its test mass
 _DECLARE = "give the matrix in SI, or declare what its entries are; see docs/optics.md"
 
 
@@ -98,10 +101,11 @@ def _judge(
 
 def _skew_faces(layout: OpticalLayout) -> str:
     """What to do about test masses whose face looks along none of their axes; empty where there is none."""
-    for mass, axes in zip(layout.test_masses, layout.test_mass_axes, strict=True):
-        off = float(np.arcsin(np.min(np.linalg.norm(np.cross(axes, mass.normal), axis=1)).clip(max=1.0)))
-        if off > _SKEW:
-            return f"the face of {mass.name} looks {off:.2g} rad off its axes; give the element the test mass's `axes`"
+    for mass, off in zip(layout.test_masses, layout.skews_rad, strict=True):
+        if off > LARGEST_SKEW_RAD:
+            given = mass.axes != LAYOUT_AXES
+            mend = "its `normal` has to be one of its `axes`" if given else "give the element the test mass's `axes`"
+            return f"the face of {mass.name} looks {off:.2g} rad off its axes; {mend}"
     return ""
 
 
