@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated, Literal, Self
 
-import numpy as np
 from pydantic import AfterValidator, ValidationInfo, field_validator, model_validator
 
 from tedm_cli.config.base import Bounded, OneLine, Strict
@@ -18,6 +16,7 @@ from tedm_cli.gravity.field import COMPENSATION, OTHER_TEST_MASS
 from tedm_cli.gravity.requirement_presets import PRESETS, lpf_limits
 from tedm_cli.gravity.requirements import ALL, AtRestLimit, axes_of
 from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.parallel_axes import MassAxis, why_no_difference
 from tedm_cli.quantities import LIMIT_AT_REST
 
 Quantity = Literal[
@@ -225,16 +224,10 @@ def _difference_problems(
         how = 'name two: test_mass = ["A", "B"] is B minus A' if len(names) > 2 and table.quantity else single
         return [("test_mass" if table.quantity else "applies_to", f"{fact}; {how}")]
     first, second = (test_masses[names.index(name)] for name in masses)
-    cosine = np.clip(np.sum(first.axes * second.axes, axis=1), -1.0, 1.0)
-    angle = np.arccos(cosine)
-    differ = np.abs(np.cross(first.axes, second.axes)).max(axis=1) > _PARALLEL_RAD
     limits = [limit for limit in table.limits(subsystems, names) if limit.is_difference]
     axes = sorted({axis for limit in limits for axis in axes_of(limit.quantity)})
     for axis in axes:
-        if differ[axis] or cosine[axis] < 0.0:
-            fact = (
-                f"the {'xyz'[axis]} axes of {first.name} and {second.name} are not parallel"
-                f" ({math.degrees(angle[axis]):.4g} deg apart), so their difference is of no meaning"
-            )
+        one, two = (MassAxis(tm.name, "xyz"[axis], tm.axes[axis]) for tm in (first, second))
+        if fact := why_no_difference(one, two, _PARALLEL_RAD):
             return [("applies_to", f"{fact}; {single}")]
     return []

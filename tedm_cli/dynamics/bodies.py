@@ -8,10 +8,10 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
+from tedm_cli.parallel_axes import PARALLEL_RAD, apart_rad
 
 _SYMMETRY = 1e-12  # of the inertia, relative
 _ORTHONORMALITY = 1e-12
-PARALLEL_RAD = 1e-3  # axes that are mounted this far apart measure along one direction, as any hardware does
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +100,7 @@ def cross_matrix(vector: FloatArray) -> FloatArray:
 
 def x_axes_apart_rad(axes: FloatArray) -> float:
     """Angle between the x axes of two test masses with `axes` [2, 3, 3] (rows), from 0 to π."""
-    first, second = axes[0, 0], axes[1, 0]
-    return float(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second))
+    return apart_rad(axes[0, 0], axes[1, 0])
 
 
 def x_axes_are_parallel(axes: FloatArray) -> bool:

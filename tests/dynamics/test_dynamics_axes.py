@@ -13,13 +13,14 @@ from dynamics_models import example_plant
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import load_project
 from tedm_cli.contracts import DYNAMICS, SIMULATION
-from tedm_cli.dynamics.bodies import PARALLEL_RAD, x_axes_apart_rad, x_axes_are_parallel
+from tedm_cli.dynamics.bodies import x_axes_apart_rad, x_axes_are_parallel
 from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.controller import default_controller, default_loops
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, DELTA_G, INPUTS, OUTPUTS
 from tedm_cli.errors import PhysicsError
 from tedm_cli.files.store import open_checked
+from tedm_cli.parallel_axes import PARALLEL_RAD
 from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.stages.dynamics import thermal
 

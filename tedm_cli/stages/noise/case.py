@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tedm_cli.config.cases import CasesConfig, load_cases
+from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
@@ -43,6 +44,7 @@ def run_cases(
         require_speckit()
     criteria = config.criteria()
     halves_of(project).require_judgeable(criteria.requirements, where=project.cases)
+    require_parallel(project, criteria.requirements)
     outputs = read_outputs(project).with_differences(criteria.requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()

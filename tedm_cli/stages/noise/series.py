@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tedm_cli.config.cases import load_cases
+from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
@@ -37,6 +38,7 @@ def run_series(
     file, config = load_cases(project.cases)
     requirements = config.applied_requirements()
     halves_of(project).require_judgeable(requirements, where=project.cases)
+    require_parallel(project, requirements)
     outputs = read_outputs(project).with_differences(requirements)
     labels, units, kinds = list(outputs.labels), list(outputs.units), list(outputs.kinds)
     try:

@@ -13,6 +13,7 @@ from pathlib import Path
 from tedm_cli.areas.configured import area_csv
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.compensation import compensation_file
+from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.dynamics import load_dynamics
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
@@ -68,12 +69,13 @@ def make_rules(project: Project, output: Path | None) -> Path:
     Raises
     ------
     ConfigError : a name that Make cannot take, all of them at once; a project with neither half of the chain, or with
-        requirements on the half that it has not.
+        requirements on the half that it has not, or on a difference of test masses that has no meaning.
     """
     _, model = load_model(project.model)
     _, cases = load_cases(project.cases)
     halves = halves_of(project, model)
     halves.require_judgeable(cases.applied_requirements(), where=project.cases)
+    require_parallel(project, cases.applied_requirements(), model)
     own = all("{build_dir}" in p for p in (model.model.deck, *model.model.op2))
     bdf = None if model.model.bdf is None else project.resolve(model.model.bdf)
     listed = area_csv(project, model)
