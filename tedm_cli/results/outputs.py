@@ -11,6 +11,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.halves import halves_of
+from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS, SENSITIVITY, AreaDatasets
 from tedm_cli.errors import InputError
@@ -28,6 +29,7 @@ from tedm_cli.noise.outputs import Outputs
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.self_gravity import read_self_gravity
+from tedm_cli.results.sides import require_plane
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 
@@ -59,10 +61,11 @@ def read_outputs(project: Project) -> ModelOutputs:
     Raises
     ------
     InputError : files that stem from different distortion matrices, or were made with another configuration than the
-        project has now.
+        project has now, or with another symmetry plane.
     ConfigError : the project has neither test masses nor optics.
     """
-    halves = halves_of(project)
+    model = load_model(project.model)[1]
+    halves = halves_of(project, model)
     files: list[Reader] = []
     with contextlib.ExitStack() as stack:
         if halves.gravity:
@@ -73,6 +76,8 @@ def read_outputs(project: Project) -> ModelOutputs:
             require_configuration(files[-1], project.optics)
         require_same_input(DISTORTION_FILE, *files)
         require_same_areas(files[0], *files[1:])
+        for file in files:
+            require_plane(file, project, model)
         families = [_gravity(file) if file.kind is SENSITIVITY else _read_outs(file) for file in files]
         return ModelOutputs(
             read_areas(files[0]),

@@ -9,14 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.project import Project
-from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.contracts import AreaDatasets, AreaPlaces
-from tedm_cli.errors import ConfigError, InputError, UsageError
+from tedm_cli.errors import ConfigError, UsageError
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.results.areas import read_plane
 
 SOLID_KG_M3 = (1e2, 3e4)  # no solid is lighter or heavier
 
@@ -58,17 +55,6 @@ def copy_places(source: Reader, target: Writer) -> None:
     for path in (AreaPlaces.AREA_CENTROID, AreaPlaces.PLANE_POINT, AreaPlaces.PLANE_NORMAL):
         target.write(path, source.array(path))
     target.write(AreaPlaces.PLANE_ORIGIN, source.string(AreaPlaces.PLANE_ORIGIN))
-
-
-def require_plane(file: Reader, project: Project, config: ModelConfig) -> None:
-    """Refuse areas with the sides of another symmetry plane than the project has now."""
-    used, now = read_plane(file), project_plane(project, config)
-    if not now.plane.is_same(used):
-        raise InputError(
-            f"is stale: the sides of its areas are those of {used.words}; the symmetry plane is {now.plane.words} now",
-            where=str(file.path),
-            hint="begin again with `tedm ingest`, or run make all",
-        )
 
 
 def out_path(project: Project, name: str, output: Path | None) -> Path:

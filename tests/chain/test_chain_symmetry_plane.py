@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from turned_model import turned_project
 
 from tedm_cli.config.cases import select_cases
-from tedm_cli.config.project import Project
+from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import CASE, OPTICS, SENSITIVITY, UNIT_LOADS
+from tedm_cli.errors import InputError
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.areas import read_areas, read_plane
@@ -17,6 +21,7 @@ from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 from tedm_cli.stages.model.distortion import build_distortion
 from tedm_cli.stages.model.ingest import ingest
 from tedm_cli.stages.noise.case import run_cases
+from tedm_cli.stages.noise.series import run_series
 from tedm_cli.stages.optics.build import build_optics
 
 ORIGIN = np.array([0.4, -0.7, 0.25])
@@ -74,3 +79,22 @@ def test_sensitivities_go_with_it(turned: Project, small: Project) -> None:
         with open_checked(turned.build_dir / name, kind) as one, open_checked(small.build_dir / name, kind) as two:
             found, wanted = one.array(path), two.array(path)
         np.testing.assert_array_less(np.abs(found - wanted).max(axis=1), 1e-6 * np.abs(wanted).max(axis=1))
+
+
+def test_sides_of_a_plane_that_is_gone_are_refused(turned: Project, tmp_path: Path) -> None:
+    """Self-gravity alone is left of the project, and without its layout the plane is basic y = 0."""
+    folder = tmp_path / "project"
+    shutil.copytree(turned.file.path.parent, folder)
+    (folder / "optics.toml").unlink()
+    cases = folder / "cases.toml"
+    read_out = cases.read_text().index('[[requirement]]\nname = "lpf_readout_item"')
+    after = cases.read_text().index("[[case]]", read_out)
+    text = cases.read_text()[:read_out] + cases.read_text()[after:]
+    warm = '[[series]]\nname = "warm"\nfile = "warm.csv"\nremove = "mean"\n\n'
+    cases.write_text(text.replace("[[case]]", f"{warm}[[case]]", 1))
+    project = load_project(folder / "tedm.toml", folder / "build")
+    for judge in (lambda: run_cases(project, CASES, None, silent), lambda: run_series(project, ["warm"], None, silent)):
+        with pytest.raises(InputError, match=r"is stale: the sides .* the symmetry plane is y = 0") as caught:
+            judge()
+        assert caught.value.where.endswith("sensitivity.h5")
+        assert "make all" in caught.value.hint

@@ -67,6 +67,7 @@ blocks = [{ shield = ["inside"] }]
 MODEL = """# model of <nothing> & all
 [model]
 [areas]
+symmetry_plane = { point_m = [0.0, 0.125, 0.0], normal = [0.0, 1.0, 0.0] }
 rule = [{ match = "*", group = "all", shield = "inside" }]
 [[test_mass]]
 name = "TM1"

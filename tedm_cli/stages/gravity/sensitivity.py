@@ -33,8 +33,9 @@ from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
+from tedm_cli.results.sides import require_plane
 from tedm_cli.results.unit_loads import mass_of
-from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path, require_plane
+from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
 from tedm_cli.stages.gravity.at_rest import BY_AREA, verdicts_at_rest, write_verdicts
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
 from tedm_cli.threads import side_by_side

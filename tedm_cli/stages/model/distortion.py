@@ -19,8 +19,9 @@ from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, proven
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
+from tedm_cli.results.sides import require_plane
 from tedm_cli.results.unit_loads import lever_nodes_of
-from tedm_cli.stages.common import copy_areas, copy_places, out_path, require_plane
+from tedm_cli.stages.common import copy_areas, copy_places, out_path
 from tedm_cli.stages.layout_match import match_layout
 
 IMPLAUSIBLE = 100.0  # times the free growth of the whole model

@@ -22,7 +22,8 @@ from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.optics.matrix_checks import BlockDifference, Judged
 from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.results.optics import read_bench_motion
-from tedm_cli.stages.common import copy_areas, copy_places, out_path, require_plane
+from tedm_cli.results.sides import require_plane
+from tedm_cli.stages.common import copy_areas, copy_places, out_path
 from tedm_cli.stages.layout_match import match_layout
 from tedm_cli.stages.optics.layout import refuse_failures
 from tedm_cli.stages.optics.matrices import optical_matrices
