@@ -24,6 +24,7 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
+from tedm_cli.report.frames import own_axes
 from tedm_cli.report.verdicts import NOT_JUDGED
 from tedm_cli.results.field import FieldAtRest, Linearised, left_out, place_text, symbol
 from tedm_cli.results.titles import at_rest_requirement, mass_title, subsystem_label
@@ -146,6 +147,7 @@ def _by_source(field: FieldAtRest) -> list[Block]:
             "Frame: the nominal frame of each test mass, origin at its centre, axes along its edges; theta, eta and phi"
             f" turn about x, y and z.{places}"
         ),
+        *own_axes(names, field.axes, "Nastran basic frame"),
         Paragraph(
             "A grey 0 is rounding: less than 10⁻⁹ of the largest entry of the same matrix (3 × 3 block) or, for a and"
             " ω̇, of all sources and test masses."

@@ -125,7 +125,12 @@ def key_figures_section(
     if field is not None:
         for name, a in zip(field.test_mass, field.acceleration.sum(axis=1), strict=True):
             parts = ", ".join(sci(float(v), 3) for v in a)
-            rows.append(row(f"Acceleration at rest of {mass_title(name)}", f"({parts}) m/s² along x, y, z"))
+            rows.append(
+                row(
+                    f"Acceleration at rest of {mass_title(name)}",
+                    f"({parts}) m/s² along x, y, z, the axes of the test mass",
+                )
+            )
     if optics is not None:
         rows += _read_outs(optics, areas)
     if loop is not None:

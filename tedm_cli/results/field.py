@@ -72,6 +72,7 @@ class FieldAtRest:
     Parameters
     ----------
     test_mass, position_m, mass_kg : names, centres [t, 3] in the basic frame, masses [t].
+    axes : [t, 3, 3], axes of the test masses as rows, basic frame.
     source, mass_model : names of the sources, and how the mass of the structure is represented.
     acceleration, angular_acceleration : [t, s, 3], m/s² and rad/s².
     points, quadrature_error : [t, s], points that a source is made of, and its relative error; NaN: no estimate.
@@ -81,6 +82,7 @@ class FieldAtRest:
     test_mass: list[str]
     position_m: FloatArray
     mass_kg: FloatArray
+    axes: FloatArray
     source: list[str]
     mass_model: str
     acceleration: FloatArray
@@ -121,6 +123,7 @@ def read_field(file: Reader) -> FieldAtRest:
         test_mass=file.strings(SENSITIVITY.TEST_MASS_NAME),
         position_m=file.array(SENSITIVITY.TEST_MASS_POSITION),
         mass_kg=file.array(SENSITIVITY.TEST_MASS_MASS),
+        axes=file.array(SENSITIVITY.TEST_MASS_AXES),
         source=file.strings(SENSITIVITY.SOURCE_NAME),
         mass_model=file.string(SENSITIVITY.SOURCE_MASS_MODEL),
         acceleration=file.array(SENSITIVITY.DC_ACCELERATION),

@@ -1,0 +1,58 @@
+"""What the report says of frames: the axes of turned test masses, and benches that move by themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import SENSITIVITY
+from tedm_cli.files.store import open_checked
+from tedm_cli.report.document import Block, Table
+from tedm_cli.report.field import field_section
+from tedm_cli.report.frames import own_axes
+from tedm_cli.results.field import FieldAtRest, read_field
+from tedm_cli.stages.reporting.report import report
+
+TURNED = Rotation.from_rotvec(np.radians(30.0) * np.array([0.0, 0.0, 1.0])).as_matrix().T
+BOTH = np.array([np.eye(3), TURNED])
+
+
+@pytest.fixture(scope="module")
+def field(finished: Project) -> FieldAtRest:
+    with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        return read_field(file)
+
+
+def tables(blocks: tuple[Block, ...], beginning: str) -> list[list[list[str]]]:
+    """Texts of the tables whose captions begin so, row by row."""
+    found = [b for b in blocks if isinstance(b, Table) and b.caption.startswith(beginning)]
+    return [[[str(cell.text) for cell in row.cells] for row in table.rows] for table in found]
+
+
+def test_axes_of_turned_test_masses_are_listed(field: FieldAtRest) -> None:
+    np.testing.assert_allclose(field.axes, BOTH[[0, 0]], atol=1e-12)
+    assert tables(field_section(field, []).blocks, "Axes") == []
+    shown = tables(field_section(replace(field, axes=BOTH), []).blocks, "Axes x, y, z of each test mass")
+    assert shown == [
+        [
+            ["TM1", "(1.000000, 0, 0)", "(0, 1.000000, 0)", "(0, 0, 1.000000)"],
+            ["TM2", "(0.866025, 0.500000, 0)", "(−0.500000, 0.866025, 0)", "(0, 0, 1.000000)"],
+        ]
+    ]
+    assert own_axes(["TM1"], np.array([np.eye(3)]), "") == []
+
+
+def test_accelerations_at_rest_are_along_the_axes_of_their_test_mass(written: str) -> None:
+    rows = [line for line in written.splitlines() if "Acceleration at rest of" in line]
+    assert len(rows) == 2
+    assert all("m/s² along x, y, z, the axes of the test mass" in line for line in rows)
+
+
+@pytest.fixture(scope="module")
+def written(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("frames") / "report.md"
+    return next(p for p in report(finished, path) if p.name == "report.md").read_text(encoding="utf-8")
