@@ -26,6 +26,7 @@ class Outputs:
     rows : [n_out, k], unit of the output per kelvin.
     labels, kinds : [n_out], name and quantity (a key of `UNITS`) of each output.
     parts_of_read_outs : by label of a read-out, what it is made of.
+    benches : number of optical benches that they are of.
 
     Raises
     ------
@@ -37,6 +38,7 @@ class Outputs:
     labels: tuple[str, ...]
     kinds: tuple[str, ...]
     parts_of_read_outs: Mapping[str, ReadOutParts] = field(default_factory=dict)
+    benches: int = field(default=0, kw_only=True)
 
     def __post_init__(self) -> None:
         if self.rows.shape != (len(self.labels), len(self.areas)) or len(self.kinds) != len(self.labels):

@@ -102,6 +102,11 @@ class ReportInputs:
         return [] if self.field is None else self.field.verdicts
 
     @property
+    def benches(self) -> int:
+        """Number of optical benches."""
+        return 0 if self.optics is None else len(self.optics.read_outs.benches)
+
+    @property
     def half(self) -> str:
         """What is not there of a project with one half of the chain; empty of one with both."""
         return GRAVITY_ALONE if self.optics is None else READ_OUT_ALONE if self.field is None else ""
@@ -172,7 +177,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
         cases_section(cases, [*figures["verdict"], *figures["all cases"]]),
     ]
     if judged:
-        sections.append(binding_section(cases, areas, figures["contributors"]))
+        sections.append(binding_section(cases, areas, inputs.benches, figures["contributors"]))
     if dc:
         sections.append(at_rest_section(dc, figures["field"]))
     if loop is not None:
@@ -190,7 +195,7 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
     """Everything else."""
     cases, areas, loop, of = inputs.cases, inputs.areas, inputs.closed_loop, figures.annex
     words = closed_loop_words(loop, inputs.no_loop, [case.id for case in cases], titles)
-    sections = [cards_section(cases, areas, inputs.at_rest, words, titles)]
+    sections = [cards_section(cases, areas, inputs.at_rest, words, titles, inputs.benches)]
     sections.append(every_case_section(cases, [*of["verdict"], *of["all cases"]], titles))
     if of["cases"]:
         sections.append(spectra_section(of["cases"]))

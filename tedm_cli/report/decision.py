@@ -26,6 +26,7 @@ from tedm_cli.results.wording import (
     ratio_text,
     sci,
     span,
+    the_bench,
     unit_text,
 )
 
@@ -36,20 +37,25 @@ _LARGE = 0.1  # of the largest contribution: a term of this size is a large one
 
 
 def cards_section(
-    cases: Sequence[CaseNoise], areas: AreaTable, dc: Sequence[DcVerdict], closed_loop: Paragraph, titles: Titles
+    cases: Sequence[CaseNoise],
+    areas: AreaTable,
+    dc: Sequence[DcVerdict],
+    closed_loop: Paragraph,
+    titles: Titles,
+    benches: int = 1,
 ) -> Section:
     """A card for each requirement and one for the field at rest, where it is judged; the worst first.
 
-    `closed_loop` is what is to be said of the drag-free loop here.
+    `closed_loop` is what is to be said of the drag-free loop here; `benches`: how many the read-outs are of.
     """
-    cards = [_card(limit, pairs, areas, titles) for limit, pairs in by_requirement(without_repeats(cases))]
+    cards = [_card(limit, pairs, areas, titles, benches) for limit, pairs in by_requirement(without_repeats(cases))]
     if dc:
         cards.append(_field_card(dc))
     cards.sort(key=lambda card: _ORDER.index(card.state))
     return Section("requirements", "Each requirement", "Requirements", (*cards, closed_loop), new_page=True)
 
 
-def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles) -> VerdictCard:
+def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles, benches: int) -> VerdictCard:
     likely = [p for p in pairs if p[0].role == LIKELY]
     possible = possible_of(pairs)
     case, j = deciding(pairs)
@@ -75,7 +81,7 @@ def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles)
     facts += [
         ("All possible cases", _by_case(possible)),
         ("How sure", (f"{how_sure(case, j)} (", Ref("sure"), ").")),
-        ("Limited by", limited_by(case, j, areas)),
+        ("Limited by", limited_by(case, j, areas, benches)),
         ("What would help" if not j.passed else "Margin", _improvement(case, j, limit.name)),
     ]
     return VerdictCard(state, word, title, lead, tuple(facts))
@@ -148,7 +154,7 @@ def how_sure(case: CaseNoise, j: JudgedOutput) -> str:
     return capital(text)
 
 
-def limited_by(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> str:
+def limited_by(case: CaseNoise, j: JudgedOutput, areas: AreaTable, benches: int = 1) -> str:
     """Groups, areas and optical elements with the largest parts of the power, or that large terms cancel."""
     groups = {name: float(j.share[areas.group == name].sum()) for name in dict.fromkeys(areas.group)}
     single = dict(zip(areas.name, j.share.tolist(), strict=True))
@@ -157,7 +163,7 @@ def limited_by(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> str:
     if j.path is not None:
         said.append(_parts("optical elements", j.path))
     if j.distortion_ratio is not None:
-        said.append(f"if the bench did not move as one, the ratio would be {ratio_text(j.distortion_ratio)}")
+        said.append(f"if {the_bench(benches)} did not move as one, the ratio would be {ratio_text(j.distortion_ratio)}")
     return f"Noise power at {mhz_text(j.contribution_hz)}: {'; '.join(said)}"
 
 

@@ -31,6 +31,7 @@ def optics_section(
     """What the report says of optics.h5."""
     blocks: list[Block] = [
         *figures["bench"],
+        *_benches(read_outs),
         Heading("Sensitivity of the beams"),
         Facts(tuple(_facts(quality, read_outs))),
         _residuals(quality),
@@ -44,9 +45,18 @@ def optics_section(
         *figures["read-out"],
     ]
     first, rest = figures["load"][:1], figures["load"][1:]
-    blocks += [Heading("The bench under the worst areas")] if first else []
+    blocks += [Heading(f"The bench{'es' if len(read_outs.benches) > 1 else ''} under the worst areas")] if first else []
     blocks += [*first, *(Folded(f.caption.split(", before")[0], (f,)) for f in rest)]
     return Section("optics", "Optics", "Optics", tuple(blocks))
+
+
+def _benches(read_outs: ReadOuts) -> list[Table]:
+    """Which elements are on which bench, where there are several."""
+    if len(read_outs.benches) < 2:
+        return []
+    rows = tuple(row(name, ", ".join(elements)) for name, elements in read_outs.benches.items())
+    caption = "Optical benches, each of which moves by itself, and the elements on them."
+    return [Table(columns("Bench", "Elements", text=(0, 1)), rows, caption)]
 
 
 def _facts(quality: OpticsQuality, read_outs: ReadOuts) -> list[tuple[str, Text]]:

@@ -37,12 +37,14 @@ from tedm_cli.results.titles import at_rest_title, by_subsystem, mass_title, out
 from tedm_cli.results.wording import capital, count, decimals, ratio_text, sci, unit_text
 
 
-def binding_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[Figure]) -> Section:
+def binding_section(cases: Sequence[CaseNoise], areas: AreaTable, benches: int, figures: Sequence[Figure]) -> Section:
     """Each judged output in the case that decides it: what limits it, in words; figures of the worst."""
     rows = []
     for found in worst_first(noise_judgements(cases)):
         case, j = found.decides
-        rows.append(row(capital(output_title(found.output)), _where(case, j.ratio), limited_by(case, j, areas)))
+        rows.append(
+            row(capital(output_title(found.output)), _where(case, j.ratio), limited_by(case, j, areas, benches))
+        )
     caption = "What the noise of each judged output comes from, in the case that decides its verdict."
     table = Table(columns("Output", "Ratio", "Made of", text=(0, 1, 2)), tuple(rows), caption, tight=True)
     title = "Evidence: what the noise comes from"

@@ -24,6 +24,7 @@ class ReadOuts:
     ----------
     label, unit : of the read-outs, the same of every set.
     element : the E optical elements and test masses, in the order of the motions.
+    benches : elements of each bench by its name; test masses are on none.
     N, gain : by set, [r, k] and [r, 6 E] (by m and rad): N = gain motion.
     motion, rigid_motion : [6 E, k], motion of the elements at their grids, and the part of it in which each bench
         moves as one; layout frame.
@@ -32,6 +33,7 @@ class ReadOuts:
     label: list[str]
     unit: list[str]
     element: list[str]
+    benches: dict[str, list[str]]
     N: dict[str, FloatArray]
     gain: dict[str, FloatArray]
     motion: FloatArray
@@ -60,11 +62,13 @@ class ReadOuts:
 def read_read_outs(file: Reader) -> ReadOuts:
     """All that optics.h5 says of the read-outs; `InputError` where a unit is not of its read-out."""
     sets, label = file.strings(OPTICS.SET_NAME), file.strings(OPTICS.LABEL_READ_OUT)
+    on = list(zip(file.strings(OPTICS.ELEMENT_NAME), file.strings(OPTICS.ELEMENT_BENCH), strict=True))
     wanted = ["m" if name.endswith(("_x", "_y", "_z")) else "rad" for name in label]
     return ReadOuts(
         label=label,
         unit=units_of(file, OPTICS.LABEL_READ_OUT_UNIT, label, wanted),
         element=[label.rpartition("_")[0] for label in file.strings(OPTICS.LABEL_ELEMENT_DOF)[::N_MOTIONS]],
+        benches={bench: [e for e, b in on if b == bench] for bench in file.strings(OPTICS.BENCH_NAME)},
         N={name: file.array(OPTICS.N.of(name)) for name in sets},
         gain={name: file.array(OPTICS.GAIN.of(name)) for name in sets},
         motion=file.array(OPTICS.MOTION),

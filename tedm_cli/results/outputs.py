@@ -53,6 +53,7 @@ class _Family:
     labels: list[str]
     kinds: list[str]
     parts: dict[str, ReadOutParts] = field(default_factory=dict)
+    benches: int = 0
 
 
 def read_outputs(project: Project) -> ModelOutputs:
@@ -85,6 +86,7 @@ def read_outputs(project: Project) -> ModelOutputs:
             tuple(label for f in families for label in f.labels),
             tuple(kind for f in families for kind in f.kinds),
             {label: parts for f in families for label, parts in f.parts.items()},
+            benches=sum(f.benches for f in families),
             area_id=files[0].array(AreaDatasets.AREA_ID),
             sources=tuple(file.path for file in files),
         )
@@ -107,7 +109,7 @@ def _read_outs(file: Reader) -> _Family:
         for i, label in enumerate(read_outs.label):
             parts[f"{name}_{label}"] = ReadOutParts(tuple(read_outs.element), by_element[i], distortion[i])
     kinds = [_READ_OUT_KIND[u] for u in read_outs.unit] * len(read_outs.sets)
-    return _Family(np.concatenate(rows), read_outs.names, kinds, parts)
+    return _Family(np.concatenate(rows), read_outs.names, kinds, parts, len(read_outs.benches))
 
 
 def _finite(rows: FloatArray, labels: Sequence[str], path: Path, dataset: str) -> FloatArray:

@@ -126,6 +126,11 @@ def number_word(n: int) -> str:
     return _NUMBER_WORDS[n] if 0 <= n < len(_NUMBER_WORDS) else f"{n}"
 
 
+def the_bench(benches: int) -> str:
+    """What moves as one: the bench, or each of several."""
+    return "each bench" if benches > 1 else "the bench"
+
+
 def decimals(values: Sequence[float], unit_factor: float, digits: int) -> str:
     """A vector in a unit that makes its size everyday, `(−0.158, 0, −8.483)`."""
     shown = (f"{v * unit_factor:.{digits}f}" for v in values)

@@ -187,6 +187,8 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
         "/D": chain.D,
         **{f"/N/{read.name}": read.N for read in chain.sets},
         "/element/name": [e.name for e in layout.elements],
+        "/element/bench": ["" if e.kind == "test_mass" else "bench" for e in layout.elements],
+        "/bench/name": ["bench"],
         "/test_mass/name": [e.name for e in layout.test_masses],
         "/label/element_dof": list(input_labels(layout).names),
         "/label/test_mass_dof": list(input_labels(layout, layout.test_masses).names),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
@@ -9,12 +10,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import SENSITIVITY
+from tedm_cli.contracts import OPTICS, SENSITIVITY
 from tedm_cli.files.store import open_checked
-from tedm_cli.report.document import Block, Table
+from tedm_cli.report.decision import cards_section
+from tedm_cli.report.document import Block, Figure, Paragraph, Table
 from tedm_cli.report.field import field_section
 from tedm_cli.report.frames import own_axes
+from tedm_cli.report.optics import optics_section
+from tedm_cli.report.proof import binding_section
+from tedm_cli.results.areas import read_areas
+from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.case_file import read_case
 from tedm_cli.results.field import FieldAtRest, read_field
+from tedm_cli.results.optics import read_optics
 from tedm_cli.stages.reporting.report import report
 
 TURNED = Rotation.from_rotvec(np.radians(30.0) * np.array([0.0, 0.0, 1.0])).as_matrix().T
@@ -56,3 +64,25 @@ def test_accelerations_at_rest_are_along_the_axes_of_their_test_mass(written: st
 def written(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("frames") / "report.md"
     return next(p for p in report(finished, path) if p.name == "report.md").read_text(encoding="utf-8")
+
+
+def test_several_benches_are_listed_with_their_elements(finished: Project) -> None:
+    with open_checked(finished.build_dir / "optics.h5", OPTICS) as file:
+        optics, areas = read_optics(file), read_areas(file)
+    figures: dict[str, list[Figure]] = defaultdict(list)
+    assert optics.read_outs.benches == {"bench": [e for e in optics.read_outs.element if not e.startswith("TM")]}
+    assert tables(optics_section(optics.quality, optics.read_outs, areas, figures).blocks, "Optical benches") == []
+    two = replace(optics.read_outs, benches={"OB1": ["FIT1", "M1"], "OB2": ["M2"]})
+    shown = tables(optics_section(optics.quality, two, areas, figures).blocks, "Optical benches")
+    assert shown == [[["OB1", "FIT1, M1"], ["OB2", "M2"]]]
+
+
+@pytest.mark.parametrize(("benches", "said"), [(1, "if the bench did not"), (2, "if each bench did not")])
+def test_of_several_benches_each_moves_as_one(finished: Project, benches: int, said: str) -> None:
+    with open_results(finished) as results:
+        cases, areas = [read_case(r) for r in results.cases], results.areas
+    section = binding_section(cases, areas, benches, [])
+    text = " ".join(cell for row in tables(section.blocks, "What the noise")[0] for cell in row)
+    assert text.count(f"{said} move as one, the ratio would be") == 2
+    cards = cards_section(cases, areas, [], Paragraph(""), lambda name: name, benches)
+    assert f"{said} move as one" in str(cards)

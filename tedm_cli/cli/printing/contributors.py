@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.results.wording import the_bench
 
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
@@ -71,7 +72,7 @@ def contributor_lines(r: CaseResult) -> list[str]:
         if verdict.output in c.path_share:
             shares = c.path_share[verdict.output].tolist(), c.path_band_share[verdict.output].tolist()
             lines.append(f"  optical elements: {_parts(list(zip(c.path_names, *shares, strict=True)))}")
-            lines.append(f"  ratio if the bench did not move as one: {r.distortion_ratio[v]:.3g}")
+            lines.append(f"  ratio if {the_bench(r.outputs.benches)} did not move as one: {r.distortion_ratio[v]:.3g}")
         lines.append(f"  largest over all correlations: {_signs(r, o)}")
         lines += _improvement_lines(r, v, verdict)
     return lines

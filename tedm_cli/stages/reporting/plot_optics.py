@@ -25,7 +25,7 @@ from tedm_cli.results.build_folder import ReadOutMatrices, Results
 from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_out_maps, read_read_outs
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import outputs_title
-from tedm_cli.results.wording import READ_OUT_UNIT, number_text
+from tedm_cli.results.wording import READ_OUT_UNIT, and_text, number_text, the_bench
 from tedm_cli.stages.reporting import draw
 
 if TYPE_CHECKING:
@@ -43,8 +43,8 @@ def optics_specs(results: Results) -> list[FigureSpec]:
     source = (results.read_out.source,)
     first = next(iter(layout.sets))
     read_outs = read_read_outs(file)
-    several = "" if len(benches(layout)) == 1 else "es"
-    bench = "each bench" if several else "the bench"
+    names = list(benches(layout))
+    bench, drawn_benches = the_bench(len(names)), "bench" if len(names) == 1 else f"benches {and_text(names)}"
     specs: list[FigureSpec] = []
 
     def add(name: str, section: str, caption: str, drawn: Callable[[], Figure]) -> None:
@@ -54,7 +54,7 @@ def optics_specs(results: Results) -> list[FigureSpec]:
         add(
             "bench.svg",
             "bench",
-            f"The optical bench{several} to scale, layout frame. Where both beams of a photodiode coincide, the"
+            f"The optical {drawn_benches} to scale, layout frame. Where both beams of a photodiode coincide, the"
             " reference beam is the light dashed line below the other; plates are drawn with their thickness, mirrors"
             " as far as their aperture.",
             partial(draw.bench, layout),
