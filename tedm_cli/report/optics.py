@@ -19,6 +19,7 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
+from tedm_cli.report.frames import own_axes
 from tedm_cli.results.optics import OpticsQuality, ReadOuts
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import output_title
@@ -41,6 +42,7 @@ def optics_section(
             "Read-out of the test masses per kelvin, in their own frames. Sum: all areas warmed together, with their"
             " signs; rss: root sum of squares over the areas, all of them uncorrelated."
         ),
+        *own_axes(list(read_outs.axes), np.array(list(read_outs.axes.values())), "layout frame"),
         _worst_areas(read_outs, areas),
         *figures["read-out"],
     ]

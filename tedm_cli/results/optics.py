@@ -25,6 +25,7 @@ class ReadOuts:
     label, unit : of the read-outs, the same of every set.
     element : the E optical elements and test masses, in the order of the motions.
     benches : elements of each bench by its name; test masses are on none.
+    axes : by test mass, its x, y, z [3, 3] as rows, layout frame.
     N, gain : by set, [r, k] and [r, 6 E] (by m and rad): N = gain motion.
     motion, rigid_motion : [6 E, k], motion of the elements at their grids, and the part of it in which each bench
         moves as one; layout frame.
@@ -34,6 +35,7 @@ class ReadOuts:
     unit: list[str]
     element: list[str]
     benches: dict[str, list[str]]
+    axes: dict[str, FloatArray]
     N: dict[str, FloatArray]
     gain: dict[str, FloatArray]
     motion: FloatArray
@@ -69,6 +71,7 @@ def read_read_outs(file: Reader) -> ReadOuts:
         unit=units_of(file, OPTICS.LABEL_READ_OUT_UNIT, label, wanted),
         element=[label.rpartition("_")[0] for label in file.strings(OPTICS.LABEL_ELEMENT_DOF)[::N_MOTIONS]],
         benches={bench: [e for e, b in on if b == bench] for bench in file.strings(OPTICS.BENCH_NAME)},
+        axes=dict(zip(file.strings(OPTICS.TEST_MASS_NAME), file.array(OPTICS.TEST_MASS_AXES), strict=True)),
         N={name: file.array(OPTICS.N.of(name)) for name in sets},
         gain={name: file.array(OPTICS.GAIN.of(name)) for name in sets},
         motion=file.array(OPTICS.MOTION),

@@ -190,6 +190,7 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
         "/element/bench": ["" if e.kind == "test_mass" else "bench" for e in layout.elements],
         "/bench/name": ["bench"],
         "/test_mass/name": [e.name for e in layout.test_masses],
+        "/test_mass/axes": layout.test_mass_axes,
         "/label/element_dof": list(input_labels(layout).names),
         "/label/test_mass_dof": list(input_labels(layout, layout.test_masses).names),
         "/label/read_out": list(labels.names),

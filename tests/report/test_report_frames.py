@@ -66,14 +66,18 @@ def written(finished: Project, tmp_path_factory: pytest.TempPathFactory) -> str:
     return next(p for p in report(finished, path) if p.name == "report.md").read_text(encoding="utf-8")
 
 
-def test_several_benches_are_listed_with_their_elements(finished: Project) -> None:
+def test_several_benches_are_listed_with_their_elements_and_axes_that_read_outs_are_along(finished: Project) -> None:
     with open_checked(finished.build_dir / "optics.h5", OPTICS) as file:
         optics, areas = read_optics(file), read_areas(file)
     figures: dict[str, list[Figure]] = defaultdict(list)
     assert optics.read_outs.benches == {"bench": [e for e in optics.read_outs.element if not e.startswith("TM")]}
     assert tables(optics_section(optics.quality, optics.read_outs, areas, figures).blocks, "Optical benches") == []
+    assert tables(optics_section(optics.quality, optics.read_outs, areas, figures).blocks, "Axes") == []
     two = replace(optics.read_outs, benches={"OB1": ["FIT1", "M1"], "OB2": ["M2"]})
     shown = tables(optics_section(optics.quality, two, areas, figures).blocks, "Optical benches")
+    turned = replace(optics.read_outs, axes=dict(zip(("TM1", "TM2"), BOTH, strict=True)))
+    listed = tables(optics_section(optics.quality, turned, areas, figures).blocks, "Axes x, y, z of each test mass")
+    assert listed[0][1] == ["TM2", "(0.866025, 0.500000, 0)", "(−0.500000, 0.866025, 0)", "(0, 0, 1.000000)"]
     assert shown == [[["OB1", "FIT1, M1"], ["OB2", "M2"]]]
 
 
