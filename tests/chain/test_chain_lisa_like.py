@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.cli.printing.contributors import contributor_lines
 from tedm_cli.config.cases import select_cases
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project, load_project
@@ -173,3 +174,12 @@ def test_each_test_mass_is_judged_by_itself(lisa: Project) -> None:
     assert ratio["TM2_a_x"] == pytest.approx(ratio["TM1_a_x"], rel=1e-5)
     assert ratio["A_TM2_x"] == pytest.approx(ratio["A_TM1_x"], rel=1e-2)
     assert ratio["A_TM2_x"] != pytest.approx(ratio["A_TM1_x"], rel=1e-5)
+
+
+def test_each_bench_is_said_not_to_move_as_one(lisa: Project, tmp_path: Path) -> None:
+    said: list[str] = []
+    run_cases(
+        lisa, ["5"], tmp_path / "case.h5", silent, lambda path, result, realised: said.extend(contributor_lines(result))
+    )
+    assert len([line for line in said if "ratio if each bench did not move as one: " in line]) == 4
+    assert not [line for line in said if "the bench" in line]

@@ -23,6 +23,7 @@ from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.field import FieldAtRest, read_field
 from tedm_cli.results.optics import read_optics
+from tedm_cli.stages.reporting.plot_optics import optics_specs
 from tedm_cli.stages.reporting.report import report
 
 TURNED = Rotation.from_rotvec(np.radians(30.0) * np.array([0.0, 0.0, 1.0])).as_matrix().T
@@ -90,3 +91,17 @@ def test_of_several_benches_each_moves_as_one(finished: Project, benches: int, s
     assert text.count(f"{said} move as one, the ratio would be") == 2
     cards = cards_section(cases, areas, [], Paragraph(""), lambda name: name, benches)
     assert f"{said} move as one" in str(cards)
+
+
+@pytest.mark.parametrize(("names", "said"), [(("OB", "OB"), "bench to"), (("OB1", "OB2"), "benches OB1 and OB2 to")])
+def test_the_caption_of_the_benches_names_them(finished: Project, names: tuple[str, str], said: str) -> None:
+    with open_results(finished) as results:
+        read_out = results.read_out
+        assert read_out is not None
+        on = [
+            e if e.kind == "test_mass" else replace(e, bench=names[e.name[-1] == "2"]) for e in read_out.layout.elements
+        ]
+        layout = replace(read_out.layout, elements=tuple(on))
+        specs = optics_specs(replace(results, read_out=replace(read_out, layout=layout)))
+    caption = {s.name: s.caption for s in specs}["bench.svg"]
+    assert caption.startswith(f"The optical {said} scale, layout frame.")
