@@ -10,7 +10,6 @@ import numpy as np
 
 from tedm_cli.config.base import read_toml, validate
 from tedm_cli.config.model import ModelConfig
-from tedm_cli.config.optics_checks import frame_problems
 from tedm_cli.config.optics_tables import FrameTable
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError
@@ -55,6 +54,4 @@ def plane_of_frame(layout: Path) -> SymmetryPlane:
     except ConfigError as exc:
         problems = [(f"frame.{key}" if key else "frame", fact) for key, fact in exc.problems]
         raise ConfigError(problems, where=str(layout), hint=hint) from exc
-    if problems := frame_problems(frame):
-        raise ConfigError(problems, where=str(layout), hint=hint)
     return SymmetryPlane(np.array(frame.origin_m), np.array(frame.axes[1]))

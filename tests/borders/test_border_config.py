@@ -49,6 +49,13 @@ def test_model_file(tiny: Project, old: str, new: str, piece: str) -> None:
     refuse(tiny, "ingest", "model.toml: " + piece)
 
 
+def test_axes_to_ten_digits(tiny: Project) -> None:
+    """What a drawing prints is a frame; the gravity room, which is strict, is given the nearest."""
+    rows = "axes = [[0.8660254038, 0.5, 0.0], [-0.5, 0.8660254038, 0.0], [0.0, 0.0, 1.0]]"
+    replace(tiny.model, "side_m = 0.046", f"side_m = 0.046\n{rows}")
+    tiny.stage("ingest").ok()
+
+
 def test_all_problems_at_once(tiny: Project) -> None:
     replace(tiny.model, "side_m = 0.046", "side_mm = 46.0")
     replace(tiny.model, "mass_kg = 1.96", "mass_kg = 0")
