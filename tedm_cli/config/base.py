@@ -6,7 +6,7 @@ import difflib
 import hashlib
 import math
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
@@ -21,6 +21,7 @@ from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.regular_file import require_regular_file
 from tedm_cli.strict_toml import parsed_toml
 
+_FEW_KEYS = 6  # a table with no more of them names them all
 IDENTIFIER = r"^[A-Za-z0-9_-]{1,64}$"  # what may be part of a file's name anywhere
 
 
@@ -79,11 +80,29 @@ Direction = Annotated[list[Annotated[float, Bounded(q.DIRECTION)]], Field(min_le
 Axes = Annotated[list[Direction], Field(min_length=3, max_length=3)]
 
 
+#: Unit vectors printed to six digits are off unit length and right angles by up to sqrt(3) of a millionth.
+PRINTED = 2e-6
+_EXACT = 1e-12  # what is off by less is kept to the bit
+
+
 def _orthonormal(value: list[list[float]]) -> list[list[float]]:
+    """Axes that are no more off than printed digits leave them, as the nearest that are orthonormal."""
     a = np.array(value)
-    if np.abs(a @ a.T - np.eye(3)).max() > 1e-9 or np.linalg.det(a) < 0:
-        raise ValueError("must be three right-handed orthonormal unit vectors")
-    return value
+    off = float(np.abs(a @ a.T - np.eye(3)).max())
+    u, size, v = np.linalg.svd(a)
+    nearest = u @ v
+    if off <= PRINTED and np.linalg.det(a) > 0.0:
+        return value if off <= _EXACT else [[float(c) for c in row] for row in nearest]
+    fact = "rows must be three right-handed orthonormal unit vectors"
+    if size[-1] < 1e-3 * size[0]:
+        raise ValueError(f"{fact}; these do not span the space")
+    if np.linalg.det(a) < 0.0:
+        raise ValueError(f"{fact}; these are left-handed: turn one round, or exchange two")
+    shown = ", ".join("[" + ", ".join(f"{round(float(c), 9) + 0.0!r}" for c in row) + "]" for row in nearest)
+    raise ValueError(
+        f"{fact}; lengths and right angles are off by {off:.2g}, more than rounded digits leave ({PRINTED:g});"
+        f" the nearest are [{shown}]"
+    )
 
 
 OrthonormalAxes = Annotated[Axes, AfterValidator(_orthonormal)]
@@ -173,8 +192,10 @@ def _dotted(error: Any, data: Any) -> tuple[str, bool]:
 def _fact(model: type[BaseModel], error: Any) -> str:
     kind = error["type"]
     if kind == "extra_forbidden":
-        near = difflib.get_close_matches(str(error["loc"][-1]), _known_keys(model), n=1, cutoff=0.5)
-        return "unknown key" + (f"; did you mean {near[0]}?" if near else "")
+        known = _known_keys(model, error["loc"][:-1])
+        near = difflib.get_close_matches(str(error["loc"][-1]), known, n=1, cutoff=0.5)
+        few = f"; its table has {', '.join(known)}" if 0 < len(known) <= _FEW_KEYS else ""
+        return "unknown key" + (f"; did you mean {near[0]}?" if near else few)
     if kind == "missing":
         choices = _choices(model, str(error["loc"][-1]))
         return f"missing; wanted one of {', '.join(map(repr, choices))}" if choices else "missing"
@@ -192,9 +213,13 @@ def _either(facts: list[str]) -> str:
     return " or ".join(messages) + facts[-1].removeprefix(messages[-1])
 
 
-def _known_keys(model: type[BaseModel]) -> list[str]:
-    """All keys of `model` and of the tables nested in it, for suggestions."""
-    return [key for key, _ in _fields(model)]
+def _known_keys(model: type[BaseModel], place: Sequence[int | str]) -> list[str]:
+    """The keys that the table at pydantic's `place` may have, of whichever form it has there."""
+    tables: list[type[BaseModel]] = [model]
+    for part in place:  # one that is no key is a number in a list, or the name of a form
+        of_key = [f.annotation for m in tables for name, f in m.model_fields.items() if (f.alias or name) == part]
+        tables = [table for annotation in of_key for table in _models_in(annotation)] or tables
+    return list(dict.fromkeys(f.alias or name for m in tables for name, f in m.model_fields.items()))
 
 
 def _choices(model: type[BaseModel], key: str) -> tuple[Any, ...]:

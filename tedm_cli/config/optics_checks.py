@@ -15,14 +15,13 @@ from tedm_cli.config.optics_tables import (
     KEYS,
     OPTIONAL_KEYS,
     ElementTable,
-    FrameTable,
     OpticsTables,
     PathTable,
     ReadOut,
 )
 from tedm_cli.optics.layout import N_LASER
 
-UNIT_TOLERANCE = 1e-9  # of the length of a unit vector and the right angle between axes
+UNIT_TOLERANCE = 1e-9  # of the length of a unit vector
 
 Problems = list[tuple[str, str]]
 T = TypeVar("T", bound=Strict)
@@ -43,7 +42,6 @@ def cross_checks(data: dict[str, Any], needs_grids: bool = True) -> Problems:
     raw_sets = data.get("sets")
     sets = {name: _parsed(list[str], v) for name, v in raw_sets.items()} if isinstance(raw_sets, dict) else {}
     read_out: list[str] | None = _parsed(ReadOut, data.get("read_out"))
-    frame: FrameTable | None = _parsed(FrameTable, data.get("frame"))
     raw_grids = data.get("grids")
     # A malformed grid number is reported as such, not as an element without one.
     grids = dict(raw_grids) if isinstance(raw_grids, dict) else {}
@@ -76,17 +74,7 @@ def cross_checks(data: dict[str, Any], needs_grids: bool = True) -> Problems:
         out += _set_problems(f"sets.{set_name}", photodiodes or [], known)
         if photodiodes and (n_out := N_LASER * len(photodiodes)) < n_dof:
             out.append((f"sets.{set_name}", f"{n_out} laser outputs cannot give {n_dof} read-outs"))
-    if frame is not None:
-        out += frame_problems(frame)
     return out
-
-
-def frame_problems(frame: FrameTable) -> Problems:
-    """Of axes that are none."""
-    axes = np.array(frame.axes)
-    if np.abs(axes @ axes.T - np.eye(3)).max() > UNIT_TOLERANCE or np.linalg.det(axes) < 0:
-        return [("frame.axes", "rows are not right-handed orthogonal unit vectors")]
-    return []
 
 
 def lacks_geometry(tables: OpticsTables) -> list[str]:

@@ -8,7 +8,6 @@ from pydantic import Field
 
 from tedm_cli.config.base import (
     AngleTolerance,
-    Axes,
     Bounded,
     Direction,
     FileName,
@@ -98,7 +97,7 @@ class FrameTable(Strict):
     """The layout frame in the model's basic frame."""
 
     origin_m: Place
-    axes: Axes
+    axes: OrthonormalAxes
 
 
 class TolerancesTable(Strict):

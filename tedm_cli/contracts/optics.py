@@ -192,6 +192,14 @@ class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
         "layout reference point minus finite-element grid",
         LAYOUT,
     )
+    NOTE = Dataset(
+        "/note",
+        ("note",),
+        "str",
+        "1",
+        "what is odd in the layout, or between it and the model, but no error",
+        optional=True,
+    )
     OPTICAL_NAME = Dataset("/optical/name", ("optical",), "str", "1", "optical element", values=NAMES)
 
 

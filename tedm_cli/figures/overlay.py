@@ -43,7 +43,7 @@ def overlay_figure(cases: Sequence[CaseNoise], kind: str) -> Figure:
         others = [c for c in shown if c not in bold]
         names = [_name(c, kind) for c in bold]
         gap = LINE * max(map(line_count, names)) + 0.06
-        flight = flight_results(kind, shown[0].frequency_hz[0], shown[0].frequency_hz[-1])
+        flight = _flight(shown[0], kind)
         limits = shown[0].limits_of(kind)
         measured = [_flight_look(i, result) for i, (result, _) in enumerate(flight)]
         samples = [*limit_samples(limits), *(Line2D([], [], **look) for look in measured), *_grey_samples(others)]
@@ -79,7 +79,7 @@ def _look(i: int) -> dict[str, Any]:
 def _curves(axes: Axes, shown: Sequence[CaseNoise], bold: Sequence[CaseNoise], kind: str) -> None:
     f = shown[0].frequency_hz
     curves = [c.safety_factor * c.worst(kind).asd for c in shown]
-    flight = [np.array([r.amplitude]) for r, _ in flight_results(kind, f[0], f[-1])]
+    flight = [np.array([r.amplitude]) for r, _ in _flight(shown[0], kind)]
     low, high = log_range([*curves, *(q.amplitude for q in shown[0].limits_of(kind)), *flight])
     for case, curve in zip(shown, curves, strict=True):
         if case in bold:
@@ -99,6 +99,10 @@ def _grey_samples(others: Sequence[CaseNoise]) -> list[Artist]:
             label = f"{role}: case{'s' * (len(ids) > 1)} {and_text(ids)}"
             samples.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=0.9, label=label))
     return samples
+
+
+def _flight(case: CaseNoise, kind: str) -> list[tuple[FlightResult, tuple[float, float]]]:
+    return flight_results(kind, case.frequency_hz[0], case.frequency_hz[-1], case.limit_names)
 
 
 def _flight_look(i: int, result: FlightResult) -> dict[str, Any]:

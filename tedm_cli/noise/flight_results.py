@@ -1,8 +1,9 @@
-"""What was measured in flight, to compare orders of magnitude with; nothing is judged by it."""
+"""What was measured in flight, for orders of magnitude in projects of that mission; nothing is judged by it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -24,6 +25,7 @@ class FlightResult:
     source: str
 
 
+_OF_MISSION = "lpf_"  # with which the names of LISA Pathfinder's requirements begin
 _FIRST = "Armano et al. 2016, Phys. Rev. Lett. 116, 231101"
 _BOTH, _SENSOR = "the two test masses against each other", "residual noise of the interferometer"
 FLIGHT_RESULTS = (
@@ -40,9 +42,16 @@ FLIGHT_RESULTS = (
 )
 
 
-def flight_results(quantity: str, low_hz: float, high_hz: float) -> list[tuple[FlightResult, tuple[float, float]]]:
-    """Results on one quantity of which some part lies within a range of frequencies, each with that part."""
-    overlapping = []
+def flight_results(
+    quantity: str, low_hz: float, high_hz: float, requirements: Iterable[str]
+) -> list[tuple[FlightResult, tuple[float, float]]]:
+    """Results on one quantity of which some part lies within a range of frequencies, each with that part.
+
+    `requirements`: names of those that judge; without any of LISA Pathfinder its results say nothing of the project.
+    """
+    overlapping: list[tuple[FlightResult, tuple[float, float]]] = []
+    if not any(name.startswith(_OF_MISSION) for name in requirements):
+        return overlapping
     for result in FLIGHT_RESULTS:
         low, high = max(low_hz, result.band_hz[0]), min(high_hz, result.band_hz[1])
         if result.quantity == quantity and low < high:

@@ -13,7 +13,7 @@ from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.cases import cases_section, every_case_section, spectra_section
 from tedm_cli.report.decision import cards_section
-from tedm_cli.report.document import Block, Document, Facts, Figure, FileLink, Link, Paragraph, Section
+from tedm_cli.report.document import Block, Document, Facts, Figure, FileLink, Link, Paragraph, Section, Text
 from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words, loop_detail_section
 from tedm_cli.report.evidence import change_section, sure_section, why_section
 from tedm_cli.report.field import field_section
@@ -40,7 +40,7 @@ from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.series import SeriesSummary
 from tedm_cli.results.titles import requirement_title
-from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, and_text
+from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, and_text, capital, count
 
 ANNEX = "A"  # mark of the annex
 
@@ -112,6 +112,20 @@ class ReportInputs:
         return GRAVITY_ALONE if self.optics is None else READ_OUT_ALONE if self.field is None else ""
 
     @property
+    def layout_notes(self) -> list[str]:
+        """What is odd in the optical layout, or between it and the model, but no error."""
+        return [] if self.optics is None else self.optics.quality.notes
+
+    @property
+    def remarks(self) -> list[Text]:
+        """What to know of the project before its verdicts are believed."""
+        remarks: list[Text] = [self.half] if self.half else []
+        if notes := self.layout_notes:
+            what = f"{count(len(notes), 'thing')} to look at in the optical layout, told under "
+            remarks.append((capital(what), Link("Assumptions", "assumptions"), "."))
+        return remarks
+
+    @property
     def judged_noise(self) -> str:
         """What noise is judged, for the title."""
         halves = ["self-gravity"] * (self.field is not None) + ["read-out"] * (self.optics is not None)
@@ -172,7 +186,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
     words = closed_loop_words(loop, inputs.no_loop, ids, titles)
     judged = any(c.judged for c in cases)
     sections = [
-        summary_section(cases, dc, loop, words, titles, inputs.field is not None, inputs.half, inputs.model_view),
+        summary_section(cases, dc, loop, words, titles, inputs.field is not None, inputs.remarks, inputs.model_view),
         remedy_section(cases, areas, dc, loop, titles, figures["improvement"]),
         cases_section(cases, [*figures["verdict"], *figures["all cases"]]),
     ]
@@ -186,7 +200,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
         sections.append(how_sure_section(cases, figures["certainty"]))
     sections += [
         key_figures_section(inputs.model, inputs.distortion, inputs.field, inputs.optics, areas, loop),
-        assumptions_section(cases, inputs.field, loop, titles),
+        assumptions_section(cases, inputs.field, inputs.layout_notes, loop, titles),
     ]
     return tuple(sections)
 

@@ -23,7 +23,7 @@ from tedm_cli.report.frames import own_axes
 from tedm_cli.results.optics import OpticsQuality, ReadOuts
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import capital, count, sci
+from tedm_cli.results.wording import TO_LOOK_AT, capital, count, sci
 
 
 def optics_section(
@@ -63,7 +63,8 @@ def _benches(read_outs: ReadOuts) -> list[Table]:
 
 def _facts(quality: OpticsQuality, read_outs: ReadOuts) -> list[tuple[str, Text]]:
     shape, sigma, rank = quality.shape, quality.singular_value, quality.rank
-    offset = float(np.abs(quality.reference_offset_m).max())
+    lever = np.linalg.norm(quality.reference_offset_m, axis=1)
+    farthest = int(lever.argmax())
     beyond = f", then {sci(float(sigma[rank]), 2)}" if rank < len(sigma) else ""
     facts: list[tuple[str, Text]] = [
         ("Optical sensitivity matrix S_BW", f"{shape[0]} × {shape[1]}, layout frame (m, rad)"),
@@ -74,8 +75,14 @@ def _facts(quality: OpticsQuality, read_outs: ReadOuts) -> list[tuple[str, Text]
         ),
     ]
     facts += [(f"Condition number, set {name}", f"{sci(c)} (m, rad)") for name, c in quality.condition.items()]
-    where = "from the finite-element grids along one axis of the layout frame, accounted for"
-    return [*facts, ("Reference points", f"up to {sci(offset, 3)} m {where}")]
+    facts.append(
+        (
+            "Reference points",
+            f"up to {sci(float(lever[farthest]), 3)} m from their finite-element grids ({quality.element[farthest]}),"
+            " which counts as a rigid lever",
+        )
+    )
+    return facts + [(TO_LOOK_AT, note) for note in quality.notes]
 
 
 def _residuals(quality: OpticsQuality) -> Table:

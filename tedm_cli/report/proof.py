@@ -34,7 +34,7 @@ from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import at_rest_title, by_subsystem, mass_title, output_title
-from tedm_cli.results.wording import capital, count, decimals, ratio_text, sci, unit_text
+from tedm_cli.results.wording import TO_LOOK_AT, capital, count, decimals, ratio_text, sci, unit_text
 
 
 def binding_section(cases: Sequence[CaseNoise], areas: AreaTable, benches: int, figures: Sequence[Figure]) -> Section:
@@ -165,9 +165,13 @@ def _read_outs(optics: OpticsResults, areas: AreaTable) -> list[Row]:
 
 
 def assumptions_section(
-    cases: Sequence[CaseNoise], field: FieldAtRest | None, loop: ClosedLoop | None, titles: Titles
+    cases: Sequence[CaseNoise],
+    field: FieldAtRest | None,
+    layout_notes: Sequence[str],
+    loop: ClosedLoop | None,
+    titles: Titles,
 ) -> Section:
-    """What every verdict takes for granted: temperatures, safety factor, cases, requirements, masses."""
+    """What every verdict takes for granted: temperatures, safety factor, cases, requirements, masses, an odd layout."""
     first = cases[0]
     factor = f"{first.safety_factor:g}, on noise amplitudes wherever they are compared to a requirement"
     facts: list[tuple[str, Text]] = [("Temperature noise", first.temperature), ("Safety factor", factor)]
@@ -189,6 +193,7 @@ def assumptions_section(
         facts.append(("Mass of the structure", f"{how} ({field.mass_model})"))
     if loop is not None:
         facts.append(("Drag-free loop", f"{loop.stability.origin}; hears set {loop.cases[0].read_out_set}"))
+    facts += [(TO_LOOK_AT, note) for note in layout_notes]
     limits = {limit.name: limit for limit, _ in by_requirement(cases)}
     for case in loop.cases if loop is not None else ():
         limits |= {limit.name: limit for limit in case.limits}

@@ -37,19 +37,18 @@ def summary_section(
     loop_words: Paragraph,
     titles: Titles,
     has_gravity: bool,
-    half: str,
+    remarks: Sequence[Text],
     model_view: str,
 ) -> Section:
     """The verdicts and what they rest on.
 
-    `has_gravity`: whether there is a field at rest; `half`: what is not there of a project with one half of the chain,
-    or ""; `model_view`: a file beside the report that shows the model, or "".
+    `has_gravity`: whether there is a field at rest; `remarks`: what to know of the project before its verdicts are
+    believed; `model_view`: a file beside the report that shows the model, or "".
     """
     noise, closed = worst_first(noise_judgements(cases)), worst_first(loop_judgements(loop))
     by_role = any(case.role == LIKELY for case in cases)
     blocks: list[Block] = [Paragraph(verdict_sentence(noise, dc, closed))]
-    if half:
-        blocks.append(Paragraph(half))
+    blocks += [Paragraph(remark) for remark in remarks]
     if not noise:
         blocks.append(Paragraph("The configuration names no requirement on noise: none is judged."))
     if has_gravity and not dc:

@@ -183,6 +183,11 @@ class CaseNoise:
         """Judged outputs of one quantity."""
         return [j for j in self.judged if j.kind == kind]
 
+    @property
+    def limit_names(self) -> list[str]:
+        """Names of all limits."""
+        return [limit.name for limit in self.limits]
+
     def limits_of(self, kind: str) -> list[Limit]:
         """Limits that judge outputs of one quantity."""
         names = {j.requirement for j in self.of_kind(kind)}

@@ -122,15 +122,19 @@ class OpticsQuality:
     """How good the optical matrices are.
 
     shape : rows and columns of S_BW. rank, singular_value : of O_ideal (m, rad). condition : by set, of O (m, rad).
-    reference_offset_m : [n, 3], layout reference points minus grids. residual : by invariance, dimensionless.
+    element : the n on the benches. reference_offset_m : [n, 3], their reference points in the layout minus their grids,
+        layout frame.
+    residual : by invariance, dimensionless. notes : what is odd in the layout, or between it and the model.
     """
 
     shape: tuple[int, int]
     rank: int
     singular_value: FloatArray
     condition: dict[str, float]
+    element: list[str]
     reference_offset_m: FloatArray
     residual: dict[str, float]
+    notes: list[str]
 
 
 def read_quality(file: Reader) -> OpticsQuality:
@@ -141,8 +145,10 @@ def read_quality(file: Reader) -> OpticsQuality:
         rank=int(file.number(OPTICS.RANK)),
         singular_value=file.array(OPTICS.SINGULAR_VALUES),
         condition=dict(zip(file.strings(OPTICS.SET_NAME), file.array(OPTICS.SET_CONDITION).tolist(), strict=True)),
+        element=file.strings(OPTICS.OPTICAL_NAME),
         reference_offset_m=file.array(OPTICS.REFERENCE_POINT_OFFSET),
         residual=dict(zip(file.strings(OPTICS.RESIDUAL_NAME), file.array(OPTICS.RESIDUAL_VALUE).tolist(), strict=True)),
+        notes=file.strings(OPTICS.NOTE) if file.has(OPTICS.NOTE) else [],
     )
 
 

@@ -19,6 +19,8 @@ READ_OUT_ALONE = (
     "The model has no test masses: read-outs are computed alone, and nothing is said of self-gravity, neither of its"
     " noise nor of the field at rest."
 )
+#: What is odd but no error, where a report tells what its results take for granted.
+TO_LOOK_AT = "To look at"
 _NUMBER_WORDS = (
     *("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve"),
 )

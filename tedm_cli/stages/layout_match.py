@@ -23,8 +23,13 @@ class Match:
     layout_file: Path
     problems: list[tuple[str, str]]
     hint: str
-    notes: list[str]
+    remarks: list[str]
     compared: list[str]
+
+    @property
+    def notes(self) -> list[str]:
+        """What is odd, with the file that it is in."""
+        return [f"{self.layout_file}: {line}" for line in self.remarks]
 
     def require(self) -> None:
         """Raise one `ConfigError` with all problems, where there are any."""
@@ -48,12 +53,12 @@ def match_layout(
     model_size_m : diagonal of the finite-element model.
     """
     found = compare_test_masses(layout, model.test_masses(), model_file.name)
-    hints, notes = [], [f"{layout_file}: {note}" for note in found.notes]
+    hints, remarks = [], list(found.notes)
     problems = list(found.problems)
     if problems:
         hints.append(
-            f"correct {layout_file.name}, in the frame that its [frame] gives, or {model_file}, in the basic frame;"
-            " both are in metres"
+            f"correct {layout_file.name}, in the frame that its [frame] gives, or {model_file}, in the basic frame"
+            + _in_metres([path for path, _ in problems])
         )
     if node_positions_m is not None:
         levers = long_levers(layout, node_positions_m, model_size_m)
@@ -63,8 +68,13 @@ def match_layout(
         ]
         if levers.too_long:
             hints.append(_hint(levers))
-        notes += [f"{layout_file}: {line}" for line in _long(levers)]
-    return Match(layout_file, problems, "; ".join(hints), notes, found.compared)
+        remarks += _long(levers)
+    return Match(layout_file, problems, "; ".join(hints), remarks, found.compared)
+
+
+def _in_metres(paths: list[str]) -> str:
+    """Where lengths differ, that they are in metres."""
+    return "; both are in metres" if any(path.endswith("_m") for path in paths) else ""
 
 
 def _hint(levers: Levers) -> str:

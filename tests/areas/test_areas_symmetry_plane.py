@@ -171,7 +171,7 @@ def test_of_the_layout_only_its_frame_must_be_sound(tmp_path: Path) -> None:
         ('title = "t"\n', "frame: missing, or no table"),
         ("frame = 3\n", "frame: missing, or no table"),
         (LAYOUT.replace("origin_m = [0.0, 0.0, 0.0]", "origin = [0.0, 0.0, 0.0]"), "frame.origin: unknown key"),
-        (LAYOUT.replace("axes = [[1.0, 0.0", "axes = [[1.1, 0.0"), "frame.axes: rows are not right-handed"),
+        (LAYOUT.replace("axes = [[1.0, 0.0", "axes = [[1.1, 0.0"), "frame.axes: rows must be three right-handed"),
     ],
 )
 def test_a_layout_without_a_frame(tmp_path: Path, layout: str, fact: str) -> None:

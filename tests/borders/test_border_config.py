@@ -41,12 +41,60 @@ def refuse(project: Project, command: str, *pieces: str, code: int = 3, hint: st
         ("side_m = 0.046", "", "test_mass[0].side_m: missing"),
         ("[areas]", "[areas", "not valid TOML"),
         ('op2 = ["unit_loads.op2"]', 'op2 = "unit_loads.op2"', "model.op2: must be a valid list"),
+        (
+            "[areas]",
+            "[areas]\nsymmetry_plane = { normal = [0, 1, 0], point = [0, 0, 0], origin = 1 }",
+            "areas.symmetry_plane.origin: unknown key; its table has point_m, normal",
+        ),
+        (
+            "[areas]",
+            "[areas]\nsymmetry_plane = { normal = [0, 1, 0], point = [0, 0, 0], origin = 1 }",
+            "areas.symmetry_plane.point: unknown key; did you mean point_m?",
+        ),
+        (
+            'op2 = ["unit_loads.op2"]',
+            'op2 = ["unit_loads.op2"]\nreference_temperature_K = -5.0',
+            "model.reference_temperature_K: temperature -5 is outside 0 to 10000 K",
+        ),
         ("side_m = 0.046", "side_m = 0.046\naxes = [[1,0,0],[0,1,0],[0,1,1]]", "test_mass[0].axes: "),
     ],
 )
 def test_model_file(tiny: Project, old: str, new: str, piece: str) -> None:
     replace(tiny.model, old, new)
     refuse(tiny, "ingest", "model.toml: " + piece)
+
+
+def test_axes_to_ten_digits(tiny: Project) -> None:
+    """What a drawing prints is a frame; the gravity room, which is strict, is given the nearest."""
+    rows = "axes = [[0.8660254038, 0.5, 0.0], [-0.5, 0.8660254038, 0.0], [0.0, 0.0, 1.0]]"
+    replace(tiny.model, "side_m = 0.046", f"side_m = 0.046\n{rows}")
+    tiny.stage("ingest").ok()
+
+
+def test_steps_of_a_degree_that_is_no_kelvin(tiny: Project) -> None:
+    """A deck with steps of 1 K, of which the configuration says Fahrenheit: [D] would be too large by 1.8."""
+    said = (
+        'note: every step is 1 degF (0.556 K): are the temperatures of the deck in kelvin? then set temperature = "K"'
+    )
+    assert said not in tiny.stage("ingest").ok().out.splitlines()
+    for scale in ("degC", "degF"):
+        before = tiny.model.read_text(encoding="utf-8")
+        replace(tiny.model, "[model]", f'[model]\ntemperature = "{scale}"')
+        assert (said in tiny.stage("ingest").ok().out.splitlines()) == (scale == "degF")
+        tiny.model.write_text(before, encoding="utf-8")
+
+
+@pytest.mark.parametrize(("y", "misses"), [(5.0, True), (-0.001, True), (0.0, False), (0.05, False)])
+def test_a_symmetry_plane_that_misses_the_model(tiny: Project, y: float, misses: bool) -> None:
+    replace(
+        tiny.model, "[areas]", f"[areas]\nsymmetry_plane = {{ point_m = [0.0, {y}, 0.0], normal = [0.0, 1.0, 0.0] }}"
+    )
+    for command in ("areas", "ingest"):
+        said = [line for line in tiny.run(command).ok().out.splitlines() if "misses the thermal areas" in line]
+        assert len(said) == misses
+        if y == 5.0:
+            assert "note: the symmetry plane (y = 5 m)" in said[0]
+            assert "4.9 to 5 m off on its side -y: none has a mirror image" in said[0]
 
 
 def test_all_problems_at_once(tiny: Project) -> None:

@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 from border_tools import CONFIGS, SMALL, Project, replace, tedm, untouched
 
+from tedm_cli.contracts import OPTICS
+from tedm_cli.files.store import open_checked
+
 FRAME = "origin_m = [0.0, 0.0, 0.0]\naxes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]"
 TM1 = 'name = "TM1"\nposition_m = [-0.188, 0.0, 0.0]\nside_m = 0.046'
 
@@ -100,7 +103,9 @@ def test_test_masses_that_differ(alone: Project, slip: str) -> None:
         replace(alone.model, 'name = "lpf"', 'name = "lpf"\napplies_to = "single"')  # no differences of unlike axes
     replace(alone.folder / name, old, new)
     with untouched(alone.folder):
-        alone.run("check-layout").refused(3, "optics.toml: element[", fact, hint="correct optics.toml, in the frame")
+        outcome = alone.run("check-layout")
+    outcome.refused(3, "optics.toml: element[", fact, hint="correct optics.toml, in the frame")
+    assert ("both are in metres" in outcome.err) == (slip not in ("axes", "normal", "name"))
 
 
 @pytest.mark.parametrize("command", ["build-distortion", "build-optics"])
@@ -194,6 +199,10 @@ def test_a_bench_off_by_less_is_spoken_of(small: Project) -> None:
         assert " 50 mm (grid 9000" in warnings[0]
         assert " and 18 more; " in warnings[0]
         assert "off by about (0.05, 0, 0) m" in warnings[0]
+    with open_checked(small.build / "optics.h5", OPTICS) as file:  # of which a report tells it
+        (note,) = file.strings(OPTICS.NOTE)
+    assert note.startswith("optics.toml: more than 20 mm away")
+    assert f"/{note}" in warnings[0]
 
 
 @pytest.mark.parametrize("x", [0.05, 1.0])

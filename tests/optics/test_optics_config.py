@@ -12,8 +12,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
 
+from tedm_cli.config.base import OrthonormalAxes, validate
 from tedm_cli.config.optics import load_layout
+from tedm_cli.config.optics_tables import FrameTable
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.optics.layout import MassExpansion, OpticalLayout, Recombination
 from tedm_cli.optics.layout_checks import check_layout, failures
@@ -51,6 +54,28 @@ def test_the_shipped_layout(layout: OpticalLayout, layout_file: Path) -> None:
     assert max(abs(np.linalg.norm(e.normal) - 1) for e in layout.elements) < 5e-16
     assert [s.label for s in layout.paths[1].steps] == ["FIR", "M5:R", "BS7:T", "BS6:T", "BS4:R", "PD1A"]
     assert layout.paths[1].label == "PD1A ref"
+
+
+def test_axes_of_rounded_digits_are_read_as_the_nearest() -> None:
+    """To six decimals or more they are a rotation again, as near as its digits; exact ones stay to the bit."""
+    rng = np.random.default_rng(3)
+    for digits in (6, 7, 10, 16):
+        for _ in range(20):
+            exact = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+            exact *= np.linalg.det(exact)
+            rows = exact.round(digits).tolist() if digits < 16 else exact.tolist()
+            found = [TypeAdapter(OrthonormalAxes).validate_python(rows)]
+            found.append(validate(FrameTable, {"origin_m": [0.0, 0.0, 0.0], "axes": rows}, where="").axes)
+            for axes in np.array(found):
+                assert np.abs(axes @ axes.T - np.eye(3)).max() < 1e-14
+                assert np.abs(axes - exact).max() <= (0.0 if digits == 16 else 1.01 * 10.0**-digits)
+
+
+def test_axes_that_are_off_name_the_nearest() -> None:
+    with pytest.raises(
+        ValidationError, match=r"off by 2e-05, more than rounded digits leave .*nearest are \[\[1.0, 0.0, 0.0\], \[0"
+    ):
+        TypeAdapter(OrthonormalAxes).validate_python([[1.00001, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 def test_axes_of_a_test_mass_are_in_the_layout_frame(layout: OpticalLayout, text: str, tmp_path: Path) -> None:
@@ -131,7 +156,7 @@ def test_axes_of_a_test_mass_are_in_the_layout_frame(layout: OpticalLayout, text
         ("normal = [1.0, 0.0, 0.0]", "normal = [1.0, 0.0]", "element[0].normal", "at least 3"),
         ("local_y = [0.0, 0.0, 1.0]", "local_y = [1.0, 0.0, 0.0]", "element[0].local_y", "not perpendicular"),
         ("local_y = [0.0, 0.0, 1.0]", "axes = [[1, 0, 0], [0, 0, 1], [0, 1, 0]]", "element[0].axes", "right-handed"),
-        ("local_y = [0.0, 0.0, 1.0]", "axes = [[1, 0, 0], [0, 1, 1e-8], [0, 0, 1]]", "element[0].axes", "orthonormal"),
+        ("local_y = [0.0, 0.0, 1.0]", "axes = [[1, 0, 0], [0, 1, 1e-5], [0, 0, 1]]", "element[0].axes", "off by 1e-05"),
         (
             "local_y = [0.0, 0.0, 1.0]",
             'read_out = ["x", "y", "x"]',

@@ -29,10 +29,12 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.report.inline import figure_sources
 from tedm_cli.results.areas import AreaMap
+from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.deciding import worth_showing
 from tedm_cli.results.noise import CaseNoise, kinds_of
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.wording import ratio_text, unit_text
+from tedm_cli.stages.reporting.plot import figure_specs
 
 OPTICS = {"bench.svg", "s_bw.svg", "read_out_by_area.svg", "shares_displacement.svg", "shares_angle.svg"}
 
@@ -184,8 +186,30 @@ def test_overlay_shows_what_was_measured_in_flight(cases: list[CaseNoise]) -> No
         assert tuple(line.get_xdata()) == pytest.approx(ends, rel=1e-12)
         assert set(line.get_ydata()) == {level}
         assert axes.get_ylim()[0] < level < axes.get_ylim()[1]
-    assert [r.amplitude for r, _ in flight_results("displacement", 0.1, 1.0)] == [34.8e-15, 32.0e-15]
-    assert not flight_results("angle", 1e-4, 1.0)
+    named = ["lisa_oms", "lpf_readout"]
+    assert [r.amplitude for r, _ in flight_results("displacement", 0.1, 1.0, named)] == [34.8e-15, 32.0e-15]
+    assert not flight_results("angle", 1e-4, 1.0, named)
+
+
+def test_overlay_of_another_mission_shows_nothing_from_flight(finished: Project, cases: list[CaseNoise]) -> None:
+    """Neither its level nor its name; the limits are all of another name."""
+    others = [
+        dataclasses.replace(
+            case,
+            judged=tuple(dataclasses.replace(j, requirement="lisa_oms") for j in case.judged),
+            limits=tuple(dataclasses.replace(limit, name="lisa_oms") for limit in case.limits),
+        )
+        for case in cases
+    ]
+    for kind in ("acceleration", "displacement"):
+        lines = overlay_figure(others, kind).axes[0].get_lines()
+        assert lines
+        assert not [line for line in lines if "in flight" in str(line.get_label())]
+    with open_results(finished) as results:
+        for shown, told in ((cases, True), (others, False)):
+            captions = [s.caption for s in figure_specs(results, shown) if s.name.startswith("all_")]
+            assert captions
+            assert all(("For orientation" in caption) == told for caption in captions)
 
 
 def test_overlay_names_the_likely_cases_in_the_order_of_the_curves_and_the_others_in_the_key(

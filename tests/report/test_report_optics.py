@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_project import write_matrices
+from report_project import ODD, write_matrices
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
@@ -48,6 +48,19 @@ def test_every_figure_of_the_optics_is_in_its_section(finished: Project, section
     loads = sum(s.section == "load" for s in specs)
     assert loads >= 2, "the made-up motions must have several worst areas"
     assert section.count("<details>") == loads - 1, "the first is seen at once"
+
+
+def test_what_is_odd_in_the_layout_is_told(finished: Project, tmp_path: Path) -> None:
+    """On the first page, among the assumptions, and in the annex, which names the element with the longest lever."""
+    page, annex = (path.read_text(encoding="utf-8") for path in report(finished, tmp_path / "page.md"))
+    decision, _, rest = page.partition("## Assumptions")
+    assert "1 thing to look at in the optical layout, told under Assumptions." in decision
+    assert f"To look at: {ODD}" in rest
+    assert ODD in annex
+    with open_checked(finished.build_dir / "optics.h5", OPTICS) as file:
+        lever = np.linalg.norm(file.array(OPTICS.REFERENCE_POINT_OFFSET), axis=1)
+        farthest = file.strings(OPTICS.OPTICAL_NAME)[int(lever.argmax())]
+    assert f"from their finite-element grids ({farthest})" in annex.replace("\\_", "_")
 
 
 def test_worst_areas_are_those_of_n(finished: Project, section: str) -> None:

@@ -135,6 +135,26 @@ def test_noise_table_is_the_case_file_at_the_frequency(page: Browser, built: Bui
     assert page.value("document.querySelectorAll('#spectrum path').length") == 2
 
 
+def test_heads_of_columns_are_not_broken_inside_words(page: Browser) -> None:
+    """However narrow the table and its numbers are: each is a word in one line."""
+    lines = page.value(
+        """(() => {
+          const shown = document.getElementById('outputs');
+          const table = shown.parentElement.insertBefore(shown.cloneNode(true), shown);
+          table.style.width = '6rem';
+          table.querySelectorAll('td').forEach((cell) => { cell.textContent = '–'; });
+          const found = Array.from(table.querySelectorAll('thead th'), (head) => {
+            const range = document.createRange();
+            range.selectNodeContents(head);
+            return [head.textContent, range.getClientRects().length];
+          });
+          table.remove();
+          return found;
+        })()"""
+    )
+    assert lines == [["Output", 1], ["now", 1], ["ratio", 1]]
+
+
 def test_keys_turn_zoom_and_set_temperatures(page: Browser) -> None:
     choose(page, kind="area", area=0)
     page.value("document.getElementById('canvas').focus()")

@@ -147,7 +147,7 @@ def _summary(
         centroid_m=centroid,
         structural=int(geometry.structural.sum()),
         total_kg=geometry.total_kg,
-        notes=notes,
+        notes=notes + plane.notes(geometry.position_m[np.concatenate(rows)]),
         plane=plane,
     )
 

@@ -131,6 +131,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         geometry.elements.partial,
         config.model.unit_notes()
         + _scale_notes(wanted, units)
+        + plane.notes(geometry.position_m[np.concatenate([a.rows for a in areas])])
         + passed_over(model)
         + light_elements(geometry.elements),
         max(wanted, key=lambda load: load.single_error),
@@ -140,12 +141,18 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
 
 def _scale_notes(loads: Sequence[UnitLoad], units: DeckUnits) -> list[str]:
     """A remark on steps that would be of 1 K in another scale: expansions may be per degree of it too."""
-    steps = [load.load_K for load in loads]
-    if units.degrees_per_kelvin != 1 or not np.allclose(steps, 1.8, rtol=1e-9):
-        return []
-    return [
-        'every step is 1.8 K: are the temperatures of the deck in degrees Fahrenheit? then set temperature = "degF"'
-    ]
+    steps = np.array([load.load_K for load in loads])
+    per_kelvin = float(units.degrees_per_kelvin)
+    if per_kelvin != 1.0 and np.allclose(per_kelvin * steps, 1.0, rtol=1e-9):
+        return [
+            f"every step is 1 {units.temperature} ({steps[0]:.3g} K): are the temperatures of the deck in kelvin? then"
+            ' set temperature = "K"'
+        ]
+    if per_kelvin == 1.0 and np.allclose(steps, 1.8, rtol=1e-9):
+        return [
+            'every step is 1.8 K: are the temperatures of the deck in degrees Fahrenheit? then set temperature = "degF"'
+        ]
+    return []
 
 
 def write_motions(

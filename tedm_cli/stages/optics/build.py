@@ -130,6 +130,10 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         writer.write(OPTICS.ELEMENT_PIVOT, layout.pivots_m(position))
         writer.write(OPTICS.OPTICAL_NAME, names)
         writer.write(OPTICS.REFERENCE_POINT_OFFSET, offsets)
+        warnings = failures(findings, "warning")
+        odd = [f.line for f in warnings] + match.remarks
+        if odd:
+            writer.write(OPTICS.NOTE, [f"{path.name}: {line}" for line in odd])
     return OpticsSummary(
         out,
         (matrix.shape[0], matrix.shape[1]),
@@ -140,6 +144,6 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         matrices.differences,
         float(np.linalg.norm(offsets, axis=1).max()),
         members,
-        failures(findings, "warning"),
+        warnings,
         tuple(match.notes),
     )

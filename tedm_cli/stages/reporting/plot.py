@@ -240,7 +240,7 @@ def _judged_at_rest(verdicts: Sequence[DcVerdict]) -> str:
 
 def _flight_words(case: CaseNoise, kind: str) -> str:
     """What was measured in flight, where the figure shows it."""
-    shown = flight_results(kind, case.frequency_hz[0], case.frequency_hz[-1])
+    shown = flight_results(kind, case.frequency_hz[0], case.frequency_hz[-1], case.limit_names)
     if not shown:
         return ""
     said = [f"{r.mission}, {r.meaning} ({r.source})" for r, _ in shown]
