@@ -53,7 +53,7 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
 
 def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
     from tedm_cli.gravity.requirements import AT_REST_UNITS
-    from tedm_cli.results.field import left_out
+    from tedm_cli.results.field import not_allocated
 
     if not verdicts:
         return ["field at rest: not judged, for the configuration limits nothing ([[requirement_at_rest]])"]
@@ -81,9 +81,7 @@ def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
     ]
     if all(v.whole for v in verdicts):
         lines.append("only everything in the model together is judged; parts need [gravity.subsystems]")
-    if absent := left_out(verdicts):
-        lines.append(f"no subsystem {', '.join(absent)} in the model: its allocation is left to it")
-    return lines
+    return lines + [f"not judged: {clause}" for clause in not_allocated(verdicts)]
 
 
 def audit_lines(done: AuditSummary, most: int) -> list[str]:
