@@ -14,7 +14,7 @@ from tedm_cli.report.proof import at_rest_section
 from tedm_cli.stages.gravity.sensitivity import SensitivitySummary
 
 
-def summary(verdicts: list[DcVerdict]) -> SensitivitySummary:
+def summary(verdicts: list[DcVerdict], *subsystems: str) -> SensitivitySummary:
     """Two sources on one test mass; the second turns it by rounding alone."""
     return SensitivitySummary(
         path=Path("sensitivity.h5"),
@@ -31,6 +31,7 @@ def summary(verdicts: list[DcVerdict]) -> SensitivitySummary:
         verdicts=verdicts,
         mass_model="quadrature",
         points=[8],
+        subsystems=list(subsystems),
     )
 
 
@@ -76,6 +77,13 @@ def test_what_is_not_judged_is_said() -> None:
     assert "ot judged" not in str(at_rest_section(every, []))
     own = [replace(v, requirement="own") for v in lpf]
     assert not any("not judged" in line for line in sensitivity_lines(summary(own)))
+
+
+def test_where_all_is_judged_together_parts_that_there_are_are_named() -> None:
+    whole = [verdict(0.5, "all")]
+    said = "only everything in the model together is judged; "
+    assert f"{said}parts need [gravity.subsystems]" in sensitivity_lines(summary(whole))
+    assert f"{said}no limit is on a part of it (IS, bench)" in sensitivity_lines(summary(whole, "IS", "bench"))
 
 
 def test_a_difference_is_named() -> None:

@@ -56,6 +56,7 @@ class SensitivitySummary:
     verdicts: list[DcVerdict]
     mass_model: str
     points: list[int]
+    subsystems: list[str]
 
 
 @dataclass(frozen=True)
@@ -167,6 +168,7 @@ def _build(
         verdicts,
         model,
         [s.sources for s in found],
+        list(config.gravity.subsystems),
     )
 
 
