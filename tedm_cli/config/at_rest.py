@@ -86,6 +86,8 @@ class AtRestTable(Strict):
             raise ValueError("has both magnitude and lower or upper")
         if self.magnitude is None and not all(ends):
             raise ValueError("needs magnitude, or both lower and upper")
+        if self.magnitude is not None and self.magnitude <= 0.0:
+            raise ValueError(f"magnitude must be positive (found {self.magnitude:g}); the range is plus and minus it")
         lower, upper = self.ends
         if not lower < 0.0 < upper:
             raise ValueError(f"the range {lower:g} to {upper:g} does not hold 0 inside it; ratios are counted from 0")

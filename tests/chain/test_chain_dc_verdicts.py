@@ -198,6 +198,8 @@ OWN = '[[requirement_at_rest]]\nname = "own"\nquantity = "a_y"\nmagnitude = 1e-9
         (LPF, LPF + OWN + "lower = -1.0\n", "has both magnitude and lower or upper"),
         (LPF, LPF + OWN.replace("magnitude", "upper"), "needs magnitude, or both lower and upper"),
         (LPF, LPF + OWN.replace("magnitude", "lower = 1e-10\nupper"), "1e-10 to 1e-09 does not hold 0"),
+        (LPF, LPF + OWN.replace("1e-9", "0"), r"magnitude must be positive \(found 0\)"),
+        (LPF, LPF + OWN.replace("1e-9", "-1e-9"), r"magnitude must be positive \(found -1e-09\)"),
         (LPF, LPF + OWN + OWN, r"own limits the same in requirement_at_rest\[1\]"),
         (LPF, LPF + LPF, r"lpf limits the same in requirement_at_rest\[0\]"),
         (LPF, LPF + OWN.replace("own", "lpf"), "lpf is the name of a preset"),
