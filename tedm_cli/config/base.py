@@ -185,7 +185,7 @@ def _dotted(error: Any, data: Any) -> tuple[str, bool]:
 def _brackets(model: type[BaseModel], error: Any, path: str) -> str:
     """What to write where a table stands for an array of tables, or an array for a table; "" where it is not that."""
     name = re.sub(r"\[\d+\]", "", path)
-    holds_tables = any(_models_in(kind) for key, kind in _fields(model) if key == error["loc"][-1])
+    holds_tables = any(_models_in(kind) for key, kind in _fields(model) if (key,) == error["loc"][-1:])
     if error["type"] == "list_type" and isinstance(error["input"], Mapping) and holds_tables:
         return f"there may be several of these tables: write [[{name}]], in double brackets"
     if error["type"] == "model_type" and isinstance(error["input"], list) and not path.endswith("]"):
