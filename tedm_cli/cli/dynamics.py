@@ -74,7 +74,10 @@ def simulate(
         ),
     ] = False,
     fail_on_violation: Annotated[
-        bool, typer.Option("--fail-on-violation", help="Exit with 5 when a requirement is violated.")
+        bool,
+        typer.Option(
+            "--fail-on-violation", help="Exit with 5 when a requirement is violated; with 0 where nothing is judged."
+        ),
     ] = False,
     as_json: Json = False,
     quiet: Quiet = False,

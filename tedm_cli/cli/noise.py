@@ -35,7 +35,10 @@ def run_case(
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
     fail_on_violation: Annotated[
-        bool, typer.Option("--fail-on-violation", help="Exit with 5 when a requirement is violated.")
+        bool,
+        typer.Option(
+            "--fail-on-violation", help="Exit with 5 when a requirement is violated; with 0 where nothing is judged."
+        ),
     ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -101,7 +104,10 @@ def run_series(
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
     fail_on_violation: Annotated[
-        bool, typer.Option("--fail-on-violation", help="Exit with 5 when a requirement is violated.")
+        bool,
+        typer.Option(
+            "--fail-on-violation", help="Exit with 5 when a requirement is violated; with 0 where nothing is judged."
+        ),
     ] = False,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from tedm_cli.area_names import area_name_fact
-from tedm_cli.config.base import Bounded, Direction, Id, LengthOrZero, Place, Strict
+from tedm_cli.config.base import ID_RANGE, Bounded, Direction, Id, LengthOrZero, Place, Strict
 from tedm_cli.quantities import ANGLE_DEG, COORDINATE, FRAME_ID
 
 
@@ -42,7 +42,7 @@ def _ranges_increase(value: Ids | None) -> Ids | None:
 End = Annotated[float, Field(allow_inf_nan=True), Bounded(COORDINATE, or_infinite=True)]
 Interval = Annotated[list[End], Field(min_length=2, max_length=2)]
 Angles = Annotated[list[Annotated[float, Bounded(ANGLE_DEG)]], Field(min_length=2, max_length=2)]
-IdOrRange = Id | Annotated[str, Field(pattern=r"^[1-9][0-9]{0,8}:[1-9][0-9]{0,8}$")]
+IdOrRange = Id | Annotated[str, Field(pattern=ID_RANGE)]
 Ids = IdOrRange | Annotated[list[IdOrRange], Field(min_length=1)]
 
 

@@ -85,6 +85,8 @@ class AtRestTable(Strict):
             raise ValueError("has both magnitude and lower or upper")
         if self.magnitude is None and not all(ends):
             raise ValueError("needs magnitude, or both lower and upper")
+        if self.magnitude is not None and self.magnitude <= 0.0:
+            raise ValueError(f"magnitude must be positive (found {self.magnitude:g}); the range is plus and minus it")
         lower, upper = self.ends
         if not lower < 0.0 < upper:
             raise ValueError(f"the range {lower:g} to {upper:g} does not hold 0 inside it; ratios are counted from 0")
@@ -188,7 +190,7 @@ def limit_problems(
     seen: dict[tuple[object, ...], int] = {}
     for number, table in enumerate(tables):
         place = f"requirement_at_rest[{number}]"
-        facts = _name_problems(table, subsystems, names)
+        facts = _preset_problems(table, subsystems) or _name_problems(table, subsystems, names)
         if not facts and table.is_difference:
             facts = _difference_problems(table, subsystems, test_masses)
         key = (table.name, table.quantity, table.subsystems, table.masses(names), table.is_difference)
@@ -196,6 +198,31 @@ def limit_problems(
             facts.append(("name", f"{table.name} limits the same in requirement_at_rest[{first}]"))
         problems += [(f"{place}.{key}", fact) for key, fact in facts]
     return problems
+
+
+def _preset_problems(table: AtRestTable, subsystems: Mapping[str, Subsystem]) -> Problems:
+    """Subsystems to which a preset allocates and that have another name here: its limits would go without a word."""
+    if table.quantity is not None or not subsystems:
+        return []
+    preset = PRESETS[table.name]
+    facts = []
+    for wanted in preset.subsystems:
+        if wanted in subsystems:
+            continue
+        spelled = [name for name in subsystems if _plain(name) == _plain(wanted)]
+        others = {_plain(name): name for name in subsystems if name not in preset.subsystems}
+        near = spelled or [others[key] for key in difflib.get_close_matches(_plain(wanted), others, n=1)]
+        if wanted in preset.required or spelled:
+            meant = f"did you mean {wanted} by {near[0]}?" if near else f"it has {', '.join(subsystems)}"
+            facts.append(f"{table.name} limits the subsystem {wanted}, which [gravity.subsystems] lacks; {meant}")
+    if facts:
+        facts.append("without [gravity.subsystems] the model is judged as a whole")
+    return [("name", "; ".join(facts))] if facts else []
+
+
+def _plain(name: str) -> str:
+    """A name without its capitals and signs."""
+    return "".join(c for c in name.lower() if c.isalnum())
 
 
 def _name_problems(table: AtRestTable, subsystems: Mapping[str, Subsystem], test_masses: Sequence[str]) -> Problems:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import math
+import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +24,15 @@ from tedm_cli.strict_toml import parsed_toml
 
 _FEW_KEYS = 6  # a table with no more of them names them all
 IDENTIFIER = r"^[A-Za-z0-9_-]{1,64}$"  # what may be part of a file's name anywhere
+LABEL = r"^[A-Za-z][A-Za-z0-9]*$"  # what _ may join to others
+OPTICAL_NAME = r"^[A-Za-z][A-Za-z0-9_.-]*$"
+ID_RANGE = r"^[1-9][0-9]{0,8}:[1-9][0-9]{0,8}$"
+_PATTERNS = {
+    IDENTIFIER: "made of letters without accents, digits, _ and -, at most 64",
+    LABEL: "made of letters without accents and digits, a letter first",
+    OPTICAL_NAME: "made of letters without accents, digits, _ . and -, a letter first",
+    ID_RANGE: "a range of ids such as '1:99'",
+}
 
 
 class Strict(BaseModel):
@@ -166,7 +176,9 @@ def _problems(model: type[BaseModel], data: Mapping[str, Any], exc: ValidationEr
             if error["type"] == "value_error":
                 fitting.add(path)
                 found.pop(path, None)
-        found.setdefault(path, []).append(_fact(model, error))
+        found.setdefault(path, []).append(
+            ("" if is_alternative else _brackets(model, error, path)) or _fact(model, error)
+        )
     # Where one form fits down to some entries, only these are wrong: the value as a whole need not be another form.
     for path in alternatives:
         if any(other != path and other.startswith(path) for other in alternatives):
@@ -189,6 +201,17 @@ def _dotted(error: Any, data: Any) -> tuple[str, bool]:
     return out, is_alternative
 
 
+def _brackets(model: type[BaseModel], error: Any, path: str) -> str:
+    """What to write where a table stands for an array of tables, or an array for a table; "" where it is not that."""
+    name = re.sub(r"\[\d+\]", "", path)
+    holds_tables = any(_models_in(kind) for key, kind in _fields(model) if (key,) == error["loc"][-1:])
+    if error["type"] == "list_type" and isinstance(error["input"], Mapping) and holds_tables:
+        return f"there may be several of these tables: write [[{name}]], in double brackets"
+    if error["type"] == "model_type" and isinstance(error["input"], list) and not path.endswith("]"):
+        return f"there is one such table: write [{name}], in single brackets"
+    return ""
+
+
 def _fact(model: type[BaseModel], error: Any) -> str:
     kind = error["type"]
     if kind == "extra_forbidden":
@@ -199,9 +222,10 @@ def _fact(model: type[BaseModel], error: Any) -> str:
     if kind == "missing":
         choices = _choices(model, str(error["loc"][-1]))
         return f"missing; wanted one of {', '.join(map(repr, choices))}" if choices else "missing"
-    if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == IDENTIFIER:
-        found = f"(found {error['input']!r:.60})"
-        return f"must be made of letters without accents, digits, _ and -, at most 64 {found}"
+    if kind == "string_pattern_mismatch":
+        return f"must be {_PATTERNS[error['ctx']['pattern']]} (found {error['input']!r:.60})"
+    if kind in ("dict_type", "model_type"):
+        return f"must be a table (found {error['input']!r:.60})"
     message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must")
     shown = repr(error["input"])
     return message if kind == "value_error" or len(shown) > 60 else f"{message} (found {shown})"

@@ -20,6 +20,7 @@ from tedm_cli.config.at_rest import (
     subsystem_problems,
 )
 from tedm_cli.config.base import (
+    LABEL,
     Angle,
     Bounded,
     FileName,
@@ -91,7 +92,7 @@ class TestMassTable(Strict):
 
     __test__ = False
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]*$")]
+    name: Annotated[str, Field(pattern=LABEL)]
     position_m: Place
     side_m: Edges
     mass_kg: Mass

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from tedm_cli.config.base import (
+    OPTICAL_NAME,
     AngleTolerance,
     Bounded,
     Direction,
@@ -25,7 +26,7 @@ from tedm_cli.optics.layout import Beam, Dof, Kind
 from tedm_cli.quantities import EXPANSION, MATRIX_DIFFERENCE, RADIUS_OF_CURVATURE, REFRACTIVE_INDEX, WAVELENGTH
 
 HalfSizes = Annotated[list[Length], Field(min_length=2, max_length=2)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
+Name = Annotated[str, Field(pattern=OPTICAL_NAME)]
 Sets = Annotated[dict[Name, Annotated[list[str], Field(min_length=1)]], Field(min_length=1)]
 Grids = dict[Name, Id]
 ReadOut = Annotated[list[Dof], Field(min_length=1)]

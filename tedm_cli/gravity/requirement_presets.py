@@ -16,6 +16,7 @@ from tedm_cli.gravity.requirements import AtRestLimit
 
 LPF = "lpf"
 SUBSYSTEMS = ("IS", "LTP", "S/C")
+REQUIRED = ("IS", "LTP")  # the spacecraft may be left out of a model
 
 STIFFNESS = {"IS": (-1e-7, 2e-7), "LTP": (-2e-7, 3e-7), "S/C": (-2e-7, 3e-7)}
 """Table 4.2 at low frequency: range of the force gradient along the sensitive axis, 1/s²."""
@@ -47,13 +48,14 @@ WHOLE = {
 
 @dataclass(frozen=True)
 class AtRestPreset:
-    """A preset as the report calls it, and the subsystems that it apportions to."""
+    """A preset as the report calls it, the subsystems that it apportions to, and those a divided model must have."""
 
     title: str
     subsystems: tuple[str, ...]
+    required: tuple[str, ...]
 
 
-PRESETS = {LPF: AtRestPreset("LISA Pathfinder, static self-gravity", SUBSYSTEMS)}
+PRESETS = {LPF: AtRestPreset("LISA Pathfinder, static self-gravity", SUBSYSTEMS, REQUIRED)}
 
 
 def lpf_limits(
@@ -77,7 +79,7 @@ def lpf_limits(
     mine = tuple(name for name in SUBSYSTEMS if name in known)
     single = [(name,) for name in mine]
     together = [mine] if len(mine) > 1 else []
-    sets = [*single, *together] if known else [("IS", "LTP")]
+    sets = [*single, *together] if known else [REQUIRED]
     limits = []
 
     def add(quantity: str, of: tuple[str, ...], ends: tuple[float, float], source: str, difference: bool) -> None:

@@ -90,7 +90,8 @@ def judge_estimate(
     last = high if f[-1] >= high * (1.0 - 1e-9) else float(f[-1])
     if first >= last:
         reach = f"{f[0]:.4g} to {f[-1]:.4g} Hz"
-        return f"{requirement.name} is over {low:g} to {high:g} Hz, the estimate over {reach}"
+        coarse = ": the samples are too far apart for the band" if f[-1] <= low else ""
+        return f"{requirement.name} is over {low:g} to {high:g} Hz, the estimate over {reach}{coarse}"
     inside = f[(f > first * (1.0 + 1e-9)) & (f < last * (1.0 - 1e-9))]
     grid = np.concatenate([[first], inside, [last]])
     floor = np.finfo(np.float64).tiny  # for an output without noise

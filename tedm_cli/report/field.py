@@ -26,7 +26,7 @@ from tedm_cli.report.document import (
 )
 from tedm_cli.report.frames import own_axes
 from tedm_cli.report.verdicts import NOT_JUDGED
-from tedm_cli.results.field import FieldAtRest, Linearised, left_out, place_text, symbol
+from tedm_cli.results.field import FieldAtRest, Linearised, not_allocated, place_text, symbol
 from tedm_cli.results.titles import at_rest_requirement, mass_title, subsystem_label
 from tedm_cli.results.wording import SUPERSCRIPT, and_text, ratio_text, sci, unit_text, vector
 
@@ -80,9 +80,7 @@ def _what_is_judged(verdicts: Sequence[DcVerdict]) -> list[str]:
         said.append(f"{places}: the difference of the two test masses, each in its own frame.")
     names = dict.fromkeys(v.subsystem for v in verdicts)
     said.append(f"{'; '.join(map(subsystem_label, names))}.")
-    if absent := left_out(verdicts):
-        missing = and_text([subsystem_label(name) for name in absent])
-        said.append(f"{missing}: not a subsystem of this model; its allocation is left to it.")
+    said += [f"Not judged: {clause}." for clause in not_allocated(verdicts)]
     said.append(
         "Ratio: value over the limit on its side, met where it is at most 1. A ratio below 10⁻⁹ is rounding; its value"
         " is shown as 0."

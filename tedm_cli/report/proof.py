@@ -28,7 +28,7 @@ from tedm_cli.report.document import (
 from tedm_cli.report.verdicts import NOT_JUDGED, Titles, exceeding, noise_judgements, worst_first
 from tedm_cli.results.deciding import by_requirement
 from tedm_cli.results.dynamics import ClosedLoop
-from tedm_cli.results.field import FieldAtRest
+from tedm_cli.results.field import FieldAtRest, not_allocated
 from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsResults
@@ -63,6 +63,7 @@ def at_rest_section(dc: Sequence[DcVerdict], figures: Sequence[Figure]) -> Secti
         return Section("at-rest", title, "Field at rest", (Paragraph(told), *figures))
     blocks: list[Block] = [
         Paragraph((f"The field at rest {field_words(dc)} All quantities: ", Ref("at rest"), ".")),
+        *(Paragraph(f"Not judged: {clause}.") for clause in not_allocated(dc)),
         *figures,
     ]
     if outside := sorted(exceeding(dc), key=lambda v: -v.ratio):

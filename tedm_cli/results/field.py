@@ -11,6 +11,8 @@ from tedm_cli.files.store import Reader
 from tedm_cli.gravity.requirement_presets import PRESETS
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.results.ranking import first_largest
+from tedm_cli.results.titles import SUBSYSTEM_TITLES
+from tedm_cli.results.wording import and_text
 
 
 def dc_verdicts(file: Reader) -> list[DcVerdict]:
@@ -23,11 +25,15 @@ def dc_verdicts(file: Reader) -> list[DcVerdict]:
     return [DcVerdict(*row) for row in zip(*names, *numbers, *more, whole, strict=True)]
 
 
-def left_out(verdicts: Sequence[DcVerdict]) -> list[str]:
-    """Subsystems to which a preset allocates and which the model does not have."""
+def not_allocated(verdicts: Sequence[DcVerdict]) -> list[str]:
+    """Clauses on what presets allocate to subsystems that the model does not have."""
     judged = {name for v in verdicts for name in v.subsystem.split("+")}
-    presets = [PRESETS[name] for name in dict.fromkeys(v.requirement for v in verdicts) if name in PRESETS]
-    return [name for preset in presets for name in preset.subsystems if name not in judged]
+    said = []
+    for requirement in dict.fromkeys(v.requirement for v in verdicts if v.requirement in PRESETS):
+        if absent := [name for name in PRESETS[requirement].subsystems if name not in judged]:
+            names = and_text([f"{name} ({SUBSYSTEM_TITLES[name]})" for name in absent])
+            said.append(f"what {requirement} allocates to {names}, for the model has no subsystem of that name")
+    return said
 
 
 def worst_at_rest(verdicts: Sequence[DcVerdict]) -> DcVerdict:

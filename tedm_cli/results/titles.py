@@ -14,7 +14,7 @@ from tedm_cli.results.wording import and_text
 
 ANGLES = {"theta": "θ", "eta": "η", "phi": "φ"}
 #: What the subsystems of LISA Pathfinder are.
-_SUBSYSTEM = {"IS": "inertial sensor", "LTP": "rest of the LTP", "S/C": "rest of the satellite"}
+SUBSYSTEM_TITLES = {"IS": "inertial sensor", "LTP": "rest of the LTP", "S/C": "rest of the satellite"}
 _TURNS_ABOUT = {"theta": "x", "eta": "y", "phi": "z"}
 _DELTA_G = {
     "delta_g": "differential acceleration Δg (as LISA Pathfinder computes it)",
@@ -127,7 +127,7 @@ def by_subsystem(name: str) -> str:
     """Whose field at rest it is, in a sentence: `the inertial sensor`, `everything in the model`."""
     if name == ALL:
         return "everything in the model"
-    parts = [_SUBSYSTEM.get(part, part) for part in name.split("+")]
+    parts = [SUBSYSTEM_TITLES.get(part, part) for part in name.split("+")]
     return f"{and_text(parts)} together" if len(parts) > 1 else f"the {parts[0]}"
 
 
@@ -137,7 +137,7 @@ def subsystem_label(name: str) -> str:
         return f"{ALL}: everything in the model"
     if "+" in name:
         return f"{name}: {'both' if name.count('+') == 1 else 'all of them'} together"
-    return f"{name}: {_SUBSYSTEM[name]}" if name in _SUBSYSTEM else name
+    return f"{name}: {SUBSYSTEM_TITLES[name]}" if name in SUBSYSTEM_TITLES else name
 
 
 def at_rest_requirement(name: str) -> str:

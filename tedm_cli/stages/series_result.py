@@ -66,15 +66,24 @@ class Regular:
     highest_hz: float
 
 
-def welch_segment(samples: int, step_s: float, table: SeriesTable, lowest_hz: float, source: Path) -> int:
+def welch_segment(
+    samples: int, step_s: float, highest_hz: float, table: SeriesTable, lowest_hz: float, source: Path
+) -> int:
     """Samples of a segment of Welch's spectrum: from the table's own lowest frequency, or from `lowest_hz`.
 
-    A series that is too short for `lowest_hz` has a spectrum from where it can; 0 where it cannot have any. What the
-    table wants is wanted: a series that is too short for that is refused, and the message says what would do.
+    A series that is too short for `lowest_hz`, or whose spectrum ends (at `highest_hz`) below it, has a spectrum from
+    where it can; 0 where it cannot have any. What the table wants is wanted: a series that cannot give that is refused,
+    and the message says what would do.
     """
     wanted = table.lowest_hz if table.lowest_hz is not None else lowest_hz
-    segment = segment_length(1.0 / step_s, wanted)
-    if samples >= segment:
+    segment, highest_hz = segment_length(1.0 / step_s, wanted), min(highest_hz, 0.5 / step_s)
+    if wanted >= highest_hz and table.lowest_hz is not None:
+        raise InputError(
+            f"samples of {step_s:.6g} s have a spectrum up to {highest_hz:.3g} Hz, below lowest_hz = {wanted:g}",
+            where=str(source),
+            hint="take a series of shorter steps, or a lower lowest_hz, or none",
+        )
+    if samples >= segment and wanted < highest_hz:
         return segment
     if table.lowest_hz is None:
         return longest_segment(samples)

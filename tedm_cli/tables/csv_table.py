@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,6 +57,8 @@ def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
             for n, fields in lines[1:]
         ]
     wanted = ",".join(header)
+    if lines and len(lines[0][1]) == 1:
+        require_no_tabs(lines[0][1][0], f"{path}:1")
     if not lines or lines[0][1] != header:
         found = ",".join(lines[0][1]) if lines else ""
         missing = [c for c in header if not lines or c not in lines[0][1]]
@@ -67,7 +69,11 @@ def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
         if not any(fields):
             continue
         if len(fields) != len(header):
-            raise InputError(f"{len(fields)} fields, wanted {len(header)} ({wanted})", where=f"{path}:{number}")
+            raise InputError(
+                f"{len(fields)} fields, wanted {len(header)} ({wanted})",
+                where=f"{path}:{number}",
+                hint="" if has_semicolons else decimal_comma_hint(fields, len(header)),
+            )
         words, numbers = {}, {}
         for (column, quantity), field in zip(columns.items(), fields, strict=True):
             if quantity is None:
@@ -104,6 +110,20 @@ def csv_lines(path: Path, *, delimiter: str = ",") -> list[tuple[int, list[str]]
         if fact := next((fact for field in fields if (fact := control_fact(field, _LAYOUT))), ""):
             raise InputError(fact, where=f"{path}:{number}")
     return lines
+
+
+def require_no_tabs(header: str, where: str) -> None:
+    """Raise `InputError` for a header that is divided by tabs and by nothing else."""
+    if "\t" in header.strip() and not any(sign in header for sign in ",;"):
+        raise InputError(
+            "the columns are divided by tabs", where=where, hint="divide them by commas, or by semicolons, in all lines"
+        )
+
+
+def decimal_comma_hint(fields: Sequence[str], wanted: int) -> str:
+    """What to do about a line with more fields between commas than the columns that are `wanted`, if it is of these."""
+    is_split = wanted < len(fields) <= 2 * wanted and all(fields)
+    return "where commas are decimal, divide the columns by semicolons, in the header too" if is_split else ""
 
 
 def number_of(quantity: Quantity, column: str, field: str, where: str) -> float:

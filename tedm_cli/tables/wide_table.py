@@ -22,7 +22,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.files.columns import HDF5_SUFFIXES, Columns, open_columns
 from tedm_cli.quantities import Quantity
 from tedm_cli.regular_file import require_regular_file
-from tedm_cli.tables.csv_table import plain_cell
+from tedm_cli.tables.csv_table import decimal_comma_hint, plain_cell, require_no_tabs
 
 BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB
 
@@ -112,6 +112,8 @@ class _CsvTable:
         self._stream, self._quantities = stream, quantities
         with _reading(path):
             line = next(self._stream, "")
+        require_no_tabs(line, f"{path}:1")
+        with _reading(path):
             self._delimiter = _delimiter(line, key)
             head = next(csv.reader([line], delimiter=self._delimiter), [])
         self._head = [plain_cell(name) for name in head]
@@ -156,7 +158,8 @@ class _CsvTable:
             fields = [field.strip() for field in next(csv.reader([line], delimiter=self._delimiter))]
             if len(fields) != len(self._head):
                 fact = f"{len(fields)} fields, wanted {len(self._head)} as in the header"
-                raise InputError(fact, where=self.place(int(place)))
+                hint = decimal_comma_hint(fields, len(self._head)) if self._delimiter == "," else ""
+                raise InputError(fact, where=self.place(int(place)), hint=hint)
             for name, field in zip(self._head, fields, strict=True):
                 try:
                     float(field.replace(",", ".") if self._delimiter == ";" else field)

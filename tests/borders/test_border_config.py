@@ -38,6 +38,13 @@ def refuse(project: Project, command: str, *pieces: str, code: int = 3, hint: st
             'shield = "within"',
             "areas.rule[0].shield: must be 'inside' or 'outside' (found 'within')",
         ),
+        ("[[test_mass]]", "[test_mass]", "test_mass: there may be several of these tables: write [[test_mass]], in"),
+        ("[model]", "[[model]]", "model: there is one such table: write [model], in single brackets"),
+        (
+            'name = "TM1"',
+            'name = "A B"',
+            "test_mass[0].name: must be made of letters without accents and digits, a letter",
+        ),
         ("side_m = 0.046", "", "test_mass[0].side_m: missing"),
         ("[areas]", "[areas", "not valid TOML"),
         ('op2 = ["unit_loads.op2"]', 'op2 = "unit_loads.op2"', "model.op2: must be a valid list"),

@@ -87,12 +87,34 @@ def test_a_series_too_short_for_any_spectrum_has_its_rms(small: Project) -> None
     outcome = small.run("run-series", "test", "--fail-on-violation").ok()
     assert "the series is too short for a spectrum" in outcome.out
     assert "B_TM1_x, B_TM2_x: lpf_readout_item, as there is no spectrum" in outcome.out
+    assert "\nnothing judged: neither a pass nor a violation\n" in outcome.out
+    assert json.loads(small.run("run-series", "test", "--json").ok().out)[0]["passed"] is None
     with h5py.File(small.build / "series_test.h5") as file:
         labels = list(file["output/label"].asstr())
         rms = file["output/rms"][labels.index("A_TM2_x")]
         assert rms == pytest.approx(row(small, "A_TM2_x") / np.sqrt(2.0), rel=1e-9)
         assert file["frequency"].shape == (0,)
         assert len(file["verdict/passed"]) == 0
+
+
+def test_a_series_of_steps_too_long_for_the_bands_is_not_called_short(small: Project) -> None:
+    """Steps of 1000 s have nothing above 0.5 mHz, and no band begins below 1 mHz: a spectrum, and no verdict."""
+    time = 1000.0 * np.arange(2500)
+    write(small.folder / "t.h5", time_s=time, all=np.cos(2 * np.pi * time / 20e3))
+    configure(small)
+    outcome = small.run("run-series", "test", "--fail-on-violation").ok()
+    assert "too short" not in outcome.out
+    assert "2,500 samples of 1000 s (Nyquist frequency 0.0005 Hz)" in outcome.out
+    assert "Hz: the samples are too far apart for the band" in outcome.out
+    assert "nothing judged" in outcome.out
+    with h5py.File(small.build / "series_test.h5") as file:
+        frequency, labels = file["frequency"][()], file["output/label"].asstr()[()]
+        assert frequency[0] < 1.0 / 20e3 < frequency[-1] < 5e-4
+        psd = file[f"psd/{labels[0]}"][()]
+        assert frequency[psd.argmax()] == pytest.approx(1.0 / 20e3, rel=0.03)
+    replace(small.folder / "cases.toml", 'remove = "mean"\n', 'remove = "mean"\nlowest_hz = 1e-3\n')
+    fact = "samples of 1000 s have a spectrum up to 0.0005 Hz, below lowest_hz = 0.001"
+    small.run("run-series", "test").refused(4, fact, hint="a lower lowest_hz")
 
 
 def test_celsius_with_decimal_commas_and_nodes_with_weights(small: Project) -> None:

@@ -110,7 +110,7 @@ outputs = []
         "case[0].blocks[1]": 'areas = ["*"] for all',
         "case[0].blocks[2].side[0]": "'mid'",
         "case[0].blocks[3].areas": "at least 1 item",
-        "case[0].blocks[4]": "BlockTable",
+        "case[0].blocks[4]": "must be a table (found 'all')",
         "case[1].id": "valid string",
         "case[2]": "give one of blocks, partition and matrix (found none)",
         "requirement[0].name": "did you mean lpf_selfgravity_ltp?",

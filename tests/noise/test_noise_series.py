@@ -313,3 +313,32 @@ def test_semicolons_that_are_refused(tmp_path, text, place, fact):
     ):
         list(wide.blocks())
     assert caught.value.where == str(tmp_path / place)
+
+
+@pytest.mark.parametrize(
+    ("text", "fact", "hint"),
+    [
+        ("time_s,all\n0,0,293,5\n", "4 fields, wanted 2", "divide the columns by semicolons"),
+        ("time_s,all\n0,293,5\n", "3 fields, wanted 2", "divide the columns by semicolons"),
+        ("time_s,all\n0,293.5,\n", "3 fields, wanted 2", ""),
+        ("time_s,all\n0\n", "1 fields, wanted 2", ""),
+        ("time_s;all\n0;1;2\n", "3 fields, wanted 2", ""),
+        ("time_s\tall\n0\t293.5\n", "the columns are divided by tabs", "by commas, or by semicolons"),
+        ("node,area,weight\nN1,A,0,5\n", "4 fields, wanted 3", "divide the columns by semicolons"),
+        ("node,area,weight\nN1,A,1,\n", "4 fields, wanted 3", ""),
+        ("node;area;weight\nN1;A;0;5\n", "4 fields, wanted 3", ""),
+        ("node\tarea\tweight\nN1\tA\t1\n", "the columns are divided by tabs", "by commas, or by semicolons"),
+    ],
+)
+def test_tables_divided_by_other_signs_get_a_hint(tmp_path, text, fact, hint):
+    """Series are read in blocks, and tables of nodes as a whole, by another reader."""
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=fact) as caught:
+        if text.startswith("node"):
+            read_node_weights(path)
+        else:
+            with open_wide(path, "time_s", TIME_STAMP, CELSIUS) as wide:
+                list(wide.blocks())
+    assert hint in caught.value.hint
+    assert bool(caught.value.hint) == bool(hint)

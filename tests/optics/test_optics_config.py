@@ -119,7 +119,7 @@ def test_axes_of_a_test_mass_are_in_the_layout_frame(layout: OpticalLayout, text
         ),
         ('photodiode = "PD1A"\nbeam = "ref"', 'photodiode = "PD1A"\nbeam = "both"', "path[1].beam", "'meas' or 'ref'"),
         ('name = "W2"', 'name = "W1"', "element[5].name", "'W1' is already element[4]"),
-        ('name = "W2"', 'name = "W 2"', "element[5].name", "pattern"),
+        ('name = "W2"', 'name = "W 2"', "element[5].name", "letters without accents, digits, _ . and -, a"),
         ('kind = "window"\ngrid = 900003', 'kind = "lens"\ngrid = 900003', "element[4].kind", "test_mass"),
         ("grid = 900003\n", "", "element[4].grid", "missing; a window (W1) needs it"),
         ("grid = 900003\n", "grid = -3\n", "element[4].grid", "Nastran id -3 is outside 1 to 999,999,999"),

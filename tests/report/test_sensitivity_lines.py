@@ -10,10 +10,11 @@ import numpy as np
 from tedm_cli.cli.printing.gravity import sensitivity_lines
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.report.proof import at_rest_section
 from tedm_cli.stages.gravity.sensitivity import SensitivitySummary
 
 
-def summary(verdicts: list[DcVerdict]) -> SensitivitySummary:
+def summary(verdicts: list[DcVerdict], *subsystems: str) -> SensitivitySummary:
     """Two sources on one test mass; the second turns it by rounding alone."""
     return SensitivitySummary(
         path=Path("sensitivity.h5"),
@@ -30,6 +31,7 @@ def summary(verdicts: list[DcVerdict]) -> SensitivitySummary:
         verdicts=verdicts,
         mass_model="quadrature",
         points=[8],
+        subsystems=list(subsystems),
     )
 
 
@@ -67,11 +69,21 @@ def test_nothing_is_left_out_without_a_word() -> None:
 def test_what_is_not_judged_is_said() -> None:
     assert "field at rest: not judged" in sensitivity_lines(summary([]))[-1]
     lpf = [replace(verdict(0.5, name), requirement="lpf", whole=False) for name in ("IS", "LTP")]
-    assert "no subsystem S/C in the model: its allocation is left to it" in sensitivity_lines(summary(lpf))
+    clause = "what lpf allocates to S/C (rest of the satellite), for the model has no subsystem of that name"
+    assert f"not judged: {clause}" in sensitivity_lines(summary(lpf))
+    assert f"Not judged: {clause}." in str(at_rest_section(lpf, []))
     every = [*lpf, replace(verdict(0.5, "IS+LTP+S/C"), requirement="lpf")]
-    assert not any("left to it" in line for line in sensitivity_lines(summary(every)))
+    assert not any("not judged" in line for line in sensitivity_lines(summary(every)))
+    assert "ot judged" not in str(at_rest_section(every, []))
     own = [replace(v, requirement="own") for v in lpf]
-    assert not any("left to it" in line for line in sensitivity_lines(summary(own)))
+    assert not any("not judged" in line for line in sensitivity_lines(summary(own)))
+
+
+def test_where_all_is_judged_together_parts_that_there_are_are_named() -> None:
+    whole = [verdict(0.5, "all")]
+    said = "only everything in the model together is judged; "
+    assert f"{said}parts need [gravity.subsystems]" in sensitivity_lines(summary(whole))
+    assert f"{said}no limit is on a part of it (IS, bench)" in sensitivity_lines(summary(whole, "IS", "bench"))
 
 
 def test_a_difference_is_named() -> None:

@@ -67,7 +67,7 @@ def case_dict(path: Path, result: CaseResult) -> dict[str, Any]:
         "file": str(path),
         "setting": _setting(result),
         "safety_factor": result.safety_factor,
-        "passed": all(v.passed for v in result.verdicts),
+        "passed": all(v.passed for v in result.verdicts) if result.verdicts else None,
         "verdicts": [
             {
                 "output": v.output,

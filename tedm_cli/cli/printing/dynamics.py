@@ -146,7 +146,7 @@ def simulation_dict(path: Path, r: Simulation) -> dict[str, Any]:
         "file": str(path),
         "safety_factor": r.safety_factor,
         "read_out_set": r.rows.set_name,
-        "passed": all(j.verdict.passed for j in r.judged),
+        "passed": all(j.verdict.passed for j in r.judged) if r.judged else None,
         "verdicts": [
             {
                 "output": j.verdict.output,

@@ -48,12 +48,12 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
         for label, unit, (area, value) in zip(done.row_labels, done.row_units, done.largest, strict=True)
     ]
     lines += table(("sensitivity", "largest", "unit", "area"), rows, right=(1,))
-    return lines + _dc_verdict_lines(done.verdicts)
+    return lines + _dc_verdict_lines(done.verdicts, done.subsystems)
 
 
-def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
+def _dc_verdict_lines(verdicts: list[DcVerdict], subsystems: list[str]) -> list[str]:
     from tedm_cli.gravity.requirements import AT_REST_UNITS
-    from tedm_cli.results.field import left_out
+    from tedm_cli.results.field import not_allocated
 
     if not verdicts:
         return ["field at rest: not judged, for the configuration limits nothing ([[requirement_at_rest]])"]
@@ -80,10 +80,13 @@ def _dc_verdict_lines(verdicts: list[DcVerdict]) -> list[str]:
         f"{p}: the difference, each in its own frame" for p in dict.fromkeys(v.place for v in verdicts if v.minus)
     ]
     if all(v.whole for v in verdicts):
-        lines.append("only everything in the model together is judged; parts need [gravity.subsystems]")
-    if absent := left_out(verdicts):
-        lines.append(f"no subsystem {', '.join(absent)} in the model: its allocation is left to it")
-    return lines
+        parts = (
+            f"no limit is on a part of it ({', '.join(subsystems)})"
+            if subsystems
+            else "parts need [gravity.subsystems]"
+        )
+        lines.append(f"only everything in the model together is judged; {parts}")
+    return lines + [f"not judged: {clause}" for clause in not_allocated(verdicts)]
 
 
 def audit_lines(done: AuditSummary, most: int) -> list[str]:

@@ -20,7 +20,8 @@ def series_lines(r: SeriesResult, parts: Mapping[str, FloatArray] = MappingProxy
     span = (r.samples - 1) * r.step_s
     lines = [
         f"series {r.name}: {r.source} ({r.path})",
-        f"{r.samples:,} samples of {r.step_s:.6g} s over {span:.6g} s; {r.treatment}",
+        f"{r.samples:,} samples of {r.step_s:.6g} s (Nyquist frequency {0.5 / r.step_s:.3g} Hz) over {span:.6g} s;"
+        f" {r.treatment}",
         *table(
             ("output", "rms", "peak", *parts, "unit"),
             [
@@ -57,6 +58,8 @@ def series_lines(r: SeriesResult, parts: Mapping[str, FloatArray] = MappingProxy
             " the scatter of the estimate is in it"
         )
         lines += legend_lines((v.worst.output, v.worst.requirement) for v in r.verdicts)
+    else:
+        lines.append("nothing judged: neither a pass nor a violation")
     return lines + [f"not judged: {fact}" for fact in r.unjudged]
 
 
@@ -85,7 +88,7 @@ def series_dict(r: SeriesResult) -> dict[str, Any]:
             {"output": n, "rms": float(a), "peak": float(p), "unit": u}
             for n, a, p, u in zip(r.labels, r.rms, r.peak, r.units, strict=True)
         ],
-        "passed": all(v.worst.passed for v in r.verdicts),
+        "passed": all(v.worst.passed for v in r.verdicts) if r.verdicts else None,
         "verdicts": [
             {
                 "output": v.worst.output,

@@ -91,7 +91,7 @@ def _simulate(
     with scratch_file(path) as felt, scratch_file(path) as made:
         by_area = np.concatenate([rows.read_out, rows.acceleration])
         sampled = sample_series(project, table, rows.areas, by_area, where, felt)
-        segment = welch_segment(sampled.samples - 2, sampled.step_s, table, ready.lowest_hz, source)
+        segment = welch_segment(sampled.samples - 2, sampled.step_s, sampled.highest_hz, table, ready.lowest_hz, source)
         with create(path, KIND, trace) as writer:
             kept = _through(ready.loop, in_time, sampled, table, made, where, step)
             series = Regular(

@@ -57,6 +57,7 @@ class SensitivitySummary:
     verdicts: list[DcVerdict]
     mass_model: str
     points: list[int]
+    subsystems: list[str]
 
 
 @dataclass(frozen=True)
@@ -168,6 +169,7 @@ def _build(
         verdicts,
         model,
         [s.sources for s in found],
+        list(config.gravity.subsystems),
     )
 
 

@@ -57,7 +57,7 @@ def run_series(
         with scratch_file(path) as scratch:
             sampled = sample_series(project, table, outputs.areas, outputs.rows, where, scratch)
             n, step_s = sampled.samples, sampled.step_s
-            segment = welch_segment(n, step_s, table, config.lowest_band_hz(), source)
+            segment = welch_segment(n, step_s, sampled.highest_hz, table, config.lowest_band_hz(), source)
             with create(path, SERIES, trace) as writer:
                 series = Regular(
                     lambda: sampled.blocks(table.remove), len(labels), n, sampled.first_s, step_s, sampled.highest_hz
