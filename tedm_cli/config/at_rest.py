@@ -205,19 +205,21 @@ def _preset_problems(table: AtRestTable, subsystems: Mapping[str, Subsystem]) ->
     if table.quantity is not None or not subsystems:
         return []
     preset = PRESETS[table.name]
-    facts = []
+    others = {_plain(name): name for name in subsystems if name not in preset.subsystems}
+    lacking, meant = [], []
     for wanted in preset.subsystems:
-        if wanted in subsystems:
+        key = _plain(wanted)
+        if wanted in subsystems or (wanted not in preset.required and key not in others):
             continue
-        spelled = [name for name in subsystems if _plain(name) == _plain(wanted)]
-        others = {_plain(name): name for name in subsystems if name not in preset.subsystems}
-        near = spelled or [others[key] for key in difflib.get_close_matches(_plain(wanted), others, n=1)]
-        if wanted in preset.required or spelled:
-            meant = f"did you mean {wanted} by {near[0]}?" if near else f"it has {', '.join(subsystems)}"
-            facts.append(f"{table.name} limits the subsystem {wanted}, which [gravity.subsystems] lacks; {meant}")
-    if facts:
-        facts.append("without [gravity.subsystems] the model is judged as a whole")
-    return [("name", "; ".join(facts))] if facts else []
+        lacking.append(wanted)
+        if near := difflib.get_close_matches(key, others, n=1):
+            meant.append(f"{wanted} by {others[near[0]]}")
+    if not lacking:
+        return []
+    they = f"the subsystem{'s' * (len(lacking) > 1)} {' and '.join(lacking)}"
+    hint = f"did you mean {', '.join(meant)}?" if meant else f"it has {', '.join(subsystems)}"
+    fact = f"{table.name} limits {they}, which [gravity.subsystems] lacks; {hint}; without [gravity.subsystems]"
+    return [("name", f"{fact} the model is judged as a whole")]
 
 
 def _plain(name: str) -> str:

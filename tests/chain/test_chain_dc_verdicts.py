@@ -207,6 +207,7 @@ OWN = '[[requirement_at_rest]]\nname = "own"\nquantity = "a_y"\nmagnitude = 1e-9
         (LPF, LPF + "magnitude = 1e-9\n", "magnitude of the preset lpf cannot be changed"),
         (LPF, OWN + 'test_mass = "TM1"\napplies_to = "difference"\n', "test masses, and this is of TM1; applies"),
         (IS, IS.replace("IS =", "GRS ="), "name: lpf limits the subsystem IS, which .* lacks; it has GRS, LTP"),
+        (f'{IS}\nLTP', f'GRS{IS[2:]}\nbench', "lpf limits the subsystems IS and LTP, which .* lacks; .* GRS, bench"),
         (IS, IS.replace("IS =", "is ="), "name: lpf limits the subsystem IS, which .* lacks; did you mean IS by is"),
         (IS, IS.replace("IS =", '"S/C" ='), "name: lpf limits the subsystem IS, which .* lacks; it has S/C, LTP"),
         ('LTP = "rest"', 'bench = "rest"', "name: lpf limits the subsystem LTP, which .* lacks; it has IS, bench"),
