@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.layout_against_model import LARGEST_ANGLE_RAD
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS as OPTICS_KIND
@@ -30,7 +31,7 @@ from tedm_cli.results.areas import read_areas
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.self_gravity import read_self_gravity
 
-_AXES = 1e-9  # of a test mass in the layout against those in the model
+_AXES = LARGEST_ANGLE_RAD  # of a test mass in the layout against those in the model: more are two test masses
 
 
 @dataclass(frozen=True, eq=False)
