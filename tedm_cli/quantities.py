@@ -75,8 +75,9 @@ POINT_MASS = Quantity("mass", "kg", 1e-20, 1e31)
 DENSITY = Quantity("density", "kg/m^3", 1e-3, 1e6)
 GRAVITATIONAL_CONSTANT = Quantity("gravitational constant", "m^3/(kg s^2)", 6e-11, 7.5e-11)
 
-# Temperatures: none is below absolute zero; spectra of an area that is silent are 0.
-TEMPERATURE = Quantity("temperature", "K", 0.0, 1e4)
+# Temperatures: those of a series may be differences from any other; spectra of an area that is silent are 0.
+TEMPERATURE = Quantity("temperature", "K", -1e4, 1e4)
+ABSOLUTE_TEMPERATURE = Quantity("temperature", "K", 0.0, 1e4)
 TEMPERATURE_ASD = Quantity("temperature level", "K/sqrt(Hz)", 0.0, 1e6, 1e-20)
 CELSIUS = Quantity("temperature", "degC", -273.15, 1e4)
 EXPANSION = Quantity("coefficient of expansion", "1/K", -1.0, 1.0)

@@ -21,6 +21,7 @@ from tedm_cli.config.at_rest import (
 )
 from tedm_cli.config.base import (
     LABEL,
+    AbsoluteTemperature,
     Angle,
     Bounded,
     FileName,
@@ -30,7 +31,6 @@ from tedm_cli.config.base import (
     OrthonormalAxes,
     Place,
     Strict,
-    Temperature,
     load,
     named_by_project,
 )
@@ -70,7 +70,7 @@ class ModelTable(UnitsTable):
     deck: FileName = "{build_dir}/unit_loads.bdf"
     op2: list[FileName] = Field(min_length=1, default_factory=lambda: ["{build_dir}/unit_loads.op2"])
     uniform_label: str = "UNIFORM"
-    reference_temperature_K: Temperature | None = None
+    reference_temperature_K: AbsoluteTemperature | None = None
     constraints_of_subcase: Id | None = None
     allow_missing_enddata: bool = False
     subcases: dict[str, Id] = Field(default_factory=dict)
