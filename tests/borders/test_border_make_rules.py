@@ -133,8 +133,8 @@ def test_of_a_layout_the_unit_loads_watch_the_symmetry_plane_alone(fresh: Projec
     made.touch()
 
     def commands() -> str:
-        later = (fresh.build / "rules.mk").stat().st_mtime + 5
-        os.utime(layout, (later, later))
+        earlier = layout.stat().st_mtime - 5
+        os.utime(fresh.build / "rules.mk", (earlier, earlier))
         done = run_make(fresh, "-n", str(made))
         assert done.returncode == 0, done.stderr
         assert "make-rules" in done.stdout
@@ -161,8 +161,8 @@ def test_a_configuration_file_that_was_renamed(fresh: Project) -> None:
     assert run_make(fresh, "-n", "all").returncode == 0
     (fresh.folder / "optics.toml").rename(fresh.folder / "bench.toml")
     (fresh.folder / "tedm.toml").write_text('title = "small sample"\noptics = "bench.toml"\n')
-    later = (fresh.build / "rules.mk").stat().st_mtime + 5
-    os.utime(fresh.folder / "tedm.toml", (later, later))
+    earlier = (fresh.folder / "tedm.toml").stat().st_mtime - 5
+    os.utime(fresh.build / "rules.mk", (earlier, earlier))
     done = run_make(fresh, "-n", "all")
     assert done.returncode == 0, done.stderr
     assert "bench.toml" in (fresh.build / "rules.mk").read_text()

@@ -20,7 +20,7 @@ from tedm_cli.cli import main
 BATCH = 60
 BATCHES = [
     (kind, BATCH * i)
-    for kind, count in (("op2", 480), ("bdf", 480), ("structure", 120), ("solver", 120))
+    for kind, count in (("op2", 240), ("bdf", 240), ("structure", 60), ("solver", 60))
     for i in range(count // BATCH)
 ]
 
