@@ -32,7 +32,7 @@ def draw(project: Project) -> object:
 
 
 def page(project: Project) -> object:
-    return report(project, None)
+    return report(project, None, ["html"])
 
 
 STAGES = pytest.mark.parametrize("stage", [draw, page])
