@@ -123,16 +123,16 @@ all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
-SAMPLE_OPTIONS = $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM)) --layout $(SAMPLE_LAYOUT)
-$(BUILD)/ltp.bdf: SAMPLE_LAYOUT = $(or $(OPTICS_TOML),configs/optics.toml)
-$(BUILD)/lisa.bdf: SAMPLE_LAYOUT = $(or $(OPTICS_TOML),configs/lisa_like/optics.toml)
+SIZE_OPTION = $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM))
+LTP_LAYOUT := $(or $(OPTICS_TOML),configs/optics.toml)
+LISA_LAYOUT := $(or $(OPTICS_TOML),configs/lisa_like/optics.toml)
 
-$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(OPTICS_TOML) $(BUILD)/element_size | $(RUN_STAMP)
-	$(BIN)/python $< $(SAMPLE_OPTIONS) -o $@
+$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(LTP_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
+	$(BIN)/python $< $(SIZE_OPTION) --layout $(LTP_LAYOUT) -o $@
 
-$(BUILD)/lisa.bdf: sample_models/lisa_like.py sample_models/lisa_like_layout.py sample_models/ltp_like.py $(OPTICS_TOML) \
+$(BUILD)/lisa.bdf: sample_models/lisa_like.py sample_models/lisa_like_layout.py sample_models/ltp_like.py $(LISA_LAYOUT) \
 		$(BUILD)/element_size | $(RUN_STAMP)
-	$(BIN)/python $< $(SAMPLE_OPTIONS) -o $@
+	$(BIN)/python $< $(SIZE_OPTION) --layout $(LISA_LAYOUT) -o $@
 
 $(BUILD)/ltp_areas.csv: $(BUILD)/ltp.bdf ;
 $(BUILD)/lisa_areas.csv: $(BUILD)/lisa.bdf ;
@@ -142,16 +142,12 @@ $(BUILD)/element_size: FORCE
 	@mkdir -p $(@D)
 	@echo '$(ELEMENT_SIZE_MM)' | cmp -s - $@ || echo '$(ELEMENT_SIZE_MM)' > $@
 
-# The same of the symmetry plane, which may follow the layout's frame; even for `make -n`, which would else expect a change.
-$(BUILD)/symmetry_plane: FORCE
-	+@mkdir -p $(@D)
-	+@echo '$(SYMMETRY_PLANE)' | cmp -s - $@ || echo '$(SYMMETRY_PLANE)' > $@
-
 FORCE:
 
 # MATRICES are sensitivity.h5 of a project with test masses, and optics.h5 of one with optics. make-rules writes halves
-# anew when one of them comes or goes, and so is what is made of both.
-$(BUILD)/halves: ;
+# anew when one of them comes or goes, and so is what is made of both; the same of the symmetry plane, which may follow the
+# layout's frame.
+$(BUILD)/halves $(BUILD)/symmetry_plane: ;
 
 ifneq ($(SOLVED_BY_TEDM),)
 $(UNIT_DECK): $(MODEL_SOURCES) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)

@@ -8,6 +8,7 @@ from pathlib import Path
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
+from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
 from tedm_cli.contracts import CASE
@@ -43,8 +44,9 @@ def run_cases(
     if config.realisation is not None and config.realisation.spectrum == "log":
         require_speckit()
     criteria = config.criteria()
-    halves_of(project).require_judgeable(criteria.requirements, where=project.cases)
-    require_parallel(project, criteria.requirements)
+    model = load_model(project.model)[1]
+    halves_of(project, model).require_judgeable(criteria.requirements, where=project.cases)
+    require_parallel(project, criteria.requirements, model)
     outputs = read_outputs(project).with_differences(criteria.requirements)
     temperature = temperature_model(project, config, outputs.areas)
     frequency = config.frequency_hz()

@@ -8,6 +8,7 @@ from pathlib import Path
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
+from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
 from tedm_cli.contracts import SERIES
@@ -37,8 +38,9 @@ def run_series(
     """
     file, config = load_cases(project.cases)
     requirements = config.applied_requirements()
-    halves_of(project).require_judgeable(requirements, where=project.cases)
-    require_parallel(project, requirements)
+    model = load_model(project.model)[1]
+    halves_of(project, model).require_judgeable(requirements, where=project.cases)
+    require_parallel(project, requirements, model)
     outputs = read_outputs(project).with_differences(requirements)
     labels, units, kinds = list(outputs.labels), list(outputs.units), list(outputs.kinds)
     try:

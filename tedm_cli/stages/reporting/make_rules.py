@@ -35,7 +35,7 @@ from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.stages.temperature_series import series_files
 
 _PLAIN = re.compile(r"[\w./+,@^-]*")  # letters and digits of any script
-HALVES = "halves"
+HALVES, SYMMETRY_PLANE = "halves", "symmetry_plane"
 _RENAME = "letters, digits and _ - . / + , @ ^ are fine; the commands by themselves, without make, take any name"
 
 
@@ -64,7 +64,8 @@ class _Variables:
 def make_rules(project: Project, output: Path | None) -> Path:
     """Write the variables of one project; `SOLVED_BY_TEDM` is empty where the user's own results are named.
 
-    Beside them a file says which halves of the chain the project has, written only where that has changed.
+    Beside them files say which halves of the chain the project has, and which symmetry plane. Each is written only
+    where it has changed.
 
     Raises
     ------
@@ -86,7 +87,6 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("CASES_TOML", "cases", [project.cases])
     make.files("MODEL_SOURCES", "model.bdf", [bdf, listed] if own else [])
     make.files("AREAS_CSV", "model.areas_csv", [listed])
-    make.word("SYMMETRY_PLANE", project_plane(project, model).plane.key)
     make.files("UNIT_DECK", "model.deck", [project.resolve(model.model.deck)])
     make.files("OP2", "model.op2", [project.resolve(p) for p in model.model.op2])
     make.word("SOLVED_BY_TEDM", "yes" if own else "")
@@ -122,6 +122,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     with replacing(out) as temporary:
         temporary.write_text("\n".join(make.lines) + "\n", encoding="utf-8", newline="\n")
     _write_changed(out.with_name(HALVES), " ".join(matrices) + "\n")
+    _write_changed(out.with_name(SYMMETRY_PLANE), project_plane(project, model).plane.key + "\n")
     return out
 
 
