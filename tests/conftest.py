@@ -2,8 +2,9 @@ import os
 from pathlib import Path
 from typing import Any
 
-# Before NumPy is loaded: on small matrices a second thread of BLAS only waits, and the tests share their cores.
+# Before NumPy and Numba are loaded: on small arrays a second thread only waits, and the tests share their cores.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 import pytest

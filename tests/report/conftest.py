@@ -2,23 +2,21 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from unittest import mock
 
 import pytest
 from figure_texts import drawn
 from matplotlib.figure import Figure
 from report_project import close_loop, make_project
+from shared_folder import shared
 
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import SENSITIVITY
-from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import silent
-from tedm_cli.results.build_folder import Results, open_results
+from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.noise import CaseNoise
@@ -26,31 +24,24 @@ from tedm_cli.stages.reporting.plot import figure_specs, plot
 
 
 @pytest.fixture(scope="session")
-def plotted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str, Figure]]:
-    """A project with its figures, and the figures as they were drawn, by the names of their files."""
-    project = make_project(tmp_path_factory.mktemp("finished"))
-    close_loop(project)
-    figures: dict[str, Figure] = {}
-
-    def recording(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
-        specs = figure_specs(results, cases)
-        return [replace(s, draw=lambda s=s: figures.setdefault(s.name, s.draw())) for s in specs]  # type: ignore[misc]
-
-    with mock.patch("tedm_cli.stages.reporting.plot.figure_specs", recording):
-        plot(project, None, silent)
-    return project, figures
-
-
-@pytest.fixture(scope="session")
-def figures(plotted: tuple[Project, dict[str, Figure]]) -> dict[str, Figure]:
-    """All figures, drawn once, so that their texts and keys have their places."""
-    return {name: drawn(figure) for name, figure in plotted[1].items()}
-
-
-@pytest.fixture(scope="session")
-def finished(plotted: tuple[Project, dict[str, Figure]]) -> Project:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """A project with its figures; tests must not change it."""
-    return plotted[0]
+
+    def make(folder: Path) -> None:
+        project = make_project(folder)
+        close_loop(project)
+        plot(project, None, silent)
+
+    folder = shared(tmp_path_factory, "finished", make)
+    return load_project(folder / "tedm.toml", folder / "build")
+
+
+@pytest.fixture(scope="session")
+def figures(finished: Project) -> dict[str, Figure]:
+    """All figures, drawn once, so that their texts and keys have their places."""
+    with open_results(finished) as results:
+        specs = figure_specs(results, [read_case(case) for case in results.cases])
+        return {spec.name: drawn(spec.draw()) for spec in specs}
 
 
 @pytest.fixture(scope="module")

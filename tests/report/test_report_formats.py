@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pypdf import PdfReader
+from pypdfium2 import PdfDocument
 
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
@@ -71,7 +71,7 @@ DOCUMENT = numbered([PLAIN])[0]
 
 
 def text_of(pdf: bytes) -> str:
-    return "\n".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages)
+    return "\n".join(page.get_textpage().get_text_range() for page in PdfDocument(pdf))
 
 
 @pytest.mark.parametrize(
