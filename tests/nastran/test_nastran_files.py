@@ -14,8 +14,8 @@ import pytest
 from rod_model import one_load, read, rod_cards
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
-from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.unit_loads import deck_unit_loads
