@@ -137,7 +137,8 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
     Raises
     ------
     ConfigError
-        If the configuration names several result files, a run makes one; or the place of a file of ours; or HDF5, which is MSC Nastran's to write.
+        If the configuration names several result files: a run makes one; the place of a file of ours; or HDF5, which
+        is for MSC Nastran to write.
     """
     deck, out, table = _deck_and_op2(project, output)
     if results_suffix(out) != OP2:
