@@ -13,7 +13,8 @@ NODAL = "/NASTRAN/RESULT/NODAL"
 DISPLACEMENT = f"{NODAL}/DISPLACEMENT"
 INDEX = f"/INDEX{DISPLACEMENT}"
 CASES = "/NASTRAN/INPUT/PARAMETER/CASECC/SUBCASE"
-ROW = np.dtype([("ID", "<i8"), *((name, "<f8") for name in ("X", "Y", "Z", "RX", "RY", "RZ")), ("DOMAIN_ID", "<i8")])
+MOTION = ("X", "Y", "Z", "RX", "RY", "RZ")
+ROW = np.dtype([("ID", "<i8"), *((name, "<f8") for name in MOTION), ("DOMAIN_ID", "<i8")])
 DOMAIN = np.dtype(
     [
         *((name, "<i8") for name in ("ID", "SUBCASE", "STEP", "ANALYSIS")),
@@ -43,7 +44,7 @@ def write_msc_hdf5(
             domains[name][number - 1] = value
         rows = np.zeros(len(ids), ROW)
         rows["ID"], rows["DOMAIN_ID"] = ids, number
-        for column, name in enumerate(ROW.names[1:7]):
+        for column, name in enumerate(MOTION):
             rows[name] = motion[:, column]
         parts += [rows] if order is None else np.array_split(rows, 2)
     if order is not None:

@@ -66,7 +66,7 @@ def unit_load_displacements(
                     raise InputError(f"area '{load.label}' was already in {seen[load.label]}", where=str(path))
                 seen[load.label] = path
             matched.append((path, mine))
-            if not subcase_table and any(table.label is None for table in tables):
+            if not subcase_table and not all(table.labelled for table in tables):
                 findings.by_number.append(path)
     _check_complete(loads, seen, files)
     if not subcase_table:
@@ -102,12 +102,11 @@ class _Matching:
     def load(self, table: SubcaseTable, path: Path) -> UnitLoad:
         if self.by_subcase:
             found = [self.by_subcase[table.subcase]] if table.subcase in self.by_subcase else []
-        elif table.label is None:
+        elif not table.labelled:
             found = [self.by_number[table.subcase]] if table.subcase in self.by_number else []
         else:
-            label = table.label.upper()
-            found = self.by_label.get(_key(label), [])
-            exact = [load for load in found if clean_label(load.label).upper() == label]
+            found = self.by_label.get(_key(table.label), [])
+            exact = [load for load in found if clean_label(load.label).upper() == table.label.upper()]
             found = exact or found
         if len(found) == 1:
             return found[0]

@@ -72,8 +72,8 @@ def open_msc_hdf5(path: Path) -> Iterator[tuple[list[SubcaseTable], ReadTable]]:
         domains = _domains(file, runs, path)
         labels = _labels(file, path)
         tables = [
-            SubcaseTable(d.said["SUBCASE"], None if labels is None else labels.get(d.said["SUBCASE"], ""), _NAME, False)
-            for d in domains
+            SubcaseTable(number, (labels or {}).get(number, ""), _NAME, is_basic=False, labelled=labels is not None)
+            for number in (d.said["SUBCASE"] for d in domains)
         ]
         by_subcase = {d.said["SUBCASE"]: d.number for d in domains}
 

@@ -26,16 +26,17 @@ ANALYSES = {
 class SubcaseTable:
     """The displacements of one subcase in a result file, as far as they can be told without reading them.
 
-    `label`: as `clean_label` leaves it; None where the file has no labels at all. `name`: of the table in the file.
-    `is_basic`: written in the basic frame, not in each grid's displacement frame (CD). `places`: where its records
-    begin, in an OP2.
+    `label`: as `clean_label` leaves it. `name`: of the table in the file. `is_basic`: written in the basic frame, not
+    in each grid's displacement frame (CD). `places`: where its records begin, in an OP2. `labelled`: whether the file
+    has labels at all.
     """
 
     subcase: int
-    label: str | None
+    label: str
     name: str
     is_basic: bool
     places: tuple[int, ...] = ()
+    labelled: bool = True
 
 
 @dataclass(frozen=True)

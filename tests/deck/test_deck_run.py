@@ -108,7 +108,7 @@ def test_results_come_to_their_place(folder: Path, kind: str) -> None:
 def hdf5(folder: Path) -> Path:
     """The project with its results in HDF5 as well, whole and in part, where it is asked for."""
     with open_results(folder / "whole.op2") as (tables, read):
-        motions = [(t.subcase, str(t.label), read(t)) for t in tables]
+        motions = [(t.subcase, t.label, read(t)) for t in tables]
     cases = [(number, label, got.motion) for number, label, got in motions]
     write_msc_hdf5(folder / "whole.h5", motions[0][2].grid_id, cases)
     write_msc_hdf5(folder / "part.h5", motions[0][2].grid_id, cases[:2])
