@@ -156,7 +156,7 @@ def test_scalar_points_are_those_of_the_deck(results: Path, geometry: ModelGeome
 
 
 def test_memory_is_that_of_one_subcase(tmp_path: Path) -> None:
-    """Neither the table nor all of its rows of a block are ever held at once."""
+    """The table of all subcases is never held at once."""
     peaks, ids = {}, np.arange(1, 40_001)
     for count in (2, 8):
         path = tmp_path / f"{count}.h5"

@@ -277,11 +277,17 @@ def _judge(
     if excess.max() <= 1.0:
         return
     worst = int(excess.argmax())
+    hint = "is an area missing from the deck, do the results belong to another deck, or did the solver iterate?"
+    if precision == "double" and superposition_excess(gap, size, floor, "single").max() <= 1.0:
+        hint = (
+            "single precision would allow it: did the solver iterate, or is the stiffness badly conditioned?"
+            " The OP2 of the same run is judged by single precision"
+        )
     raise PhysicsError(
         f"the areas' unit loads sum to something else than the uniform load: the {what} of grid"
         f" {unit.array(UNIT_LOADS.GRID_ID)[rows[worst]]} is off by {np.linalg.norm(gap[worst]):.2g}"
         f" {'rad' if what == 'rotation' else 'm'}/K, {excess[worst]:.2g} times what {precision} precision allows"
         f" ({(excess > 1.0).sum()} of {len(excess)} grids; relative difference {residual:.2g})",
         where=str(unit.path),
-        hint="is an area missing from the deck, do the results belong to another deck, or did the solver iterate?",
+        hint=hint,
     )
