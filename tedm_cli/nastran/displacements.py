@@ -12,7 +12,7 @@ from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.frames import displacement_axes, rounded_off_axis
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
-from tedm_cli.nastran.result_files import open_results
+from tedm_cli.nastran.result_files import open_result_file
 from tedm_cli.nastran.subcase_table import GridMotion, SubcaseTable, clean_label
 from tedm_cli.nastran.unit_loads import UnitLoad
 
@@ -49,7 +49,7 @@ def unit_load_displacements(
 
     Raises
     ------
-    InputError : what `open_results` refuses, a load without result, a result without load, a result given twice,
+    InputError : what `open_result_file` refuses, a load without result, a result without load, a result given twice,
         labels and numbers of subcases that contradict each other, missing grids, NaN or infinity.
     """
     matched: list[tuple[Path, dict[int, UnitLoad]]] = []
@@ -58,7 +58,7 @@ def unit_load_displacements(
     findings = Findings() if findings is None else findings
     findings.by_number = []
     for path in files:
-        with open_results(path) as (tables, _):
+        with open_result_file(path) as (tables, _):
             mine = {}
             for table in tables:
                 load = mine[table.subcase] = find.load(table, path)
@@ -73,7 +73,7 @@ def unit_load_displacements(
         _check_numbers(matched, loads)
     axes = displacement_axes(geometry.position_m, geometry.displacement_frame, geometry.frames)
     for path, mine in matched:
-        with open_results(path) as (tables, read):
+        with open_result_file(path) as (tables, read):
             for table in tables:
                 load = mine[table.subcase]
                 place = f"{path}: subcase {table.subcase} (area '{load.label}')"

@@ -14,7 +14,7 @@ from tedm_cli.nastran.subcase_table import ReadTable, SubcaseTable
 
 
 @contextmanager
-def open_results(path: Path) -> Iterator[tuple[list[SubcaseTable], ReadTable]]:
+def open_result_file(path: Path) -> Iterator[tuple[list[SubcaseTable], ReadTable]]:
     """Open a result file: its displacement tables by subcase, and a function that reads one of them.
 
     Raises

@@ -22,7 +22,7 @@ from tedm_cli.files.store import is_alive, replacing
 from tedm_cli.interrupts import whole
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.nastran.result_files import open_results
+from tedm_cli.nastran.result_files import open_result_file
 
 _PATIENCE_S = 5.0  # between the request to end and the order to
 _FATAL = re.compile(r"\b(USER|SYSTEM|PROGRAM)?\s*FATAL (MESSAGE|ERROR)\b|^\s*\*ERROR\b")
@@ -89,7 +89,7 @@ def run_nastran(
         results = _new_results(command_of(text, own), own, deck, kind, say)
         failed = str(deck.with_name(deck.stem + _ending(results.suffix, kind)))  # its name if it is not taken
         try:
-            with open_results(results) as (tables, _):
+            with open_result_file(results) as (tables, _):
                 missing = sorted(wanted - {table.subcase for table in tables})
         except InputError as exc:
             raise InputError(exc.fact, where=exc.where.replace(str(results), failed), hint=exc.hint) from exc

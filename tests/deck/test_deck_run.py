@@ -18,7 +18,7 @@ from deck_tools import Outcome, bricks, plain, project, tedm
 from msc_hdf5_file import write_msc_hdf5
 
 from tedm_cli.nastran.op2.reader import open_op2
-from tedm_cli.nastran.result_files import open_results
+from tedm_cli.nastran.result_files import open_result_file
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.solve import solve_deck
 
@@ -107,7 +107,7 @@ def test_results_come_to_their_place(folder: Path, kind: str) -> None:
 @pytest.fixture
 def hdf5(folder: Path) -> Path:
     """The project with its results in HDF5 as well, whole and in part, where it is asked for."""
-    with open_results(folder / "whole.op2") as (tables, read):
+    with open_result_file(folder / "whole.op2") as (tables, read):
         motions = [(t.subcase, t.label, read(t)) for t in tables]
     cases = [(number, label, got.motion) for number, label, got in motions]
     write_msc_hdf5(folder / "whole.h5", motions[0][2].grid_id, cases)

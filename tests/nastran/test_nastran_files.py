@@ -19,7 +19,7 @@ from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.nastran.result_files import open_results
+from tedm_cli.nastran.result_files import open_result_file
 from tedm_cli.nastran.unit_loads import deck_unit_loads
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "nastran.md"
@@ -82,7 +82,7 @@ def compare_with_h5py(path: Path) -> None:
     """Numbers and ids as they are in the one table, of one subcase."""
     with h5py.File(path) as file:
         rows = file["NASTRAN/RESULT/NODAL/DISPLACEMENT"][()]
-    with open_results(path) as (tables, read_table):
+    with open_result_file(path) as (tables, read_table):
         (got,) = (read_table(t) for t in tables)
     np.testing.assert_array_equal(got.grid_id, rows["ID"])
     for column, name in enumerate(("X", "Y", "Z", "RX", "RY", "RZ")):

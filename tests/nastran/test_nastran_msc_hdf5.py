@@ -22,7 +22,7 @@ from tedm_cli.nastran.displacements import Findings, unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.op2.writer import write_op2
-from tedm_cli.nastran.result_files import open_results, require_whole
+from tedm_cli.nastran.result_files import open_result_file, require_whole
 from tedm_cli.nastran.unit_loads import UnitLoad
 
 GRIDS = [(i, 0, (0.1 * i, 0.01 * i, 0.0), 0) for i in range(1, 8)]
@@ -161,7 +161,7 @@ def test_memory_is_that_of_one_subcase(tmp_path: Path) -> None:
     for count in (2, 8):
         path = tmp_path / f"{count}.h5"
         write_msc_hdf5(path, ids, ((i + 1, f"A{i}", np.full((len(ids), 6), i + 1.0)) for i in range(count)))
-        with open_results(path) as (tables, read_table):
+        with open_result_file(path) as (tables, read_table):
             read_table(tables[0])
             tracemalloc.start()
             for table in tables:
@@ -336,7 +336,7 @@ def test_damage_within_the_rows(results: Path) -> None:
 
 def test_the_file_that_msc_nastran_wrote_is_its_op2_in_double_precision(nastran_dir: Path) -> None:
     """A twin of NX Nastran: the two agree to the rounding of the OP2, in the frames of the grids (all basic)."""
-    with open_results(nastran_dir / "static_solid_shell_bar.h5") as (tables, read_table):
+    with open_result_file(nastran_dir / "static_solid_shell_bar.h5") as (tables, read_table):
         assert [(t.subcase, t.label) for t in tables] == [(1, "")]
         found = read_table(tables[0])
     with open_op2(nastran_dir / "static_solid_shell_bar.op2") as (tables, read_table):
