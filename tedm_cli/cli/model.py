@@ -63,8 +63,8 @@ def solve(
 
     The embedded solver takes solids, shells, bars, rods, rigid elements, equations and grids in any frame; anything
     else is refused by name: run Nastran on the deck then, yourself or with --run. The command runs in the folder of the
-    deck, without a shell, has to wait for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says, or its
-    HDF5 where that ends in .h5; -v shows what it prints.
+    deck, without a shell, has to wait for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says, or
+    its HDF5 where that ends in .h5; -v shows what it prints.
     """
     from tedm_cli.cli.printing.model import solve_lines
     from tedm_cli.progress import progress, waiting
