@@ -23,8 +23,8 @@ import h5py
 
 from benchmarks import synthetic
 from benchmarks.timing import Result, timed
+from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import model_geometry
-from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.unit_loads import UnitLoads
 

@@ -19,8 +19,8 @@ from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.deck_units import SI
 from tedm_cli.files.provenance import Provenance
 from tedm_cli.files.store import create
+from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry
-from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.positions import Frames
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads
@@ -171,6 +171,7 @@ def write_unit_loads(
             "/mass/concentrated_lever": np.zeros((0, 3)),
             "/mass/inertia": _inertia(model.position, np.asarray(lumped, dtype=np.float64)),
             "/mass/total": MASS_KG,
+            "/results/precision": "single",
             "/mass/centre_of_gravity": lumped @ model.position / MASS_KG,
         }.items():
             writer.write(name, value)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
@@ -59,23 +61,29 @@ def plausible_translation(expansion: FloatArray, position: FloatArray) -> float:
 
 #: Half the distance of neighbouring numbers in single precision, over the numbers.
 ROUNDING = 2.0**-24
-# Of what single precision explains: solvers leave 0.5 of the first, and the second is for what they do themselves.
-_LOCAL, _ANYWHERE = 16.0, 4.0
+Precision = Literal["single", "double"]
+#: What the sum over areas may be off by at a grid, over the sum of the sizes there. Single precision: 16 roundings, of
+#: which solvers leave 0.5. Double precision rounds by nothing that matters: what the solution itself may leave.
+SUPERPOSITION: dict[Precision, float] = {"single": 16.0 * ROUNDING, "double": 1e-8}
+_ANYWHERE = 0.25  # of the same for the grid that moves most, allowed at all others: for what solvers do themselves
 
 
-def superposition_excess(gap: FloatArray, size: FloatArray, floor: float = 0.0) -> FloatArray:
-    """Error [n] of the sum over areas at each grid, over what single precision allows there; above 1 is an error.
+def superposition_excess(
+    gap: FloatArray, size: FloatArray, floor: float = 0.0, precision: Precision = "single"
+) -> FloatArray:
+    """Error [n] of the sum over areas at each grid, over what the results' precision allows; above 1 is an error.
 
     A number of single precision is off by `ROUNDING` of itself, so a sum of k of them by `ROUNDING` of the sum of
     their sizes (N. Higham, Accuracy and Stability of Numerical Algorithms, ch. 4). Allowed are 16 times that, and 4
-    times that of the grid that moves most, for the error of the solution itself.
+    times that of the grid that moves most, for the error of the solution itself; of double precision 1e-8 and 2.5e-9.
 
     Parameters
     ----------
     gap : [n,3], sum over the areas minus the uniform load.
     size : [n], sum over all loads, the uniform one too, of the length of the motion.
     floor : a motion that counts like the largest `size`, where the grids given are not all.
+    precision : of the results.
     """
-    allowed = ROUNDING * (_LOCAL * size + _ANYWHERE * max(float(size.max(initial=0.0)), floor))
+    allowed = SUPERPOSITION[precision] * (size + _ANYWHERE * max(float(size.max(initial=0.0)), floor))
     error = np.linalg.norm(gap, axis=1)
     return np.divide(error, allowed, out=np.where(error > 0.0, np.inf, 0.0), where=allowed > 0.0)

@@ -63,8 +63,8 @@ def solve(
 
     The embedded solver takes solids, shells, bars, rods, rigid elements, equations and grids in any frame; anything
     else is refused by name: run Nastran on the deck then, yourself or with --run. The command runs in the folder of the
-    deck, without a shell, has to wait for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says; -v
-    shows what it prints.
+    deck, without a shell, has to wait for the end (MSC Nastran: batch=no), and its OP2 goes where model.op2 says, or
+    its HDF5 where that ends in .h5; -v shows what it prints.
     """
     from tedm_cli.cli.printing.model import solve_lines
     from tedm_cli.progress import progress, waiting
@@ -98,9 +98,10 @@ def ingest(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Deck and OP2 results to unit_loads.h5.
+    """Deck and results to unit_loads.h5.
 
-    Geometry, masses, thermal areas and displacements, in SI and the basic frame.
+    Geometry, masses, thermal areas and displacements, in SI and the basic frame. Results are OP2 files or MSC Nastran's
+    HDF5 (MDLPRM,HDF5); which of them a file is, its contents tell.
     """
     from tedm_cli.cli.printing.areas import plane_line
     from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines, unit_lines
@@ -112,7 +113,8 @@ def ingest(
         done = stage(project, output, step)
     say(
         quiet,
-        f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas",
+        f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas,"
+        f" displacements in {done.precision} precision",
         *unit_lines(done.units),
         plane_line(done.plane),
         *mass_lines(done.masses),
@@ -142,7 +144,9 @@ def build_distortion(
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
         done = stage(project, output, step)
-    check = "not checked (no uniform load)" if done.superposition is None else f"{done.superposition:.1e}"
+    check = "not checked (no uniform load)"
+    if done.superposition is not None:
+        check = f"{done.superposition:.1e} (results in {done.precision} precision)"
     optical = f"{done.optical} optical elements" if done.optical else "no optical elements: the project has no optics"
     say(
         quiet,

@@ -58,8 +58,8 @@ class ModelTable(UnitsTable):
 
     The units are those of `bdf`, `deck` and `op2` alike (`UnitsTable`).
     `bdf` is what `write-deck` reads; `areas_csv` (node_id,area) defines areas, before those of `[[areas.define]]`.
-    `deck` and `op2` are the unit-load deck and its results, the user's own where Nastran solved them; left out, they
-    are made in the build folder.
+    `deck` and `op2` are the unit-load deck and its results (OP2, or MSC Nastran's HDF5), the user's own where Nastran
+    solved them; left out, they are made in the build folder.
     `reference_temperature_K`: where unit loads start instead of TREF. `constraints_of_subcase`: the subcase of `bdf`
     whose constraints all unit loads have, where its subcases differ. `allow_missing_enddata`: decks may end without
     ENDDATA, as those that were cut off do.

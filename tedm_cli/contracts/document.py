@@ -34,8 +34,8 @@ Users' own HDF5 files have no seal. They are first read in a process of its own 
 that one that makes the HDF5 library hang or fail is an error; external links, virtual datasets and external storage are
 refused in them as well.
 
-`float` and `int` are of 64 bits. `real` is float32 where every number is exact in it (an OP2 in single precision, grids
-in the basic frame, loads of 1 K) and float64 otherwise: turn it into double precision before you compute with it.
+`float` and `int` are of 64 bits. `real` is float32 where every number is exact in it (results in single precision,
+grids in the basic frame, loads of 1 K) and float64 otherwise: turn it into double precision before you compute with it.
 
 Numbers are finite: a writer MUST refuse NaN and infinity, except in a dataset whose meaning says what they stand for.
 

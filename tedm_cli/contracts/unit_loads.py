@@ -61,6 +61,14 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         "/uniform/rotation", ("node", "xyz"), "real", "rad", "rotation when all areas are loaded together", BASIC, True
     )
     UNIFORM_LOAD_K = Dataset("/uniform/load_K", (), "float", "K", "temperature step of the uniform load", optional=True)
+    RESULTS_PRECISION = Dataset(
+        "/results/precision",
+        (),
+        "str",
+        "1",
+        "precision of the solver's results, the coarser where they differ: how far unit loads may be from adding up",
+        values=Values(words=("single", "double")),
+    )
     ELEMENT_ID = Dataset("/element/id", ("element",), "int", "1", "Nastran element id", values=ID)
     ELEMENT_TYPE = Dataset(
         "/element/type", ("element",), "str", "1", "Nastran card name", values=Values(words=ELEMENTS)
@@ -160,5 +168,5 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
 
 
 UNIT_LOADS = UnitLoadsFile(
-    "unit_loads", 5, "tedm ingest", derived_dims={"area_edge": ("area", 1, 1), "element_edge": ("element", 1, 1)}
+    "unit_loads", 6, "tedm ingest", derived_dims={"area_edge": ("area", 1, 1), "element_edge": ("element", 1, 1)}
 )

@@ -122,10 +122,10 @@ class SomeNodes:
 
 
 @contextlib.contextmanager
-def reading(file: Path, path: str = "") -> Iterator[None]:
+def reading(file: Path, path: str = "", hint: str = "rebuild it") -> Iterator[None]:
     """HDF5's complaints about a damaged file as an `InputError` that names it, lest a writer take them for its own."""
     try:
         yield
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as exc:
         fact = f"{path}: " * bool(path) + f"cannot be read, the file is damaged ({exc})"
-        raise InputError(fact, where=str(file), hint="rebuild it") from exc
+        raise InputError(fact, where=str(file), hint=hint) from exc

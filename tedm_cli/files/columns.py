@@ -1,13 +1,8 @@
-"""Users' tables in HDF5: one-dimensional datasets in the root group, read in pieces.
-
-Such a file carries no seal, and a damaged one can make the HDF5 library loop for ever or end the process. So it is read
-once from end to end in a process of its own that may take some time and no more, before this one opens it.
-"""
+"""Users' tables in HDF5: one-dimensional datasets in the root group, read in pieces, once by a process of its own."""
 
 from __future__ import annotations
 
 import contextlib
-import subprocess
 import sys
 from collections.abc import Iterator
 from functools import cache
@@ -22,13 +17,11 @@ from tedm_cli.errors import InputError
 from tedm_cli.files.blocks import reading
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
 from tedm_cli.files.seal import Identity, identity_of
+from tedm_cli.files.trial import REFUSED, trial
 from tedm_cli.regular_file import require_regular_file
 
 HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
-SECONDS = 60.0  # for the start of Python and the reading of a small file
-BYTES_PER_SECOND = 10e6  # of a slow disk, for a large one
 _BLOCK = 1 << 20  # numbers read at once
-_REFUSED = 4
 
 
 class Columns:
@@ -94,17 +87,7 @@ def _opened(path: Path) -> Iterator[Columns]:
 @cache
 def _try(path: Path, identity: Identity) -> None:
     """Read all columns in a process of its own; `InputError` when it does not come to an end, or to a bad one."""
-    seconds = SECONDS + identity[2] / BYTES_PER_SECOND
-    command = [sys.executable, "-m", "tedm_cli.files.columns", str(path)]
-    try:
-        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=seconds, check=False)
-    except subprocess.TimeoutExpired as exc:
-        fact = f"cannot be read within {seconds:.0f} s: the file is damaged, or its disk hangs"
-        raise InputError(fact, where=str(path), hint="write the table again") from exc
-    if done.returncode not in (0, _REFUSED):  # what was refused is refused here as well, with its reason
-        why = f"signal {-done.returncode}" if done.returncode < 0 else f"exit code {done.returncode}"
-        fact = f"cannot be read, the file is damaged (a process that tried ended with {why})"
-        raise InputError(fact, where=str(path), hint="write the table again")
+    trial("tedm_cli.files.columns", path, size=identity[2], hint="write the table again")
 
 
 def main() -> None:
@@ -115,7 +98,7 @@ def main() -> None:
                 for start in range(0, len(data), _BLOCK):
                     table.read(name, slice(start, start + _BLOCK))
     except InputError:
-        sys.exit(_REFUSED)
+        sys.exit(REFUSED)
 
 
 if __name__ == "__main__":

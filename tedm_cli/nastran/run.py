@@ -21,13 +21,16 @@ from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.store import is_alive, replacing
 from tedm_cli.interrupts import whole
 from tedm_cli.nastran.geometry import id_list
-from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.result_files import open_result_file
 
 _PATIENCE_S = 5.0  # between the request to end and the order to
 _FATAL = re.compile(r"\b(USER|SYSTEM|PROGRAM)?\s*FATAL (MESSAGE|ERROR)\b|^\s*\*ERROR\b")
 _MARK = "{deck}"
-_FAILED = ".failed"  # behind the name of an OP2 that is not taken
+_FAILED = ".failed"  # behind the name of results that are not taken
+OP2, _HDF5 = ".op2", ".h5"
+_NAMES = {OP2: "OP2", _HDF5: "HDF5"}
+_NOT_OURS = ".msc.h5"  # of an HDF5 beside a deck, whose own name would be that of a file of ours
 _RUN = "_tedmrun"  # between a deck's name and the number of the process, in the names of a run's files
 
 
@@ -53,21 +56,22 @@ def command_of(text: str, deck: Path) -> list[str]:
 def run_nastran(
     text: str,
     deck: Path,
-    op2: Path,
+    target: Path,
     say: Callable[[str], None],
     *,
     allow_missing_enddata: bool = False,
     units: DeckUnits = SI,
 ) -> int:
-    """Run the command `text` in the deck's folder and bring its OP2 to `op2`.
+    """Run the command `text` in the deck's folder and bring its results to `target`.
 
     The solver gets the deck under a name of this run, so that its files are known from all others. They take the
-    deck's name when it has ended. Its OP2 takes the name `op2` only when it has been found whole.
+    deck's name when it has ended. Its OP2, or where `target` ends in .h5 its HDF5, takes the name `target` only when it
+    has been found whole.
 
     Parameters
     ----------
     text : command with `{deck}`; what it prints goes to `say`, line by line.
-    deck : unit-load deck. op2 : where the results go; replaced only by results of this run that hold all subcases.
+    deck : unit-load deck. target : where the results go; replaced only by results of this run that hold all subcases.
 
     Returns
     -------
@@ -76,15 +80,16 @@ def run_nastran(
     Raises
     ------
     UsageError : see `command_of`.
-    InputError : no such deck; the solver fails, or its F06 says FATAL; no OP2, or one that lacks subcases.
+    InputError : no such deck; the solver fails, or its F06 says FATAL; no results, or some that lack subcases.
     KeyboardInterrupt : after the solver and all its processes were ended, and what they left was removed.
     """
     wanted = _subcases(deck, allow_missing_enddata, units)
-    with _run_files(deck) as own:
-        results = _new_results(command_of(text, own), own, deck, say)
-        failed = str(deck.with_name(deck.stem + results.suffix + _FAILED))  # its name if it is not taken
+    kind = results_suffix(target)
+    with _run_files(deck, kind) as own:
+        results = _new_results(command_of(text, own), own, deck, kind, say)
+        failed = str(deck.with_name(deck.stem + _ending(results.suffix, kind)))  # its name if it is not taken
         try:
-            with open_op2(results) as (tables, _):
+            with open_result_file(results) as (tables, _):
                 missing = sorted(wanted - {table.subcase for table in tables})
         except InputError as exc:
             raise InputError(exc.fact, where=exc.where.replace(str(results), failed), hint=exc.hint) from exc
@@ -94,17 +99,22 @@ def run_nastran(
                 where=failed,
                 hint="did the solver stop early? is its disk full?",
             )
-        with replacing(op2) as temporary:
+        with replacing(target) as temporary:
             shutil.move(results, temporary)
     return len(wanted)
 
 
+def results_suffix(target: Path) -> str:
+    """Ending of the solver's file that is asked for by the name of where it goes."""
+    return _HDF5 if target.suffix.lower() == _HDF5 else OP2
+
+
 @contextlib.contextmanager
 @whole
-def _run_files(deck: Path) -> Iterator[Path]:
+def _run_files(deck: Path, kind: str) -> Iterator[Path]:
     """The deck under the name of this run; what the solver leaves beside it takes the deck's name in the end.
 
-    An OP2 that is still there is not taken: it ends in `.failed`. What a killed run has left is removed.
+    Results that are still there are not taken: they end in `.failed`. What a killed run has left is removed.
     """
     stem = f"{deck.stem}{_RUN}{os.getpid()}"
     for path, number in _of_runs(deck):
@@ -126,8 +136,13 @@ def _run_files(deck: Path) -> Iterator[Path]:
         own.unlink(missing_ok=True)
         for path, number in _of_runs(deck):
             if number == os.getpid():
-                end = path.name[len(stem) :]
-                path.replace(deck.with_name(deck.stem + end + (_FAILED if end.lower() == ".op2" else "")))
+                path.replace(deck.with_name(deck.stem + _ending(path.name[len(stem) :], kind)))
+
+
+def _ending(end: str, kind: str) -> str:
+    if end.lower() == _HDF5:
+        return _NOT_OURS + _FAILED * (kind == _HDF5)
+    return end + _FAILED * (end.lower() == kind)
 
 
 def _of_runs(deck: Path) -> list[tuple[Path, int]]:
@@ -137,8 +152,8 @@ def _of_runs(deck: Path) -> list[tuple[Path, int]]:
     return [(path, int(match[1])) for path, match in found if match]
 
 
-def _new_results(command: list[str], own: Path, deck: Path, say: Callable[[str], None]) -> Path:
-    """Run the command; the OP2 that it has made."""
+def _new_results(command: list[str], own: Path, deck: Path, kind: str, say: Callable[[str], None]) -> Path:
+    """Run the command; the results of this kind that it has made."""
     code, last = _run(command, deck.parent, say)
     fatal = _fatal_lines(_outputs(own, ".f06"))
     if code or fatal:
@@ -149,14 +164,15 @@ def _new_results(command: list[str], own: Path, deck: Path, say: Callable[[str],
             where=str(deck),
             hint="see its F06 and log in the folder of the deck; -v shows what it prints",
         )
-    results = _outputs(own, ".op2")
+    results = _outputs(own, kind)
     if not results:
-        old = deck.with_suffix(".op2")
+        old, name = deck.with_name(deck.stem + _ending(kind, "")), _NAMES[kind]
+        asked = "; MDLPRM,HDF5 in the deck asks for it" if kind == _HDF5 else ""
         raise InputError(
-            f"{command[0]} ended without a new OP2" + (f"; {old} is from before the run" if old.exists() else ""),
+            f"{command[0]} ended without a new {name}" + (f"; {old} is from before the run" if old.exists() else ""),
             where=str(deck),
             hint="the command has to wait for the solver (MSC Nastran: batch=no), give it {deck}, whose name is new in"
-            " every run, and leave the OP2 beside the deck",
+            f" every run, and leave the {name} beside the deck{asked}",
         )
     return max(results, key=lambda path: path.stat().st_mtime_ns)
 

@@ -12,6 +12,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import AreaDatasets, AreaPlaces
 from tedm_cli.errors import ConfigError, UsageError
+from tedm_cli.files.build_folder import UNIT_LOADS_FILE
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.gravity.testmass import TestMass
 
@@ -59,6 +60,22 @@ def copy_places(source: Reader, target: Writer) -> None:
 
 def out_path(project: Project, name: str, output: Path | None) -> Path:
     return output if output is not None else project.build_dir / name
+
+
+def refuse_own_place(project: Project, results: Sequence[Path]) -> None:
+    """Refuse results of Nastran where `ingest` writes: its HDF5 of a deck `unit_loads.bdf` has that very name.
+
+    Raises
+    ------
+    ConfigError : the name, and another one.
+    """
+    ours = project.build_dir / UNIT_LOADS_FILE
+    if any(path.resolve() == ours.resolve() for path in results):
+        raise ConfigError(
+            [("model.op2", f"names {ours}, where ingest writes its own file")],
+            where=str(project.model),
+            hint=f"call the results otherwise, for example {ours.stem}.msc.h5",
+        )
 
 
 def known_name(what: str, name: str, known: Sequence[str]) -> str:

@@ -22,8 +22,8 @@ PICKLING = {"pickle", "cPickle", "_pickle", "dill", "cloudpickle", "joblib", "sh
 EVALUATING = {"eval", "exec", "compile", "__import__", "execfile"}
 SHELLS = {"system", "popen", "getoutput", "getstatusoutput", "create_subprocess_shell"}
 PROCESSES = {"subprocess", "pty", "multiprocessing"}
-#: The user's own Nastran (`solve --run`), and the process that first reads a user's HDF5 table.
-STARTING = {"nastran/run.py", "files/columns.py"}
+#: The user's own Nastran (`solve --run`), and the process that first reads an HDF5 file of another program.
+STARTING = {"nastran/run.py", "files/trial.py"}
 Finding = Callable[[ast.AST], str]
 
 

@@ -16,7 +16,7 @@ from border_tools import Project, edited, tedm, untouched
 from tedm_cli.contracts.unit_loads import ELEMENTS
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import CARDS
-from tedm_cli.files import columns
+from tedm_cli.files import columns, trial
 from tedm_cli.nastran.masses import elements
 
 READER = {
@@ -274,8 +274,8 @@ def test_tables_with_links_within_themselves(tmp_path: Path) -> None:
 def test_a_table_that_makes_hdf5_hang_or_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another program stands for HDF5, which hangs or fails at what it does not do in every version."""
     program = tmp_path / "python"
-    monkeypatch.setattr(columns.sys, "executable", str(program))
-    monkeypatch.setattr(columns, "SECONDS", 0.5)
+    monkeypatch.setattr(trial.sys, "executable", str(program))
+    monkeypatch.setattr(trial, "SECONDS", 0.5)
     for number, (body, fact) in enumerate(
         [
             ("sleep 60", r"cannot be read within 1 s: the file is damaged, or its disk hangs"),

@@ -263,7 +263,7 @@ def rewrite(project: Project, change: Callable[[Motions], Motions], ids: np.ndar
 )
 def test_missing_result(tiny: Project, number: int, piece: str) -> None:
     rewrite(tiny, lambda motions: [m for m in motions if m[0] != number])
-    refuse(tiny, 4, "unit_loads.op2", "1 of 3 unit loads", piece, hint="OP2")
+    refuse(tiny, 4, "unit_loads.op2", "1 of 3 unit loads", piece, hint="result file")
 
 
 def test_result_of_no_area(tiny: Project) -> None:
@@ -324,7 +324,7 @@ def test_not_an_op2(tiny: Project, contents: bytes) -> None:
 
 def test_missing_op2(tiny: Project) -> None:
     tiny.op2.unlink()
-    refuse(tiny, 4, "unit_loads.op2: no such OP2", hint="tedm solve")
+    refuse(tiny, 4, "unit_loads.op2: no such result file", hint="tedm solve")
 
 
 def test_a_folder_named_as_the_op2(tiny: Project) -> None:

@@ -15,8 +15,10 @@ from pathlib import Path
 
 import pytest
 from deck_tools import Outcome, bricks, plain, project, tedm
+from msc_hdf5_file import write_msc_hdf5
 
 from tedm_cli.nastran.op2.reader import open_op2
+from tedm_cli.nastran.result_files import open_result_file
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.solve import solve_deck
 
@@ -35,6 +37,8 @@ SCRIPTS = {
     "fatal": f"f06.write_text({FATAL!r})\n{TAKEN}",
     "part": 'shutil.copy("../part.op2", deck.with_suffix(".op2"))',
     "broken": 'deck.with_suffix(".op2").write_bytes(b"\\4\\0\\0\\0" + bytes(200))',
+    "both": f'{TAKEN}\nshutil.copy("../whole.h5", deck.stem.upper() + ".h5")',
+    "part of HDF5": 'shutil.copy("../part.h5", deck.with_suffix(".h5"))',
     "half": f"""
         {TAKEN}
         deck.with_suffix(".op2").write_bytes(deck.with_suffix(".op2").read_bytes()[:2000])
@@ -98,6 +102,39 @@ def test_results_come_to_their_place(folder: Path, kind: str) -> None:
     assert "3 subcases" in done.out
     assert (folder / "results" / "unit_loads.op2").read_bytes() == (folder / "whole.op2").read_bytes()
     assert not [p for p in (folder / "run").iterdir() if p.suffix.lower() == ".op2"]
+
+
+@pytest.fixture
+def hdf5(folder: Path) -> Path:
+    """The project with its results in HDF5 as well, whole and in part, where it is asked for."""
+    with open_result_file(folder / "whole.op2") as (tables, read):
+        motions = [(t.subcase, t.label, read(t)) for t in tables]
+    cases = [(number, label, got.motion) for number, label, got in motions]
+    write_msc_hdf5(folder / "whole.h5", motions[0][2].grid_id, cases)
+    write_msc_hdf5(folder / "part.h5", motions[0][2].grid_id, cases[:2])
+    toml = (folder / "model.toml").read_text()
+    (folder / "model.toml").write_text(toml.replace("results/unit_loads.op2", "run/unit_loads.msc.h5"))
+    return folder
+
+
+def test_hdf5_comes_to_its_place_where_its_name_asks_for_it(hdf5: Path) -> None:
+    """Never under the deck's own name, which is that of the file that `ingest` writes."""
+    assert solve(hdf5, solver(hdf5, "both")).code == 0
+    good = (hdf5 / "whole.h5").read_bytes()
+    assert (hdf5 / "run" / "unit_loads.msc.h5").read_bytes() == good
+    assert not (hdf5 / "run" / "unit_loads.h5").exists()
+    refused(solve(hdf5, solver(hdf5, "copies")), 4, "without a new HDF5", "unit_loads.msc.h5 is from before", "MDLPRM")
+    refused(solve(hdf5, solver(hdf5, "part of HDF5")), 4, "unit_loads.msc.h5.failed", "lacks 1 of 3 subcases: 3")
+    assert (hdf5 / "run" / "unit_loads.msc.h5").read_bytes() == good
+    assert (hdf5 / "run" / "unit_loads.msc.h5.failed").read_bytes() == (hdf5 / "part.h5").read_bytes()
+
+
+def test_hdf5_beside_the_op2_that_is_asked_for(hdf5: Path) -> None:
+    toml = (hdf5 / "model.toml").read_text()
+    (hdf5 / "model.toml").write_text(toml.replace("run/unit_loads.msc.h5", "results/unit_loads.op2"))
+    assert solve(hdf5, solver(hdf5, "both")).code == 0
+    assert (hdf5 / "results" / "unit_loads.op2").read_bytes() == (hdf5 / "whole.op2").read_bytes()
+    assert {p.name for p in (hdf5 / "run").iterdir()} == {"unit_loads.bdf", "unit_loads.msc.h5"}
 
 
 def test_the_embedded_solver_as_another_one(folder: Path) -> None:

@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path += [str(Path(__file__).parents[1] / name) for name in ("borders", "fuzz")]
+sys.path += [str(Path(__file__).parents[1] / name) for name in ("", "borders", "fuzz")]
 
 from border_tools import CONFIGS, ROOT, SMALL, heed_interrupts
 from fuzz_hdf5_judge import DYNAMICS, SERIES

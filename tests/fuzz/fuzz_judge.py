@@ -24,6 +24,7 @@ import numpy as np
 from fuzz_binary import BINARY
 from fuzz_memory import MemoryFile, in_memory
 from fuzz_model import Case, in_frames
+from fuzz_msc_hdf5 import MSC_HDF5
 from fuzz_solver import compare_decks, plain_deck, solver_parts
 from fuzz_structure import STRUCTURE
 from fuzz_text import TEXT, Mutation
@@ -34,7 +35,13 @@ from tedm_cli.nastran.op2.reader import open_op2
 SECONDS = 10.0  # of the processor, which others may share; one run takes 0.05 s
 ROOM = 1 << 30  # bytes of address space beyond what is taken at the start
 FAILURES = ("CRASH", "INTERNAL", "SIGNAL", "HANG", "MEMORY", "LITTER", "UNCLEAR", "SILENT")
-KINDS: dict[str, dict[str, Mutation]] = {"bdf": TEXT, "op2": BINARY, "solver": TEXT, "structure": STRUCTURE}
+KINDS: dict[str, dict[str, Mutation]] = {
+    "bdf": TEXT,
+    "op2": BINARY,
+    "msc.h5": MSC_HDF5,
+    "solver": TEXT,
+    "structure": STRUCTURE,
+}
 
 
 @dataclass(frozen=True)
@@ -112,8 +119,12 @@ class Judge:
     def __init__(self, case: Case) -> None:
         self.case = case
         twin = case.folder.parent / "twin" / "unit_loads.bdf"  # without frames, which the embedded solver refuses
-        self.files = {"bdf": case.deck, "op2": case.op2, "solver": twin, "structure": case.deck}
+        # What a result file is its contents tell: HDF5 takes the place of the OP2.
+        self.files = {
+            "bdf": case.deck, "op2": case.op2, "msc.h5": case.op2, "solver": twin, "structure": case.deck
+        }  # fmt: skip
         self.sound = {kind: file.read_bytes() for kind, file in self.files.items()}
+        self.sound["msc.h5"] = case.msc_hdf5.read_bytes()
         (twin.parent / "loop.inc").write_text("INCLUDE 'loop.inc'\n")
         (case.folder / "loop.inc").write_text("INCLUDE 'loop.inc'\n")
         self.parts = solver_parts(twin)
@@ -123,8 +134,19 @@ class Judge:
             case.run()
             self.expected = made["distortion.h5"].data
             self.total = made["unit_loads.h5"].data
+        self.in_double = self.of_hdf5()
         with open_op2(case.op2) as (tables, read):
             self.motions = {t.label: read(t) for t in tables}
+
+    def of_hdf5(self) -> dict[str, Any]:
+        """The distortion of the sound HDF5."""
+        before = self.case.op2.read_bytes()
+        self.case.op2.write_bytes(self.sound["msc.h5"])
+        with in_memory() as made:
+            self.case.run()
+        self.case.op2.write_bytes(before)
+        assert made["unit_loads.h5"].data["/results/precision"] == "double"
+        return made["distortion.h5"].data
 
     def snapshot(self) -> dict[str, tuple[int, int]]:
         ours = {*self.files.values(), self.files["solver"].with_name("plain.bdf")}
@@ -134,11 +156,12 @@ class Judge:
 
     def judge(self, kind: str, number: int) -> Verdict:
         name, data = mutant(kind, number, self.sound[kind])
+        before = self.files[kind].read_bytes()
         self.files[kind].write_bytes(data)
         try:
             outcome, detail = self.outcome(kind)
         finally:
-            self.files[kind].write_bytes(self.sound[kind])
+            self.files[kind].write_bytes(before)
         if self.snapshot() != self.listing:
             outcome, detail = "LITTER", str(sorted(set(self.snapshot()) ^ set(self.listing)))
         return Verdict(kind, number, name, outcome, detail)
@@ -165,7 +188,8 @@ class Judge:
                 return compare_decks(found, self.parts, self.files[kind])
             if kind == "structure":
                 return self.unchanged(made)
-            return self.compare(made["distortion.h5"], kind)
+            double = made["unit_loads.h5"].data["/results/precision"] == "double"
+            return self.compare(made["distortion.h5"], kind, double)
 
     def unchanged(self, made: dict[str, MemoryFile]) -> tuple[str, str]:
         """Whether all of the model and of D is what it was; damage to the structure of a deck makes no other model."""
@@ -173,12 +197,13 @@ class Judge:
         differ = [k for name, data in sound.items() for k in data if not _equal(data[k], made[name].data.get(k))]
         return ("SILENT", f"changed: {', '.join(differ)}") if differ else ("same", "")
 
-    def compare(self, made: MemoryFile, kind: str) -> tuple[str, str]:
+    def compare(self, made: MemoryFile, kind: str, double: bool) -> tuple[str, str]:
         names = [str(n) for n in made.data["/area/name"]]
-        keys = [k for k in self.expected if k.startswith(("/D", "/area", "/grid"))]
-        same = all(np.array_equal(made.data[k], self.expected[k]) for k in keys)
-        if kind == "op2":
-            return ("same", "") if same else self.within_rounding(made)
+        sound = self.in_double if kind == "msc.h5" else self.expected
+        keys = [k for k in sound if k.startswith(("/D", "/area", "/grid"))]
+        same = all(np.array_equal(made.data[k], sound[k]) for k in keys)
+        if kind in ("op2", "msc.h5"):
+            return ("same", "") if same else self.within_rounding(made, sound, double)
         try:
             wanted = self.by_the_deck(names, made.data["/grid/id"])
         except Exception as exc:
@@ -188,19 +213,19 @@ class Judge:
             return "SILENT", f"differs from the deck's own meaning by {gap:.2g}"
         return ("same", "") if same else ("meaning", "")
 
-    def within_rounding(self, made: MemoryFile) -> tuple[str, str]:
+    def within_rounding(self, made: MemoryFile, sound: dict[str, Any], double: bool) -> tuple[str, str]:
         """Largest change of anything in D, over the sum of what all loads do there and, as a share, anywhere."""
-        worst = 0.0
+        worst, allowed = 0.0, ALLOWED_DOUBLE if double else ALLOWED
         for key in ("/D/translation", "/D/rotation", "/D_opt/translation", "/D_opt/rotation"):
-            new, old = made.data[key], self.expected[key]
+            new, old = made.data[key], sound[key]
             if new.shape != old.shape:
                 return "SILENT", f"{key} has another shape"
             local = np.linalg.norm(old, axis=-1).sum(axis=0) + np.linalg.norm(old.sum(axis=0), axis=-1)
             moved = np.linalg.norm(new - old, axis=-1).max(axis=0)
             worst = max(worst, float((moved / (local + 0.25 * local.max())).max()) * 2.0**24)
-        if worst <= ALLOWED:
+        if worst <= allowed:
             return "rounding", f"{worst:.2g} roundings"
-        old, new = self.expected["/D/translation"], made.data["/D/translation"]
+        old, new = sound["/D/translation"], made.data["/D/translation"]
         if np.array_equal(np.sort(old, axis=0), np.sort(new, axis=0)):
             return "exchanged", "whole records of two subcases have changed places, which no identity can tell"
         return "SILENT", f"D changed by {worst:.3g} roundings"
@@ -244,3 +269,4 @@ def _equal(old: Any, new: Any) -> bool:
 
 
 ALLOWED = 20.0  # roundings (2^-24) of the local sum of all loads plus a quarter of the largest: what the stage allows
+ALLOWED_DOUBLE = 1.25e-8 * 2.0**24  # of results in double precision

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
+from msc_hdf5_file import write_msc_hdf5
 
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.nastran.op2.reader import open_op2
@@ -114,6 +117,11 @@ class Case:
     def distortion(self) -> Path:
         return self.project.build_dir / "distortion.h5"
 
+    @property
+    def msc_hdf5(self) -> Path:
+        """The same results as MSC Nastran's HDF5, in double precision."""
+        return self.folder / "unit_loads.msc.h5"
+
     def run(self) -> None:
         """ingest and build-distortion."""
         ingest(self.project, None, quiet)
@@ -143,7 +151,16 @@ def make(folder: Path, cards: str) -> Case:
 def fuzz_case(folder: Path) -> Case:
     """The model with displacement frames, its results by way of its twin without any, and its distortion."""
     twin, case = make(folder / "twin", model_cards(False)), make(folder / "case", model_cards(True))
-    solve_deck(twin.deck, twin.op2)
+    double: list[tuple[int, str, np.ndarray]] = []
+
+    def write(path: Path, grid_id: np.ndarray, cases: Iterable[tuple[int, str, np.ndarray]]) -> None:
+        made = list(cases)
+        double.extend((n, label, in_frames(case.deck, grid_id, motion, to_basic=False)) for n, label, motion in made)
+        write_op2(path, grid_id, made)
+        write_msc_hdf5(case.msc_hdf5, grid_id, double)
+
+    with mock.patch("tedm_cli.stages.model.solve.write_op2", write):
+        solve_deck(twin.deck, twin.op2)
     motions, ids = [], np.zeros(0, dtype=np.int64)
     with open_op2(twin.op2) as (tables, read):
         for table in tables:

@@ -12,6 +12,7 @@ import pytest
 from fuzz_binary import BINARY
 from fuzz_judge import Judge, mutant
 from fuzz_model import Case
+from fuzz_msc_hdf5 import MSC_HDF5
 from fuzz_structure import STRUCTURE
 from fuzz_text import TEXT
 
@@ -34,8 +35,17 @@ def test_a_mutated_input_is_read_right_or_refused(judge: Judge, kind: str, first
     assert outcomes["same"] + outcomes["meaning"] > 0, "not everything is refused"
 
 
+def test_one_of_every_mutation_of_hdf5(judge: Judge) -> None:
+    """Each is first read by a process of its own, so these are few."""
+    verdicts = [judge.judge("msc.h5", number) for number in range(len(MSC_HDF5))]
+    assert not [str(v) for v in verdicts if v.failed]
+    outcomes = Counter(v.outcome for v in verdicts)
+    assert outcomes["InputError"] > len(MSC_HDF5) // 4
+    assert outcomes["same"] + outcomes["rounding"] > 0
+
+
 def test_every_mutation_changes_the_file(judge: Judge) -> None:
-    for kind, table in (("bdf", TEXT), ("op2", BINARY), ("structure", STRUCTURE)):
+    for kind, table in (("bdf", TEXT), ("op2", BINARY), ("msc.h5", MSC_HDF5), ("structure", STRUCTURE)):
         unchanged = Counter[str]()
         for number in range(20 * len(table)):
             name, data = mutant(kind, number, judge.sound[kind])

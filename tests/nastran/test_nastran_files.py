@@ -9,31 +9,34 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from rod_model import one_load, read, rod_cards
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
-from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.result_files import open_result_file
 from tedm_cli.nastran.unit_loads import deck_unit_loads
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "nastran.md"
-OUTCOMES = dict(re.findall(r"^\| (\S+\.(?:bdf|op2)) \| (.+) \|$", DOCUMENT.read_text(encoding="utf-8"), re.M))
+OUTCOMES = dict(re.findall(r"^\| (\S+\.(?:bdf|op2|h5)) \| (.+) \|$", DOCUMENT.read_text(encoding="utf-8"), re.M))
 SINGLE = 2e-7
 
 
 def test_every_file_is_in_the_table(nastran_dir: Path) -> None:
-    assert set(OUTCOMES) == {p.name for p in nastran_dir.iterdir() if p.suffix in (".bdf", ".op2")}
+    assert set(OUTCOMES) == {p.name for p in nastran_dir.iterdir() if p.suffix in (".bdf", ".op2", ".h5")}
 
 
 @pytest.mark.parametrize("name", OUTCOMES)
 def test_outcome(nastran_dir: Path, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: Any) -> None:
     """Nothing is printed and no file is left behind, whatever the outcome."""
     monkeypatch.chdir(tmp_path)
-    read_it = read_unit_loads if name.endswith(".bdf") else compare_with_pynastran
+    by_ending = {".bdf": read_unit_loads, ".op2": compare_with_pynastran, ".h5": compare_with_h5py}
+    read_it = by_ending[Path(name).suffix]
     if OUTCOMES[name] == "read":
         read_it(nastran_dir / name)
     else:
@@ -73,6 +76,17 @@ def compare_with_pynastran(path: Path) -> None:
         np.testing.assert_array_equal(got.motion, table.data[0][grids])
         assert header.name == table.table_name.strip()
         assert " ".join(table.label.split()).startswith(header.label)
+
+
+def compare_with_h5py(path: Path) -> None:
+    """Numbers and ids as they are in the one table, of one subcase."""
+    with h5py.File(path) as file:
+        rows = file["NASTRAN/RESULT/NODAL/DISPLACEMENT"][()]
+    with open_result_file(path) as (tables, read_table):
+        (got,) = (read_table(t) for t in tables)
+    np.testing.assert_array_equal(got.grid_id, rows["ID"])
+    for column, name in enumerate(("X", "Y", "Z", "RX", "RY", "RZ")):
+        np.testing.assert_array_equal(got.motion[:, column], rows[name])
 
 
 def test_scalar_points_and_adaptivity(nastran_dir: Path) -> None:

@@ -13,8 +13,8 @@ from op2_records import edit, rename
 from rod_model import one_load, read, write_deck
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.frames import local_basis
-from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.writer import write_op2
 
 Array = np.ndarray

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from rod_model import one_load, read, write_deck
 
 from tedm_cli.errors import PhysicsError
+from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.frames import displacement_axes
 from tedm_cli.nastran.geometry import ModelGeometry
-from tedm_cli.nastran.op2.displacements import unit_load_displacements
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.rigid import TOLERANCE, RigidLinks, check_rigidity, rigid_links, rigidity
 

@@ -118,7 +118,7 @@ def write_random(
                 shape = tuple(sizes[d] for d in spec.dims)
                 value: Any = rng.normal(size=shape) * 1e-9
                 if spec.dtype == "str" and not shape:
-                    value = spec.long_name
+                    value = made_up_word(spec.values, spec.long_name, 0) if spec.values.words else spec.long_name
                 elif spec.dtype == "str":
                     value = [made_up_word(spec.values, f"{name.rsplit('/', 1)[-1]}_{i}", i) for i in range(shape[0])]
                 elif spec.dtype == "int":

@@ -14,6 +14,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.deck_units import INERTIA, LENGTH, MASS, SI, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import CARDS, corner_count
+from tedm_cli.files.record_tables import is_hdf5
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.op2.walk import walked
 from tedm_cli.nastran.parameter_values import number_parameter
@@ -127,7 +128,7 @@ class WeightTable:
 
 
 def weight_table(path: Path, place_of: Callable[[int], FloatArray], units: DeckUnits = SI) -> WeightTable | None:
-    """The grid point weight table of an OP2 (MSC, NX, MYSTRAN), or None where it holds none.
+    """The grid point weight table of an OP2 (MSC, NX, MYSTRAN), or None where it holds none; HDF5 is not asked for one.
 
     Only its first part is used, the 6 x 6 mass matrix of rigid motions about the grid of PARAM,GRDPNT (0: the origin):
     what follows in the table are axes and sums made of it, which the solvers write each in their own way.
@@ -141,6 +142,8 @@ def weight_table(path: Path, place_of: Callable[[int], FloatArray], units: DeckU
     ------
     InputError : unreadable table.
     """
+    if is_hdf5(path):
+        return None
     with open(path, "rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         if data.find(b"OGPW") < 0:
             return None

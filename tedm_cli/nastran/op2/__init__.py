@@ -1,1 +1,1 @@
-"""Nastran's OP2: Fortran records, the reader of displacements and their frames, and a writer."""
+"""Nastran's OP2: Fortran records, the reader of displacement tables, and a writer."""

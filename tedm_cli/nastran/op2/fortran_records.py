@@ -22,16 +22,18 @@ def require_records(path: Path) -> None:
     """
     require_regular_file(path)
     if not path.is_file():
-        raise InputError("no such OP2", where=str(path), hint="run `tedm solve`, or Nastran on the unit-load deck")
+        raise InputError(
+            "no such result file", where=str(path), hint="run `tedm solve`, or Nastran on the unit-load deck"
+        )
     if not path.stat().st_size:
-        raise InputError("empty file, not an OP2", where=str(path))
+        raise InputError("empty file, neither OP2 nor HDF5", where=str(path))
     with open(path, "rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         order = _ORDERS.get(data[:4])
         if order is None:
             raise InputError(
-                "not an OP2 (it does not begin with a Fortran record)",
+                "neither an OP2 nor HDF5 (it begins as neither does)",
                 where=str(path),
-                hint="the deck needs PARAM,POST,-1 to write one",
+                hint="PARAM,POST,-1 in the deck makes Nastran write an OP2",
             )
         problem = _walk(data, struct.Struct(f"{order}i"))
     if problem:

@@ -3,32 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.op2.walk import ROW_WORDS, SubcaseTable, Walk, walked
-from tedm_cli.nastran.op2.walk import clean_label as clean_label
+from tedm_cli.nastran.op2.walk import ROW_WORDS, Walk, walked
+from tedm_cli.nastran.subcase_table import GridMotion, ReadTable, SubcaseTable
 
 _STRUCTURAL_GRID = 1  # grid type in the OP2; 2 marks scalar points
 
 
-@dataclass(frozen=True)
-class GridMotion:
-    """Ids [n] and motion [n,6] (m, rad; frame of the table) of the grids of one subcase; scalar points are left out."""
-
-    grid_id: IntArray
-    motion: FloatArray
-
-
 @contextmanager
-def open_op2(path: Path) -> Iterator[tuple[list[SubcaseTable], Callable[[SubcaseTable], GridMotion]]]:
+def open_op2(path: Path) -> Iterator[tuple[list[SubcaseTable], ReadTable]]:
     """Open an OP2: the displacement tables in it, by subcase, and a function that reads one of them.
 
     Listing them reads their headers alone; a read holds one subcase.

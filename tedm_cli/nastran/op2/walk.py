@@ -20,38 +20,13 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.captured_output import captured_output, fact_of
 from tedm_cli.nastran.library import require_pynastran
 from tedm_cli.nastran.op2.fortran_records import require_records
+from tedm_cli.nastran.subcase_table import ANALYSES, STATICS, SubcaseTable, clean_label
 
 _TABLES = ("OUGV1", "OUG1", "BOUGV1", "OUGV2", "OUG2", "BOUGV2", "OUGV1PAT", "OPHIG", "BOPHIG")
 _WEIGHTS = ("OGPWG", "OGPWGM")
 _HEADER_WORDS = 146
 _WEIGHT_WORDS = 78  # the 6 x 6 matrix, axes and sums
 ROW_WORDS = 8  # 10 id + device, grid type, three translations, three rotations
-_STATICS = 1
-_ANALYSES = {
-    2: "modes (SOL 103)",
-    5: "a frequency response",
-    6: "a transient response",
-    7: "buckling modes",
-    8: "buckling modes",
-    9: "complex modes",
-    10: "nonlinear statics",
-    11: "nonlinear statics",
-}
-
-
-@dataclass(frozen=True)
-class SubcaseTable:
-    """The displacements of one subcase in an OP2: what its header says, and where its records begin.
-
-    `is_basic`: written in the basic frame, not in each grid's displacement frame (CD). `label`: as `clean_label` leaves
-    it.
-    """
-
-    subcase: int
-    label: str
-    name: str
-    is_basic: bool
-    places: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -241,8 +216,8 @@ class Walk(dict[bytes, Any]):
         if thermal == 1:
             self.temperatures.append(subcase)
             return
-        kind = _ANALYSES.get(analysis)
-        if kind or thermal or analysis != _STATICS:
+        kind = ANALYSES.get(analysis)
+        if kind or thermal or analysis != STATICS:
             kind = kind or (f"response spectra (code {thermal})" if thermal else f"results of analysis code {analysis}")
             raise InputError(f"holds {kind}, not static displacements", where=where, hint="solve with SOL 101")
         if code % 1000 != 1:
@@ -258,13 +233,6 @@ class Walk(dict[bytes, Any]):
             what = "complex displacements" if wide == 14 else f"displacements in rows of {wide} words (table {name})"
             raise InputError(f"{what} are not read", where=where, hint="request DISPLACEMENT(PLOT,REAL) = ALL")
         self.found.append(SubcaseTable(subcase, clean_label(label), name, name.startswith("B"), tuple(places)))
-
-
-def clean_label(label: str) -> str:
-    """A LABEL without what Nastran appends (`SUBCASE n`, `PVAL ID = n`) and with single blanks."""
-    text = re.sub(r"(^|\s{2,})(SUBCASE|SUBCOM|SYM|SYMCOM|REPCASE)\s*=?\s*\d+\s*$", "", label.strip(" \0"), flags=re.I)
-    text = re.sub(r"(^|\s{2,})PVAL ID\s*=\s*\d+\s*$", "", text.strip(), flags=re.I)
-    return " ".join(text.split())
 
 
 def _titles(header: bytes, model: Any) -> tuple[str, str, str]:

@@ -12,7 +12,13 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
-from tedm_cli.distortion import RigidFit, plausible_translation, superposition_excess, superposition_residual
+from tedm_cli.distortion import (
+    Precision,
+    RigidFit,
+    plausible_translation,
+    superposition_excess,
+    superposition_residual,
+)
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.blocks import SomeNodes, node_blocks
 from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, provenance
@@ -37,6 +43,7 @@ class DistortionSummary:
     largest_m_per_K: float
     largest_area: str
     largest_rigid_m_per_K: float
+    precision: Precision
     notes: tuple[str, ...] = ()
 
 
@@ -116,7 +123,13 @@ def _scale_areas(
         float(found.largest[worst]),
         areas[worst],
         float(np.abs(found.rigid_translation).max()),
+        _precision(unit),
     )
+
+
+def _precision(unit: Reader) -> Precision:
+    """Of the results that the unit loads are from."""
+    return "double" if unit.string(UNIT_LOADS.RESULTS_PRECISION) == "double" else "single"
 
 
 @dataclass(frozen=True)
@@ -259,15 +272,22 @@ def _superposition(unit: Reader, writer: Writer, found: _Reductions, rows: IntAr
 def _judge(
     unit: Reader, what: str, gap: FloatArray, size: FloatArray, rows: IntArray, residual: float, floor: float
 ) -> None:
-    excess = superposition_excess(gap, size, floor)
+    precision = _precision(unit)
+    excess = superposition_excess(gap, size, floor, precision)
     if excess.max() <= 1.0:
         return
     worst = int(excess.argmax())
+    hint = "is an area missing from the deck, do the results belong to another deck, or did the solver iterate?"
+    if precision == "double" and superposition_excess(gap, size, floor, "single").max() <= 1.0:
+        hint = (
+            "single precision would allow it: did the solver iterate, or is the stiffness badly conditioned?"
+            " The OP2 of the same run is judged by single precision"
+        )
     raise PhysicsError(
         f"the areas' unit loads sum to something else than the uniform load: the {what} of grid"
         f" {unit.array(UNIT_LOADS.GRID_ID)[rows[worst]]} is off by {np.linalg.norm(gap[worst]):.2g}"
-        f" {'rad' if what == 'rotation' else 'm'}/K, {excess[worst]:.2g} times what single precision allows"
+        f" {'rad' if what == 'rotation' else 'm'}/K, {excess[worst]:.2g} times what {precision} precision allows"
         f" ({(excess > 1.0).sum()} of {len(excess)} grids; relative difference {residual:.2g})",
         where=str(unit.path),
-        hint="is an area missing from the deck, do the results belong to another deck, or did the solver iterate?",
+        hint=hint,
     )

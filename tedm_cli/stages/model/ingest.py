@@ -18,23 +18,24 @@ from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.deck_units import DeckUnits
+from tedm_cli.distortion import Precision
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.blocks import PrecisionLossError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, provenance
 from tedm_cli.files.provenance import relative_name
 from tedm_cli.files.store import Writer, create
 from tedm_cli.gravity.mass_properties import MassProperties
+from tedm_cli.nastran.displacements import Findings, unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
-from tedm_cli.nastran.op2.displacements import unit_load_displacements
-from tedm_cli.nastran.op2.fortran_records import require_records
 from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.plausible import is_mass_tensor, light_elements
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
+from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.progress import Step
-from tedm_cli.stages.common import check_test_masses, out_path
+from tedm_cli.stages.common import check_test_masses, out_path, refuse_own_place
 from tedm_cli.stages.model.masses import check_grids_outside, check_weight_tables, properties_of, without_test_masses
 
 
@@ -42,7 +43,8 @@ from tedm_cli.stages.model.masses import check_grids_outside, check_weight_table
 class IngestSummary:
     """What was read, of a deck in which `units`.
 
-    coarsest : the unit load whose step suffers most where a solver has temperatures of 4 bytes.
+    coarsest : the unit load whose step suffers most where a solver has temperatures of 4 bytes. precision : of the
+    displacements.
     """
 
     path: Path
@@ -56,6 +58,7 @@ class IngestSummary:
     notes: list[str]
     coarsest: UnitLoad
     units: DeckUnits
+    precision: Precision
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,9 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     plane = project_plane(project, config)
     deck = project.resolve(config.model.deck)
     results = [project.resolve(p) for p in config.model.op2]
+    refuse_own_place(project, results)
     for path in results:
-        require_records(path)
+        require_whole(path)
     units = config.model.deck_units()
     model = read_deck(deck, allow_missing_enddata=config.model.allow_missing_enddata, units=units)
     files = deck_files(model, deck)
@@ -97,10 +101,12 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
     table = area_attributes([a.label for a in areas], centroids, config.areas, plane.plane, where=str(project.model))
     out = out_path(project, UNIT_LOADS_FILE, output)
-    links = rigid_links(model, geometry)
+    links, findings = rigid_links(model, geometry), Findings()
 
     def motions() -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
-        for load, t, r in unit_load_displacements(results, wanted, geometry, config.model.subcases):
+        for load, t, r in unit_load_displacements(
+            results, wanted, geometry, config.model.subcases, model.spoints, findings
+        ):
             check_rigidity(links, geometry.grid_id, t, r, where=f"{deck}: subcase {load.subcase} (area '{load.label}')")
             yield load, t, r
 
@@ -115,10 +121,11 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
             writer.write(UNIT_LOADS.AREA_SHIELD, table.shield)
             writer.write(UNIT_LOADS.AREA_SIDE, table.side)
             write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
+            writer.write(UNIT_LOADS.RESULTS_PRECISION, _precision(findings))
 
     try:
         write(single=True)
-    except PrecisionLossError:  # an OP2 in double precision, or grids in other frames: known from the first subcase on
+    except PrecisionLossError:  # results in double precision, or grids in other frames: known from the first subcase on
         write(single=False)
     return IngestSummary(
         out,
@@ -132,11 +139,18 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         config.model.unit_notes()
         + _scale_notes(wanted, units)
         + plane.notes(geometry.position_m[np.concatenate([a.rows for a in areas])])
+        + [f"{p} has no labels: its subcases are taken by the deck's numbers" for p in findings.by_number]
         + passed_over(model)
         + light_elements(geometry.elements),
         max(wanted, key=lambda load: load.single_error),
         units,
+        _precision(findings),
     )
+
+
+def _precision(findings: Findings) -> Precision:
+    """Of all displacements: the coarser one where they differ."""
+    return "single" if findings.single else "double"
 
 
 def _scale_notes(loads: Sequence[UnitLoad], units: DeckUnits) -> list[str]:

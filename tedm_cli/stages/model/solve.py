@@ -13,16 +13,17 @@ import numpy as np
 from tedm_cli.config.model import ModelTable, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.deck_units import SI, DeckUnits
-from tedm_cli.errors import ConfigError, PhysicsError
+from tedm_cli.errors import ConfigError, PhysicsError, UsageError
 from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import SolidBlock
 from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.reading import cross_reference, passed_over, read_deck
-from tedm_cli.nastran.run import run_nastran
+from tedm_cli.nastran.run import OP2, results_suffix, run_nastran
 from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.progress import Step
+from tedm_cli.stages.common import refuse_own_place
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,9 +137,16 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
     Raises
     ------
     ConfigError
-        If the configuration names several result files: a run makes one.
+        If the configuration names several result files: a run makes one; the place of a file of ours; or HDF5, which
+        is for MSC Nastran to write.
     """
     deck, out, table = _deck_and_op2(project, output)
+    if results_suffix(out) != OP2:
+        fact = f"{out} is to be MSC Nastran's HDF5, and the embedded solver writes an OP2"
+        hint = "name an OP2, or run MSC Nastran with --run"
+        if output is not None:
+            raise UsageError(fact, hint=hint)
+        raise ConfigError([("model.op2", fact)], where=str(project.model), hint=hint)
     return out, solve_deck(deck, out, step, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units())
 
 
@@ -163,4 +171,5 @@ def _deck_and_op2(project: Project, output: Path | None) -> tuple[Path, Path, Mo
     if output is None and len(config.model.op2) != 1:
         raise ConfigError([("model.op2", "names several files, a run makes one")], where=str(file.path))
     out = output if output is not None else project.resolve(config.model.op2[0])
+    refuse_own_place(project, [out])
     return project.resolve(config.model.deck), out, config.model

@@ -1,8 +1,9 @@
-"""Displacements of the unit loads from one or several OP2 files, in the basic frame, one subcase at a time."""
+"""Displacements of the unit loads from one or several result files, in the basic frame, one subcase at a time."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,36 +12,53 @@ from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.frames import displacement_axes, rounded_off_axis
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
-from tedm_cli.nastran.op2.reader import GridMotion, open_op2
-from tedm_cli.nastran.op2.walk import SubcaseTable, clean_label
+from tedm_cli.nastran.result_files import open_result_file
+from tedm_cli.nastran.subcase_table import GridMotion, SubcaseTable, clean_label
 from tedm_cli.nastran.unit_loads import UnitLoad
 
 _LABEL_KEPT = 64  # Nastran writes no more than this of a LABEL
 
 
+@dataclass
+class Findings:
+    """What was found while displacements were read.
+
+    by_number : files without labels, whose subcases were taken by the numbers of the deck. single : whether the motion
+    under any load is in single precision.
+    """
+
+    by_number: list[Path] = field(default_factory=list)
+    single: bool = False
+
+
 def unit_load_displacements(
-    op2_files: Sequence[Path],
+    files: Sequence[Path],
     loads: Sequence[UnitLoad],
     geometry: ModelGeometry,
     subcase_table: Mapping[str, int] | None = None,
+    scalar_points: Collection[int] = (),
+    findings: Findings | None = None,
 ) -> Iterator[tuple[UnitLoad, FloatArray, FloatArray]]:
-    """Yield (unit load, translation [N,3] m, rotation [N,3] rad) for every load, in the order of the OP2 files.
+    """Yield (unit load, translation [N,3] m, rotation [N,3] rad) for every load, in the order of the result files.
 
     Which subcase is which load is settled from the headers of all files before the first displacement is read, and one
     subcase is held at a time. Subcases are matched by `subcase_table` (area name to subcase id), else by LABEL without
-    regard to case, never by order; every area of `subcase_table` is among `loads`. Displacements of grids the OP2
-    leaves out stay zero when those grids have no element, no rigid element and no mass.
+    regard to case, else, where a file has no labels at all, by the deck's numbers; never by order. Every area of
+    `subcase_table` is among `loads`. Displacements of grids that the results leave out stay zero when those grids have
+    no element, no rigid element and no mass; rows of `scalar_points` are left out. `findings` is filled on the way.
 
     Raises
     ------
-    InputError : what `open_op2` refuses, a load without result, a result without load, a result given twice,
+    InputError : what `open_result_file` refuses, a load without result, a result without load, a result given twice,
         labels and numbers of subcases that contradict each other, missing grids, NaN or infinity.
     """
     matched: list[tuple[Path, dict[int, UnitLoad]]] = []
     seen: dict[str, Path] = {}
     find = _Matching(loads, subcase_table or {})
-    for path in op2_files:
-        with open_op2(path) as (tables, _):
+    findings = Findings() if findings is None else findings
+    findings.by_number = []
+    for path in files:
+        with open_result_file(path) as (tables, _):
             mine = {}
             for table in tables:
                 load = mine[table.subcase] = find.load(table, path)
@@ -48,16 +66,20 @@ def unit_load_displacements(
                     raise InputError(f"area '{load.label}' was already in {seen[load.label]}", where=str(path))
                 seen[load.label] = path
             matched.append((path, mine))
-    _check_complete(loads, seen, op2_files)
+            if not subcase_table and not all(table.labelled for table in tables):
+                findings.by_number.append(path)
+    _check_complete(loads, seen, files)
     if not subcase_table:
         _check_numbers(matched, loads)
     axes = displacement_axes(geometry.position_m, geometry.displacement_frame, geometry.frames)
     for path, mine in matched:
-        with open_op2(path) as (tables, read):
+        with open_result_file(path) as (tables, read):
             for table in tables:
                 load = mine[table.subcase]
                 place = f"{path}: subcase {table.subcase} (area '{load.label}')"
-                motion = _on_grids(read(table), load, geometry, place).reshape(-1, 2, 3)
+                got = _without(read(table), scalar_points)
+                findings.single |= not got.double
+                motion = _on_grids(got, load, geometry, place).reshape(-1, 2, 3)
                 if axes is not None and not table.is_basic:
                     _check_axes(geometry, place)
                     motion = np.einsum("nij,naj->nai", axes, motion)
@@ -72,6 +94,7 @@ class _Matching:
     def __init__(self, loads: Sequence[UnitLoad], table: Mapping[str, int]) -> None:
         by_name = {load.label.upper(): load for load in loads}
         self.by_subcase = {number: by_name[area.upper()] for area, number in table.items()}
+        self.by_number = {load.subcase: load for load in loads}
         self.by_label: dict[str, list[UnitLoad]] = {}
         for load in loads:
             self.by_label.setdefault(_key(load.label), []).append(load)
@@ -79,6 +102,8 @@ class _Matching:
     def load(self, table: SubcaseTable, path: Path) -> UnitLoad:
         if self.by_subcase:
             found = [self.by_subcase[table.subcase]] if table.subcase in self.by_subcase else []
+        elif not table.labelled:
+            found = [self.by_number[table.subcase]] if table.subcase in self.by_number else []
         else:
             found = self.by_label.get(_key(table.label), [])
             exact = [load for load in found if clean_label(load.label).upper() == table.label.upper()]
@@ -103,15 +128,15 @@ def _key(label: str) -> str:
     return clean_label(label).upper()[:_LABEL_KEPT].strip()
 
 
-def _check_complete(loads: Sequence[UnitLoad], seen: Mapping[str, Path], op2_files: Sequence[Path]) -> None:
+def _check_complete(loads: Sequence[UnitLoad], seen: Mapping[str, Path], files: Sequence[Path]) -> None:
     missing = [load for load in loads if load.label not in seen]
     if missing:
         names = ", ".join(f"'{m.label}' (subcase {m.subcase})" for m in missing[:5])
         more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
         raise InputError(
             f"no displacements for {len(missing)} of {len(loads)} unit loads: {names}{more}",
-            where=", ".join(str(p) for p in op2_files),
-            hint="is an OP2 missing from the list, or did the solver stop before its last subcase?",
+            where=", ".join(str(p) for p in files),
+            hint="is a result file missing from the list, or did the solver stop before its last subcase?",
         )
 
 
@@ -150,6 +175,14 @@ def _check_axes(geometry: ModelGeometry, place: str) -> None:
 
 def _needed(geometry: ModelGeometry) -> BoolArray:
     return np.asarray(geometry.structural | geometry.in_rigid_element | (geometry.lumped_kg > 0))
+
+
+def _without(got: GridMotion, scalar_points: Collection[int]) -> GridMotion:
+    """The rows of grids: HDF5 does not tell scalar points from them, the deck does."""
+    if not scalar_points:
+        return got
+    kept = ~np.isin(got.grid_id, list(scalar_points))
+    return GridMotion(got.grid_id[kept], got.motion[kept], got.double)
 
 
 def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: str) -> FloatArray:
