@@ -124,7 +124,7 @@ class ShellBlock:
     shear_stiffness : [E], N/m, transverse force per length over the shear angle; infinite where shear does not deform.
     drilling_stiffness : [E], N/m, weight of (rotation about the normal - rotation of the mid-surface)².
     offset : [E], m, of the mid-surface from the grids along the normal.
-    expansion : [E], 1/K.
+    expansion, bending_expansion : [E], 1/K, of the membrane, and of the bending under a gradient through the thickness.
     reference_temperature : [E], K.
     """
 
@@ -136,6 +136,7 @@ class ShellBlock:
     drilling_stiffness: FloatArray = field(default_factory=lambda: no_floats(0))
     offset: FloatArray = field(default_factory=lambda: no_floats(0))
     expansion: FloatArray = field(default_factory=lambda: no_floats(0))
+    bending_expansion: FloatArray = field(default_factory=lambda: no_floats(0))
     reference_temperature: FloatArray = field(default_factory=lambda: no_floats(0))
 
 
@@ -230,9 +231,30 @@ class Structure:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class ElementTemperatures:
+    """Temperatures of shells, bars and rods that do not take those of their grids; m elements.
+
+    Attributes
+    ----------
+    element_id : [m], ascending.
+    mean : [m, 2], K, over the section at ends A and B of a bar; of a shell over its volume, twice.
+    gradient : [m, 2, 2], K/m, at ends A and B (second index) of a bar in its planes 1 and 2 (third index): along its
+        y and z. Of a shell [:, :, 0] is along its normal, twice, and the rest is zero.
+    """
+
+    element_id: IntArray
+    mean: FloatArray
+    gradient: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class LoadCase:
-    """One temperature field: `temperature` [N] in K on the grids of the structure, in their order."""
+    """One temperature field: `temperature` [N] in K on the grids of the structure, in their order.
+
+    `elements` have their own temperatures, whatever those of their grids; None where all elements follow the grids.
+    """
 
     id: int
     label: str
     temperature: FloatArray
+    elements: ElementTemperatures | None = None

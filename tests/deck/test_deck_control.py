@@ -246,10 +246,18 @@ def test_new_sets_do_not_meet_old_ones(tmp_path: Path) -> None:
 class _Sets:
     """A model that has these load sets and no others."""
 
-    load_combinations = tempds = dloads = dload_entries = ()
+    load_combinations = tempds = dloads = dload_entries = tedm_element_temperatures = ()
 
     def __init__(self, loads: list[int]) -> None:
         self.loads = loads
+
+
+def test_old_temperatures_of_elements_stay_and_new_sets_do_not_meet_them(tmp_path: Path) -> None:
+    """Their elements may be gone: nothing selects their set."""
+    old = ("TEMPP1", "40", "999", "25.", "3.")
+    deck, _ = written(tmp_path, plain([*bricks(), old]))
+    assert re.findall(r"TEMPERATURE\(LOAD\) = (\d+)", deck) == ["41", "42", "43"]
+    assert deck.count("TEMPP1") == 1
 
 
 def test_mass_by_a_matrix_is_refused_before_a_deck_is_written(tmp_path: Path) -> None:
