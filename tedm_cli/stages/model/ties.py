@@ -40,7 +40,7 @@ def ties_on(
     if not tied:
         return Ties.of([], [], []), []
     members = membership(model, whole, positions=False) if any(tie.kind == "set" for _, tie in tied) else None
-    judge = _Judge(config, whole)
+    judge = _Judge(config, model, whole)
     rows, notes = [], list[str]()
     problems: dict[str, list[tuple[str, str]]] = {}
     for block, tie in tied:
@@ -93,12 +93,17 @@ def _members(tie: Tie, members: Membership, facts: list[str], notes: list[str], 
 class _Judge:
     """Whether grids can carry a block."""
 
-    def __init__(self, config: ModelConfig, geometry: ModelGeometry) -> None:
+    def __init__(self, config: ModelConfig, model: Any, geometry: ModelGeometry) -> None:
         e = geometry.elements
         index, card = element_of_member(e), np.array(e.type)
         self.geometry = geometry
         self.held = geometry.in_rigid_element | self._grids_of(~np.isin(card, _NOTHING))
-        self.turns = geometry.in_rigid_element | self._grids_of(~np.isin(card, (*_NOTHING, *_NO_TURN)))
+        averaged = {n for r in model.rigid_elements.values() if r.type == "RBE3" for n in r.independent_nodes}
+        turned = {n for r in model.rigid_elements.values() if r.type != "RBE3" for n in r.independent_nodes}
+        turned |= {n for r in model.rigid_elements.values() for n in r.dependent_nodes}
+        # the grids that an RBE3 averages keep whatever rotations they have
+        by_rigid = geometry.in_rigid_element & ~np.isin(geometry.grid_id, list(averaged - turned))
+        self.turns = by_rigid | self._grids_of(~np.isin(card, (*_NOTHING, *_NO_TURN)))
         self.floating: dict[str, BoolArray] = {}
         for test_mass in config.test_mass:
             gone, _ = parts_of_test_mass(test_mass.model_parts, geometry)
