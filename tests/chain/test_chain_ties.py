@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,14 +16,17 @@ from tedm_cli.config.compensation import COLUMNS, compensation_masses
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
-from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.ties import follower
+from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.reading import read_deck
 from tedm_cli.progress import silent
 from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 from tedm_cli.stages.gravity.sensitivity import SensitivitySummary, build_sensitivity
 from tedm_cli.stages.model.distortion import build_distortion
 from tedm_cli.stages.model.ingest import ingest
+from tedm_cli.stages.model.ties import ties_on
 
 GRID = 850001  # a grid of bars, at the foot of a strut
 PLACE = np.array([-0.188, -0.126, -0.012]) + LEVER
@@ -130,7 +134,7 @@ def test_the_mesh_shows_the_blocks_as_they_move(tied: tuple[Project, Sensitivity
     cells = np.flatnonzero(which >= 0)
     assert which[cells].tolist() == [0, 1, 2]
     np.testing.assert_allclose(np.asarray(mesh["element_mass"])[cells], [0.5, 0.2, 0.2])
-    volume = mesh.extract_cells(cells).compute_cell_sizes()["Volume"]
+    volume = mesh.extract_cells(cells.tolist()).compute_cell_sizes()["Volume"]
     np.testing.assert_allclose(volume, [1e-9, 8e-6, 8e-6], rtol=1e-9)
     with open_checked(project.build_dir / "sensitivity.h5", SENSITIVITY) as file:
         t, turn = (file.array(f"/compensation/{q}").sum(axis=0) for q in ("translation", "rotation"))
@@ -191,38 +195,59 @@ def with_csv(small: Project, folder: Path, csv: str) -> Project:
     return project
 
 
-LOOSE = "GRID,899999,,0.1,0.,0.\n"
 PARTS = "mass_kg = 1.96\nmodel_parts = { grids = [850001] }\n"
+CARDS = """SET1,8,2,3,45
+SET1,9,71234567
+GRID,899998,,0.1,0.,0.
+GRID,899999,,0.1,0.,0.
+PLOTEL,899999,2,899999
+"""
+
+
+@pytest.fixture(scope="module")
+def deck(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, ModelGeometry]:
+    project = changed_small(tmp_path_factory.mktemp("deck"), CARDS)
+    path = project.resolve("unit_loads.bdf")
+    model = read_deck(path)
+    return model, model_geometry(model, [path])
 
 
 @pytest.mark.parametrize(
-    ("card", "tie", "fact"),
+    ("tie", "fact"),
     [
-        ("", "grid = 4711", r"compensation_mass\[0\]\.grid: block 'CM1': the deck has no grid 4711"),
-        ("", 'grid = [850001, "7000:7999"]', "the deck has no grid of 7000:7999"),
-        ("", "set = 9", r"compensation_mass\[0\]\.set: block 'CM1': the deck has no set 9; it has no set"),
-        ("SET1,8,2,3,4\n", "set = 9", "the deck has no set 9; there are: 8"),
-        ("SET1,9,71234567\n", "set = 9", "set 9 of the deck has no grid"),
-        ("", "grid = 1", "grid 1 is of solids or rods alone, whose rotations mean nothing$"),
+        ("grid = 4711", r"compensation_mass\[0\]\.grid: block 'CM1': the deck has no grid 4711"),
+        ('grid = [850001, "7000:7999"]', "the deck has no grid of 7000:7999"),
+        ("set = 7", r"compensation_mass\[0\]\.set: block 'CM1': the deck has no set 7; there are: 8, 9"),
+        ("set = 9", "set 9 of the deck has no grid"),
+        ("grid = 1", "grid 1 is of solids or rods alone, whose rotations mean nothing$"),
         # an RBE3 takes the mean of these grids, and gives them no rotation
-        ("", "grid = 104", "grid 104 is of solids or rods alone, whose rotations mean nothing$"),
-        ("", "grid = [1, 2]", "grid 1 is of solids or rods alone, .*; its grids are in a line"),
-        (
-            "GRID,899999,,0.1,0.,0.\n",
-            "grid = 899999",
-            "grid 899999 is in no element and no rigid element: nothing moves it",
-        ),
-        (LOOSE, "grid = [2, 45, 46, 899999]", "grid 899999 is in no element"),
-        (f"{LOOSE}PLOTEL,899999,2,899999\n", "grid = 899999", "grid 899999 is in no element"),
+        ("grid = 104", "grid 104 is of solids or rods alone, whose rotations mean nothing$"),
+        # an RBE2 that holds translations alone (CM = 123) neither
+        ("grid = 2", "grid 2 is of solids or rods alone, whose rotations mean nothing$"),
+        ("grid = [1, 2]", "grids 1, 2 are of solids or rods alone, .*; its grids are in a line"),
+        ("grid = 899998", "grid 899998 is in no element and no rigid element: nothing moves it"),
+        ("grid = [2, 45, 46, 899998]", "grid 899998 is in no element"),
+        ("grid = 899999", "grid 899999 is in no element"),
     ],
 )
-def test_what_cannot_carry_a_block(tmp_path: Path, card: str, tie: str, fact: str) -> None:
-    project = changed_small(tmp_path, card, block("CM1", tie))
+def test_what_cannot_carry_a_block(tmp_path: Path, deck: tuple[Any, ModelGeometry], tie: str, fact: str) -> None:
+    project = changed_small(tmp_path, "", block("CM1", tie))
+    config = load_model(project.model)[1]
     with pytest.raises(ConfigError, match=fact) as caught:
-        ingest(project, None, silent)
+        ties_on(compensation_masses(project, config), config, *deck)
     assert caught.value.where == str(project.model)
     assert "three grids or more that are not in a line" in caught.value.hint
-    assert not (project.build_dir / "unit_loads.h5").exists()
+
+
+def test_members_that_a_set_names_and_the_deck_lacks_are_remarked_upon(
+    tmp_path: Path, deck: tuple[Any, ModelGeometry]
+) -> None:
+    project = changed_small(tmp_path, "", block("CM1", 'set = "8:9"') + block("CM2", f"grid = {GRID}"))
+    config = load_model(project.model)[1]
+    found, notes = ties_on(compensation_masses(project, config), config, *deck)
+    assert notes == ["block 'CM1': set 9 names ids of a grid that the deck does not have: 71234567"]
+    assert deck[1].grid_id[found.rows("CM1")].tolist() == [2, 3, 45]
+    assert deck[1].grid_id[found.rows("CM2")].tolist() == [GRID]
 
 
 def test_a_grid_of_a_test_mass_carries_no_block(tmp_path: Path) -> None:
@@ -231,6 +256,24 @@ def test_a_grid_of_a_test_mass_carries_no_block(tmp_path: Path) -> None:
     project.model.write_text(text.replace("mass_kg = 1.96\n", PARTS, 1), encoding="utf-8")
     with pytest.raises(ConfigError, match=r"grid 850001 is of test mass TM1 \(its model_parts\), which floats free"):
         ingest(project, None, silent)
+
+
+def test_a_grid_that_never_turns_is_found_in_the_results(tmp_path: Path) -> None:
+    """Whatever the deck promises: here a constraint on a grid of solids."""
+    project = changed_small(tmp_path, "MPC,5,1,1,1.0,5,1,-1.0\n", block("CM1", "grid = 1"))
+    ingest(project, None, silent)
+    with pytest.raises(PhysicsError, match=r"tied to grids that move, but never rotate .*: CM1 \(grid 1\)") as caught:
+        build_distortion(project, None, silent)
+    assert "three grids or more" in caught.value.hint
+
+
+def test_a_block_that_no_load_moves_is_remarked_upon(tmp_path: Path) -> None:
+    """On the clamped end of a strut; it adds nothing to S_SG."""
+    project = changed_small(tmp_path, "", block("CM1", "grid = 800104") + block("CM2", f"grid = {GRID}"))
+    ingest(project, None, silent)
+    assert (
+        build_distortion(project, None, silent).notes[-1] == "tied compensation masses whose grids no load moves: CM1"
+    )
 
 
 def test_the_line_of_a_csv_is_named(small: Project, tmp_path: Path) -> None:

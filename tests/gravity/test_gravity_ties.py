@@ -92,11 +92,11 @@ def test_the_own_rotation_of_a_long_block_is_seen_and_that_of_a_far_cube_is_not(
     still = np.cross(turn[0], PLACES[0] - LONG.centre_m)  # the grid moves so that the centre does not
     u = np.zeros_like(turn)
     u[0] = still
-    far = {"centre_m": np.array([1.1, 0.2, 0.3]), "mass_kg": 0.14}
+    place = np.array([1.1, 0.2, 0.3])
     u_far = np.zeros_like(turn)
-    u_far[0] = np.cross(turn[0], PLACES[0] - far["centre_m"])
-    long_far = CompensationMass(name="L", size_m=np.array([0.1, 0.02, 0.02]), **far)
-    cube_far = CompensationMass(name="C", size_m=np.full(3, 0.02 * 5 ** (1 / 3)), **far)
+    u_far[0] = np.cross(turn[0], PLACES[0] - place)
+    long_far = CompensationMass(name="L", centre_m=place, size_m=np.array([0.1, 0.02, 0.02]), mass_kg=0.14)
+    cube_far = CompensationMass(name="C", centre_m=place, size_m=np.full(3, 0.02 * 5 ** (1 / 3)), mass_kg=0.14)
     shifted = np.abs(change(LONG, [0], u + 0.01, 0.0 * turn)[:3]).max()
     assert np.abs(change(LONG, [0], u, turn)[:3]).max() > 0.1 * shifted
     long, cube = (np.abs(change(b, [0], u_far, turn)[:3]).max() for b in (long_far, cube_far))
@@ -187,6 +187,18 @@ def test_a_tied_block_is_many_offset_masses_at_its_quadrature_points():
     block = change(LONG, [0], u, theta)
     for part in (slice(3), slice(3, 6)):
         assert np.abs(offset[part] - block[part]).max() < 1e-10 * np.abs(block[part]).max()
+
+
+def test_blocks_on_the_same_grids_add_up():
+    """One on a set, one on a grid of it, one on a line through it: rows of the sum are those of each, summed."""
+    u, theta = np.random.default_rng(19).normal(size=(2, len(PLACES), 3))
+    other = moved(LONG, np.array([0.0, 0.05, 0.02]), np.array([0.3, 0.0, 0.0]))
+    tied = [(LONG, [0, 1, 2, 3]), (other, [0]), (LONG, [0, 4])]
+    g = tied_operator(TM, [(b, field(b), np.array(nodes)) for b, nodes in tied], PLACES, np.arange(len(PLACES)))
+    assert (g.row.tolist(), g.lever.tolist()) == ([0, 1, 2, 3, 4], [0, 4])
+    found = np.einsum("qrnc,nc->qr", g.operator, u[g.row]) + np.einsum("qrnc,nc->qr", g.rotation, theta[g.lever])
+    wanted = sum(change(b, nodes, u, theta) for b, nodes in tied)
+    np.testing.assert_allclose(-found.ravel(), wanted, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("shape", "order"), [([1.0, 1.0, 1.0], 4), ([2.0, 1.0, 0.5], 2)], ids=["cube", "brick"])

@@ -80,10 +80,8 @@ def _members(tie: Tie, members: Membership, facts: list[str], notes: list[str], 
             found = members.of_set(sid)
             facts += [found.conflict] if found.conflict else []
             if found.unknown.size:
-                notes.append(
-                    f"block {name!r}: set {sid} names {len(found.unknown)} {found.kind} ids that the deck does not"
-                    f" have: {id_list(found.unknown)}"
-                )
+                what = f"ids of a {found.kind} that the deck does not have: {id_list(found.unknown)}"
+                notes.append(f"block {name!r}: set {sid} names {what}")
             chosen |= found.members
     if not facts and not chosen.any():
         facts.append(f"{tie.words} of the deck has no grid")
@@ -98,12 +96,8 @@ class _Judge:
         index, card = element_of_member(e), np.array(e.type)
         self.geometry = geometry
         self.held = geometry.in_rigid_element | self._grids_of(~np.isin(card, _NOTHING))
-        averaged = {n for r in model.rigid_elements.values() if r.type == "RBE3" for n in r.independent_nodes}
-        turned = {n for r in model.rigid_elements.values() if r.type != "RBE3" for n in r.independent_nodes}
-        turned |= {n for r in model.rigid_elements.values() for n in r.dependent_nodes}
-        # the grids that an RBE3 averages keep whatever rotations they have
-        by_rigid = geometry.in_rigid_element & ~np.isin(geometry.grid_id, list(averaged - turned))
-        self.turns = by_rigid | self._grids_of(~np.isin(card, (*_NOTHING, *_NO_TURN)))
+        self.turns = np.isin(geometry.grid_id, list(_turned_by_rigid_elements(model)))
+        self.turns |= self._grids_of(~np.isin(card, (*_NOTHING, *_NO_TURN)))
         self.floating: dict[str, BoolArray] = {}
         for test_mass in config.test_mass:
             gone, _ = parts_of_test_mass(test_mass.model_parts, geometry)
@@ -135,6 +129,19 @@ class _Judge:
             line = "" if len(rows) == 1 else "; its grids are in a line, so that the rotation about it is theirs"
             facts.append(f"{_named(still)} of solids or rods alone, whose rotations mean nothing{line}")
         return facts
+
+
+def _turned_by_rigid_elements(model: Any) -> set[int]:
+    """Grids whose rotations rigid elements or multipoint constraints use or give: not those that an RBE3 averages, and
+    none that are held in translations alone."""
+    found = {int(n) for mpcs in model.mpcs.values() for mpc in mpcs for n in mpc.node_ids if n}
+    for element in model.rigid_elements.values():
+        given = {"RBE2": "cm", "RBE3": "refc"}.get(element.type)
+        if element.type != "RBE3":
+            found.update(map(int, element.independent_nodes))
+        if given is None or set("456") <= set(str(getattr(element, given))):
+            found.update(map(int, element.dependent_nodes))
+    return found
 
 
 def _named(ids: IntArray) -> str:
