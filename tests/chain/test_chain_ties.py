@@ -236,7 +236,9 @@ def test_what_cannot_carry_a_block(tmp_path: Path, deck: tuple[Any, ModelGeometr
     with pytest.raises(ConfigError, match=fact) as caught:
         ties_on(compensation_masses(project, config), config, *deck)
     assert caught.value.where == str(project.model)
-    assert "three grids or more that are not in a line" in caught.value.hint
+    assert ("three grids or more that are not in a line" in caught.value.hint) == (
+        "rotations mean nothing" in fact or "in a line" in fact
+    )
 
 
 def test_members_that_a_set_names_and_the_deck_lacks_are_remarked_upon(

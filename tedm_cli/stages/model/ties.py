@@ -19,7 +19,8 @@ from tedm_cli.stages.model.masses import element_of_member, parts_of_test_mass
 
 _NOTHING = ("PLOTEL", "CHBDYG", "CHBDYE", "CHBDYP")  # these hold nothing
 _NO_TURN = ("CTETRA", "CPYRAM", "CPENTA", "CHEXA", "CROD", "CONROD", "CTUBE")  # these have no use for rotations
-_HINT = "tie the block to three grids or more that are not in a line, as in grid = [4711, 4713, 4725], or to a set"
+_MORE = "tie the block to three grids or more that are not in a line, as in grid = [4711, 4713, 4725], or to a set"
+_OTHERS = "tie the block to grids of the structure, by the numbers that they have in the unit-load deck"
 
 
 def ties_on(
@@ -55,7 +56,8 @@ def ties_on(
         problems.setdefault(tie.file, []).extend((tie.key, f"block {block.name!r}: {fact}") for fact in facts)
     for where, found in problems.items():
         if found:
-            raise ConfigError(found, where=where, hint=_HINT)
+            hint = _MORE if any("rotations" in fact for _, fact in found) else _OTHERS
+            raise ConfigError(found, where=where, hint=hint)
     return Ties.of([block.name for block, _ in tied], [tie.words for _, tie in tied], rows), notes
 
 
