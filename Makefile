@@ -113,11 +113,11 @@ endif
 
 # A layout beside the project file counts from when it is put there, though nothing may name it.
 $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)/optics.toml) $(CASES_TOML) \
-		$(DYNAMICS_TOML) | $(RUN_STAMP)
+		$(DYNAMICS_TOML) $(GRAVITY_SOURCES) | $(RUN_STAMP)
 	$(TEDM) make-rules $(OPTIONS)
 
 # A configuration file that the project no longer names may be gone.
-$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML): ;
+$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(GRAVITY_SOURCES): ;
 
 all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
@@ -146,8 +146,8 @@ FORCE:
 
 # MATRICES are sensitivity.h5 of a project with test masses, and optics.h5 of one with optics. make-rules writes halves
 # anew when one of them comes or goes, and so is what is made of both; the same of the symmetry plane, which may follow the
-# layout's frame.
-$(BUILD)/halves $(BUILD)/symmetry_plane: ;
+# layout's frame, and of what compensation masses are tied to: of their CSV nothing else matters to the unit loads.
+$(BUILD)/halves $(BUILD)/symmetry_plane $(BUILD)/ties: ;
 
 ifneq ($(SOLVED_BY_TEDM),)
 $(UNIT_DECK): $(MODEL_SOURCES) $(PROJECT) $(MODEL_TOML) $(CODE) | $(RUN_STAMP)
@@ -157,7 +157,7 @@ $(OP2): $(UNIT_DECK)
 	$(TEDM) solve $(OPTIONS) $(if $(NASTRAN),--run '$(subst ','\'',$(NASTRAN))')
 endif
 
-$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(PROJECT) $(MODEL_TOML) $(BUILD)/symmetry_plane $(CODE) | $(RUN_STAMP)
+$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(PROJECT) $(MODEL_TOML) $(BUILD)/symmetry_plane $(BUILD)/ties $(CODE) | $(RUN_STAMP)
 	$(TEDM) ingest $(OPTIONS)
 
 $(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML) $(BUILD)/halves

@@ -192,22 +192,15 @@ class _Selector:
                 text = f"{low}" if low == high else f"{low}:{high}"
                 self.problems.append((at, f"the deck has no set {text}{_there(np.array(sorted(m.sets)), low, 'set')}"))
             for sid in numbers:
-                place, kind, ids = m.sets[sid][0]
-                other = next((p for p, k, i in m.sets[sid] if (k, i.tolist()) != (kind, ids.tolist())), None)
-                if other is not None:
-                    self.problems.append((at, f"set {sid} is a {place} and a {other} with other members"))
-                table = {"grid": m.grid_id, "element": m.element_id, "property": np.unique(m.property_id)}[kind]
-                unknown = ids[~np.isin(ids, table)]
-                if unknown.size:
-                    # THRU may run over gaps in the numbering, so that this is no mistake in itself.
+                found = m.of_set(sid)
+                if found.conflict:
+                    self.problems.append((at, found.conflict))
+                if found.unknown.size:
                     self.notes.append(
-                        f"area {name}: set {sid} names {len(unknown)} {kind} ids that the deck does not have:"
-                        f" {id_list(unknown)}"
+                        f"area {name}: set {sid} names {len(found.unknown)} {found.kind} ids that the deck does not"
+                        f" have: {id_list(found.unknown)}"
                     )
-                if kind == "grid":
-                    met |= np.isin(m.grid_id, ids)
-                else:
-                    met |= m.grids_of(np.isin(m.element_id if kind == "element" else m.property_id, ids))
+                met |= found.members
         return met
 
     def _box(self, box: BoxTable, at: str) -> BoolArray:

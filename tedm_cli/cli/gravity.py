@@ -34,7 +34,7 @@ def build_sensitivity(
     """Self-gravity field, stiffness and [S_SG].
 
     On each test mass: acceleration at rest, judged by what model.toml limits ([[requirement_at_rest]]), four stiffness
-    matrices, and the sensitivity to each thermal area.
+    matrices, and the sensitivity to each thermal area. Compensation masses that are tied to grids move with these.
     """
     from tedm_cli.cli.printing.gravity import sensitivity_lines
     from tedm_cli.progress import progress

@@ -32,7 +32,8 @@ def _range(value: str | int) -> tuple[int, int]:
     return int(low), int(high)
 
 
-def _ranges_increase(value: Ids | None) -> Ids | None:
+def ranges_increase(value: Ids | None) -> Ids | None:
+    """The ids, where every range of them is 'low:high'."""
     for low, high in id_ranges(value):
         if low > high:
             raise ValueError(f"'{low}:{high}' must be 'low:high'")
@@ -95,7 +96,7 @@ class SelectionTable(Strict):
     element: Ids | None = None
     box: BoxTable | Annotated[list[BoxTable], Field(min_length=1)] | None = None
 
-    _order = field_validator("set", "property", "material", "element")(_ranges_increase)
+    _order = field_validator("set", "property", "material", "element")(ranges_increase)
 
     def boxes(self) -> Sequence[BoxTable]:
         """The boxes, as a list."""

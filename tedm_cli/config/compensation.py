@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from tedm_cli.config.base import ID_RANGE
 from tedm_cli.config.model import ModelConfig, axes_of_rotation
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.gravity.compensation import CompensationMass
+from tedm_cli.gravity.compensation import CompensationMass, Tie
 from tedm_cli.quantities import ANGLE, COORDINATE, LENGTH, MASS
 from tedm_cli.tables.csv_table import Row, read_table
 
@@ -22,6 +25,8 @@ COLUMNS = {
     **dict.fromkeys(ROTATION, ANGLE),
     "mass_kg": MASS,
 }
+TIE = "grid"
+_RANGE = re.compile(ID_RANGE.strip("^$") + "|[1-9][0-9]{0,8}")
 
 
 def compensation_file(project: Project, config: ModelConfig) -> Path | None:
@@ -38,9 +43,9 @@ def compensation_masses(project: Project, config: ModelConfig) -> list[Compensat
     InputError : the CSV or a line of it is wrong, or two of its lines name the same block.
     ConfigError : a table names a block that is there already.
     """
-    path = compensation_file(project, config)
+    path, tables = compensation_file(project, config), config.compensation_mass
     blocks = [] if path is None else _listed(path)
-    blocks += [table.block() for table in config.compensation_mass]
+    blocks += [_placed(table.block(), str(project.model), f"compensation_mass[{i}]") for i, table in enumerate(tables)]
     names = [block.name for block in blocks]
     problems = [
         ("compensation_mass", f"two blocks have the name {name!r}")
@@ -53,20 +58,49 @@ def compensation_masses(project: Project, config: ModelConfig) -> list[Compensat
 
 def _listed(path: Path) -> list[CompensationMass]:
     """The blocks of a CSV."""
-    rows = read_table(path, COLUMNS)
+    rows = read_table(path, COLUMNS, [TIE])
     first: dict[str, int] = {}
     for row in rows:
         name = row.text["name"]
         if (line := first.setdefault(name, row.line)) != row.line:
             raise InputError(f"the block {name!r} is in line {line} already", where=f"{path}:{row.line}")
-    return [_block(row) for row in rows]
+    return [_placed(_block(row, f"{path}:{row.line}"), str(path), f"line {row.line}") for row in rows]
 
 
-def _block(row: Row) -> CompensationMass:
+def _placed(block: CompensationMass, file: str, table: str) -> CompensationMass:
+    """With the place where its tie stands."""
+    if block.tie is None:
+        return block
+    key = f"{table}, {TIE}" if table.startswith("line") else f"{table}.{block.tie.kind}"
+    return replace(block, tie=replace(block.tie, file=file, key=key))
+
+
+def _block(row: Row, where: str) -> CompensationMass:
     return CompensationMass(
         name=row.text["name"],
         centre_m=np.array([row.number[c] for c in CENTRE]),
         size_m=np.array([row.number[c] for c in SIZE]),
         mass_kg=row.number["mass_kg"],
         axes=axes_of_rotation([row.number[c] for c in ROTATION]),
+        tie=_tie(row.text.get(TIE, ""), where),
     )
+
+
+def _tie(cell: str, where: str) -> Tie | None:
+    """`4711`, `4711 4800:4810` or `set 12`, as a column of the CSV has them; nothing of a block that stays still."""
+    if not cell:
+        return None
+    first, *rest = words = cell.split()
+    is_set = first.lower() == "set"
+    ids = rest if is_set else words
+    if not ids or not all(_RANGE.fullmatch(word) for word in ids):
+        raise InputError(
+            f"{TIE}: {cell[:40]!r} names no grids",
+            where=where,
+            hint="write 4711, or 4711 4800:4810, or set 12; leave it empty where the block stays still",
+        )
+    ranges = [(int(low), int(high or low)) for low, _, high in (word.partition(":") for word in ids)]
+    for low, high in ranges:
+        if low > high:
+            raise InputError(f"{TIE}: '{low}:{high}' must be 'low:high'", where=where)
+    return Tie("set" if is_set else "grid", tuple(ranges))

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.areas import AreasTable
+from tedm_cli.config.areas import AreasTable, Ids, id_ranges, ranges_increase
 from tedm_cli.config.at_rest import (
     AtRestTable,
     Subsystem,
@@ -37,7 +37,7 @@ from tedm_cli.config.base import (
 from tedm_cli.config.units import UnitsTable
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
-from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass
+from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass, Tie
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.requirements import AtRestLimit
 from tedm_cli.gravity.testmass import TestMass
@@ -101,7 +101,10 @@ class TestMassTable(Strict):
 
 
 class CompensationMassTable(Strict):
-    """A cuboid block; edges along the basic frame unless turned by a rotation vector or `axes` (rows: its edges)."""
+    """A cuboid block; edges along the basic frame unless turned by a rotation vector or `axes` (rows: its edges).
+
+    It stays still, or follows a grid, several (`4711`, `"4800:4810"`, or a list of these) or the members of sets.
+    """
 
     name: Annotated[str, Field(min_length=1)]
     centre_m: Place
@@ -110,6 +113,10 @@ class CompensationMassTable(Strict):
     density_kg_m3: Annotated[float, Bounded(DENSITY)] | None = None
     rotation_rad: RotationVector | None = None
     axes: OrthonormalAxes | None = None
+    grid: Ids | None = None
+    set: Ids | None = None
+
+    _order = field_validator("grid", "set")(ranges_increase)
 
     @model_validator(mode="after")
     def _one_of_each(self) -> CompensationMassTable:
@@ -117,6 +124,8 @@ class CompensationMassTable(Strict):
             raise ValueError("needs either mass_kg or density_kg_m3")
         if self.rotation_rad is not None and self.axes is not None:
             raise ValueError("has both rotation_rad and axes")
+        if self.grid is not None and self.set is not None:
+            raise ValueError("has both grid and set: it can follow one of them")
         return self
 
     def block(self) -> CompensationMass:
@@ -124,7 +133,15 @@ class CompensationMassTable(Strict):
         size = np.array(self.size_m if isinstance(self.size_m, list) else [self.size_m] * 3)
         mass = self.mass_kg if self.mass_kg is not None else float(self.density_kg_m3 or 0.0) * float(size.prod())
         axes = np.array(self.axes) if self.axes is not None else axes_of_rotation(self.rotation_rad or [0.0, 0.0, 0.0])
-        return CompensationMass(name=self.name, centre_m=np.array(self.centre_m), size_m=size, mass_kg=mass, axes=axes)
+        ids = tuple(id_ranges(self.grid if self.set is None else self.set))
+        return CompensationMass(
+            name=self.name,
+            centre_m=np.array(self.centre_m),
+            size_m=size,
+            mass_kg=mass,
+            axes=axes,
+            tie=Tie("grid" if self.set is None else "set", ids) if ids else None,
+        )
 
 
 def axes_of_rotation(rotation_rad: list[float]) -> FloatArray:

@@ -23,7 +23,7 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         ("offset_node",),
         "int",
         "1",
-        "rows of /grid from which something with mass is offset",
+        "rows of /grid from which something with mass is offset, or that turn a tied compensation mass",
         values=Values(rows_of="node", ascending=True),
     )
     D_ROTATION = Dataset(

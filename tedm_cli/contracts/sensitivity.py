@@ -168,7 +168,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         ("row", "node", "xyz"),
         "float",
         None,
-        "operator of S = -G D: rows in /row, displacement in basic frame",
+        "operator of S = -G D, tied compensation masses in it: rows in /row, displacement in basic frame",
         BASIC,
     )
     OPERATOR_OFFSET_NODE = Dataset(
@@ -185,6 +185,52 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "float",
         None,
         "part of the operator that the rotations of these grids contribute",
+        BASIC,
+    )
+    COMPENSATION_NAME = Dataset("/compensation/name", ("block",), "str", "1", "compensation mass", values=NAMES)
+    COMPENSATION_CENTRE = Dataset("/compensation/centre", ("block", "xyz"), "float", "m", "centre of the block", BASIC)
+    COMPENSATION_SIZE = Dataset("/compensation/size", ("block", "xyz"), "float", "m", "edge lengths of the block")
+    COMPENSATION_AXES = Dataset(
+        "/compensation/axes", ("block", "xyz", "xyz_column"), "float", "1", "unit vectors of its edges (rows)", BASIC
+    )
+    COMPENSATION_MASS = Dataset("/compensation/mass", ("block",), "float", "kg", "mass of the block")
+    COMPENSATION_TIE = Dataset(
+        "/compensation/tie",
+        ("block",),
+        "str",
+        "1",
+        "what the configuration ties the block to: grids, or sets of the deck; empty: it stays still",
+    )
+    COMPENSATION_NODE_OFFSET = Dataset(
+        "/compensation/node_offset",
+        ("block_edge",),
+        "int",
+        "1",
+        "start of each block in node_index, and its end",
+        values=Values(starts_in="block_member"),
+    )
+    COMPENSATION_NODE_INDEX = Dataset(
+        "/compensation/node_index",
+        ("block_member",),
+        "int",
+        "1",
+        "rows of /grid that each block follows",
+        values=Values(rows_of="node"),
+    )
+    COMPENSATION_TRANSLATION = Dataset(
+        "/compensation/translation",
+        ("area", "block", "xyz"),
+        "float",
+        "m/K",
+        "translation of the centre of each block per kelvin of an area",
+        BASIC,
+    )
+    COMPENSATION_ROTATION = Dataset(
+        "/compensation/rotation",
+        ("area", "block", "xyz"),
+        "float",
+        "rad/K",
+        "rotation of each block per kelvin of an area",
         BASIC,
     )
     AREA_CONTRIBUTION_ACCELERATION = Dataset(
@@ -265,11 +311,12 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
 
 SENSITIVITY = SensitivityFile(
     "sensitivity",
-    4,
+    5,
     "tedm build-sensitivity",
     derived_dims={
         "row": ("test_mass", 6, 0),
         "tm_output": ("test_mass", 6, 0),
         "tm_motion": ("test_mass", 6, 0),
+        "block_edge": ("block", 1, 1),
     },
 )

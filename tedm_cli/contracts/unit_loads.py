@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import BASIC, COUNT, ID, AreaDatasets, AreaPlaces, Dataset, FileKind, GridDatasets, Values
+from tedm_cli.contracts.spec import (
+    BASIC,
+    COUNT,
+    ID,
+    NAMES,
+    AreaDatasets,
+    AreaPlaces,
+    Dataset,
+    FileKind,
+    GridDatasets,
+    Values,
+)
 
 ELEMENTS = (
     *("CTETRA", "CPYRAM", "CPENTA", "CHEXA"),
@@ -148,6 +159,26 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         "offset of each concentrated mass from its grid",
         BASIC,
     )
+    TIE_BLOCK = Dataset(
+        "/tie/block", ("tie",), "str", "1", "compensation mass that follows grids of the structure", values=NAMES
+    )
+    TIE_TO = Dataset("/tie/to", ("tie",), "str", "1", "what the configuration ties it to: grids, or sets of the deck")
+    TIE_NODE_OFFSET = Dataset(
+        "/tie/node_offset",
+        ("tie_edge",),
+        "int",
+        "1",
+        "start of each tied block in node_index, and its end",
+        values=Values(starts_in="tie_member"),
+    )
+    TIE_NODE_INDEX = Dataset(
+        "/tie/node_index",
+        ("tie_member",),
+        "int",
+        "1",
+        "rows of /grid that each tied block follows",
+        values=Values(rows_of="node"),
+    )
     MASS_TOTAL = Dataset("/mass/total", (), "float", "kg", "mass of the model")
     MASS_CENTRE_OF_GRAVITY = Dataset(
         "/mass/centre_of_gravity",
@@ -168,5 +199,8 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
 
 
 UNIT_LOADS = UnitLoadsFile(
-    "unit_loads", 6, "tedm ingest", derived_dims={"area_edge": ("area", 1, 1), "element_edge": ("element", 1, 1)}
+    "unit_loads",
+    6,
+    "tedm ingest",
+    derived_dims={"area_edge": ("area", 1, 1), "element_edge": ("element", 1, 1), "tie_edge": ("tie", 1, 1)},
 )

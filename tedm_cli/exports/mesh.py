@@ -76,6 +76,11 @@ def vertices(node: IntArray) -> Cells:
     return Cells(VERTEX, node[:, None], np.arange(len(node)))
 
 
+def bricks(first: int, count: int) -> Cells:
+    """One cell for every eight points, in VTK's order, from the point `first` on."""
+    return Cells(_CELLS["hexahedron", 8], first + np.arange(8 * count).reshape(count, 8), np.arange(count))
+
+
 def label_of_cells(nodes: IntArray, label: IntArray) -> IntArray:
     """The label [c] that most nodes [c, n] of each cell have, the lowest of several; `label` [N] of all points."""
     out = np.empty(len(nodes), dtype=np.int64)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from typing import Literal
 
 import numpy as np
 
@@ -26,9 +27,29 @@ _ORDERS = (2, 10)
 _MAX_CELLS = 20_000
 
 
+@dataclass(frozen=True)
+class Tie:
+    """What a block follows: grids, or the members of sets; `ids`: ranges (low, high) of their numbers.
+
+    `file`, `key`: where the configuration says so.
+    """
+
+    kind: Literal["grid", "set"]
+    ids: tuple[tuple[int, int], ...]
+    file: str = ""
+    key: str = ""
+
+    @property
+    def words(self) -> str:
+        """`grid 4711`, `grids 4711, 4800:4810`, `set 12`."""
+        several = len(self.ids) > 1 or any(low != high for low, high in self.ids)
+        numbers = ", ".join(f"{low}" if low == high else f"{low}:{high}" for low, high in self.ids)
+        return f"{self.kind}{'s' * several} {numbers}"
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CompensationMass:
-    """Homogeneous cuboid block, fixed to the basic frame.
+    """Homogeneous cuboid block, which stays still in the basic frame or, with a tie, follows grids of the structure.
 
     Parameters
     ----------
@@ -37,6 +58,7 @@ class CompensationMass:
     size_m : [3], full edge lengths along its axes [m].
     mass_kg : mass [kg].
     axes : [3, 3], rows are the unit vectors of its edges in the basic frame; the identity by default.
+    tie : what it follows.
 
     Raises
     ------
@@ -49,6 +71,7 @@ class CompensationMass:
     size_m: FloatArray
     mass_kg: float
     axes: FloatArray = field(default_factory=lambda: np.eye(3))
+    tie: Tie | None = None
 
     def __post_init__(self) -> None:
         for attribute, shape in (("centre_m", (3,)), ("size_m", (3,)), ("axes", (3, 3))):
@@ -65,12 +88,13 @@ class CompensationMass:
 
 @dataclass(frozen=True)
 class BlockQuadrature:
-    """How one block was integrated: its cells, Gauss points per edge of a cell, and the estimated relative error."""
+    """How one block was integrated: cells, Gauss points per edge of a cell, estimated relative error; and its field."""
 
     name: str
     cells: int
     order: int
     error: float
+    field: SelfGravity
 
     @property
     def points(self) -> int:
@@ -99,7 +123,7 @@ def field_of_compensation_masses(
     gravity : SelfGravity, in the frame of `tm`.
     error : largest estimated error over the quantities, relative to the sum of the blocks' magnitudes (blocks that
         cancel leave a larger share of the remainder).
-    quadrature : how each block was integrated.
+    quadrature : how each block was integrated, with its own field.
 
     Raises
     ------
@@ -196,7 +220,7 @@ def _integrate(
         differences = quantity_differences(fine, coarse)
         error = max((d / s for d, s in differences.values() if d > 0.0), default=0.0)
         if error <= tolerance:
-            return fine, differences, BlockQuadrature(block.name, len(centre), order, error)
+            return fine, differences, BlockQuadrature(block.name, len(centre), order, error, fine)
         coarse = fine
     raise PhysicsError(
         f"quadrature over compensation mass {block.name!r} for test mass {tm.name!r} stays at an error of {error:.1e},"

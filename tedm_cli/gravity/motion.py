@@ -48,7 +48,7 @@ def linearised_motion(
                 own = own + field
                 # columns are the motion of j, in its own frame
                 turn = tm.axes @ other.axes.T
-                stiffness[i, :, j] = -_by_motion_of_source(tm, other, field) @ np.kron(np.eye(2), turn)
+                stiffness[i, :, j] = -by_motion_of_source(tm, other.position_m, field) @ np.kron(np.eye(2), turn)
         stiffness[i, :, i] = np.block([[own.gamma_lin, own.gamma_ang], [own.omega_lin, own.omega_ang]])
     return stiffness.reshape(6 * count, 6 * count)
 
@@ -60,18 +60,21 @@ def motion_labels(test_masses: Sequence[TestMass]) -> tuple[list[str], list[str]
     return rows, columns
 
 
-def _by_motion_of_source(tm: TestMass, other: TestMass, field: SelfGravity) -> FloatArray:
-    """Minus the change of the field on `tm` by translation and rotation of `other`, [6, 6], frame of `tm`."""
-    separation = _cross_matrix(tm.axes @ (other.position_m - tm.position_m))
+def by_motion_of_source(tm: TestMass, place_m: FloatArray, field: SelfGravity) -> FloatArray:
+    """Minus the change of `field` on `tm` by translation and rotation of its rigid source, [6, 6], frame of `tm`.
+
+    The source turns about `place_m` [3], basic frame, m.
+    """
+    separation = cross_matrix(tm.axes @ (place_m - tm.position_m))
     inertia = tm.inertia_kg_m2
     # T is I omegadot component by component, and the result is divided by I again row by row
-    torque = _cross_matrix(inertia * field.angular_acceleration) / inertia[:, None]
-    force_turn = field.gamma_ang + _cross_matrix(field.acceleration) + field.gamma_lin @ separation
+    torque = cross_matrix(inertia * field.angular_acceleration) / inertia[:, None]
+    force_turn = field.gamma_ang + cross_matrix(field.acceleration) + field.gamma_lin @ separation
     torque_turn = field.omega_ang + torque + field.omega_lin @ separation
     return np.block([[field.gamma_lin, force_turn], [field.omega_lin, torque_turn]])
 
 
-def _cross_matrix(vector: FloatArray) -> FloatArray:
+def cross_matrix(vector: FloatArray) -> FloatArray:
     """``[v]x`` with ``[v]x w = v × w``."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -51,10 +51,35 @@ class Membership:
         mask[self.node_index[np.repeat(elements, np.diff(self.node_offset))]] = True
         return mask
 
+    def of_set(self, sid: int) -> SetGrids:
+        """The grids of a set of the deck, by the first of its cards."""
+        place, kind, ids = self.sets[sid][0]
+        other = next((p for p, k, i in self.sets[sid] if (k, i.tolist()) != (kind, ids.tolist())), None)
+        table = {"grid": self.grid_id, "element": self.element_id, "property": np.unique(self.property_id)}[kind]
+        if kind == "grid":
+            members = np.isin(self.grid_id, ids)
+        else:
+            members = self.grids_of(np.isin(self.element_id if kind == "element" else self.property_id, ids))
+        conflict = "" if other is None else f"set {sid} is a {place} and a {other} with other members"
+        return SetGrids(kind, members, ids[~np.isin(ids, table)], conflict)
+
     def coordinates(self, frame: int) -> dict[str, FloatArray]:
         """Coordinates [N] of all grids in a coordinate system, by name."""
         kind, origin, axes = self.frames[frame]
         return local_coordinates(kind, (self.position_m - origin) @ axes.T)
+
+
+@dataclass(frozen=True, eq=False)
+class SetGrids:
+    """Grids of a set: what its ids are of, its members [N], ids that the deck does not have, and a card that differs.
+
+    A range of ids (THRU) may run over gaps in the numbering, so that unknown ids are no mistake in themselves.
+    """
+
+    kind: str
+    members: BoolArray
+    unknown: IntArray
+    conflict: str
 
 
 def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:

@@ -26,9 +26,10 @@ from tedm_cli.report.document import (
 )
 from tedm_cli.report.frames import own_axes
 from tedm_cli.report.verdicts import NOT_JUDGED
+from tedm_cli.results.compensation import Blocks, ties_text
 from tedm_cli.results.field import FieldAtRest, Linearised, not_allocated, place_text, symbol
 from tedm_cli.results.titles import at_rest_requirement, mass_title, subsystem_label
-from tedm_cli.results.wording import SUPERSCRIPT, and_text, ratio_text, sci, unit_text, vector
+from tedm_cli.results.wording import SUPERSCRIPT, and_text, count, ratio_text, sci, unit_text, vector
 
 _ROUNDING = 1e-9  # entries this far below what they are compared with are shown as 0
 
@@ -155,8 +156,18 @@ def _by_source(field: FieldAtRest) -> list[Block]:
             f" structure: {quality} The errors of the other sources are differences between two orders of Gauss"
             " quadrature."
         ),
+        *_compensation(field.blocks),
         Table(head, tuple(rows), "Acceleration and angular acceleration by source, and summed.", tight=True),
     ]
+
+
+def _compensation(blocks: Blocks) -> list[Block]:
+    """How many compensation masses there are, and which of them temperature moves."""
+    if not blocks.name:
+        return []
+    kg = sci(float(blocks.mass_kg.sum()), 4)
+    number = count(len(blocks.name), "compensation mass", "compensation masses")
+    return [Paragraph(f"{number}, {kg} kg: {ties_text(blocks.name, blocks.tie)}.")]
 
 
 def _marked(values: FloatArray, reference: FloatArray) -> list[tuple[float, bool]]:

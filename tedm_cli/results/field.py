@@ -10,6 +10,7 @@ from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.requirement_presets import PRESETS
 from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.results.compensation import Blocks, read_blocks
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import SUBSYSTEM_TITLES
 from tedm_cli.results.wording import and_text
@@ -82,6 +83,7 @@ class FieldAtRest:
     source, mass_model : names of the sources, and how the mass of the structure is represented.
     acceleration, angular_acceleration : [t, s, 3], m/s² and rad/s².
     points, quadrature_error : [t, s], points that a source is made of, and its relative error; NaN: no estimate.
+    blocks : the compensation masses one by one.
     stiffness : by symbol (Γ_lin, Ω_lin, Γ_ang, Ω_ang).
     """
 
@@ -98,6 +100,7 @@ class FieldAtRest:
     stiffness: dict[str, Stiffness]
     linearised: Linearised
     verdicts: list[DcVerdict]
+    blocks: Blocks
 
 
 _STIFFNESS = {
@@ -139,4 +142,5 @@ def read_field(file: Reader) -> FieldAtRest:
         stiffness={letter: stiffness(path) for letter, path in _STIFFNESS.items()},
         linearised=read_linearised(file),
         verdicts=dc_verdicts(file),
+        blocks=read_blocks(file),
     )

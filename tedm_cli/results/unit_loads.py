@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tedm_cli.arrays import IntArray
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, lever_nodes, mass_distribution
+from tedm_cli.results.ties import turning_grids
 
 
 def _concentrated(unit: Reader) -> PointMasses:
@@ -35,19 +38,21 @@ def area_of_grids(unit: Reader) -> IntArray:
 
 
 def lever_nodes_of(unit: Reader) -> IntArray:
-    """Rows of the grids in unit_loads.h5 from which something with mass is offset, ascending."""
-    return lever_nodes(
+    """Rows of the grids in unit_loads.h5 from which something with mass is offset, and of those that turn tied blocks,
+    ascending."""
+    own = lever_nodes(
         unit.array(UNIT_LOADS.ELEMENT_MASS),
         unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET),
         unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX),
         unit.array(UNIT_LOADS.ELEMENT_LEVER),
         _concentrated(unit),
     )
+    return np.union1d(own, turning_grids(unit))
 
 
 def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
-    """The mass of the model in unit_loads.h5, spread over its elements or lumped to its grids."""
-    return mass_distribution(
+    """The mass of the model in unit_loads.h5, over its elements or lumped to its grids; levers as `lever_nodes_of`."""
+    masses = mass_distribution(
         unit.array(UNIT_LOADS.GRID_POSITION),
         ElementMasses(
             id=unit.array(UNIT_LOADS.ELEMENT_ID),
@@ -63,3 +68,4 @@ def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
         lumped=lumped,
         grid_id=unit.array(UNIT_LOADS.GRID_ID),
     )
+    return replace(masses, lever_node=np.union1d(masses.lever_node, turning_grids(unit)))

@@ -33,19 +33,22 @@ class Row:
     number: dict[str, float]
 
 
-def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
+def read_table(path: Path, columns: Mapping[str, Quantity | None], optional: Sequence[str] = ()) -> list[Row]:
     """Rows of a CSV file whose first line names these columns, in their order.
 
-    A column holds numbers of its quantity, or words where it has none. Blank lines are skipped. A file whose header is
-    divided by semicolons has them throughout, and its numbers may have a decimal comma.
+    A column holds numbers of its quantity, or words where it has none. Columns of words that are `optional` may follow,
+    and may be empty in any line. Blank lines are skipped. A file whose header is divided by semicolons has them
+    throughout, and its numbers may have a decimal comma.
 
     Raises
     ------
     InputError : no such file, not a CSV in UTF-8, another header, a line with another number of fields, an empty word,
         a field that is no number within the bounds of its quantity; names the line and the column.
     """
-    header = list(columns)
     lines = csv_lines(path)
+    named = ",".join(lines[0][1]).replace(";", ",").split(",") if lines else []
+    columns = {**columns, **{name: None for name in optional if name in map(plain_cell, named)}}
+    header = list(columns)
     has_semicolons = bool(lines) and [plain_cell(name) for name in ",".join(lines[0][1]).split(";")] == header
     if has_semicolons and len(header) > 1:
         lines = csv_lines(path, delimiter=";")
@@ -78,7 +81,7 @@ def read_table(path: Path, columns: Mapping[str, Quantity | None]) -> list[Row]:
         for (column, quantity), field in zip(columns.items(), fields, strict=True):
             if quantity is None:
                 words[column] = field
-                if not field:
+                if not field and column not in optional:
                     raise InputError(f"{column} is empty", where=f"{path}:{number}")
             else:
                 numbers[column] = number_of(quantity, column, field, f"{path}:{number}")

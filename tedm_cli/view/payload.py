@@ -72,11 +72,13 @@ class CaseView:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A cuboid that stays where it is: a test mass or a compensation mass. `corner` [8, 3] m, in binary order."""
+    """A cuboid: a test mass or a compensation mass. `corner` [8, 3] m, in binary order; `motion` [k, 8, 3] m/K of them,
+    0 of what stays where it is."""
 
     name: str
     kind: str
     corner: FloatArray
+    motion: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +190,8 @@ def _film(film: Film) -> dict[str, Any]:
 
 def _drawing(d: Drawing) -> dict[str, Any]:
     bench = quantised(planes(d.bench.motion))
+    carried = [np.zeros((len(d.motion.scale), 0, 3)), *(box.motion for box in d.boxes)]
+    boxes = quantised(planes(np.concatenate(carried, axis=1)))
     return {
         "grids": d.grids,
         "cell": d.mesh.cell_m,
@@ -214,5 +218,6 @@ def _drawing(d: Drawing) -> dict[str, Any]:
         "boxes": [
             {"name": b.name, "kind": b.kind, "corner": [[float(v) for v in p] for p in b.corner]} for b in d.boxes
         ],
+        "carried": {"scale": numbers(boxes.scale), "steps": steps(boxes.step)},
         "colour": [[round(float(v), 4) for v in rgb] for rgb in d.colour],
     }

@@ -148,6 +148,41 @@ def test_of_a_layout_the_unit_loads_watch_the_symmetry_plane_alone(fresh: Projec
 
 
 @make
+def test_of_compensation_masses_the_unit_loads_watch_the_ties_alone(fresh: Project) -> None:
+    """The whole CSV is what the field is made of; no other number of it is in the unit loads."""
+    made, blocks = fresh.build / "unit_loads.h5", fresh.folder / "blocks.csv"
+    replace(fresh.model, "[gravity]\n", '[gravity]\ncompensation_masses = "blocks.csv"\n')
+    head = "name,x_m,y_m,z_m,size_x_m,size_y_m,size_z_m,rotation_x_rad,rotation_y_rad,rotation_z_rad,mass_kg,grid\n"
+    blocks.write_text(head + "CM1,0,0,0.1,0.02,0.02,0.02,0,0,0,0.1,\n")
+    assert run_make(fresh, str(fresh.build / "ties")).returncode == 0
+    made.touch()
+
+    def commands(target: Path) -> str:
+        done = run_make(fresh, "-n", str(target))
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def change(old: str, new: str) -> None:
+        replace(blocks, old, new)
+        earlier = blocks.stat().st_mtime - 5
+        os.utime(fresh.build / "rules.mk", (earlier, earlier))
+
+    assert "make-rules" not in commands(made)
+    change(",0.1,\n", ",0.2,\n")
+    assert "make-rules" in commands(made)
+    assert "ingest" not in commands(made)
+    (fresh.build / "sensitivity.h5").touch()
+    change(",0.2,\n", ",0.2,850001\n")
+    found = commands(fresh.build / "sensitivity.h5")
+    assert found.index("make-rules") < found.index("ingest") < found.index("build-sensitivity")
+    blocks.write_text(head + "CM1,0,0,0.1,0.02,0.02,0.02,0,0,0,0.1,x\n")
+    change(",x\n", ",y\n")
+    done = run_make(fresh, "-n", str(made))
+    assert done.returncode == 2
+    assert "blocks.csv:2: grid: 'y' names no grids" in done.stderr
+
+
+@make
 def test_a_note_beside_the_configuration(fresh: Project) -> None:
     """A file that the project does not name is nothing to Make, whatever its name."""
     (fresh.folder / "my notes $(shell touch pwned).toml").write_text("")

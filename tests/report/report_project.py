@@ -102,7 +102,8 @@ SIZES = {
     "area_member": 7, "element_edge": 5, "element_member": 12, "concentrated": 1, "ray_output": 40, "element_dof": 144,
     "laser_output": 12, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
-    "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3,
+    "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3, "block": 2, "block_edge": 3, "block_member": 3, "tie": 1,
+    "tie_edge": 2, "tie_member": 3,
 }  # fmt: skip
 
 

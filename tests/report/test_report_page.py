@@ -211,6 +211,11 @@ def test_field_at_rest_is_summed_over_sources(finished: Project, page: Page) -> 
         np.testing.assert_allclose([number(row[9]) for row in rows[:3]], error[t], rtol=0.06)
 
 
+def test_what_compensation_masses_follow_is_told(sources: list[str]) -> None:
+    said = "2 follow the structure (name_0: tie_0; name_1: tie_1) and are in S_SG."
+    assert sum(said in text for text in sources) == 1
+
+
 def test_every_verdict_at_rest_is_a_row(finished: Project, sources: list[str], page: Page) -> None:
     with open_checked(finished.build_dir / "sensitivity.h5", SENSITIVITY) as file:
         names = [file.strings(f"/dc_verdict/{c}") for c in ("test_mass", "quantity", "subsystem", "minus")]

@@ -81,16 +81,17 @@ def test_what_is_drawn_changes_with_what_is_warm(page: Browser, tmp_path: Path) 
 
 
 def test_corners_are_drawn_where_the_temperatures_put_them(page: Browser, built: Built) -> None:
-    """What the graphics card is given are the displacements of mesh and bench, and the picture has them in it."""
+    """What the graphics card is given are the displacements of mesh, bench and boxes; the picture has them in it."""
     choose(page, kind="area", area=2)
     given = np.array(page.value("Array.from(app.picture.scene.move.array)")).reshape(-1, 4)
     first = 0
-    for number in range(2):
+    for number in range(3):
         moved = np.array(page.value(f"Array.from(app.picture.layers[{number}].moved)")).reshape(3, -1).T
         np.testing.assert_allclose(given[first : first + len(moved), :3], moved, rtol=1e-6, atol=0)
         assert np.abs(moved).max() > 0
         first += len(moved)
-    assert (given[first:] == 0).all()  # test masses, compensation masses, and what is left of the texture
+    assert (moved[:16] == 0).all()  # two test masses
+    assert (given[first:] == 0).all()  # what is left of the texture
 
 
 @pytest.mark.parametrize("kind", ["area", "uniform", "typical", "worst", "play", "series"])
@@ -231,6 +232,7 @@ def bare(content: dict[str, Any]) -> dict[str, Any]:
     c["limits"] |= {"name": [], "amplitude": numbers(np.zeros((0, f)))}
     c["cases"] = [case | {"verdicts": [], "film": None} for case in c["cases"]]
     c["series"], c["drawing"]["boxes"] = [], []
+    c["drawing"]["carried"] = {"scale": numbers(np.zeros(k)), "steps": steps(np.zeros((k, 0), dtype=np.int16))}
     c["drawing"]["bench"] |= {
         "position": coordinates(np.zeros((0, 3))), "scale": numbers(np.zeros(k)),
         "steps": steps(np.zeros((k, 0), dtype=np.int16)), "face": places(np.zeros((0, 3))),

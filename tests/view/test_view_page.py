@@ -18,7 +18,7 @@ from view_project import GROUP, REASON, ROOT, SAMPLES, TITLE, Built, content_of
 
 from tedm_cli.cli import main
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.contracts import SERIES
+from tedm_cli.contracts import SENSITIVITY, SERIES
 from tedm_cli.errors import InputError, TedmError
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
@@ -133,6 +133,16 @@ def test_what_the_page_says_of_the_model(built: Built) -> None:
     corner = np.array(drawing["boxes"][2]["corner"])
     np.testing.assert_allclose(corner.mean(axis=0), [-0.1, 0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(np.ptp(corner, axis=0), [0.01, 0.03, 0.03])
+    with open_checked(built.project.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        t, turn = file.array(SENSITIVITY.COMPENSATION_TRANSLATION), file.array(SENSITIVITY.COMPENSATION_ROTATION)
+    carried = drawing["carried"]
+    scale = np.frombuffer(base64.b64decode(carried["scale"]["float64"]), dtype="<f8")
+    low, high = np.frombuffer(zlib.decompress(base64.b64decode(carried["steps"]["int16"])), np.uint8).reshape(2, -1)
+    steps = np.cumsum((low + 256 * high.astype(np.int64)).astype(np.int16).reshape(len(t), -1), axis=1, dtype=np.int16)
+    found = (scale[:, None] * steps).reshape(len(t), 3, 3, 8)  # areas, x y z, boxes, corners
+    assert not found[:, :, :2].any()
+    wanted = t[:, :1] + np.cross(turn[:, :1], corner - corner.mean(axis=0))
+    np.testing.assert_allclose(found[:, :, 2].swapaxes(1, 2), wanted, rtol=0, atol=2e-5 * np.abs(wanted).max())
     names = {s["name"] for s in built.content["sources"]}
     assert names >= {"unit_loads.h5", "distortion.h5", "sensitivity.h5", "optics.h5", "case01.h5", "case03.h5"}
     for source in built.content["sources"]:

@@ -33,6 +33,7 @@ name = "CM"
 centre_m = [-0.1, 0.0, 0.0]
 size_m = [0.01, 0.03, 0.03]
 mass_kg = 0.2
+grid = 850001
 """
 SAMPLES = 4000
 SERIES = '\n[[series]]\nname = "warm"\nfile = "warm.csv"\nremove = "linear"\nlowest_hz = 1e-3\n'

@@ -19,6 +19,8 @@ _LISTED = 0.1  # verdicts on the field at rest are printed where their ratio is 
 
 def sensitivity_lines(done: SensitivitySummary) -> list[str]:
     """Field at rest, stiffness and largest sensitivities."""
+    from tedm_cli.results.compensation import ties_text
+
     lines = [
         f"{done.path}: S_SG with {len(done.row_labels)} rows, in the frames of the test masses;"
         f" masses: {done.mass_model}, {max(done.points):,} points"
@@ -38,10 +40,11 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
     lines += table(("at rest", "source", "quantity", "unit", "x", "y", "z"), rows, right=(4, 5, 6))
     if done.blocks:
         points = [how.points for how in done.block_quadrature]
+        names, ties = [b.name for b in done.blocks], ["" if b.tie is None else b.tie.words for b in done.blocks]
         lines.append(
-            f"{len(done.blocks)} compensation masses, {sum(b.mass_kg for b in done.blocks):.6g} kg, at rest in S_SG;"
-            f" quadrature of {min(points):,} to {max(points):,} points each, estimated relative error at most"
-            f" {max(how.error for how in done.block_quadrature):.1e}"
+            f"{len(done.blocks)} compensation masses, {sum(b.mass_kg for b in done.blocks):.6g} kg:"
+            f" {ties_text(names, ties)}; quadrature of {min(points):,} to {max(points):,} points each, estimated"
+            f" relative error at most {max(how.error for how in done.block_quadrature):.1e}"
         )
     rows = [
         (label, f"{value:.3e}", unit, area)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from tedm_cli.files.build_folder import DISTORTION_FILE, OPTICS_FILE, SENSITIVIT
 from tedm_cli.files.provenance import InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.progress import Step, counter
+from tedm_cli.results.compensation import Blocks, read_blocks
 from tedm_cli.stages.common import known_name
 from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, worst_of_cases
 from tedm_cli.stages.exports.mesh_geometry import mesh_geometry, optical_grids
@@ -81,14 +82,35 @@ def export_mesh(build_dir: Path, output: Path | None, wanted: WantedArrays, step
         if wanted or (build_dir / DISTORTION_FILE).exists():
             distortion = stack.enter_context(open_checked(build_dir / DISTORTION_FILE, DISTORTION))
             require_input(distortion, input_files([build_dir / UNIT_LOADS_FILE])[0])
-        mesh = mesh_geometry(unit, distortion)
+        blocks = None if distortion is None else _blocks(build_dir)
+        mesh = mesh_geometry(unit, distortion, blocks)
         on_points, on_cells = mesh.on_points, distinct(mesh.on_cells)
         if distortion is not None and wanted:
-            on_points += _asked_arrays(build_dir, unit, distortion, wanted, step)
-        on_points = distinct(on_points)
+            on_points += _asked_arrays(build_dir, unit, distortion, blocks, wanted, step)
+        on_points = [_with_corners(a, len(mesh.points)) for a in distinct(on_points)]
         paths = write_vtu(path, mesh.points, mesh.cells, on_points, on_cells, mesh.names)
     cells = sum(len(c.nodes) for c in mesh.cells)
     return MeshExport(tuple(paths), len(mesh.points), cells, tuple(on_points), tuple(on_cells), mesh.left_out)
+
+
+def _blocks(build_dir: Path) -> Blocks | None:
+    """The compensation masses of sensitivity.h5, where that file is there."""
+    path = build_dir / SENSITIVITY_FILE
+    if not path.exists():
+        return None
+    with open_checked(path, SENSITIVITY) as file:
+        require_input(file, input_files([build_dir / DISTORTION_FILE])[0])
+        return read_blocks(file)
+
+
+def _with_corners(array: MeshArray, points: int) -> MeshArray:
+    """With corners of blocks behind the grids, where they are not there already; these have nothing, or no number."""
+    more = points - len(array.values)
+    if not more:
+        return array
+    nothing = -1 if array.values.dtype.kind == "i" else 0.0
+    corners = np.full((more, *array.values.shape[1:]), nothing, dtype=array.values.dtype)
+    return replace(array, values=np.concatenate([array.values, corners]))
 
 
 def _completed(build_dir: Path, wanted: WantedArrays) -> WantedArrays:
@@ -108,7 +130,7 @@ def _completed(build_dir: Path, wanted: WantedArrays) -> WantedArrays:
 
 
 def _asked_arrays(
-    build_dir: Path, unit: Reader, distortion: Reader, wanted: WantedArrays, step: Step
+    build_dir: Path, unit: Reader, distortion: Reader, blocks: Blocks | None, wanted: WantedArrays, step: Step
 ) -> list[MeshArray]:
     areas = distortion.strings(DISTORTION.AREA_NAME)
     loads = {name: _weights(name, areas) for name in wanted.areas}
@@ -117,7 +139,7 @@ def _asked_arrays(
     terms = [*_area_terms(outputs, loads), *_case_terms(build_dir, outputs, wanted.cases)]
     fields = _fields(unit, distortion, loads, [t.weights for t in terms if t.output.elements is None], step)
     grids = optical_grids(unit, distortion)
-    arrays = _displacements(loads, fields)
+    arrays = _displacements(loads, fields, blocks)
     for output in outputs:
         own = [t for t in terms if t.output is output]
         if output.elements is None:
@@ -165,11 +187,14 @@ def _fields(
     )
 
 
-def _displacements(loads: dict[str, FloatArray], fields: _Fields) -> list[MeshArray]:
+def _displacements(loads: dict[str, FloatArray], fields: _Fields, blocks: Blocks | None) -> list[MeshArray]:
     arrays = []
     for name, weights in loads.items():
         u, theta = fields.moved[weights.tobytes()], fields.turned[name]
         what = _of_load(name)
+        if blocks is not None:
+            moved, turned = blocks.motion(weights)
+            u, theta = np.concatenate([u, moved]), np.concatenate([theta, turned])
         arrays.append(MeshArray(array_name("displacement", name), u, "m/K", f"translation per kelvin of {what}"))
         if theta.any():  # grids of solids do not turn
             arrays.append(MeshArray(array_name("rotation", name), theta, "rad/K", f"rotation per kelvin of {what}"))

@@ -11,22 +11,30 @@ from tedm_cli.files.blocks import BLOCK_NODES, node_blocks
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.gravity.operator import contract
 from tedm_cli.gravity.structure import StructureGravity, stack_rows
+from tedm_cli.gravity.ties import TiedOperator
 from tedm_cli.progress import Step, counter
 
 TILE_AREAS = 32  # areas of D held at a time
 
 
 def self_gravity_sensitivity(
-    found: list[StructureGravity], lever_nodes: IntArray, distortion: Reader, writer: Writer, step: Step
+    found: list[StructureGravity],
+    tied: list[TiedOperator],
+    lever_nodes: IntArray,
+    distortion: Reader,
+    writer: Writer,
+    step: Step,
 ) -> FloatArray:
     """S [6 t,k] of t test masses; the operator, 24 numbers per grid and test mass, is held and written.
+
+    `tied`: what compensation masses that follow grids add to the operator of each test mass.
 
     An element's mass acts on all its grids, so no block of G is complete before the last element.
     """
     offset_nodes = distortion.array(DISTORTION.D_OFFSET_NODE)
     if not np.array_equal(offset_nodes, lever_nodes):
         raise InputError(
-            "lacks the rotations of the grids that carry offset masses",
+            "lacks the rotations of the grids that carry offset masses or turn tied compensation masses",
             where=str(distortion.path),
             hint=f"rebuild it with `{distortion.kind.made_by}`",
         )
@@ -35,26 +43,30 @@ def self_gravity_sensitivity(
         (
             DISTORTION.D_ROTATION,
             [s.rotation for s in found],
+            (tied[0].lever, stack_rows([t.rotation for t in tied])),
             SENSITIVITY.OPERATOR_G_ROTATION,
             "m/s^2 (a) or 1/s^2 (omegadot) per rad",
         ),
         (
             DISTORTION.D_TRANSLATION,
             [s.operator for s in found],
+            (tied[0].row, stack_rows([t.operator for t in tied])),
             SENSITIVITY.OPERATOR_G,
             "1/s^2 (a) or 1/(m s^2) (omegadot)",
         ),
     )
     areas = distortion.dataset(DISTORTION.D_TRANSLATION).shape[0]
     total = np.zeros((6 * len(found), areas))
-    work = sum(part[0].shape[2] for _, part, _, _ in parts) * areas
+    work = sum(part[0].shape[2] for _, part, *_ in parts) * areas
     advance = counter(step, work, "contracting S = -G D")
-    for path, operators, target, unit in parts:
+    for path, operators, (more_at, more), target, unit in parts:
         d, n_nodes = distortion.dataset(path), operators[0].shape[2]
         g = writer.allocate(target, (len(total), n_nodes, 3), units=f"{unit}, see /row/label")
         room = d.empty((min(areas, TILE_AREAS) * min(n_nodes, BLOCK_NODES) * 3,))
         for block in node_blocks(n_nodes, BLOCK_NODES):
             g_block = stack_rows([part[:, :, block] for part in operators])
+            there = slice(*np.searchsorted(more_at, (block.start, block.stop)))
+            g_block[:, more_at[there] - block.start] += more[:, there]
             g[:, block] = g_block
             for some in node_blocks(areas, TILE_AREAS):
                 shape = (some.stop - some.start, block.stop - block.start, 3)

@@ -34,10 +34,12 @@ from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.sides import require_plane
+from tedm_cli.results.ties import Ties, require_ties
 from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
 from tedm_cli.stages.gravity.at_rest import BY_AREA, verdicts_at_rest, write_verdicts
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
+from tedm_cli.stages.gravity.tied_blocks import tied_operators, write_blocks
 from tedm_cli.threads import side_by_side
 
 
@@ -78,6 +80,8 @@ class Sources:
 def build_sensitivity(project: Project, output: Path | None, step: Step) -> SensitivitySummary:
     """Field of structure, other test mass and compensation masses on each test mass, and S = -G D, streamed.
 
+    In G are the structure and the compensation masses that are tied to its grids; others stay still.
+
     Raises
     ------
     ConfigError : the model has no test masses.
@@ -96,12 +100,14 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
         require_input(distortion, trace.inputs[0])
         require_same_areas(unit, distortion)
         require_plane(distortion, project, config)
-        return _build(config, blocks, unit, distortion, writer, out, project.model, step)
+        ties = require_ties(unit, blocks)
+        return _build(config, blocks, ties, unit, distortion, writer, out, project.model, step)
 
 
 def _build(
     config: ModelConfig,
     blocks: list[CompensationMass],
+    ties: Ties,
     unit: Reader,
     distortion: Reader,
     writer: Writer,
@@ -150,7 +156,9 @@ def _build(
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write(SENSITIVITY.ROW_LABEL, labels)
     writer.write(SENSITIVITY.ROW_UNIT, units)
-    sensitivity = self_gravity_sensitivity(found, masses.lever_node, distortion, writer, step)
+    write_blocks(writer, blocks, ties, distortion, masses.position)
+    tied = tied_operators(test_masses, blocks, sources.block_quadrature, ties, masses.position, masses.lever_node)
+    sensitivity = self_gravity_sensitivity(found, tied, masses.lever_node, distortion, writer, step)
     writer.write(SENSITIVITY.S, sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
     names = distortion.strings(DISTORTION.AREA_NAME)
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]

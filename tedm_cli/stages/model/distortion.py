@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.compensation import compensation_masses
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
@@ -26,6 +27,7 @@ from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
 from tedm_cli.results.sides import require_plane
+from tedm_cli.results.ties import Ties, read_ties, require_ties
 from tedm_cli.results.unit_loads import lever_nodes_of
 from tedm_cli.stages.common import copy_areas, copy_places, out_path
 from tedm_cli.stages.layout_match import match_layout
@@ -70,6 +72,7 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
             match.require()
             notes = tuple(match.notes)
         require_plane(unit, project, model)
+        require_ties(unit, compensation_masses(project, model))
         writer.write(DISTORTION.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
         copy_areas(unit, writer)
         copy_places(unit, writer)
@@ -78,7 +81,7 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
             writer.write(DISTORTION.OPTICAL_GRID, unit.array(UNIT_LOADS.GRID_ID)[rows])
             writer.write(DISTORTION.OPTICAL_POSITION, position[rows])
         result = _scale_areas(unit, writer, rows, names, out, step)
-    return replace(result, notes=notes)
+    return replace(result, notes=(*notes, *result.notes))
 
 
 def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[IntArray, list[str]]:
@@ -105,6 +108,8 @@ def _scale_areas(
             where=str(unit.path),
             hint="a grid of solids alone has no rotation; tie the element's grid with RBE2 or RBE3",
         )
+    ties = read_ties(unit)
+    _check_tied_turning(unit, ties, found.stiff)
     _check_turning(unit, found.stiff)
     if names:
         writer.write(DISTORTION.D_OPT_TRANSLATION, found.optical_translation)
@@ -124,6 +129,7 @@ def _scale_areas(
         areas[worst],
         float(np.abs(found.rigid_translation).max()),
         _precision(unit),
+        _still_ties(ties, found),
     )
 
 
@@ -225,6 +231,27 @@ def _check_turning(unit: Reader, rows: IntArray) -> None:
             where=str(unit.path),
             hint="a grid of solids alone has no rotation; put the mass on a grid of its own, tied by RBE2 or RBE3",
         )
+
+
+def _check_tied_turning(unit: Reader, ties: Ties, rows: IntArray) -> None:
+    """The same of grids that turn tied blocks; others of a block may move without rotations of their own."""
+    stiff = {name: found for name in ties.block if (found := np.intersect1d(ties.rows(name), rows)).size}
+    if stiff:
+        ids = unit.array(UNIT_LOADS.GRID_ID)
+        shown = ", ".join(f"{name} (grid {ids[found[0]]})" for name, found in list(stiff.items())[:8])
+        raise PhysicsError(
+            f"compensation masses tied to grids that move, but never rotate under any load: {shown}",
+            where=str(unit.path),
+            hint="tie each to three grids or more that are not in a line, or to a grid held by RBE2 or RBE3",
+        )
+
+
+def _still_ties(ties: Ties, found: _Reductions) -> tuple[str, ...]:
+    """Remarks on tied blocks that no load moves."""
+    turned = np.zeros(len(found.size))
+    turned[found.lever_rows] = found.turn_size
+    still = [name for name in ties.block if not (found.size + turned)[ties.rows(name)].any()]
+    return (f"tied compensation masses whose grids no load moves: {', '.join(still)}",) if still else ()
 
 
 def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> None:

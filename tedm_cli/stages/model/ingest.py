@@ -13,6 +13,7 @@ import numpy as np
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
 from tedm_cli.arrays import FloatArray
+from tedm_cli.config.compensation import compensation_masses
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
@@ -35,8 +36,10 @@ from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.progress import Step
+from tedm_cli.results.ties import Ties
 from tedm_cli.stages.common import check_test_masses, out_path, refuse_own_place
 from tedm_cli.stages.model.masses import check_grids_outside, check_weight_tables, properties_of, without_test_masses
+from tedm_cli.stages.model.ties import ties_on
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,8 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     files = deck_files(model, deck)
     listed = area_csv(project, config)
     trace = provenance([config_file], [*files, *([listed] if listed else []), *results])
-    geometry, masses = _masses(model, files, results, config, project.model)
+    geometry, masses, whole = _masses(model, files, results, config, project.model)
+    ties, tie_notes = ties_on(compensation_masses(project, config), config, model, whole)
     check_test_masses(config.test_masses(), geometry.position_m[geometry.lumped_kg > 0], where=str(project.model))
     check_grids_outside(config.test_masses(), geometry)
     loads = deck_unit_loads(model, geometry, config.model.uniform_label)
@@ -114,6 +118,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         with create(out, UNIT_LOADS, trace) as writer:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
+            _write_ties(writer, ties)
             _write_areas(writer, geometry, areas, centroids)
             _write_plane(writer, plane, out)
             writer.write(UNIT_LOADS.AREA_NAME, table.name)
@@ -141,7 +146,8 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         + plane.notes(geometry.position_m[np.concatenate([a.rows for a in areas])])
         + [f"{p} has no labels: its subcases are taken by the deck's numbers" for p in findings.by_number]
         + passed_over(model)
-        + light_elements(geometry.elements),
+        + light_elements(geometry.elements)
+        + tie_notes,
         max(wanted, key=lambda load: load.single_error),
         units,
         _precision(findings),
@@ -195,8 +201,9 @@ def write_motions(
 
 def _masses(
     model: Any, files: list[Path], results: list[Path], config: ModelConfig, where: Path
-) -> tuple[ModelGeometry, MassSummary]:
-    """Geometry and masses, checked against pyNastran and the solver, and then without the test masses' own parts."""
+) -> tuple[ModelGeometry, MassSummary, ModelGeometry]:
+    """Geometry and masses, checked against pyNastran and the solver, and then without the test masses' own parts; with
+    them too."""
     whole = model_geometry(model, files)
     sample = check_sample(model, whole)
     wtmass = number_parameter(model, "WTMASS", 1.0, str(files[0]))
@@ -212,7 +219,7 @@ def _masses(
         )
     names = [t.name for t in config.test_mass]
     parts = {name: kg for name, kg in zip(names, removed.tolist(), strict=True) if kg}
-    return geometry, MassSummary(properties, sample, [t.file for t in tables], parts)
+    return geometry, MassSummary(properties, sample, [t.file for t in tables], parts), whole
 
 
 def _check_subcase_table(table: Mapping[str, int], labels: Sequence[str], *, where: str) -> None:
@@ -258,6 +265,13 @@ def _write_masses(writer: Writer, geometry: ModelGeometry, properties: MassPrope
     writer.write(UNIT_LOADS.MASS_TOTAL, properties.mass_kg)
     writer.write(UNIT_LOADS.MASS_CENTRE_OF_GRAVITY, properties.centre_m)
     writer.write(UNIT_LOADS.MASS_INERTIA, properties.inertia_kg_m2)
+
+
+def _write_ties(writer: Writer, ties: Ties) -> None:
+    writer.write(UNIT_LOADS.TIE_BLOCK, ties.block)
+    writer.write(UNIT_LOADS.TIE_TO, ties.to)
+    writer.write(UNIT_LOADS.TIE_NODE_OFFSET, ties.offset)
+    writer.write(UNIT_LOADS.TIE_NODE_INDEX, ties.index)
 
 
 def _write_areas(writer: Writer, geometry: ModelGeometry, areas: Sequence[UnitLoad], centroids: FloatArray) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, ModelParts
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.gravity.mass_properties import MassProperties, mass_properties
@@ -16,6 +16,7 @@ from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 from tedm_cli.nastran.geometry import ModelGeometry, id_list, lumped_masses, rows_of
 from tedm_cli.nastran.masses.audit import WeightTable, weight_table
+from tedm_cli.nastran.masses.elements import Elements
 
 # Elements that are warped or distorted have their lumped mass elsewhere than its middle; of the mass, of the radius of
 # gyration, and of the inertia.
@@ -125,11 +126,7 @@ def without_test_masses(geometry: ModelGeometry, config: ModelConfig, where: Pat
     for number, test_mass in enumerate(config.test_mass):
         parts = test_mass.model_parts
         problems += _unknown(parts, geometry, f"test_mass[{number}].model_parts")
-        grid = np.isin(geometry.grid_id, parts.grids)
-        starts = np.minimum(e.node_offset[:-1], max(len(e.node_index) - 1, 0))
-        inside = np.logical_and.reduceat(grid[e.node_index], starts) & (np.diff(e.node_offset) > 0)
-        gone = np.isin(e.id, parts.elements) | np.isin(e.property_id, parts.properties) | inside
-        points = np.isin(c.id, parts.elements) | grid[c.node]
+        gone, points = parts_of_test_mass(parts, geometry)
         removed.append(float(element_kg[gone].sum() + point_kg[points].sum()))
         element_kg[gone], point_kg[points] = 0.0, 0.0
     if problems:
@@ -142,6 +139,21 @@ def without_test_masses(geometry: ModelGeometry, config: ModelConfig, where: Pat
     lumped = lumped_masses(len(geometry.grid_id), elements, concentrated)
     kept = dataclasses.replace(geometry, elements=elements, concentrated=concentrated, lumped_kg=lumped)
     return kept, np.array(removed)
+
+
+def parts_of_test_mass(parts: ModelParts, geometry: ModelGeometry) -> tuple[BoolArray, BoolArray]:
+    """Elements [E] and concentrated masses [C] that stand for a test mass."""
+    e, c = geometry.elements, geometry.concentrated
+    grid = np.isin(geometry.grid_id, parts.grids)
+    starts = np.minimum(e.node_offset[:-1], max(len(e.node_index) - 1, 0))
+    inside = np.logical_and.reduceat(grid[e.node_index], starts) & (np.diff(e.node_offset) > 0)
+    gone = np.isin(e.id, parts.elements) | np.isin(e.property_id, parts.properties) | inside
+    return gone, np.isin(c.id, parts.elements) | grid[c.node]
+
+
+def element_of_member(elements: Elements) -> IntArray:
+    """The row of the element that each entry of `node_index` [M] is of."""
+    return np.repeat(np.arange(len(elements.id)), np.diff(elements.node_offset))
 
 
 def _unknown(parts: ModelParts, geometry: ModelGeometry, path: str) -> list[tuple[str, str]]:

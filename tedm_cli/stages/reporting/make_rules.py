@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tedm_cli.areas.configured import area_csv
 from tedm_cli.config.cases import load_cases
-from tedm_cli.config.compensation import compensation_file
+from tedm_cli.config.compensation import compensation_file, compensation_masses
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.dynamics import load_dynamics
 from tedm_cli.config.halves import halves_of
@@ -35,7 +35,7 @@ from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.stages.temperature_series import series_files
 
 _PLAIN = re.compile(r"[\w./+,@^-]*")  # letters and digits of any script
-HALVES, SYMMETRY_PLANE = "halves", "symmetry_plane"
+HALVES, SYMMETRY_PLANE, TIES = "halves", "symmetry_plane", "ties"
 _RENAME = "letters, digits and _ - . / + , @ ^ are fine; the commands by themselves, without make, take any name"
 
 
@@ -64,8 +64,8 @@ class _Variables:
 def make_rules(project: Project, output: Path | None) -> Path:
     """Write the variables of one project; `SOLVED_BY_TEDM` is empty where the user's own results are named.
 
-    Beside them files say which halves of the chain the project has, and which symmetry plane. Each is written only
-    where it has changed.
+    Beside them files say which halves of the chain the project has, which symmetry plane, and what compensation masses
+    are tied to. Each is written only where it has changed.
 
     Raises
     ------
@@ -118,11 +118,13 @@ def make_rules(project: Project, output: Path | None) -> Path:
         make.word(f"CASE_ID_{path.name}", case_id)
     if make.problems:
         raise ConfigError(list(dict.fromkeys(make.problems)), where=str(project.file.path), hint=_RENAME)
+    ties = [f"{b.name}: {b.tie.words}\n" for b in compensation_masses(project, model) if b.tie is not None]
     out = output if output is not None else project.build_dir / "rules.mk"
     with replacing(out) as temporary:
         temporary.write_text("\n".join(make.lines) + "\n", encoding="utf-8", newline="\n")
     _write_changed(out.with_name(HALVES), " ".join(matrices) + "\n")
     _write_changed(out.with_name(SYMMETRY_PLANE), project_plane(project, model).plane.key + "\n")
+    _write_changed(out.with_name(TIES), "".join(ties))
     return out
 
 

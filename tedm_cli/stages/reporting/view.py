@@ -9,9 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli import __version__
-from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.compensation import compensation_masses
-from tedm_cli.config.model import load_model
+from tedm_cli.arrays import IntArray
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.exports.mesh import label_of_cells
@@ -23,6 +21,7 @@ from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results, open_results
+from tedm_cli.results.compensation import read_blocks
 from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.results.titles import output_title
@@ -38,6 +37,7 @@ from tedm_cli.view.page import page
 from tedm_cli.view.payload import Box, Drawing, ViewModel, payload, planes
 
 VIEW_FILE = "view.html"
+_BINARY = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of VTK's hexahedron in binary order
 MOST_NUMBERS = 6_000_000  # displacements in a page, of all areas: 12 MB before they are deflated
 
 
@@ -111,7 +111,7 @@ def _drawing(
         motion=_motion(results.distortion, mesh.grid, step),
         grids=len(position),
         bench=drawn_bench(layout, bench.motion, bench.position_m),
-        boxes=_boxes(project, None if gravity is None else gravity.reader),
+        boxes=_boxes(None if gravity is None else gravity.reader, len(areas)),
         colour=area_colours(areas.group.tolist(), _neighbours(mesh)),
     )
 
@@ -140,18 +140,15 @@ def _neighbours(mesh: DrawnMesh) -> set[tuple[int, int]]:
     return pairs
 
 
-def _boxes(project: Project, sensitivity: Reader | None) -> list[Box]:
+def _boxes(sensitivity: Reader | None, areas: int) -> list[Box]:
     """Test masses and compensation masses; none of a project without test masses."""
     if sensitivity is None:
         return []
     signs = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1]
-
-    def box(name: str, kind: str, centre: FloatArray, size: FloatArray, axes: FloatArray) -> Box:
-        return Box(name, kind, centre + (signs * size) @ axes)
-
+    still = np.zeros((areas, 8, 3))
     boxes = [
-        box(name, "test mass", *placed)
-        for name, *placed in zip(
+        Box(name, "test mass", centre + (signs * size) @ axes, still)
+        for name, centre, size, axes in zip(
             sensitivity.strings(SENSITIVITY.TEST_MASS_NAME),
             sensitivity.array(SENSITIVITY.TEST_MASS_POSITION),
             sensitivity.array(SENSITIVITY.TEST_MASS_SIDE),
@@ -159,7 +156,9 @@ def _boxes(project: Project, sensitivity: Reader | None) -> list[Box]:
             strict=True,
         )
     ]
-    _, model = load_model(project.model)
+    blocks = read_blocks(sensitivity)
+    motion = np.array([blocks.motion(one)[0] for one in np.eye(areas)]).reshape(areas, -1, 8, 3)
     return boxes + [
-        box(m.name, "compensation mass", m.centre_m, m.size_m, m.axes) for m in compensation_masses(project, model)
+        Box(name, "compensation mass", blocks.corner[i, _BINARY], motion[:, i, _BINARY])
+        for i, name in enumerate(blocks.name)
     ]

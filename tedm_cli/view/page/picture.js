@@ -1,7 +1,7 @@
 "use strict";
 // The drawing as the page asks for it: colours, legend, exaggeration, cut, and what of the model is shown.
 class Picture {
-  /** `layers`: {steps, scale, moved} of mesh and bench; `chosen(area)` is called for a click on an area. */
+  /** `layers`: {steps, scale, moved} of mesh, bench and boxes; `chosen(area)` is called for a click on an area. */
   constructor(data, drawing, layers, chosen) {
     Object.assign(this, { data, drawing, layers, wished: 1, factor: 1, area: -1, temperature: null, per: "" });
     this.field = (id) => document.getElementById(id);

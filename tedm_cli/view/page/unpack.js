@@ -70,7 +70,7 @@ async function unpackDrawing(packed) {
   const kinds = new Set([...triangleColour, ...segmentColour]);
   if (quadColour.includes(-1) || lineColour.includes(-1)) kinds.add("none");
   return {
-    layers: [await layer(mesh), await layer(bench)],
+    layers: [await layer(mesh), await layer(bench), await layer(packed.carried)],
     drawing: {
       corners: position.length / 3, meshCorners: n, grids: packed.grids, cell: packed.cell, position, quad, quadColour,
       triangle, triangleColour, line, lineColour, segment: benchSegment, segmentColour,
