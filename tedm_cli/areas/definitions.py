@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import BoolArray, IntArray
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.config.areas import AreasTable, BoxTable, DefinitionTable, Ids, SelectionTable, id_ranges
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.nastran.geometry import id_list, rows_of
@@ -32,10 +32,12 @@ class AreaGrids:
     """Grids of each thermal area, and what had to be decided or said.
 
     areas : ascending grid ids by name; no grid is in two areas.
+    selected : ascending ids of the elements that a definition selects, where it does so by elements and not by grids.
     left : ids of grids with stiffness that are in no area; left_properties : of their elements.
     """
 
     areas: dict[str, IntArray]
+    selected: dict[str, IntArray]
     overlaps: list[Overlap]
     left: IntArray
     left_properties: list[int]
@@ -70,6 +72,7 @@ def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, In
     problems: list[tuple[str, str]] = []
     overlaps: list[Overlap] = []
     notes: list[str] = []
+    selected: dict[str, IntArray] = {}
     for name, ids in listed.items():
         owner[rows_of(members.grid_id, ids, where=where, what=f"area '{name}'")] = len(names)
         names.append(name)
@@ -79,7 +82,10 @@ def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, In
             problems.append((f"{at}.name", f"area '{definition.name}' is in the CSV of areas already"))
             continue
         before = len(problems)
-        met = _Selector(members, at, problems, notes).definition(definition, owner < 0)
+        found = _Selector(members, at, problems, notes).definition(definition, owner < 0)
+        met = found.grids
+        if found.by_elements:
+            selected[definition.name] = members.element_id[found.elements]
         earlier = met & (owner >= 0)
         shared = [
             Overlap(definition.name, names[i], members.grid_id[earlier & (owner == i)])
@@ -107,6 +113,7 @@ def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, In
     element = np.repeat(np.arange(len(members.element_id)), np.diff(members.node_offset))
     return AreaGrids(
         {name: members.grid_id[owner == i] for i, name in enumerate(names)},
+        selected,
         overlaps,
         members.grid_id[left],
         [int(p) for p in np.unique(members.property_id[element[left[members.node_index]]])],
@@ -132,28 +139,48 @@ def _nothing(definition: DefinitionTable) -> str:
     return " that meets all its criteria" if several + (definition.box is not None) > 1 else " with element stiffness"
 
 
+@dataclass(frozen=True, eq=False)
+class _Met:
+    """What meets a selection: grids [N]; elements [E], and whether it is by these that the grids were selected."""
+
+    grids: BoolArray
+    elements: BoolArray
+    by_elements: bool
+
+
 @dataclass(frozen=True)
 class _Selector:
-    """Grids of selections of one definition; problems go to the lists, with the place in the configuration."""
+    """What the selections of one definition meet; problems go to the lists, with the place in the configuration."""
 
     members: Membership
     at: str
     problems: list[tuple[str, str]]
     notes: list[str]
 
-    def definition(self, d: DefinitionTable, free: BoolArray) -> BoolArray:
-        if d.remainder:
-            return free & self.members.structural
-        met = np.zeros(len(self.members.grid_id), dtype=bool)
-        for number, selection in enumerate(d.selections()):
-            met |= self.selection(selection, self.at if number == 0 else f"{self.at}.also[{number - 1}]", d.name)
-        return met
-
-    def selection(self, s: SelectionTable, at: str, name: str) -> BoolArray:
+    def definition(self, d: DefinitionTable, free: BoolArray) -> _Met:
         m = self.members
-        met = m.structural.copy()
+        if d.remainder:
+            return _Met(free & m.structural, np.zeros(len(m.element_id), dtype=bool), False)
+        found = [
+            self.selection(selection, self.at if number == 0 else f"{self.at}.also[{number - 1}]", d.name)
+            for number, selection in enumerate(d.selections())
+        ]
+        return _Met(
+            np.any([f.grids for f in found], axis=0),
+            np.any([f.elements for f in found], axis=0),
+            all(f.by_elements for f in found),
+        )
+
+    def selection(self, s: SelectionTable, at: str, name: str) -> _Met:
+        """What meets all criteria; an element is in a box with its centre, in a set of grids with all of its grids."""
+        m = self.members
+        met, elements = m.structural.copy(), np.ones(len(m.element_id), dtype=bool)
+        by_elements = not (s.property is None and s.material is None and s.element is None)
         if s.set is not None:
-            met &= self._sets(s.set, f"{at}.set", name)
+            members, chosen = self._sets(s.set, f"{at}.set", name)
+            met &= members
+            elements &= chosen | m.within(members)
+            by_elements |= bool(chosen.any())
         chosen = np.ones(len(m.element_id), dtype=bool)
         if s.property is not None:
             chosen &= np.isin(m.property_id, self._known(s.property, m.property_id, f"{at}.property", "property"))
@@ -164,12 +191,15 @@ class _Selector:
             chosen &= np.isin(m.element_id, self._known(s.element, m.element_id, f"{at}.element", "element"))
         if not chosen.all():
             met &= m.grids_of(chosen)
+        elements &= chosen
         boxes = s.boxes()
         if boxes:
             place = f"{at}.box" if not isinstance(s.box, list) else f"{at}.box[{{}}]"
-            inside = [self._box(box, place.format(i)) for i, box in enumerate(boxes)]
-            met &= np.any(inside, axis=0)
-        return met
+            places = np.concatenate([m.position_m, m.centres()])
+            inside = np.any([self._box(box, place.format(i), places) for i, box in enumerate(boxes)], axis=0)
+            met &= inside[: len(met)]
+            elements &= inside[len(met) :]
+        return _Met(met, elements, by_elements)
 
     def _known(self, wanted: Ids, there: IntArray, at: str, what: str) -> IntArray:
         """Ids that are there, of those wanted; a range may have gaps but must hold one."""
@@ -183,9 +213,10 @@ class _Selector:
             chosen.append(ids)
         return np.concatenate(chosen)
 
-    def _sets(self, wanted: Ids, at: str, name: str) -> BoolArray:
+    def _sets(self, wanted: Ids, at: str, name: str) -> tuple[BoolArray, BoolArray]:
+        """Grids that are in any of these sets, and the elements that stand in them as such."""
         m = self.members
-        met = np.zeros(len(m.grid_id), dtype=bool)
+        met, elements = np.zeros(len(m.grid_id), dtype=bool), np.zeros(len(m.element_id), dtype=bool)
         for low, high in id_ranges(wanted):
             numbers = [sid for sid in sorted(m.sets) if low <= sid <= high]
             if not numbers:
@@ -207,17 +238,18 @@ class _Selector:
                 if kind == "grid":
                     met |= np.isin(m.grid_id, ids)
                 else:
-                    met |= m.grids_of(np.isin(m.element_id if kind == "element" else m.property_id, ids))
-        return met
+                    elements |= np.isin(m.element_id if kind == "element" else m.property_id, ids)
+        return met | m.grids_of(elements), elements
 
-    def _box(self, box: BoxTable, at: str) -> BoolArray:
+    def _box(self, box: BoxTable, at: str, position_m: FloatArray) -> BoolArray:
+        """Which of these places [n,3] lie in it, [n]."""
         m = self.members
-        inside = np.ones(len(m.grid_id), dtype=bool)
+        inside = np.ones(len(position_m), dtype=bool)
         if box.frame not in m.frames:
             there = id_list(sorted(m.frames))
             self.problems.append((f"{at}.frame", f"the deck has no coordinate system {box.frame}; there are: {there}"))
             return inside
-        coordinates = m.coordinates(box.frame)
+        coordinates = m.coordinates(box.frame, position_m)
         for key, (low, high) in box.ranges().items():
             if key not in coordinates:
                 keys = ", ".join(coordinates)

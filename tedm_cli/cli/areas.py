@@ -36,8 +36,9 @@ def areas(
 ) -> None:
     """Thermal areas of the model.
 
-    Grids, mass, centroid and attributes of each area, from the definitions on the model to be solved, or else from the
-    TEMP cards of the unit-load deck. Needs no results. Grids in no area are an error, told after the table.
+    Grids, mass, centroid, mean step of the own elements and attributes of each area, from the definitions on the model
+    to be solved, or else from the temperatures of the unit-load deck. Needs no results. Grids in no area are an error,
+    told after the table.
     """
     from tedm_cli.cli.printing.areas import area_lines
     from tedm_cli.stages.model.areas import areas as stage

@@ -39,6 +39,7 @@ def write_deck(
     One subcase of +1 K per thermal area, and one that warms all areas together, on the model's own bulk data and
     constraints. What is dropped from its case control is listed. See docs/write-deck.md.
     """
+    from tedm_cli.cli.printing.areas import mean_step_lines
     from tedm_cli.stages.model.deck import write_deck as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
@@ -46,6 +47,7 @@ def write_deck(
         quiet,
         f"{done.path}: {done.areas} unit loads and the uniform load on {done.grids:,} grids,"
         f" from {done.reference:.12g} {done.temperature}",
+        *mean_step_lines(done.mean_step),
         *(f"note: {note}" for note in done.notes),
     )
 
@@ -102,7 +104,7 @@ def ingest(
 
     Geometry, masses, thermal areas and displacements, in SI and the basic frame.
     """
-    from tedm_cli.cli.printing.areas import plane_line
+    from tedm_cli.cli.printing.areas import mean_step_lines, plane_line
     from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines, unit_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.ingest import ingest as stage
@@ -118,6 +120,7 @@ def ingest(
         *mass_lines(done.masses),
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),
         *partial_lines(done.partial),
+        *mean_step_lines(done.mean_step),
         *(f"note: {note}" for note in done.notes),
         *step_lines(done.coarsest),
     )

@@ -51,10 +51,22 @@ class Membership:
         mask[self.node_index[np.repeat(elements, np.diff(self.node_offset))]] = True
         return mask
 
-    def coordinates(self, frame: int) -> dict[str, FloatArray]:
-        """Coordinates [N] of all grids in a coordinate system, by name."""
+    def within(self, grids: BoolArray) -> BoolArray:
+        """Elements [E] all of whose grids are among those chosen [N]."""
+        outside = np.concatenate([[0], np.cumsum(~grids[self.node_index])])[self.node_offset]
+        return np.asarray((np.diff(outside) == 0) & (np.diff(self.node_offset) > 0))
+
+    def centres(self) -> FloatArray:
+        """Mean position [E,3] (m, basic frame) of the grids of each element."""
+        counts = np.diff(self.node_offset)
+        element = np.repeat(np.arange(len(counts)), counts)
+        sums = [np.bincount(element, self.position_m[self.node_index, i], len(counts)) for i in range(3)]
+        return np.asarray(np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None])
+
+    def coordinates(self, frame: int, position_m: FloatArray) -> dict[str, FloatArray]:
+        """Coordinates [n] of places [n,3] (m, basic frame) in a coordinate system, by name."""
         kind, origin, axes = self.frames[frame]
-        return local_coordinates(kind, (self.position_m - origin) @ axes.T)
+        return local_coordinates(kind, (position_m - origin) @ axes.T)
 
 
 def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:

@@ -134,7 +134,7 @@ def test_one_definition(row: Membership, criteria: dict[str, Any], wanted: list[
     found = one(row, **criteria)
     angles = criteria.get("box", {}) if isinstance(criteria.get("box"), dict) else {}
     if angles.get("theta_deg") == [350.0, 370.0]:  # y axis of system 7 is not known beforehand: compare by geometry
-        c = row.coordinates(7)
+        c = row.coordinates(7, row.position_m)
         near = (np.minimum(c["theta_deg"] % 360, 360 - c["theta_deg"] % 360) <= 10) & (c["r_m"] > 0.05)
         wanted = [int(i) for i in row.grid_id[near & row.structural]]
         assert wanted

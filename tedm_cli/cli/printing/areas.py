@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import isnan
 from typing import TYPE_CHECKING
 
+from tedm_cli.areas.mean_step import LEAST, MeanStep
 from tedm_cli.cli.printing.table import table
 from tedm_cli.results.areas import plane_words
+
+_NAMED = 8
 
 if TYPE_CHECKING:
     from tedm_cli.config.symmetry_plane import ProjectPlane
@@ -21,26 +26,58 @@ def area_lines(done: AreaSummary) -> list[str]:
             f"{done.grids[i]:,}",
             f"{done.mass_kg[i]:.6g}",
             *(f"{v:.4f}" for v in done.centroid_m[i]),
+            share_text(done.mean_step[i].share),
             *(str(column[i]) for column in (t.group, t.shield, t.side)),
         )
         for i in range(len(t))
     ]
-    total = ("total", f"{done.grids.sum():,}", f"{done.mass_kg.sum():.6g}", *[""] * 6)
-    head = ("area", "grids", "kg", "x m", "y m", "z m", "group", "shield", "side")
+    total = ("total", f"{done.grids.sum():,}", f"{done.mass_kg.sum():.6g}", *[""] * 7)
+    head = ("area", "grids", "kg", "x m", "y m", "z m", "mean step", "group", "shield", "side")
     left = len(done.found.left)
     elsewhere = done.total_kg - float(done.mass_kg.sum())
     if abs(elsewhere) < 1e-12 * done.total_kg:  # rounding of the sum
         elsewhere = 0.0
     return [
         f"{done.source}: areas of {done.origin}",
-        *table(head, [*rows, total], right=(1, 2, 3, 4, 5)),
+        *table(head, [*rows, total], right=(1, 2, 3, 4, 5, 6)),
         f"centroid: mean of the grids; mass: shared among grids, {elsewhere:.6g} of"
-        f" {done.total_kg:.6g} kg on grids of no area",
+        f" {done.total_kg:.6g} kg on grids of no area; mean step: of the area's own elements, by volume",
         plane_line(done.plane),
         *(f"note: {line}" for line in [*done.found.lines(), *done.notes]),
+        *mean_step_lines(done.mean_step),
         f"{done.structural - left:,} of {done.structural:,} structural grids are in exactly one area"
         + ("" if done.is_partition else f", {left:,} in none"),
     ]
+
+
+def mean_step_lines(steps: Sequence[MeanStep]) -> list[str]:
+    """Smallest and largest mean step of the areas' own elements, and a warning of areas far below their step."""
+    known = sorted((s for s in steps if not isnan(s.share)), key=lambda s: round(s.share, 6))
+    if not known:
+        return []
+    ends = " to ".join(dict.fromkeys(f"{share_text(s.share)} ({s.area})" for s in (known[0], known[-1])))
+    lines = [f"mean step of the areas' own elements: {ends} of the step"]
+    poor = [s for s in known if s.share < LEAST]
+    if poor:
+        listed = "; ".join(f"{s.area} {share_text(s.share)} ({_elements(s)})" for s in poor[:_NAMED])
+        listed += f"; and {len(poor) - _NAMED} more" if len(poor) > _NAMED else ""
+        lines.append(
+            f"warning: {'the' if len(poor) == 1 else 'in ' + str(len(poor)) + ' areas'} own elements"
+            f"{' of 1 area' if len(poor) == 1 else ''} get less than {share_text(LEAST)} of the step, because grids on"
+            f" their border belong to a neighbour and are warmed with it: {listed}; refine the mesh between the"
+            " borders, or define these areas before their neighbours"
+        )
+    return lines
+
+
+def share_text(share: float) -> str:
+    """A mean step in percent."""
+    return "-" if isnan(share) else f"{100.0 * share:.3g} %"
+
+
+def _elements(step: MeanStep) -> str:
+    count = len(step.elements)
+    return f"element {step.elements[0]}" if count == 1 else f"{count:,} elements"
 
 
 def plane_line(used: ProjectPlane) -> str:

@@ -13,6 +13,7 @@ from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.csv_file import area_csv_text
 from tedm_cli.areas.definitions import AreaGrids, require_partition
+from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
@@ -33,7 +34,7 @@ class AreaSummary:
     """The areas of a deck.
 
     source : the deck; origin : what says the areas; notes : what of the deck was not read.
-    grids, mass_kg [k]; centroid_m [k,3], mean of the grids.
+    grids, mass_kg [k]; centroid_m [k,3], mean of the grids; mean_step [k], of the areas' own elements.
     """
 
     source: Path
@@ -43,6 +44,7 @@ class AreaSummary:
     grids: IntArray
     mass_kg: FloatArray
     centroid_m: FloatArray
+    mean_step: list[MeanStep]
     structural: int
     total_kg: float
     notes: list[str]
@@ -58,7 +60,8 @@ class AreaSummary:
     def as_dict(self) -> dict[str, Any]:
         """What a program needs."""
         t = self.table
-        columns = zip(t.name, self.grids, self.mass_kg, self.centroid_m, t.group, t.shield, t.side, strict=True)
+        numbers = (self.grids, self.mass_kg, self.centroid_m, self.mean_step)
+        columns = zip(t.name, *numbers, t.group, t.shield, t.side, strict=True)
         return {
             "deck": str(self.source),
             "defined_by": self.origin,
@@ -68,11 +71,13 @@ class AreaSummary:
                     "grids": int(grids),
                     "mass_kg": float(mass),
                     "centroid_m": [float(v) for v in centroid],
+                    "mean_step": None if np.isnan(step.share) else step.share,
+                    "mean_step_elements": step.elements.tolist(),
                     "group": str(group),
                     "shield": str(shield),
                     "side": str(side),
                 }
-                for name, grids, mass, centroid, group, shield, side in columns
+                for name, grids, mass, centroid, step, group, shield, side in columns
             ],
             "symmetry_plane": {
                 "point_m": self.plane.plane.point_m.tolist(),
@@ -114,7 +119,8 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
         )
     else:
         loads = deck_unit_loads(model, geometry, config.model.uniform_label).areas
-        found = AreaGrids({a.label: geometry.grid_id[a.rows] for a in loads}, [], np.zeros(0, dtype=np.int64), [], [])
+        none = np.zeros(0, dtype=np.int64)
+        found = AreaGrids({a.label: geometry.grid_id[a.rows] for a in loads}, {}, [], none, [], [])
         origin = "its TEMP cards"
     done = _summary(project, config, source, origin, found, geometry, passed_over(model))
     if figure is not None:
@@ -145,6 +151,7 @@ def _summary(
         grids=np.array([len(r) for r in rows]),
         mass_kg=np.array([geometry.lumped_kg[r].sum() for r in rows]),
         centroid_m=centroid,
+        mean_step=mean_steps(geometry, dict(zip(found.areas, rows, strict=True)), found.selected),
         structural=int(geometry.structural.sum()),
         total_kg=geometry.total_kg,
         notes=notes + plane.notes(geometry.position_m[np.concatenate(rows)]),

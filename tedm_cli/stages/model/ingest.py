@@ -12,7 +12,8 @@ import numpy as np
 
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
-from tedm_cli.arrays import FloatArray
+from tedm_cli.areas.mean_step import MeanStep, mean_steps
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
@@ -42,6 +43,7 @@ from tedm_cli.stages.model.masses import check_grids_outside, check_weight_table
 class IngestSummary:
     """What was read, of a deck in which `units`.
 
+    mean_step : of the areas' own elements, by area.
     coarsest : the unit load whose step suffers most where a solver has temperatures of 4 bytes.
     """
 
@@ -54,6 +56,7 @@ class IngestSummary:
     has_uniform: bool
     partial: list[int]
     notes: list[str]
+    mean_step: list[MeanStep]
     coarsest: UnitLoad
     units: DeckUnits
 
@@ -89,9 +92,12 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     check_grids_outside(config.test_masses(), geometry)
     loads = deck_unit_loads(model, geometry, config.model.uniform_label)
     areas = loads.areas
+    selected: dict[str, IntArray] = {}
     if defines_areas(config):
         warmed = {a.label: geometry.grid_id[a.rows] for a in areas}
-        require_agreement(configured_areas(project, config, model, geometry), warmed, geometry, where=str(deck))
+        defined = configured_areas(project, config, model, geometry)
+        require_agreement(defined, warmed, geometry, where=str(deck))
+        selected = {name.upper(): ids for name, ids in defined.selected.items()}
     wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
     centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
@@ -134,6 +140,11 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         + plane.notes(geometry.position_m[np.concatenate([a.rows for a in areas])])
         + passed_over(model)
         + light_elements(geometry.elements),
+        mean_steps(
+            geometry,
+            {a.label: a.rows for a in areas},
+            {a.label: selected[a.label.upper()] for a in areas if a.label.upper() in selected},
+        ),
         max(wanted, key=lambda load: load.single_error),
         units,
     )
