@@ -78,6 +78,7 @@ GRAVITATIONAL_CONSTANT = Quantity("gravitational constant", "m^3/(kg s^2)", 6e-1
 # Temperatures: those of a series may be differences from any other; spectra of an area that is silent are 0.
 TEMPERATURE = Quantity("temperature", "K", -1e4, 1e4)
 ABSOLUTE_TEMPERATURE = Quantity("temperature", "K", 0.0, 1e4)
+TEMPERATURE_GRADIENT = Quantity("temperature gradient", "K/m", -1e6, 1e6)
 TEMPERATURE_ASD = Quantity("temperature level", "K/sqrt(Hz)", 0.0, 1e6, 1e-20)
 CELSIUS = Quantity("temperature", "degC", -273.15, 1e4)
 EXPANSION = Quantity("coefficient of expansion", "1/K", -1.0, 1.0)

@@ -230,9 +230,30 @@ class Structure:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class ElementTemperatures:
+    """Temperatures of shells, bars and rods that do not take those of their grids; m elements.
+
+    Attributes
+    ----------
+    element_id : [m], ascending.
+    mean : [m, 2], K, over the section at ends A and B of a bar; of a shell over its volume, twice.
+    gradient : [m, 2, 2], K/m, at ends A and B (second index) of a bar in its planes 1 and 2 (third index): along its
+        y and z. Of a shell [:, :, 0] is along its normal, twice, and the rest is zero.
+    """
+
+    element_id: IntArray
+    mean: FloatArray
+    gradient: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class LoadCase:
-    """One temperature field: `temperature` [N] in K on the grids of the structure, in their order."""
+    """One temperature field: `temperature` [N] in K on the grids of the structure, in their order.
+
+    `elements` have their own temperatures, whatever those of their grids; None where all elements follow the grids.
+    """
 
     id: int
     label: str
     temperature: FloatArray
+    elements: ElementTemperatures | None = None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-_ON_GRIDS = "temperatures other than of grids are not read: load the grids with TEMP and TEMPD"
+_OTHER_TEMPERATURES = "is not read: write TEMP and TEMPD of grids, TEMPP1 of shells, TEMPRB of bars and rods"
+ELEMENT_TEMPERATURES = ("TEMPP1", "TEMPRB")
+"""Read by `element_temperatures`, not by pyNastran, which does not know the first and misreads lists of the second."""
 _SUPERELEMENTS = "superelements are not read: solve the model in one piece"
 SUPERELEMENTS = {
     *("SESET", "SEBULK", "SECONCT", "SELOC", "SEMPLN", "SEEXCLD", "SETREE", "SEBNDRY", "SELABEL", "SENQSET", "SEELT"),
@@ -11,12 +13,10 @@ SUPERELEMENTS = {
 }
 # Cards that pyNastran does not read, or that nothing here reads, and what to do about them.
 REFUSED = {
-    **dict.fromkeys(
-        ("TEMPP1", "TEMPP2", "TEMPP3", "TEMPRB", "TEMPB3", "TEMPN1", "TEMPF", "TEMPG", "TEMPAX"), _ON_GRIDS
-    ),
+    **dict.fromkeys(("TEMPP2", "TEMPP3", "TEMPB3", "TEMPN1", "TEMPF", "TEMPG", "TEMPAX"), _OTHER_TEMPERATURES),
     **dict.fromkeys(
         ("TEMPADD", "TEMPEX", "TEMPT", "TEMPBC", "TTEMP", "TMPSET"),
-        "is not read: give each subcase a set of TEMP and TEMPD",
+        "is not read: give each subcase a temperature set of its own",
     ),
     **dict.fromkeys(sorted(SUPERELEMENTS), _SUPERELEMENTS),
     "/": "deletes cards of an earlier run: a deck is read as it stands",

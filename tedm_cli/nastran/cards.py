@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.card_names import REFUSED, WITHOUT_INFLUENCE
+from tedm_cli.nastran.card_names import ELEMENT_TEMPERATURES, REFUSED, WITHOUT_INFLUENCE
 from tedm_cli.nastran.comments import has_lost_fields
 from tedm_cli.nastran.deck_lines import ends_data
+from tedm_cli.nastran.element_temperatures import TemperatureCard, temperature_card
 
 _MOST_IDS = 10_000_000  # a range is written out as it is read
 _LARGEST_EXPONENT = 300
@@ -33,7 +34,7 @@ class BulkChecks:
     """Checks that a pyNastran model makes while it reads the bulk data of the deck `path`.
 
     `passed_over` : cards that were not read, by name with their number; `parameters` : file and line of each PARAM, by
-    its name; both once the deck has been read.
+    its name; `element_temperatures` : the cards of temperatures of elements; all once the deck has been read.
     """
 
     def __init__(self, model: Any, path: Path, *, allow_missing_enddata: bool) -> None:
@@ -42,6 +43,7 @@ class BulkChecks:
         self._split, self._create = model.get_bdf_cards, model.create_card_object
         self.passed_over: dict[str, int] = {}
         self.parameters: dict[str, str] = {}
+        self.element_temperatures: tuple[TemperatureCard, ...] = ()
         model.get_bdf_cards, model.create_card_object = self._named, self._checked
 
     def release(self) -> None:
@@ -67,7 +69,7 @@ class BulkChecks:
             lines = [*lines[: ends[0]], lines[ends[0]].lstrip(), *lines[ends[0] + 1 :]]
         out = self._split(lines, places)
         self._cards, counts = out[0], out[2]
-        readable = self._model.cards_to_read - REFUSED.keys()
+        readable = (self._model.cards_to_read - REFUSED.keys()).union(ELEMENT_TEMPERATURES)
         unknown = {name for name in counts if name not in readable and name not in WITHOUT_INFLUENCE}
         for name, _, _, place in self._cards if unknown else ():
             if name in unknown:
@@ -82,7 +84,15 @@ class BulkChecks:
             refuse_card_after_end(self._model, lines[i], str(self._path) if places is None else self._place(places[i]))
         if left:
             self.passed_over["lines after ENDDATA"] = len(left)
-        return out
+        if counts.keys().isdisjoint(ELEMENT_TEMPERATURES):
+            return out
+        ours = [card for card in self._cards if card[0] in ELEMENT_TEMPERATURES]
+        self.element_temperatures = tuple(self._temperature_card(card) for card in ours)
+        return [card for card in self._cards if card[0] not in ELEMENT_TEMPERATURES], *out[1:]
+
+    def _temperature_card(self, card: Any) -> TemperatureCard:
+        name, _, lines, place = card
+        return temperature_card(str(name), self._checked(lines, str(name), is_list=False)[0], self._place(place))
 
     def _refuse_lost_fields(self, lines: Sequence[str], places: Any) -> None:
         for i, line in enumerate(lines):
@@ -131,7 +141,7 @@ def no_end(path: Path) -> InputError:
 def refuse_card_after_end(model: Any, line: str, place: str) -> None:
     """Refuse a card after ENDDATA, where no solver reads it: a slip has left it behind. Other lines may be remarks."""
     name = re.split(r"[\s,*$]", line.upper(), maxsplit=1)[0]
-    if name in model.cards_to_read and name != "ENDDATA":
+    if (name in model.cards_to_read or name in ELEMENT_TEMPERATURES) and name != "ENDDATA":
         raise InputError(
             f"{name} card after ENDDATA, where no card is read",
             where=place,

@@ -67,7 +67,7 @@ def read_deck(
     if large:
         raise InputError(f"SUBCASE {large[0]}: is larger than any id", where=str(path))
     model.tedm_passed_over, model.tedm_parameters = checks.passed_over, checks.parameters
-    model.tedm_units = units
+    model.tedm_element_temperatures, model.tedm_units = checks.element_temperatures, units
     for name, place in checks.parameters.items():
         refuse_misspelt(name, place)
     check_plausible(model, str(path), units)

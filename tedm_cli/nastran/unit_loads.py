@@ -10,6 +10,7 @@ import numpy as np
 from tedm_cli.area_names import area_name_fact
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.element_temperatures import element_temperatures
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.temperatures import (
     Field,
@@ -106,6 +107,14 @@ def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, w
             where=place,
             hint="write TEMPERATURE(LOAD) alone: unit loads add up only when properties stay as they are",
         )
+    for sid in (sets.load, sets.initial):
+        own = None if sid is None else element_temperatures(model, sid)
+        if own is not None:
+            raise InputError(
+                f"set {sid} gives elements temperatures of their own: {id_list(own.element_id)}",
+                where=place,
+                hint="an area is a set of grids: load them with TEMP and TEMPD",
+            )
     loaded = temperature_field(model, sets.load, geometry.grid_id, place)
     if sets.initial is None:
         initial, name = _tref(model, loaded, place), "the materials' TREF is"

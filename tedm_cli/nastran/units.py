@@ -15,7 +15,16 @@ import numpy as np
 from tedm_cli import deck_units as u
 from tedm_cli.deck_units import DeckUnits, Dimension
 from tedm_cli.fem.shapes import corner_count, shape_of
-from tedm_cli.fem.structure import BarBlock, LoadCase, Mpc, RodBlock, ShellBlock, SolidMaterials, Structure
+from tedm_cli.fem.structure import (
+    BarBlock,
+    ElementTemperatures,
+    LoadCase,
+    Mpc,
+    RodBlock,
+    ShellBlock,
+    SolidMaterials,
+    Structure,
+)
 from tedm_cli.nastran.masses.concentrated import Concentrated
 from tedm_cli.nastran.masses.elements import Elements
 from tedm_cli.nastran.positions import Frames
@@ -75,7 +84,12 @@ DIMENSIONS: dict[type, dict[str, Dimension]] = {
         "position": u.LENGTH,
         "initial_temperature": u.TEMPERATURE,
     },
-    LoadCase: {**dict.fromkeys(("id", "label"), _SAME), "temperature": u.TEMPERATURE},
+    LoadCase: {
+        **dict.fromkeys(("id", "label"), _SAME),
+        "temperature": u.TEMPERATURE,
+        "elements": _SAME,  # see `load_case_in_si`
+    },
+    ElementTemperatures: {"element_id": _SAME, "mean": u.TEMPERATURE, "gradient": u.TEMPERATURE_GRADIENT},
 }
 """Dimension of every field of what is read of a deck."""
 
@@ -125,6 +139,12 @@ def structure_in_si(structure: Structure, units: DeckUnits) -> Structure:
         trias=in_si(structure.trias, units),
         mpc=tuple(_equation_in_si(mpc, units) for mpc in structure.mpc),
     )
+
+
+def load_case_in_si(case: LoadCase, units: DeckUnits) -> LoadCase:
+    """A load case in SI, with the temperatures of its elements."""
+    own = None if case.elements is None else in_si(case.elements, units)
+    return replace(in_si(case, units), elements=own)
 
 
 def _equation_in_si(mpc: Mpc, units: DeckUnits) -> Mpc:

@@ -97,8 +97,8 @@ def test_include_by_variable_and_backslash(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_messages_name_the_included_file_and_its_line(tmp_path: Path) -> None:
-    (tmp_path / "b.inc").write_text("$\nTEMPP1,2,1,1.,0.\n")
-    with pytest.raises(InputError, match="TEMPP1") as error:
+    (tmp_path / "b.inc").write_text("$\nTEMPP3,2,1,1.,0.\n")
+    with pytest.raises(InputError, match="TEMPP3") as error:
         written(tmp_path, HEAD + "".join(small(c) for c in bricks()) + "INCLUDE 'b.inc'\nENDDATA\n")
     assert error.value.where == f"{tmp_path / 'b.inc'}:2"
 

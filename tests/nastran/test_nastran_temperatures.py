@@ -153,9 +153,14 @@ def test_a_material_that_does_not_expand_has_no_say(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    "card", ["TEMPP1,1,1,1.,0.", "TEMPP3,1,1", "TEMPRB,1,1,1.", "TEMPN1,1,1,,1.", "TEMPADD,1,2", "TEMPB3,1,1,1."]
-)
+def test_temperatures_of_elements_are_no_step_of_grids(tmp_path: Path) -> None:
+    """In a set that a subcase selects; another set is nobody's."""
+    check(loads(tmp_path, f"{PLAIN}\nTEMPRB,7,90001,1.,1."), 1.0)
+    with pytest.raises(InputError, match="set 2 gives elements temperatures of their own: 90001"):
+        loads(tmp_path, f"{PLAIN}\nTEMPRB,2,90001,1.,1.")
+
+
+@pytest.mark.parametrize("card", ["TEMPP3,1,1", "TEMPN1,1,1,,1.", "TEMPADD,1,2", "TEMPB3,1,1,1."])
 def test_temperatures_of_other_kinds_are_named(tmp_path: Path, card: str) -> None:
     with pytest.raises(InputError, match=rf"deck.bdf:\d+: {card.split(',')[0]} card: "):
         loads(tmp_path, f"{PLAIN}\n{card}")
