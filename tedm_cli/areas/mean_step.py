@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_array
 
+from tedm_cli.areas.places import corner_areas, element_owners
 from tedm_cli.arrays import IntArray
+from tedm_cli.nastran.area_loads import AreaLoad
 from tedm_cli.nastran.geometry import ModelGeometry
 from tedm_cli.nastran.node_volumes import node_volumes
 
@@ -29,43 +31,43 @@ class MeanStep:
 
 
 def mean_steps(
-    geometry: ModelGeometry, warm: Mapping[str, IntArray], selected: Mapping[str, IntArray]
+    geometry: ModelGeometry, loads: Mapping[str, AreaLoad], selected: Mapping[str, IntArray]
 ) -> list[MeanStep]:
-    """The mean step of each area over its own elements, in units of the step.
+    """The mean step of each area over its own elements, in units of the step; NaN of areas under a gradient.
 
-    The own elements are those that its definition selects. Where it selects none they are those of whose grids no other
-    area has more; an element that several areas have evenly counts in each for its part. Where there are none of these
-    either, they are those with any grid of the area. Springs and the like have no volume to expand, and are none.
+    The own elements are those that its definition selects, and those with temperatures of their own. Where there are
+    none they are those of whose grids no other area has more; an element that several areas have evenly counts in each
+    for its part. Where there are none of these either, they are those with any grid of the area. Springs and the like
+    have no volume to expand, and are none.
 
     Parameters
     ----------
-    warm : rows of the grids that each area warms; no grid is in two. selected : ids of the elements that definitions
-        select, by area.
+    loads : of the areas; no grid and no element is in two of a mean temperature. selected : ids of the elements that
+        definitions select, by area.
     """
     e = geometry.elements
     element = np.repeat(np.arange(len(e.id)), np.diff(e.node_offset))
     volume = node_volumes(geometry)
     size = np.bincount(element, volume, len(e.id))
     expands = np.bincount(element, volume != 0.0, len(e.id)) > 0.0
-    label = np.full(len(geometry.grid_id), len(warm))
-    for number, rows in enumerate(warm.values()):
-        label[rows] = number
-    place, shape = (element, label[e.node_index]), (len(e.id), len(warm) + 1)
+    owner = element_owners(geometry, loads.values())
+    area = corner_areas(geometry, loads.values(), owner)
+    place, shape = (element, np.where(area < 0, len(loads), area)), (len(e.id), len(loads) + 1)
     grids, warmed = (csc_array((v, place), shape=shape) for v in (np.ones(len(element)), volume))
     most = grids.max(axis=1).toarray().reshape(-1)
     grids.sum_duplicates()
     evenly = np.bincount(grids.indices, grids.data == most[grids.indices], len(e.id))
     out = []
-    for number, name in enumerate(warm):
+    for number, (name, load) in enumerate(loads.items()):
+        if load.gradient is not None:
+            out.append(MeanStep(name, float("nan"), load.element_id))
+            continue
         has, part = (m[:, [number]].toarray().reshape(-1) for m in (grids, warmed))
         first = (has > 0.0) & (has == most)
-        choices = (
-            np.isin(e.id, selected.get(name, [])),
-            np.where(first, 1.0 / np.maximum(evenly, 1.0), 0.0),
-            has > 0.0,
-        )
+        chosen = np.isin(e.id, selected.get(name, [])) & (owner < 0) | (owner == number)
+        choices = (chosen, np.where(first, 1.0 / np.maximum(evenly, 1.0), 0.0), has > 0.0)
         weight = next((w for c in choices if (w := expands * c).any()), np.zeros(len(e.id)))
-        own = np.flatnonzero(weight)
         whole = float(weight @ size)
-        out.append(MeanStep(name, float(weight @ part) / whole if whole else float("nan"), e.id[own]))
+        share = float(weight @ part) / whole if whole else float("nan")
+        out.append(MeanStep(name, share, e.id[np.flatnonzero(weight)]))
     return out

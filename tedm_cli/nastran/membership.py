@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.nastran.area_loads import Mesh
+from tedm_cli.nastran.element_axes import gradient_axes
 from tedm_cli.nastran.frames import local_coordinates
 from tedm_cli.nastran.geometry import Grids, rows_of
 from tedm_cli.nastran.positions import Frames, frames_of, grid_positions
@@ -23,8 +27,10 @@ class Membership:
 
     grid_id [N] ascending; structural [N]: corners of elements. element_id [E] ascending, property_id [E] (0: none);
     node_offset [E+1] and node_index: rows of the grid table. property_materials: (property, material) pairs [P,2];
-    element_material [E]: of elements without property (0: none). sets: by id, (where it stands, what its ids are, ids).
-    position_m [N,3] (basic frame) and frames (type, origin [3] in m, axes [3,3] as rows): empty unless asked for.
+    element_material [E]: of elements without property (0: none). card [E]: their names. sets: by id, (where it stands,
+    what its ids are, ids).
+    position_m [N,3] (basic frame), frames (type, origin [3] in m, axes [3,3] as rows), axes [E,2,3] as in
+    `gradient_axes`: empty unless asked for.
     """
 
     grid_id: IntArray
@@ -35,26 +41,22 @@ class Membership:
     node_index: IntArray
     property_materials: IntArray
     element_material: IntArray
+    card: NDArray[np.str_]
     sets: dict[int, list[tuple[str, str, IntArray]]]
     position_m: FloatArray
     frames: Frames
+    axes: FloatArray
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """Its elements, and which of them follow their grids."""
+        return Mesh(self.structural, self.card, self.node_offset, self.node_index)
 
     def of_material(self, material: IntArray) -> BoolArray:
         """Elements [E] that have one of these materials in any layer."""
         pairs = self.property_materials
         with_it = pairs[np.isin(pairs[:, 1], material), 0]
         return np.isin(self.property_id, with_it) | np.isin(self.element_material, material)
-
-    def grids_of(self, elements: BoolArray) -> BoolArray:
-        """Grids [N] of the elements chosen [E]."""
-        mask = np.zeros(len(self.grid_id), dtype=bool)
-        mask[self.node_index[np.repeat(elements, np.diff(self.node_offset))]] = True
-        return mask
-
-    def within(self, grids: BoolArray) -> BoolArray:
-        """Elements [E] all of whose grids are among those chosen [N]."""
-        outside = np.concatenate([[0], np.cumsum(~grids[self.node_index])])[self.node_offset]
-        return np.asarray((np.diff(outside) == 0) & (np.diff(self.node_offset) > 0))
 
     def centres(self) -> FloatArray:
         """Mean position [E,3] (m, basic frame) of the grids of each element."""
@@ -69,8 +71,8 @@ class Membership:
         return local_coordinates(kind, (position_m - origin) @ axes.T)
 
 
-def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
-    """Membership of a model's grids; with `positions` the model must be cross-referenced."""
+def membership(model: Any, grids: Grids, *, positions: bool, axes: bool = False) -> Membership:
+    """Membership of a model's grids; with `positions` or `axes` the model must be cross-referenced."""
     elements = [model.elements[i] for i in sorted(model.elements)]
     nodes = [[int(n) for n in e.node_ids if n] for e in elements]
     pids = [max(int(getattr(e, "pid", None) or 0), 0) for e in elements]  # pyNastran gives CONROD a negative one
@@ -80,20 +82,23 @@ def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
     sets: dict[int, list[tuple[str, str, IntArray]]] = {}
     for sid, entry in _sets(model):
         sets.setdefault(sid, []).append(entry)
-    units, frames = units_of(model), frames_of(model) if positions else {}
-    place = grid_positions(model, grids.grid_id, frames) if positions else np.zeros((0, 3))
+    units, where = units_of(model), str(grids.files[0])
+    frames = frames_of(model) if positions or axes else {}
+    place = grid_positions(model, grids.grid_id, frames) if positions or axes else np.zeros((0, 3))
     return Membership(
         grid_id=grids.grid_id,
         structural=grids.structural,
         element_id=np.array([int(e.eid) for e in elements], dtype=np.int64),
         property_id=np.array(pids, dtype=np.int64),
         node_offset=np.cumsum([0, *map(len, nodes)]),
-        node_index=rows_of(grids.grid_id, flat, where=str(grids.files[0]), what="an element"),
+        node_index=rows_of(grids.grid_id, flat, where=where, what="an element"),
         property_materials=np.array(pairs, dtype=np.int64).reshape(-1, 2),
         element_material=np.array(mids, dtype=np.int64),
+        card=np.array([str(e.type) for e in elements]),
         sets=sets,
         position_m=units.length_m * place,
         frames=frames_in_si(frames, units),
+        axes=gradient_axes(model, grids.grid_id, place, frames, where) if axes else np.zeros((0, 2, 3)),
     )
 
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tedm_cli.areas.definitions import AreaGrids, define_areas, require_partition
+from tedm_cli.areas.definitions import DefinedAreas, define_areas, require_partition
 from tedm_cli.config.areas import AreasTable
 from tedm_cli.config.base import Strict, validate
 from tedm_cli.errors import ConfigError, InputError
@@ -83,13 +83,13 @@ def row(tmp_path_factory: pytest.TempPathFactory) -> Membership:
     return members_of(tmp_path_factory.mktemp("row") / "row.bdf", deck_text())
 
 
-def define(row: Membership, *tables: dict[str, Any], listed: dict[str, Any] | None = None, **more: Any) -> AreaGrids:
+def define(row: Membership, *tables: dict[str, Any], listed: dict[str, Any] | None = None, **more: Any) -> DefinedAreas:
     document = validate(Document, {"areas": {**RULES, **more, "define": list(tables)}}, where="model.toml")
     return define_areas(row, document.areas, listed or {}, where="model.toml")
 
 
 def one(row: Membership, **criteria: Any) -> list[int]:
-    return [int(i) for i in define(row, {"name": "A", **criteria}).areas["A"]]
+    return [int(i) for i in define(row, {"name": "A", **criteria}).loads["A"].grid_id]
 
 
 def planes(*numbers: int) -> list[int]:
@@ -166,7 +166,7 @@ def test_box_in_a_turned_system_moves_with_it(tmp_path: Path, row: Membership) -
 
 def test_first_definition_wins_and_losses_are_told(row: Membership) -> None:
     found = define(row, {"name": "B", "property": 2}, {"name": "A", "property": 1}, {"name": "C", "property": 3})
-    assert {n: ids.tolist() for n, ids in found.areas.items()} == {
+    assert {n: load.grid_id.tolist() for n, load in found.loads.items()} == {
         "B": planes(2, 3, 4),
         "A": planes(0, 1),
         "C": planes(5, 6),
@@ -197,13 +197,13 @@ def test_areas_are_disjoint_and_nothing_is_lost(row: Membership, chosen: list[An
         found = define(row, *tables)
     except ConfigError:
         return  # an area without grids of its own
-    parts = [*found.areas.values(), found.left]
+    parts = [*(load.grid_id for load in found.loads.values()), found.left]
     assert sorted(int(i) for p in parts for i in p) == row.grid_id[row.structural].tolist()
     assert not (remainder and found.left.size)
     for i, c in enumerate(chosen):
         met = set(one(row, **c))
         lost = {int(g) for o in found.overlaps if o.area == f"A{i}" for g in o.grids}
-        assert met == set(found.areas[f"A{i}"].tolist()) | lost
+        assert met == set(found.loads[f"A{i}"].grid_id.tolist()) | lost
     if not remainder:
         try:
             backwards = define(row, *tables[::-1])
@@ -214,8 +214,8 @@ def test_areas_are_disjoint_and_nothing_is_lost(row: Membership, chosen: list[An
 
 def test_csv_comes_first(row: Membership) -> None:
     found = define(row, {"name": "REST", "remainder": True}, listed={"LISTED": np.array([1, 2, 99])})
-    assert found.areas["LISTED"].tolist() == [1, 2, 99]
-    assert found.areas["REST"].tolist() == planes(*range(7))[2:]
+    assert found.loads["LISTED"].grid_id.tolist() == [1, 2, 99]
+    assert found.loads["REST"].grid_id.tolist() == planes(*range(7))[2:]
 
 
 def test_ids_of_a_set_that_do_not_exist_are_named(row: Membership) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.cli.printing.areas import mean_step_lines
+from tedm_cli.nastran.area_loads import AreaLoad, none
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.node_volumes import node_volumes
 from tedm_cli.nastran.reading import deck_files, read_deck
@@ -38,14 +39,14 @@ def strut(tmp_path_factory: pytest.TempPathFactory) -> ModelGeometry:
     return geometry_of(tmp_path_factory.mktemp("strut") / "strut.bdf", bulk)
 
 
-def rows(geometry: ModelGeometry, *ids: int) -> np.ndarray:
-    return np.searchsorted(geometry.grid_id, ids)
+def area(*ids: int) -> AreaLoad:
+    return AreaLoad(np.array(ids, dtype=np.int64), none(), none())
 
 
 def test_one_bar_that_lost_an_end_gets_half_its_step(strut: ModelGeometry) -> None:
     """Both plates keep all; a bar that kept one of its two grids gets half, one that lost none gets all."""
-    lower, upper = rows(strut, *range(1, 10)), rows(strut, *(i for i in range(10, 19) if i != 14))
-    found = mean_steps(strut, {"LOWER": lower, "UPPER": upper, "STRUT": rows(strut, 14)}, {"STRUT": np.array([100])})
+    lower, upper = area(*range(1, 10)), area(*(i for i in range(10, 19) if i != 14))
+    found = mean_steps(strut, {"LOWER": lower, "UPPER": upper, "STRUT": area(14)}, {"STRUT": np.array([100])})
     assert [(s.area, s.elements.tolist()) for s in found] == [
         ("LOWER", [1, 2, 3, 4, 100]),
         ("UPPER", [11, 12, 13, 14]),
@@ -55,13 +56,13 @@ def test_one_bar_that_lost_an_end_gets_half_its_step(strut: ModelGeometry) -> No
     assert found[0].share == pytest.approx((0.01 + 0.25e-4) / (0.01 + 0.5e-4), rel=1e-12)
     assert found[1].share == pytest.approx(0.75, rel=1e-12)
     assert found[2].share == pytest.approx(0.5, rel=1e-12)
-    both = mean_steps(strut, {"STRUT": rows(strut, 5, 14)}, {"STRUT": np.array([100])})
+    both = mean_steps(strut, {"STRUT": area(5, 14)}, {"STRUT": np.array([100])})
     assert both[0].share == pytest.approx(1.0, rel=1e-12)
 
 
 def test_an_area_of_scattered_grids_is_told_of_the_elements_around(strut: ModelGeometry) -> None:
     """A corner has a quarter of one quad; without a majority anywhere, the elements that it touches are its own."""
-    found = mean_steps(strut, {"REST": rows(strut, *range(2, 19)), "CORNER": rows(strut, 1)}, {})
+    found = mean_steps(strut, {"REST": area(*range(2, 19)), "CORNER": area(1)}, {})
     assert (found[1].elements.tolist(), found[1].share) == ([1], pytest.approx(0.25, rel=1e-12))
 
 
@@ -70,9 +71,9 @@ def test_what_has_no_volume_is_no_element_of_an_area(tmp_path: Path) -> None:
     bulk = grids((0, 0, 0), (1, 0, 0), (3, 0, 0)) + "CBAR,1,1,1,2,0.,1.,0.\nCBAR,2,2,2,3,0.,1.,0.\n"
     bulk += "PBAR,1,1,0.,1.-9,1.-9,2.-9\nPBAR,2,1,1.-4,1.-9,1.-9,2.-9\nCELAS1,3,3,1,1,2,1\nPELAS,3,1.+5\n"
     found = geometry_of(tmp_path / "bars.bdf", bulk)
-    steps = mean_steps(found, {"A": rows(found, 1, 2), "B": rows(found, 3)}, {"A": np.array([1, 2, 3])})
+    steps = mean_steps(found, {"A": area(1, 2), "B": area(3)}, {"A": np.array([1, 2, 3])})
     assert [(s.elements.tolist(), s.share) for s in steps] == [([2], pytest.approx(0.5)), ([2], pytest.approx(0.5))]
-    assert np.isnan(mean_steps(found, {"A": rows(found, 1)}, {})[0].share)
+    assert np.isnan(mean_steps(found, {"A": area(1)}, {})[0].share)
 
 
 def test_parts_of_a_partition_are_the_whole(strut: ModelGeometry) -> None:
@@ -85,8 +86,8 @@ def test_parts_of_a_partition_are_the_whole(strut: ModelGeometry) -> None:
         np.repeat(np.arange(len(ids)), np.diff(strut.elements.node_offset)), node_volumes(strut), len(ids)
     ).sum()
     for k in range(3):
-        area = {f"A{j}": np.flatnonzero(label == j) for j in range(3)}
-        step = mean_steps(strut, area, {f"A{k}": ids})[k]
+        areas = {f"A{j}": area(*strut.grid_id[label == j]) for j in range(3)}
+        step = mean_steps(strut, areas, {f"A{k}": ids})[k]
         assert step.elements.tolist() == ids.tolist()
         total += step.share
     assert volume == pytest.approx(0.02 + 1e-4, rel=1e-12)
@@ -120,7 +121,7 @@ def test_volumes_of_solids_are_their_masses(tmp_path: Path, card: str) -> None:
 def test_warning_names_the_areas_and_the_least_first() -> None:
     ids = np.array([7, 8])
     lines = mean_step_lines([MeanStep("A", 0.9, ids), MeanStep("B", 0.5, ids[:1]), MeanStep("C", 0.79, ids)])
-    assert lines[0].endswith("50 % (B) to 90 % (A) of the step")
+    assert lines[0].endswith("50 % (B) to 90 % (A)")
     assert "B 50 % (element 7); C 79 % (2 elements)" in lines[1]
     assert lines[1].startswith("warning: in 2 areas")
     assert len(mean_step_lines([MeanStep("A", 0.8, ids)])) == 1

@@ -40,7 +40,7 @@ def test_definitions_write_the_deck_of_the_csv(tiny: Project) -> None:
     outcome = defined(tiny, DEFINE.replace("remainder = true", "element = 2")).run("write-deck").ok()
     assert tiny.deck.read_bytes() == before
     step, warning, *notes = outcome.out.splitlines()[1:]
-    assert step == "mean step of the areas' own elements: 50 % (RIGHT) to 100 % (LEFT) of the step"
+    assert step == "mean step of the areas' own elements: 50 % (RIGHT) to 100 % (LEFT)"
     assert warning.startswith("warning: ")
     assert "RIGHT 50 % (element 2)" in warning
     assert notes == ["note: area RIGHT: 4 shared grids stay with earlier definitions (LEFT 4)"]

@@ -246,7 +246,7 @@ def test_new_sets_do_not_meet_old_ones(tmp_path: Path) -> None:
 class _Sets:
     """A model that has these load sets and no others."""
 
-    load_combinations = tempds = dloads = dload_entries = ()
+    load_combinations = tempds = dloads = dload_entries = tedm_element_temperatures = ()
 
     def __init__(self, loads: list[int]) -> None:
         self.loads = loads

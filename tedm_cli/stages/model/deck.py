@@ -6,8 +6,6 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.definitions import require_partition
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
@@ -65,17 +63,16 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         geometry = model_geometry(
             source.model, list(source.sections.files)
         )  # a wrong unit is said before anything is solved
-        areas = configured_areas(project, config, source.model, source.grids)
+        areas = configured_areas(project, config, source.model, geometry)
         require_partition(areas, where=str(bdf))
-        rows = {name: np.searchsorted(geometry.grid_id, ids) for name, ids in areas.areas.items()}
-        steps = mean_steps(geometry, rows, areas.selected)
-        deck = unit_deck(source, areas.areas, table.uniform_label, table.reference_temperature_K)
+        steps = mean_steps(geometry, areas.loads, areas.selected)
+        deck = unit_deck(source, areas.loads, table.uniform_label, table.reference_temperature_K)
         temporary.write_bytes(deck.text.encode("latin-1"))
         verify_unit_deck(temporary, out, source, deck)
     return DeckSummary(
         out,
         len(source.grids.grid_id),
-        len(areas.areas),
+        len(areas.loads),
         deck.reference,
         table.temperature,
         tuple(steps),

@@ -13,6 +13,7 @@ import numpy as np
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
+from tedm_cli.areas.places import area_centroids, area_masses, area_points
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
@@ -92,16 +93,18 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     check_grids_outside(config.test_masses(), geometry)
     loads = deck_unit_loads(model, geometry, config.model.uniform_label)
     areas = loads.areas
+    on = {a.label: a.area_load(geometry) for a in areas}
     selected: dict[str, IntArray] = {}
     if defines_areas(config):
-        warmed = {a.label: geometry.grid_id[a.rows] for a in areas}
         defined = configured_areas(project, config, model, geometry)
-        require_agreement(defined, warmed, geometry, where=str(deck))
-        selected = {name.upper(): ids for name, ids in defined.selected.items()}
+        require_agreement(defined, on, geometry, where=str(deck))
+        labels = {a.label.upper(): a.label for a in areas}
+        selected = {labels[name.upper()]: ids for name, ids in defined.selected.items()}
     wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
-    centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
+    centroids = area_centroids(geometry, on.values())
     table = area_attributes([a.label for a in areas], centroids, config.areas, plane.plane, where=str(project.model))
+    steps = mean_steps(geometry, on, selected)
     out = out_path(project, UNIT_LOADS_FILE, output)
     links = rigid_links(model, geometry)
 
@@ -114,7 +117,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         with create(out, UNIT_LOADS, trace) as writer:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
-            _write_areas(writer, geometry, areas, centroids)
+            _write_areas(writer, areas, centroids, area_masses(geometry, on.values()))
             _write_plane(writer, plane, out)
             writer.write(UNIT_LOADS.AREA_NAME, table.name)
             writer.write(UNIT_LOADS.AREA_GROUP, table.group)
@@ -137,14 +140,10 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         geometry.elements.partial,
         config.model.unit_notes()
         + _scale_notes(wanted, units)
-        + plane.notes(geometry.position_m[np.concatenate([a.rows for a in areas])])
+        + plane.notes(area_points(geometry, on.values()))
         + passed_over(model)
         + light_elements(geometry.elements),
-        mean_steps(
-            geometry,
-            {a.label: a.rows for a in areas},
-            {a.label: selected[a.label.upper()] for a in areas if a.label.upper() in selected},
-        ),
+        steps,
         max(wanted, key=lambda load: load.single_error),
         units,
     )
@@ -257,10 +256,10 @@ def _write_masses(writer: Writer, geometry: ModelGeometry, properties: MassPrope
     writer.write(UNIT_LOADS.MASS_INERTIA, properties.inertia_kg_m2)
 
 
-def _write_areas(writer: Writer, geometry: ModelGeometry, areas: Sequence[UnitLoad], centroids: FloatArray) -> None:
+def _write_areas(writer: Writer, areas: Sequence[UnitLoad], centroids: FloatArray, masses: FloatArray) -> None:
     writer.write(UNIT_LOADS.AREA_ID, [a.subcase for a in areas])
     writer.write(UNIT_LOADS.AREA_LOAD_K, [a.load_K for a in areas])
-    writer.write(UNIT_LOADS.AREA_MASS, [geometry.lumped_kg[a.rows].sum() for a in areas])
+    writer.write(UNIT_LOADS.AREA_MASS, masses)
     writer.write(UNIT_LOADS.AREA_CENTROID, centroids)
     writer.write(UNIT_LOADS.AREA_NODE_OFFSET, np.cumsum([0, *(len(a.rows) for a in areas)]))
     writer.write(UNIT_LOADS.AREA_NODE_INDEX, np.concatenate([a.rows for a in areas]))
