@@ -36,8 +36,8 @@ def write_deck(
 ) -> None:
     """Write the unit-load deck for any Nastran.
 
-    One subcase of +1 K per thermal area, and one that warms all areas together, on the model's own bulk data and
-    constraints. What is dropped from its case control is listed. See docs/write-deck.md.
+    One subcase of +1 K per thermal area (+1 K/m of one under a gradient), and one that warms all areas together, on the
+    model's own bulk data and constraints. What is dropped from its case control is listed. See docs/write-deck.md.
     """
     from tedm_cli.cli.printing.areas import mean_step_lines
     from tedm_cli.stages.model.deck import write_deck as stage
@@ -136,8 +136,9 @@ def build_distortion(
 ) -> None:
     """Unit loads to the distortion matrix [D].
 
-    Per kelvin of every thermal area, for all grids and for the optical elements, with superposition checked. The
-    layout must fit the model: the same test masses as in its configuration, elements near their grids.
+    Per kelvin of every thermal area (kelvin per metre of a gradient), for all grids and for the optical elements, with
+    superposition of the means checked. The layout must fit the model: the same test masses as in its configuration,
+    elements near their grids.
     """
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.distortion import build_distortion as stage
@@ -146,11 +147,14 @@ def build_distortion(
     with progress(quiet) as step:
         done = stage(project, output, step)
     check = "not checked (no uniform load)" if done.superposition is None else f"{done.superposition:.1e}"
+    bent = (
+        "" if done.largest_gradient is None else "; under a gradient {:.3g} m/(K/m) ({})".format(*done.largest_gradient)
+    )
     optical = f"{done.optical} optical elements" if done.optical else "no optical elements: the project has no optics"
     say(
         quiet,
         f"{done.path}: D for {done.areas} areas, {done.grids:,} grids, {optical}",
         f"superposition residual {check}; largest translation {done.largest_m_per_K:.3g} m/K ({done.largest_area}),"
-        f" largest rigid-body part {done.largest_rigid_m_per_K:.3g} m/K",
+        f" largest rigid-body part {done.largest_rigid_m_per_K:.3g} m/K{bent}",
         *(f"warning: {note}" for note in done.notes),
     )

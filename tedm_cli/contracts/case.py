@@ -302,7 +302,7 @@ class CaseFile(AreaDatasets, FileKind):
 
 CASE = CaseFile(
     "case",
-    4,
+    5,
     "tedm run-case",
     fixed_dims={"band_edge": 2, "plane": 2},
     derived_dims={"area_column": ("area", 1, 0)},

@@ -27,7 +27,14 @@ AT_REST = (
 class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     """Its datasets by name; `SENSITIVITY` is the kind of file."""
 
-    S = Dataset("/S", ("row", "area"), "float", None, "self-gravity sensitivity matrix [S_SG]", TM_FRAME)
+    S = Dataset(
+        "/S",
+        ("row", "area"),
+        "float",
+        None,
+        "self-gravity sensitivity matrix [S_SG] per /area/unit",
+        TM_FRAME,
+    )
     ROW_LABEL = Dataset(
         "/row/label",
         ("row",),
@@ -37,7 +44,12 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         values=Values(of="/test_mass/name", ends=ACCELERATIONS, unique=True),
     )
     ROW_UNIT = Dataset(
-        "/row/unit", ("row",), "str", "1", "unit of each row of S", values=Values(words=("m/s^2/K", "rad/s^2/K"))
+        "/row/unit",
+        ("row",),
+        "str",
+        "1",
+        "unit of each row of S by mean areas",
+        values=Values(words=("m/s^2/K", "rad/s^2/K")),
     )
     TEST_MASS_NAME = Dataset("/test_mass/name", ("test_mass",), "str", "1", "name of the test mass", values=NAMES)
     TEST_MASS_POSITION = Dataset(
@@ -265,7 +277,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
 
 SENSITIVITY = SensitivityFile(
     "sensitivity",
-    4,
+    5,
     "tedm build-sensitivity",
     derived_dims={
         "row": ("test_mass", 6, 0),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,7 @@ class UnitLoad:
     load_K: float
     output: str = ""
     single_error: float = 0.0
-    elements: ElementSteps = ElementSteps()
+    elements: ElementSteps = field(default_factory=ElementSteps)
 
     @property
     def kind(self) -> str:

@@ -10,20 +10,24 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.contracts import AreaDatasets, AreaPlaces
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.results.units import units_of
 from tedm_cli.symmetry_plane import BASIC_PLANE, SymmetryPlane
 
 
 def read_areas(file: Reader) -> AreaTable:
     """The areas of any file of the build folder, in the order of its arrays over areas."""
     placed = file.has(AreaPlaces.PLANE_POINT)
-    return AreaTable(
+    areas = AreaTable(
         name=np.array(file.strings(AreaDatasets.AREA_NAME)),
         group=np.array(file.strings(AreaDatasets.AREA_GROUP)),
         shield=np.array(file.strings(AreaDatasets.AREA_SHIELD)),
         side=np.array(file.strings(AreaDatasets.AREA_SIDE)),
         centroid_m=file.array(AreaPlaces.AREA_CENTROID) if placed else None,
         plane=read_plane(file) if placed else BASIC_PLANE,
+        kind=np.array(file.strings(AreaDatasets.AREA_KIND)),
     )
+    units_of(file, AreaDatasets.AREA_UNIT, areas.name.tolist(), areas.unit)
+    return areas
 
 
 def read_plane(file: Reader) -> SymmetryPlane:
@@ -48,6 +52,8 @@ def write_areas(writer: Writer, areas: AreaTable, area_id: IntArray) -> None:
     writer.write(AreaDatasets.AREA_GROUP, areas.group)
     writer.write(AreaDatasets.AREA_SHIELD, areas.shield)
     writer.write(AreaDatasets.AREA_SIDE, areas.side)
+    writer.write(AreaDatasets.AREA_KIND, areas.kind)
+    writer.write(AreaDatasets.AREA_UNIT, areas.unit)
 
 
 def by_group(areas: AreaTable) -> IntArray:

@@ -88,6 +88,8 @@ AREAS = {
     "/area/group": ["struts", "struts", "OB", "IS1", "IS1"],
     "/area/shield": ["outside", "outside", "inside", "inside", "inside"],
     "/area/side": ["+y", "-y", "mid", "mid", "+y"],
+    "/area/kind": ["mean"] * 5,
+    "/area/unit": ["K"] * 5,
     "/symmetry_plane/point": [0.0, 0.125, 0.0],
     "/symmetry_plane/normal": [0.0, 1.0, 0.0],
     "/symmetry_plane/origin": "configured",

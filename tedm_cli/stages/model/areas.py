@@ -161,12 +161,13 @@ def _summary(
     loads = found.loads.values()
     centroid = area_centroids(geometry, loads)
     plane = project_plane(project, config)
+    kinds = {name: load.kind for name, load in found.loads.items()}
     owned = element_owners(geometry, loads) >= 0
     return AreaSummary(
         source=source,
         origin=origin,
         found=found,
-        table=area_attributes(list(found.loads), centroid, config.areas, plane.plane, where=str(project.model)),
+        table=area_attributes(kinds, centroid, config.areas, plane.plane, where=str(project.model)),
         mass_kg=area_masses(geometry, loads),
         centroid_m=centroid,
         mean_step=mean_steps(geometry, found.loads, found.selected),

@@ -36,6 +36,7 @@ from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.progress import Step
+from tedm_cli.results.areas import write_areas
 from tedm_cli.stages.common import check_test_masses, out_path
 from tedm_cli.stages.model.masses import check_grids_outside, check_weight_tables, properties_of, without_test_masses
 
@@ -103,7 +104,8 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
     centroids = area_centroids(geometry, on.values())
-    table = area_attributes([a.label for a in areas], centroids, config.areas, plane.plane, where=str(project.model))
+    kinds = {a.label: a.kind for a in areas}
+    table = area_attributes(kinds, centroids, config.areas, plane.plane, where=str(project.model))
     steps = mean_steps(geometry, on, selected)
     out = out_path(project, UNIT_LOADS_FILE, output)
     links = rigid_links(model, geometry)
@@ -117,12 +119,9 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         with create(out, UNIT_LOADS, trace) as writer:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
-            _write_areas(writer, areas, centroids, area_masses(geometry, on.values()))
+            _write_loads(writer, areas, centroids, area_masses(geometry, on.values()), steps)
+            write_areas(writer, table, np.array([a.subcase for a in areas]))
             _write_plane(writer, plane, out)
-            writer.write(UNIT_LOADS.AREA_NAME, table.name)
-            writer.write(UNIT_LOADS.AREA_GROUP, table.group)
-            writer.write(UNIT_LOADS.AREA_SHIELD, table.shield)
-            writer.write(UNIT_LOADS.AREA_SIDE, table.side)
             write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
 
     try:
@@ -256,13 +255,17 @@ def _write_masses(writer: Writer, geometry: ModelGeometry, properties: MassPrope
     writer.write(UNIT_LOADS.MASS_INERTIA, properties.inertia_kg_m2)
 
 
-def _write_areas(writer: Writer, areas: Sequence[UnitLoad], centroids: FloatArray, masses: FloatArray) -> None:
-    writer.write(UNIT_LOADS.AREA_ID, [a.subcase for a in areas])
+def _write_loads(
+    writer: Writer, areas: Sequence[UnitLoad], centroids: FloatArray, masses: FloatArray, steps: Sequence[MeanStep]
+) -> None:
     writer.write(UNIT_LOADS.AREA_LOAD_K, [a.load_K for a in areas])
     writer.write(UNIT_LOADS.AREA_MASS, masses)
     writer.write(UNIT_LOADS.AREA_CENTROID, centroids)
     writer.write(UNIT_LOADS.AREA_NODE_OFFSET, np.cumsum([0, *(len(a.rows) for a in areas)]))
     writer.write(UNIT_LOADS.AREA_NODE_INDEX, np.concatenate([a.rows for a in areas]))
+    writer.write(UNIT_LOADS.AREA_ELEMENT_OFFSET, np.cumsum([0, *(len(a.elements.loaded) for a in areas)]))
+    writer.write(UNIT_LOADS.AREA_ELEMENT_INDEX, np.concatenate([a.elements.loaded for a in areas]))
+    writer.write(UNIT_LOADS.AREA_MEAN_STEP, [step.share for step in steps])
 
 
 def _write_plane(writer: Writer, used: ProjectPlane, out: Path) -> None:
