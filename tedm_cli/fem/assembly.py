@@ -92,12 +92,21 @@ def _origin(structure: Structure) -> float:
 def _element_matrices(structure: Structure) -> Iterator[ElementMatrices]:
     for block in structure.solids:
         yield from solid_matrices(structure.position, block)
+    for _, part in line_and_shell_matrices(structure):
+        yield part
+
+
+def line_and_shell_matrices(structure: Structure) -> Iterator[tuple[IntArray, ElementMatrices]]:
+    """Bars, rods and shells, some thousand at a time, with their ids."""
     if len(structure.bars.element_id):
-        yield bar_matrices(structure.position, structure.bars)
+        yield structure.bars.element_id, bar_matrices(structure.position, structure.bars)
     if len(structure.rods.element_id):
-        yield rod_matrices(structure.position, structure.rods)
+        yield structure.rods.element_id, rod_matrices(structure.position, structure.rods)
     for shells in (structure.quads, structure.trias):
-        yield from shell_matrices(structure.position, shells)
+        start = 0
+        for part in shell_matrices(structure.position, shells):
+            yield shells.element_id[start : start + len(part.dof)], part
+            start += len(part.dof)
 
 
 class _BlockSum:

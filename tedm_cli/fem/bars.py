@@ -3,6 +3,10 @@
 Local axes: x from end A to end B, plane 1 spanned by x and the orientation vector, z normal to plane 1. Each end has
 three translations and three rotations (Przemieniecki, Theory of Matrix Structural Analysis, section 5.6, shear
 deformation included, with a product of inertia added to the bending energy).
+
+Gradients of temperature T'1 along y and T'2 along z are Nastran's: moments of the temperature over the section, divided
+by I1 and I2 (MSC Nastran Quick Reference Guide, TEMPRB), linear along the bar. An unloaded bar then has the
+curvatures -α I1 T'1 and -α I2 T'2 times the inverse of the matrix of I1, I12 and I2; its forces undo them.
 """
 
 from __future__ import annotations
@@ -26,7 +30,7 @@ _ROUNDING = 1e-13
 
 
 def bar_matrices(position: FloatArray, block: BarBlock) -> ElementMatrices:
-    """Element matrices of all bars; the thermal strain is that of the mean of the two end temperatures.
+    """Element matrices of all bars; the stretch is that of the mean of the two end temperatures.
 
     Raises
     ------
@@ -42,8 +46,9 @@ def bar_matrices(position: FloatArray, block: BarBlock) -> ElementMatrices:
     n = len(length)
     local = _local_stiffness(length, block)
     thrust = block.youngs_modulus * block.area
-    push = np.zeros((n, 12))
-    push[:, 0], push[:, 6] = -thrust, thrust
+    push = np.zeros((n, 12, 5))  # of a thermal strain of one, then of gradients of one
+    push[:, 0, 0], push[:, 6, 0] = -thrust, thrust
+    push[:, :, 1:] = local[:, :, :6] @ _unloaded(length, block)
     local, push = _release(local, push, block.released)
 
     turn = np.zeros((n, 12, 12))  # motions of the grids in the basic frame to motions of the ends along the bar's axes
@@ -52,7 +57,7 @@ def bar_matrices(position: FloatArray, block: BarBlock) -> ElementMatrices:
     for number, end in enumerate((slice(0, 6), slice(6, 12))):
         turn[:, end, end] = turn[:, end, end] @ rigid_body_matrix(block.offset[:, number])
     back = turn.transpose(0, 2, 1)
-    half = 0.5 * block.expansion[:, None] * (back @ push[:, :, None])[..., 0]
+    half = 0.5 * block.expansion[:, None] * (back @ push[:, :, :1])[..., 0]
     # The uniform expansion that tests the elements is of everything, rigid arms included.
     arms = np.zeros((n, 12))
     arms[:, 0:3] = (axes @ block.offset[:, 0, :, None])[..., 0]
@@ -62,9 +67,28 @@ def bar_matrices(position: FloatArray, block: BarBlock) -> ElementMatrices:
         grids=block.connectivity,
         stiffness=back @ local @ turn,
         coupling=np.stack([half, half], axis=2),
-        expansion_load=(back @ (push[:, :, None] - local @ arms[:, :, None]))[..., 0],
+        expansion_load=(back @ (push[:, :, :1] - local @ arms[:, :, None]))[..., 0],
         reference_temperature=block.reference_temperature,
+        gradient_load=back @ push[:, :, 1:],
     )
+
+
+def _unloaded(length: FloatArray, block: BarBlock) -> FloatArray:
+    """Motions of end A of unloaded bars of which end B is held, [B, 6, 4], per gradient as in `ElementMatrices`.
+
+    The curvature of an unloaded bar is linear along it, whether shear deforms it or not.
+    """
+    inertia = np.stack([block.inertia_1, block.inertia_12, block.inertia_12, block.inertia_2], 1).reshape(-1, 2, 2)
+    curvature = -block.expansion[:, None, None] * np.eye(2)  # [B, plane of it, plane of the gradient]
+    oblique = block.inertia_12 != 0.0
+    own = inertia[oblique] * np.eye(2)
+    curvature[oblique] = -block.expansion[oblique, None, None] * np.linalg.solve(inertia[oblique], own)
+    out = np.zeros((len(length), 6, 2, 2))  # by end and plane of the gradient
+    for end, share in ((0, 1.0 / 6.0), (1, 1.0 / 3.0)):
+        out[:, 1:3, end] = share * length[:, None, None] ** 2 * curvature
+        out[:, 5, end] = -0.5 * length[:, None] * curvature[:, 0]
+        out[:, 4, end] = 0.5 * length[:, None] * curvature[:, 1]
+    return out.reshape(len(length), 6, 4)
 
 
 def _local_stiffness(length: FloatArray, block: BarBlock) -> FloatArray:
@@ -94,10 +118,10 @@ def _local_stiffness(length: FloatArray, block: BarBlock) -> FloatArray:
 
 
 def _release(local: FloatArray, push: FloatArray, released: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Stiffness [B, 12, 12] and forces [B, 12] after the released freedoms have followed the others freely."""
+    """Stiffness [B, 12, 12] and forces [B, 12, m] after the released freedoms have followed the others freely."""
     local, push = local.copy(), push.copy()
     for k in np.flatnonzero(released.any(axis=1)):
-        whole, thrust = np.sqrt(np.diagonal(local[k])), np.abs(push[k]).max()
+        whole, thrust = np.sqrt(np.diagonal(local[k])), np.abs(push[k]).max(axis=0)
         out = np.flatnonzero(released[k] & (whole > 0.0))
         size = np.outer(whole[out], whole[out])
         inverse = np.linalg.pinv(local[k][np.ix_(out, out)] / size, rcond=_RANK_TOLERANCE, hermitian=True) / size

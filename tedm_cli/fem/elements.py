@@ -20,6 +20,8 @@ class ElementMatrices:
     coupling : [e, d, n], N/K, nodal forces per kelvin on a grid.
     expansion_load : [e, d], N, nodal forces of an isotropic thermal strain of one.
     reference_temperature : [e], K, at which the element is free of thermal strain.
+    gradient_load : [e, d, g], N per K/m, nodal forces of gradients across the elements: of shells g = 1, along the
+        normal; of bars g = 4, in plane 1 at end A, in plane 2 at A, and both at B. None where they have no effect.
     """
 
     dof: IntArray
@@ -28,6 +30,7 @@ class ElementMatrices:
     coupling: FloatArray
     expansion_load: FloatArray
     reference_temperature: FloatArray
+    gradient_load: FloatArray | None = None
 
 
 def dof_of(grids: IntArray, per_grid: int) -> IntArray:

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.fem.assembly import assemble
+from tedm_cli.fem.element_loads import element_loads
 from tedm_cli.fem.linear import Factorisation
 from tedm_cli.fem.structure import Structure
 
@@ -29,24 +30,28 @@ class RandomSums:
     unknown : [n, 2], their solutions.
     temperature : [N, 2], K.
     amount : [2], how often the strain-free temperatures are contained.
+    own : [5 L, 2], temperatures of elements (`ElementLoads.own`); None as long as no case has any.
     """
 
     unknown: FloatArray
     temperature: FloatArray
     amount: FloatArray
     random: np.random.Generator
+    own: FloatArray | None = None
 
     @classmethod
     def none(cls, n_unknowns: int, n_grids: int) -> RandomSums:
         """Sums of no load case yet."""
         return cls(np.zeros((n_unknowns, _SUMS)), np.zeros((n_grids, _SUMS)), np.zeros(_SUMS), np.random.default_rng(0))
 
-    def add(self, unknown: FloatArray, temperature: FloatArray) -> None:
-        """Add load cases with solutions [n, m] and temperatures [N, m]."""
+    def add(self, unknown: FloatArray, temperature: FloatArray, own: FloatArray | None = None) -> None:
+        """Add load cases with solutions [n, m], temperatures [N, m] and those of elements [5 L, m]."""
         sign = self.random.choice([-1.0, 1.0], size=(unknown.shape[1], _SUMS))
         self.unknown += unknown @ sign
         self.temperature += temperature @ sign
         self.amount += sign.sum(axis=0)
+        if own is not None:
+            self.own = own @ sign + (0.0 if self.own is None else self.own)
 
 
 def displacements_with(
@@ -65,7 +70,10 @@ def displacements_with(
     tolerance : energy norm of the error over that of the load.
     """
     operators = assemble(other)
-    load = transform.T @ operators.thermal.forces(sums.temperature, sums.amount)
+    force = operators.thermal.forces(sums.temperature, sums.amount)
+    if sums.own is not None:
+        force += element_loads(other).forces(sums.own)
+    load = transform.T @ force
     unknown = sums.unknown.copy()
 
     def product(x: FloatArray) -> FloatArray:

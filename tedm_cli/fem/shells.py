@@ -9,7 +9,8 @@ lock (MIN4: Tessler & Hughes, Comput. Methods Appl. Mech. Engng. 39, 1983; MIN3:
 The rotation about the normal is tied to the rotation of the mid-surface by a weak penalty, so that rigid rotations stay
 free of stress (Zienkiewicz & Taylor, The Finite Element Method, vol. 2, on flat facet shells). The corners of a warped
 quadrilateral, and those of an offset shell, hang on the mid-surface by rigid arms along its normal; the arms grow with
-the temperature of the element, which leaves free expansion free of stress.
+the temperature of the element, which leaves free expansion free of stress. A gradient of temperature along the normal
+bends an unloaded shell by α times it in every direction; it has no part in the arms, nor in a shell without bending.
 
 Local axes: z is the normal, x and y halve the angles of a quadrilateral's diagonals; a triangle's x is its first side.
 """
@@ -38,8 +39,8 @@ _FLAT = 1e-12
 def shell_matrices(position: FloatArray, block: ShellBlock) -> Iterator[ElementMatrices]:
     """Element matrices of `block`, a few thousand elements at a time.
 
-    The thermal strain of an element is that of the mean of its grids' temperatures, constant through the thickness
-    (Nastran Quick Reference Guide, on TEMP).
+    The thermal strain that grids give an element is that of the mean of their temperatures, constant through the
+    thickness (Nastran Quick Reference Guide, on TEMP).
 
     Raises
     ------
@@ -73,6 +74,7 @@ def _matrices(position: FloatArray, block: ShellBlock, part: slice) -> ElementMa
     back = turn.transpose(0, 2, 1)
     expansion_load = (back @ (_push(plane, block.membrane_stiffness[part]) - local @ grown_arms))[..., 0]
     share = (block.expansion[part] / n)[:, None, None]
+    bend = block.bending_expansion[part, None, None] * _bend(plane, block.bending_stiffness[part])
     return ElementMatrices(
         dof=dof_of(block.connectivity[part], 6),
         grids=block.connectivity[part],
@@ -80,6 +82,7 @@ def _matrices(position: FloatArray, block: ShellBlock, part: slice) -> ElementMa
         coupling=np.broadcast_to(share * expansion_load[..., None], (e, 6 * n, n)),
         expansion_load=expansion_load,
         reference_temperature=block.reference_temperature[part],
+        gradient_load=back @ bend,
     )
 
 
@@ -158,21 +161,34 @@ def _push(plane: FloatArray, stiffness: FloatArray) -> FloatArray:
     return np.asarray(force[..., None])
 
 
+def _bend(plane: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """Moments of the plate [e, 6 n, 1] under curvatures xx and yy of one."""
+    _, gradient, weight = _gradients(plane)
+    moment = np.einsum("eq,eqrd,er->ed", weight, _curvature(gradient), stiffness[:, :, :2].sum(axis=2))
+    return np.asarray(moment[..., None])
+
+
+def _curvature(gradient: FloatArray) -> FloatArray:
+    """Curvatures ry,x; -rx,y; ry,y - rx,x over the six motions of the corners, [e, q, 3, 6 n]."""
+    e, q, n, _ = gradient.shape
+    curvature = np.zeros((e, q, 3, n, 6))
+    curvature[:, :, 0, :, 4] = curvature[:, :, 2, :, 3] = gradient[..., 0]
+    curvature[:, :, 1, :, 3] = curvature[:, :, 2, :, 4] = gradient[..., 1]
+    curvature[:, :, :, :, 3] *= -1.0
+    return curvature.reshape(e, q, 3, 6 * n)
+
+
 def _local_stiffness(plane: FloatArray, block: ShellBlock, part: slice) -> FloatArray:
     """Stiffness [e, 6 n, 6 n] of shells with corners [e, n, 2] in their own axes."""
     value, gradient, weight = _gradients(plane)
     e, q, n, _ = gradient.shape
-    curvature = np.zeros((e, q, 3, n, 6))  # ry,x; -rx,y; ry,y - rx,x
-    curvature[:, :, 0, :, 4] = curvature[:, :, 2, :, 3] = gradient[..., 0]
-    curvature[:, :, 1, :, 3] = curvature[:, :, 2, :, 4] = gradient[..., 1]
-    curvature[:, :, :, :, 3] *= -1.0
     drilling = np.zeros((e, q, 1, n, 6))  # rz - (v,x - u,y) / 2
     drilling[:, :, 0, :, 5] = value
     drilling[:, :, 0, :, 0], drilling[:, :, 0, :, 1] = 0.5 * gradient[..., 1], -0.5 * gradient[..., 0]
 
     stiffness = _energy(_membrane(gradient, weight), block.membrane_stiffness[part], weight)
     stiffness += _energy(drilling.reshape(e, q, 1, 6 * n), block.drilling_stiffness[part, None, None], weight)
-    bending = _energy(curvature.reshape(e, q, 3, 6 * n), block.bending_stiffness[part], weight)
+    bending = _energy(_curvature(gradient), block.bending_stiffness[part], weight)
     shear = _energy(*_shear(plane))
     turning = (np.arange(6 * n) % 6 > 2) & (np.arange(6 * n) % 6 < 5)
     bent = np.diagonal(bending, axis1=1, axis2=2)[:, turning].sum(axis=1)

@@ -16,6 +16,7 @@ from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.bending import bending_change
 from tedm_cli.fem.constraints import eliminate, to_basic
 from tedm_cli.fem.drilling import DrillingChange, drilling_change
+from tedm_cli.fem.element_loads import ElementLoads, element_loads
 from tedm_cli.fem.linear import SolverName
 from tedm_cli.fem.other_elements import RandomSums
 from tedm_cli.fem.stability import factorise_supported, require_supported
@@ -87,6 +88,7 @@ class StaticSolution:
         transform = to_basic(structure) @ elimination.transform
         reduced = (transform.T @ operators.stiffness @ transform).tocsr()
         self._thermal = operators.thermal
+        self._element_loads: ElementLoads | None = None  # made for the first case that needs them
         del operators  # the unconstrained stiffness is as large as the constrained one
         constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
         active, measure = stiff_components(reduced, elimination.dependent, constrained)
@@ -118,7 +120,7 @@ class StaticSolution:
         Raises
         ------
         PhysicsError
-            If the relative residual of a case exceeds 1e-6.
+            If the relative residual of a case exceeds 1e-6, or elements have temperatures that the structure lacks.
         """
         total = len(load_cases) if isinstance(load_cases, list | tuple) else 0
         cases, done = iter(load_cases), 0
@@ -132,7 +134,10 @@ class StaticSolution:
     def _solve_batch(self, batch: list[LoadCase]) -> FloatArray:
         start = time.perf_counter()
         temperature = np.stack([case.temperature for case in batch], axis=1)
-        load = self._transform.T @ self._thermal.forces(temperature)
+        force, own = self._thermal.forces(temperature), self._own(batch)
+        if own is not None and self._element_loads is not None:
+            force += self._element_loads.forces(own)
+        load = self._transform.T @ force
         unknown = self._factors.solve(load)
         size = np.linalg.norm(load, axis=0)
         error = np.linalg.norm(self._stiffness @ unknown - load, axis=0)
@@ -144,10 +149,19 @@ class StaticSolution:
                 hint="the stiffness is too badly conditioned; look for elements much stiffer than their neighbours",
             )
         self._residual = max(self._residual, float(residual[worst]))
-        self._sums.add(unknown, temperature)
+        self._sums.add(unknown, temperature, own)
         motion = np.asarray(self._transform @ unknown)
         self._solve_seconds += time.perf_counter() - start
         return motion
+
+    def _own(self, batch: list[LoadCase]) -> FloatArray | None:
+        """Temperatures of elements [5 L, m] of the cases; None where none has any."""
+        if all(case.elements is None for case in batch):
+            return None
+        if self._element_loads is None:
+            self._element_loads = element_loads(self._structure)
+        loads = self._element_loads
+        return np.stack([loads.own(case.temperature, case.elements) for case in batch], axis=1)
 
     def bending_change(self) -> float | None:
         """How much bubble functions would change the cases solved so far; see `tedm_cli.fem.bending`."""

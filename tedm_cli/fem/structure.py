@@ -124,7 +124,7 @@ class ShellBlock:
     shear_stiffness : [E], N/m, transverse force per length over the shear angle; infinite where shear does not deform.
     drilling_stiffness : [E], N/m, weight of (rotation about the normal - rotation of the mid-surface)².
     offset : [E], m, of the mid-surface from the grids along the normal.
-    expansion : [E], 1/K.
+    expansion, bending_expansion : [E], 1/K, of the membrane, and of the bending under a gradient through the thickness.
     reference_temperature : [E], K.
     """
 
@@ -136,6 +136,7 @@ class ShellBlock:
     drilling_stiffness: FloatArray = field(default_factory=lambda: no_floats(0))
     offset: FloatArray = field(default_factory=lambda: no_floats(0))
     expansion: FloatArray = field(default_factory=lambda: no_floats(0))
+    bending_expansion: FloatArray = field(default_factory=lambda: no_floats(0))
     reference_temperature: FloatArray = field(default_factory=lambda: no_floats(0))
 
 

@@ -75,7 +75,7 @@ DIMENSIONS: dict[type, dict[str, Dimension]] = {
         **dict.fromkeys(("membrane_stiffness", "shear_stiffness", "drilling_stiffness"), u.FORCE_PER_LENGTH),
         "bending_stiffness": u.MOMENT,  # per length, over a curvature
         "offset": u.LENGTH,
-        "expansion": u.EXPANSION,
+        **dict.fromkeys(("expansion", "bending_expansion"), u.EXPANSION),
         "reference_temperature": u.TEMPERATURE,
     },
     Structure: {

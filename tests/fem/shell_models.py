@@ -28,6 +28,7 @@ def shells(
         drilling_stiffness=full(drilling * thickness * modulus),
         offset=full(offset),
         expansion=full(alpha),
+        bending_expansion=full(alpha),
         reference_temperature=full(0.0),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,10 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.fem.structure import LoadCase
+from tedm_cli.fem.structure import ElementTemperatures, LoadCase
 from tedm_cli.nastran.control_words import LOADS, NOT_LINEAR, check_selections, read_statements
 from tedm_cli.nastran.deck_lines import read_head
+from tedm_cli.nastran.element_temperatures import element_temperatures
 from tedm_cli.nastran.unit_load_control import check_parameters
 
 # Case control that selects a load, a constraint or a matrix that is not modelled.
@@ -84,28 +86,38 @@ def read_load_cases(
     model: Any,
     sets: SelectedSets,
     grid_id: IntArray,
-    heated: BoolArray,
+    blocks: Sequence[tuple[IntArray, IntArray]],
     path: Path,
 ) -> tuple[FloatArray | None, list[LoadCase]]:
-    """Temperatures of all grids in every selected set.
+    """Temperatures of all grids, and of elements that have their own, in every selected set.
 
     Parameters
     ----------
     model : pyNastran model.
     sets : from `selected_sets`.
     grid_id : [N], ascending.
-    heated : bool [N], grids of elements; these must have a temperature in every set (the others get zero).
+    blocks : ids [E] and grids [E, n], by row, of all elements. Grids of elements without a temperature of their own
+        must have one in every set.
     path : for messages.
 
     Returns
     -------
     Initial temperatures [N] or None, and the load cases in the order of their subcases.
     """
-    initial = None if sets.initial is None else _temperatures(model, sets.initial, grid_id, heated, path)
-    cases = [
-        LoadCase(id=number, label=label, temperature=_temperatures(model, temperature, grid_id, heated, path))
-        for number, label, temperature in sets.loads
-    ]
+    initial = None
+    if sets.initial is not None:
+        if element_temperatures(model, sets.initial) is not None:
+            raise InputError(
+                f"TEMPERATURE(INITIAL) selects set {sets.initial}, which gives elements temperatures of their own",
+                where=str(path),
+                hint="the initial temperatures are read of grids alone: give that set TEMP and TEMPD",
+            )
+        initial = _temperatures(model, sets.initial, None, grid_id, blocks, path)
+    cases = []
+    for number, label, sid in sets.loads:
+        own = element_temperatures(model, sid)
+        temperature = _temperatures(model, sid, own, grid_id, blocks, path)
+        cases.append(LoadCase(id=number, label=label, temperature=temperature, elements=own))
     return initial, cases
 
 
@@ -119,15 +131,16 @@ def _selected(params: dict[str, Any], *keys: str) -> int | None:
 def _temperatures(
     model: Any,
     sid: int,
+    own: ElementTemperatures | None,
     grid_id: IntArray,
-    heated: BoolArray,
+    blocks: Sequence[tuple[IntArray, IntArray]],
     path: Path,
 ) -> FloatArray:
-    """Temperature [N] of every grid in the set `sid` (TEMP cards over the TEMPD default)."""
+    """Temperature [N] of every grid in the set `sid` (TEMP cards over the TEMPD default); `own` are of elements."""
     default = model.tempds.get(sid)
     cards = [card for card in model.loads.get(sid, []) if card.type == "TEMP"]
     where = f"{path}: TEMP set {sid}"
-    if default is None and not cards:
+    if default is None and not cards and own is None:
         raise InputError("selected by case control, but neither TEMP nor TEMPD cards exist", where=where)
     pairs = [pair for card in cards for pair in card.temperatures.items()]
     ids = np.array([grid for grid, _ in pairs], dtype=np.int64)
@@ -142,11 +155,27 @@ def _temperatures(
     if contradicted.size:
         raise InputError(f"grid {contradicted[0]} has two different temperatures", where=where)
     bare = np.isnan(temperature)
-    if (bare & heated).any():
+    if bare.any():
+        _require_temperatures(bare, own, grid_id, blocks, where)
+    return np.where(bare, 0.0 if own is None else own.mean[0, 0], temperature)
+
+
+def _require_temperatures(
+    bare: BoolArray,
+    own: ElementTemperatures | None,
+    grid_id: IntArray,
+    blocks: Sequence[tuple[IntArray, IntArray]],
+    where: str,
+) -> None:
+    """Refuse `bare` grids [N], without a temperature, of elements that take theirs from them."""
+    needed = np.zeros(len(grid_id), dtype=bool)
+    for element_id, connectivity in blocks:
+        following = connectivity if own is None else connectivity[~np.isin(element_id, own.element_id)]
+        needed[following.reshape(-1)] = True
+    lacking = grid_id[bare & needed]
+    if lacking.size:
         raise InputError(
-            f"{int((bare & heated).sum())} grid(s) of elements have no temperature, the first is "
-            f"{grid_id[bare & heated][0]}",
+            f"{lacking.size} grid(s) of elements have no temperature, the first is {lacking[0]}",
             where=where,
             hint="add a TEMPD card with the temperature of the rest",
         )
-    return np.where(bare, 0.0, temperature)

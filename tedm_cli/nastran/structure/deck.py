@@ -9,8 +9,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import LoadCase, Structure
@@ -25,7 +23,7 @@ from tedm_cli.nastran.structure.rigid import read_rigid_elements
 from tedm_cli.nastran.structure.rods import read_rods
 from tedm_cli.nastran.structure.shells import read_shells
 from tedm_cli.nastran.structure.solids import read_solids
-from tedm_cli.nastran.units import in_si, structure_in_si, units_of
+from tedm_cli.nastran.units import load_case_in_si, structure_in_si, units_of
 
 
 def read_solver_deck(path: Path, units: DeckUnits = SI) -> tuple[Structure, list[LoadCase]]:
@@ -70,11 +68,10 @@ def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]
     mpc = read_equations(model, sets.equations, references)
     references.refuse_missing()
 
-    heated = np.zeros(len(grid_id), dtype=bool)
-    lines_and_shells = (bars.connectivity, rods.connectivity, quads.connectivity, trias.connectivity)
-    for connectivity in (*(block.connectivity for block in solids), *lines_and_shells):
-        heated[connectivity.reshape(-1)] = True
-    initial, cases = read_load_cases(model, sets, grid_id, heated, path)
+    blocks = [(block.element_id, block.connectivity) for block in solids]
+    blocks += [(bars.element_id, bars.connectivity), (rods.element_id, rods.connectivity)]
+    blocks += [(shells.element_id, shells.connectivity) for shells in (quads, trias)]
+    initial, cases = read_load_cases(model, sets, grid_id, blocks, path)
     structure = Structure(
         grid_id=grid_id,
         position=position,
@@ -92,4 +89,4 @@ def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]
         initial_temperature=initial,
     )
     units = units_of(model)
-    return structure_in_si(structure, units), [in_si(case, units) for case in cases]
+    return structure_in_si(structure, units), [load_case_in_si(case, units) for case in cases]

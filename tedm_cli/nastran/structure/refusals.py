@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.card_names import WITHOUT_INFLUENCE
+from tedm_cli.nastran.card_names import ELEMENT_TEMPERATURES, WITHOUT_INFLUENCE
 from tedm_cli.nastran.parameter_values import parameter
 from tedm_cli.nastran.structure.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
 from tedm_cli.nastran.structure.solids import count_refused_solids
@@ -32,6 +32,7 @@ _MODELLED = {
     "SPCADD",
     "TEMP",
     "TEMPD",
+    *ELEMENT_TEMPERATURES,
 }
 # Cards without influence on static thermal displacements: masses, plotting, sets, scalar points (what could be on them
 # is refused), other solutions, and loads that no subcase selects (a selection is refused).

@@ -22,7 +22,7 @@ def read_shells(model: Any, references: CardReferences, card: str) -> ShellBlock
     n = 4 if card == "CQUAD4" else 3
     shells = [element for _, element in sorted(model.elements.items()) if element.type == card]
     membrane, bending = np.zeros((len(shells), 3, 3)), np.zeros((len(shells), 3, 3))
-    shear, expansion, reference = np.zeros(len(shells)), np.zeros(len(shells)), np.zeros(len(shells))
+    shear, expansion, bending_expansion, reference = (np.zeros(len(shells)) for _ in range(4))
     for k, shell in enumerate(shells):
         prop = references.card(model.properties, shell.pid, "PSHELL", who=f"{card} {shell.eid}")
         if prop is None:
@@ -37,6 +37,7 @@ def read_shells(model: Any, references: CardReferences, card: str) -> ShellBlock
             expansion[k], reference[k] = first.a, first.tref
         if second is not None:
             bending[k] = prop.twelveIt3 * thickness**3 / 12.0 * _plane_stress(second, references.where)
+            bending_expansion[k] = second.a
             shear[k] = np.inf if third is None else prop.tst * thickness * third.g
     weight = _K6ROT_UNIT * number_parameter(model, "K6ROT", _K6ROT, references.where)
     return ShellBlock(
@@ -48,6 +49,7 @@ def read_shells(model: Any, references: CardReferences, card: str) -> ShellBlock
         drilling_stiffness=weight * membrane[:, 2, 2],
         offset=np.array([shell.zoffset or 0.0 for shell in shells], dtype=np.float64),
         expansion=expansion,
+        bending_expansion=bending_expansion,
         reference_temperature=reference,
     )
 
