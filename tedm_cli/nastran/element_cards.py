@@ -1,4 +1,9 @@
-"""TEMPP1 and TEMPRB cards of unit loads: elements with temperatures of their own, by lists and ranges of their ids."""
+"""TEMPP1 and TEMPRB cards of unit loads: elements with temperatures of their own.
+
+Solvers differ in how they read lists of elements: those of TEMPRB stand in the third line for MSC Nastran and in the
+second for MYSTRAN, which also loses a line that begins with + alone, and says nothing. So lists are written of TEMPP1
+alone, in small fields and in lines that begin with blanks; of all else there is a card for each element.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +17,7 @@ from tedm_cli.nastran.temperature_sets import MAX_ID, plain
 
 _RUN = 5  # consecutive ids from which on a range is written
 _LISTED = 8  # further ids of a card, those of one continuation in small fields
-_LARGE_FIELD = 16
+_SMALL, _LARGE = 8, 16  # columns of a field
 
 
 def element_cards(
@@ -36,20 +41,27 @@ def element_cards(
     for name, chosen in (("TEMPP1", shell), ("TEMPRB", ~shell)):
         rows = np.flatnonzero(chosen)
         values = np.zeros((len(rows), 2)) if gradient is None else gradient[rows]
-        texts = [(real(float(a), unit), real(float(b), unit)) for a, b in values]
-        for pair in dict.fromkeys(texts):
-            mine = ids[rows[[t == pair for t in texts]]]
-            one, two = pair
+        alike: dict[tuple[str, str], list[int]] = {}
+        for eid, (a, b) in zip(ids[rows].tolist(), values.tolist(), strict=True):
+            alike.setdefault((real(a, unit), real(b, unit)), []).append(eid)
+        for (one, two), mine in alike.items():
             fields = [plain(mean), one] if name == "TEMPP1" else [*[plain(mean)] * 2, one, one, two, two]
-            for first, rest in _lists(mine):
-                lines += _card(name, [str(sid), str(first), *fields], rest)
+            small = max(map(len, fields)) <= _SMALL and mine[-1] <= MAX_ID
+            if small and name == "TEMPP1":
+                for first, rest in _lists(np.array(mine)):
+                    lines.append(_small(name, [str(sid), str(first), *fields]))
+                    lines += [_small("", rest)] if rest else []
+            else:
+                for eid in mine:
+                    card = [str(sid), str(eid), *fields]
+                    lines += [_small(name, card)] if small else _large(name, card)
     return lines
 
 
 def real(value: float, unit: Decimal = Decimal(1)) -> str:
     """`value` times `unit` as a large field holds it, short where it is."""
     short = plain((Decimal(repr(value)) * unit).normalize() + 0)
-    if len(short) <= _LARGE_FIELD // 2:
+    if len(short) <= _SMALL:
         return short
     mantissa, exponent = f"{Decimal(repr(value)) * unit:.9e}".split("e")
     return f"{mantissa}{int(exponent):+d}"
@@ -67,16 +79,11 @@ def _lists(ids: IntArray) -> Iterator[tuple[int, list[str]]]:
         yield left[k], [str(i) for i in left[k + 1 : k + 1 + _LISTED]]
 
 
-def _card(name: str, fields: Sequence[str], rest: Sequence[str]) -> list[str]:
-    """Lines of a card with its list `rest` in lines of their own; in large fields where small ones are too narrow."""
-    large = max(map(len, fields)) > _LARGE_FIELD // 2 or int(fields[1]) > MAX_ID or any(len(r) > 8 for r in rest)
-    width, per_line, mark = (_LARGE_FIELD, 4, "*") if large else (8, 8, "+")
-    padded = list(fields) + [""] * (-len(fields) % 8)
-    if rest:
-        padded += [""] * (8 if name == "TEMPRB" else 0)  # temperatures of fibres, for stresses
-        padded += list(rest) + [""] * (-len(rest) % 8)
-    rows = [padded[k : k + per_line] for k in range(0, len(padded), per_line)]
-    while not large and not any(rows[-1]):
-        rows.pop()
-    starts = [f"{name}{'*' if large else '':{8 - len(name)}}", *[f"{mark:8}"] * (len(rows) - 1)]
-    return [(start + "".join(f"{f:>{width}}" for f in row)).rstrip() for start, row in zip(starts, rows, strict=True)]
+def _small(name: str, fields: Sequence[str]) -> str:
+    return f"{name:8}" + "".join(f"{f:>{_SMALL}}" for f in fields)
+
+
+def _large(name: str, fields: Sequence[str]) -> list[str]:
+    """The lines of a card of up to eight large fields."""
+    parts = ("".join(f"{f:>{_LARGE}}" for f in part) for part in (fields[:4], fields[4:]))
+    return [(start + part).rstrip() for start, part in zip((f"{name + '*':8}", "*       "), parts, strict=True)]
