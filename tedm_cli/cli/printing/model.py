@@ -81,7 +81,7 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
                 "note: the linear solids are too stiff in bending; leave IN and ISOP of their PSOLID blank (bubble"
                 " functions), take CHEXA20, CPENTA15 or CTETRA10, or more elements through the thickness"
             )
-    lines += _drilling_lines(done)
+    lines += _drilling_lines(done) + _own_temperature_lines(done)
     if done.linear_tetrahedra:
         lines.append(
             f"note: {done.linear_tetrahedra:,} CTETRA4 have constant strain and are too stiff in bending, by an amount"
@@ -90,6 +90,22 @@ def solve_lines(path: Path, done: SolveReport) -> list[str]:
     if s.unattached_grids:
         lines.append(f"note: {len(s.unattached_grids)} grids have no stiffness and are written as zero")
     return lines + [f"note: {note}" for note in done.notes]
+
+
+def _own_temperature_lines(done: SolveReport) -> list[str]:
+    own = done.own_temperatures
+    if not own.elements:
+        return []
+    lines = [
+        f"temperatures of their own (TEMPP1, TEMPRB): {own.elements:,} elements,"
+        f" {own.gradients:,} of them with a gradient in some load case"
+    ]
+    if own.idle:
+        shown = ", ".join(map(str, own.idle[:8])) + (" ..." if len(own.idle) > 8 else "")
+        lines.append(
+            f"note: gradients do nothing to {len(own.idle):,} elements that do not bend (rods, membranes): {shown}"
+        )
+    return lines
 
 
 def _drilling_lines(done: SolveReport) -> list[str]:

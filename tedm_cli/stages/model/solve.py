@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import resource
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,13 +16,23 @@ from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
-from tedm_cli.fem.structure import SolidBlock
+from tedm_cli.fem.structure import LoadCase, SolidBlock, Structure
 from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.reading import cross_reference, passed_over, read_deck
 from tedm_cli.nastran.run import run_nastran
 from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.progress import Step
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnTemperatures:
+    """Elements that do not follow their grids in some load case: their number, that of those with gradients, and the
+    ids of those whose gradients do nothing, because they do not bend."""
+
+    elements: int
+    gradients: int
+    idle: tuple[int, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +49,7 @@ class SolveReport:
     drilling_change : how far a larger K6ROT would move the grids; None without shells, or with K6ROT of zero.
     linear_tetrahedra : number of tetrahedra of four grids.
     peak_bytes : largest memory that the process has held.
+    own_temperatures : elements with temperatures of their own.
     notes : what of the deck was not read.
     """
 
@@ -51,6 +62,7 @@ class SolveReport:
     linear_tetrahedra: int
     peak_bytes: int
     static: StaticReport
+    own_temperatures: OwnTemperatures
     notes: list[str]
 
 
@@ -116,7 +128,24 @@ def solve_deck(
         linear_tetrahedra=solids.get("CTETRA4", 0),
         peak_bytes=_peak_bytes(),
         static=solution.report,
+        own_temperatures=_own_temperatures(structure, cases),
         notes=notes,
+    )
+
+
+def _own_temperatures(structure: Structure, cases: Sequence[LoadCase]) -> OwnTemperatures:
+    every, bent = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for case in cases:
+        if case.elements is not None:
+            every.append(case.elements.element_id)
+            bent.append(case.elements.element_id[case.elements.gradient.any(axis=(1, 2))])
+    straight = [structure.rods.element_id]
+    for shells in (structure.quads, structure.trias):
+        straight.append(shells.element_id[~shells.bending_stiffness.any(axis=(1, 2))])
+    gradients = np.unique(np.concatenate(bent))
+    idle = np.intersect1d(gradients, np.concatenate(straight))
+    return OwnTemperatures(
+        elements=len(np.unique(np.concatenate(every))), gradients=len(gradients), idle=tuple(int(i) for i in idle)
     )
 
 
