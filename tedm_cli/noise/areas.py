@@ -16,6 +16,8 @@ SIDES = ("+y", "-y", "mid")
 UNITS = {"mean": "K", "gradient": "K/m"}
 """Kinds of areas, and the unit of their temperatures: a mean temperature, or a gradient at an unchanged mean."""
 
+GRADIENTS = " (gradients)"
+
 
 @dataclass(frozen=True, eq=False)
 class AreaTable:
@@ -71,6 +73,27 @@ class AreaTable:
         return np.asarray(self.kind == "gradient")
 
     @property
+    def group_by_unit(self) -> NDArray[np.str_]:
+        """[k]: the group, and of gradients a group apart, `IS1 (gradients)`: kelvins and K/m are not told together."""
+        return np.array([group_in_unit(g, unit) for g, unit in zip(self.group.tolist(), self.unit, strict=True)])
+
+    def only(self, mask: BoolArray) -> AreaTable:
+        """The areas of the mask [k]."""
+        centroid = None if self.centroid_m is None else self.centroid_m[mask]
+        columns = (self.name[mask], self.group[mask], self.shield[mask], self.side[mask])
+        return AreaTable(*columns, centroid, plane=self.plane, kind=self.kind[mask])
+
+    @property
     def unit(self) -> list[str]:
         """[k]: the unit of each area's temperature, K or K/m; columns of sensitivity matrices are per this unit."""
         return [UNITS[kind] for kind in self.kind.tolist()]
+
+
+def unit_of_group(group: str) -> str:
+    """Unit of the temperatures of a group as `AreaTable.group_by_unit` has it."""
+    return UNITS["gradient" if group.endswith(GRADIENTS) else "mean"]
+
+
+def group_in_unit(group: str, unit: str) -> str:
+    """The areas of a group whose temperatures have this unit, as `AreaTable.group_by_unit` has them."""
+    return f"{group}{GRADIENTS}" if unit == UNITS["gradient"] else group

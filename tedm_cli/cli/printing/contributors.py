@@ -64,8 +64,13 @@ def contributor_lines(r: CaseResult) -> list[str]:
         ]
         lines.append(f"  areas ({r.outputs.units[o]}/sqrt(Hz)): {', '.join(areas)}")
         level = r.temperature_asd[:, int(np.abs(r.frequency_hz - c.frequency_hz[o]).argmin())]
-        spectra = np.array([f"no. {i} of {level[i]:.2g} K/sqrt(Hz)" for i in r.temperature_set.tolist()])
-        for what, labels in (("groups", r.areas.group), ("shield", r.areas.shield), ("temperature spectra", spectra)):
+        sets = zip(r.temperature_set.tolist(), r.areas.unit, strict=True)
+        spectra = np.array([f"no. {i} of {level[i]:.2g} {unit}/sqrt(Hz)" for i, unit in sets])
+        for what, labels in (
+            ("groups", r.areas.group_by_unit),
+            ("shield", r.areas.shield),
+            ("temperature spectra", spectra),
+        ):
             names, share, band = c.by(labels)
             parts = [(str(n), share[o, i], band[o, i]) for i, n in enumerate(names)]
             lines.append(f"  {what}: {_parts(parts)}")

@@ -107,7 +107,7 @@ def _realisation(
 ) -> Film | None:
     """A few periods of the lowest frequency that is judged, sampled finely enough to be played."""
     case = config.case(case_id, where=str(project.cases))
-    source = TemperatureNoise(temperature, correlation(case, outputs.areas))
+    source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
     lowest = config.lowest_band_hz()
     rate = _PER_PERIOD * lowest
     low = max(config.frequency.min_hz, lowest / _RESOLVED)
