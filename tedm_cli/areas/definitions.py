@@ -243,13 +243,13 @@ class _Work:
             load = AreaLoad(m.grid_id[mine], m.element_id[own == i], m.element_id[held])
             loads[name] = gradients.get(name, load)
         left = (self.owner < 0) & self.felt()
-        element = np.repeat(np.arange(len(m.element_id)), np.diff(m.node_offset))
+        on_left = m.mesh.touching(left) & (own < 0)
         return DefinedAreas(
             loads,
             {name: m.element_id[elements] for name, elements in selected.items()},
             self.overlaps,
             m.grid_id[left],
-            [int(p) for p in np.unique(m.property_id[element[left[m.node_index]]])],
+            [int(p) for p in np.unique(m.property_id[on_left])],
             self.notes,
         )
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from tedm_cli.config.project import Project, load_project
 
 LENGTH, ALPHA = 0.1, 8.6e-6  # of the struts: m, 1/K
+AREA, INERTIA = np.pi * 0.006**2, np.pi * 0.006**4 / 4.0  # rods of 12 mm
 NX, NY = 8, 6  # elements of a plate
 CORNERS = ((1, 1), (7, 1), (7, 5), (1, 5))  # plate grids at the struts
 HEAD = "SOL 101\nCEND\nSPC = 1\nBEGIN BULK\n"
@@ -55,8 +58,9 @@ def bulk(parts: int = 1, scale: Scale = Scale(), *, block: bool = False) -> str:
     lines = []
     for mid, (e, nu, rho, a) in enumerate([(7e10, 0.33, 2700.0, 2.3e-5), (1.1e11, 0.34, 4430.0, ALPHA)], start=1):
         lines.append(card("MAT1", mid, s.real(e, -1, 1), "", s.real(nu), s.real(rho, -3, 1), s.expansion(a), s.tref))
-    lines += [card("PSHELL", 1, 1, s.real(0.01, 1), 1, "", 1)]
-    lines += [card("PBARL", 2, 2, "", "ROD", "", "", "", "", s.real(0.006, 1))]
+    lines += [card("PSHELL", 1, 1, s.real(0.01, 1), 1, "", 1), "PARAM,K6ROT,0."]
+    section = (s.real(AREA, 2), *(s.real(i, 4) for i in (INERTIA, INERTIA, 2.0 * INERTIA)))
+    lines.append(card("PBAR", 2, 2, *section))
     places = {
         plate_grid(p, i, j): (0.05 * i - 0.2, 0.05 * j - 0.15, LENGTH * p)
         for p in (0, 1)

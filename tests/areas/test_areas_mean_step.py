@@ -123,6 +123,6 @@ def test_warning_names_the_areas_and_the_least_first() -> None:
     lines = mean_step_lines([MeanStep("A", 0.9, ids), MeanStep("B", 0.5, ids[:1]), MeanStep("C", 0.79, ids)])
     assert lines[0].endswith("50 % (B) to 90 % (A)")
     assert "B 50 % (element 7); C 79 % (2 elements)" in lines[1]
-    assert lines[1].startswith("warning: in 2 areas")
+    assert lines[1].startswith("warning: the own elements of 2 areas get less")
     assert len(mean_step_lines([MeanStep("A", 0.8, ids)])) == 1
     assert mean_step_lines([MeanStep("A", float("nan"), ids[:0])]) == []

@@ -100,11 +100,11 @@ def mean_step_lines(steps: Sequence[MeanStep]) -> list[str]:
     if poor:
         listed = "; ".join(f"{s.area} {share_text(s.share)} ({_elements(s)})" for s in poor[:_NAMED])
         listed += f"; and {len(poor) - _NAMED} more" if len(poor) > _NAMED else ""
+        whose = "the own elements of 1 area" if len(poor) == 1 else f"the own elements of {len(poor)} areas"
         lines.append(
-            f"warning: {'the' if len(poor) == 1 else 'in ' + str(len(poor)) + ' areas'} own elements"
-            f"{' of 1 area' if len(poor) == 1 else ''} get less than {share_text(LEAST)} of the step, because grids on"
-            f" their border belong to a neighbour and are warmed with it: {listed}; refine the mesh between the"
-            " borders, or define these areas before their neighbours"
+            f"warning: {whose} get less than {share_text(LEAST)} of the step, because grids on their border belong to a"
+            f" neighbour and are warmed with it: {listed}; give shells, bars and rods of such an area"
+            ' carrier = "elements", or refine the mesh between the borders'
         )
     return lines
 

@@ -140,7 +140,11 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
         loads = deck_unit_loads(model, geometry, config.model.uniform_label).areas
         found = DefinedAreas({a.label: a.area_load(geometry) for a in loads}, {}, [], none(), [], [])
         origin = "its temperature cards"
-    done = _summary(project, config, source, origin, found, geometry, passed_over(model))
+    notes = passed_over(model)
+    bare = [name for name, load in found.loads.items() if load.element_id.size]
+    if output is not None and bare:
+        notes.append(f"{output} lists grids alone, and not the elements of {', '.join(bare)}")
+    done = _summary(project, config, source, origin, found, geometry, notes)
     if figure is not None:
         _draw(figure, project, config, done, geometry, _arrows(model, geometry, found.loads))
     if output is not None and done.is_partition:
