@@ -252,6 +252,14 @@ class _Sets:
         self.loads = loads
 
 
+def test_old_temperatures_of_elements_stay_and_new_sets_do_not_meet_them(tmp_path: Path) -> None:
+    """Their elements may be gone: nothing selects their set."""
+    old = ("TEMPP1", "40", "999", "25.", "3.")
+    deck, _ = written(tmp_path, plain([*bricks(), old]))
+    assert re.findall(r"TEMPERATURE\(LOAD\) = (\d+)", deck) == ["41", "42", "43"]
+    assert deck.count("TEMPP1") == 1
+
+
 def test_mass_by_a_matrix_is_refused_before_a_deck_is_written(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="M2GG"):
         written(tmp_path, plain(bricks(), control("M2GG = MEX\n", above="SPC = 1\n")))

@@ -11,6 +11,7 @@ from own_temperatures import GRADIENT, motions, own, part
 from shell_models import sheet, shells
 
 from tedm_cli.fem.assembly import assemble
+from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.element_loads import element_loads
 
 SHAPES = pytest.mark.parametrize("corners", [3, 4])
@@ -161,3 +162,49 @@ def test_fem_bending_has_an_expansion_of_its_own_and_a_membrane_has_none():
     (membrane, nothing), _ = motions(structure(position, quads=flat, held=held), warm, bent)
     np.testing.assert_allclose(membrane[:, :2], grown[:, :2], atol=1e-9 * np.abs(grown).max())
     assert not nothing.any()
+
+
+def saddle(points, twist):
+    """Points (x, y, height over it) on z = twist x y, heights along the normal."""
+    x, y, height = points.T
+    normal = np.stack([-twist * y, -twist * x, np.ones_like(x)], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.stack([x, y, twist * x * y], axis=1) + height[:, None] * normal
+
+
+def clamped_saddle(twist):
+    """Motion of the middle of the free side of a clamped saddle of shells and of solids."""
+    position, connectivity = sheet((12, 8), (0.3, 0.2))
+    at = nearest(position, (0.3, 0.1, 0.0))
+    block = shells(connectivity, THICK, drilling=1e-2)  # K6ROT of 1e4, as facets of curved shells need it
+    held = [(k, "123456") for k in np.flatnonzero(position[:, 0] < 1e-9)]
+    model = structure(saddle(position, twist), quads=block, held=held)
+    (shell,), _ = motions(model, own(block.element_id, gradient=GRADIENT))
+    flat, bricks = solid_mesh("CHEXA", 20, (12, 8, 1), (0.3, 0.2, THICK))
+    flat -= [0.0, 0.0, THICK / 2]
+    held = [(k, "123") for k in np.flatnonzero(flat[:, 0] < 1e-9)]
+    model = structure(saddle(flat, twist), solids=(solids("CHEXA", bricks),), held=held)
+    (solid,), _ = solve(model, GRADIENT * flat[:, 2])
+    return shell[at, 2], solid[nearest(flat, (0.3, 0.1, 0.0)), 2]
+
+
+def test_fem_warped_shells_follow_solids_as_flat_ones_do():
+    """Corners 0.3 mm off their planes: the clamp's layer is the whole difference, as it is of a flat plate."""
+    (flat, flat_solid), (shell, solid) = (clamped_saddle(twist) for twist in (0.0, 2.0))
+    assert shell / solid == pytest.approx(flat / flat_solid, rel=1e-3)
+    assert abs(solid / flat_solid - 1.0) > 5e-3
+
+
+@SHAPES
+@pytest.mark.parametrize("offset", [0.0, -3e-3])
+def test_fem_forces_of_a_gradient_are_in_equilibrium(corners, offset):
+    """Of warped and offset shells in a general place too: they do no work on a rigid motion."""
+    rng = np.random.default_rng(corners)
+    angle = 2 * np.pi * np.arange(corners) / corners
+    ring = 0.05 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    position = ring + rng.uniform(-5e-3, 5e-3, (corners, 3)) + [0.3, -0.2, 0.1]
+    model = structure(position, **part(corners, shells([range(corners)], 2e-3, offset=offset)))
+    loads = element_loads(model)
+    force = loads.forces(loads.own(np.zeros(corners), own([1], gradient=GRADIENT))[:, None])[:, 0]
+    rigid = rigid_body_matrix(position - position.mean(axis=0)).reshape(-1, 6)
+    assert np.abs(rigid.T @ force).max() < 1e-12 * np.abs(force).max()
