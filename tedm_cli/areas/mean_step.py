@@ -35,8 +35,8 @@ def mean_steps(
 ) -> list[MeanStep]:
     """The mean step of each area over its own elements, in units of the step; NaN of areas under a gradient.
 
-    The own elements are those that its definition selects, and those with temperatures of their own. Where there are
-    none they are those of whose grids no other area has more; an element that several areas have evenly counts in each
+    The own elements are those that its definition selects, but for what has a temperature of its own in another area.
+    Where there are none they are those of whose grids no other area has more; an element that several areas have evenly counts in each
     for its part. Where there are none of these either, they are those with any grid of the area. Springs and the like
     have no volume to expand, and are none.
 
@@ -64,7 +64,7 @@ def mean_steps(
             continue
         has, part = (m[:, [number]].toarray().reshape(-1) for m in (grids, warmed))
         first = (has > 0.0) & (has == most)
-        chosen = np.isin(e.id, selected.get(name, [])) & (owner < 0) | (owner == number)
+        chosen = np.isin(e.id, selected.get(name, [])) & ((owner < 0) | (owner == number))
         choices = (chosen, np.where(first, 1.0 / np.maximum(evenly, 1.0), 0.0), has > 0.0)
         weight = next((w for c in choices if (w := expands * c).any()), np.zeros(len(e.id)))
         whole = float(weight @ size)

@@ -177,10 +177,15 @@ HAND = {
         "TEMPRB         6    5100      0.      0.",
         "uniform load 'UNIFORM'.*does not warm elements 5100",
     ),
+    "a uniform load that keeps a shell at rest": (
+        "ENDDATA",
+        "TEMPP1,6,1,0.\nENDDATA",
+        "uniform load 'UNIFORM'.*does not warm elements 1$",
+    ),
     "a uniform load that is a gradient": (
-        "  LABEL = BEND",
-        "  LABEL = UNIFORM",
-        "the uniform load 'UNIFORM' is a gradient|same label",
+        "  LABEL = UNIFORM\n  TEMPERATURE(LOAD) = 6",
+        "  LABEL = UNIFORM\n  TEMPERATURE(LOAD) = 4",
+        "the uniform load 'UNIFORM' is a gradient",
     ),
     "an initial temperature of elements": (
         "SUBCASE 1\n",
