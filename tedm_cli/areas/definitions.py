@@ -223,15 +223,17 @@ class _Work:
 
         What lies within a list, a box or a set of grids that came before is not of those after it either.
         """
-        within = self.members.mesh.within
-        taken = np.any([within(self.owner == i) for i in range(listed)], axis=0) if listed else np.zeros_like(self.card)
+        if not any(area.met is not None and area.met.by_elements for area in wanted):
+            return {}
+        within = self.members.mesh.owner(self.owner)
+        taken = (within >= 0) & (within < listed)
         out = {}
         for area in wanted:
             if area.met is not None and area.met.by_elements:
                 out[area.name] = area.met.elements & ~taken
                 taken = taken | area.met.elements
             else:
-                taken = taken | within(self.owner == area.number)
+                taken = taken | (within == area.number)
         return out
 
     def result(self, gradients: Mapping[str, AreaLoad], selected: Mapping[str, BoolArray]) -> DefinedAreas:
@@ -239,7 +241,7 @@ class _Work:
         loads = {}
         for i, name in enumerate(self.names):
             mine = self.owner == i
-            held = (own >= 0) & (own != i) & m.mesh.touching(mine)
+            held = (own >= 0) & (own != i) & m.mesh.touching(mine) if (own >= 0).any() else own >= 0
             load = AreaLoad(m.grid_id[mine], m.element_id[own == i], m.element_id[held])
             loads[name] = gradients.get(name, load)
         left = (self.owner < 0) & self.felt()

@@ -10,7 +10,7 @@ from scipy.sparse import csc_array
 
 from tedm_cli.areas.places import corner_areas, element_owners
 from tedm_cli.arrays import IntArray
-from tedm_cli.nastran.area_loads import AreaLoad
+from tedm_cli.nastran.area_loads import AreaLoad, none
 from tedm_cli.nastran.geometry import ModelGeometry
 from tedm_cli.nastran.node_volumes import node_volumes
 
@@ -36,9 +36,9 @@ def mean_steps(
     """The mean step of each area over its own elements, in units of the step; NaN of areas under a gradient.
 
     The own elements are those that its definition selects, but for what has a temperature of its own in another area.
-    Where there are none they are those of whose grids no other area has more; an element that several areas have evenly counts in each
-    for its part. Where there are none of these either, they are those with any grid of the area. Springs and the like
-    have no volume to expand, and are none.
+    Where there are none they are those of whose grids no other area has more; an element that several areas have evenly
+    counts in each for its part. Where there are none of these either, they are those with any grid of the area. Springs
+    and the like have no volume to expand, and are none.
 
     Parameters
     ----------
@@ -54,20 +54,25 @@ def mean_steps(
     area = corner_areas(geometry, loads.values(), owner)
     place, shape = (element, np.where(area < 0, len(loads), area)), (len(e.id), len(loads) + 1)
     grids, warmed = (csc_array((v, place), shape=shape) for v in (np.ones(len(element)), volume))
+    for table in (grids, warmed):
+        table.sum_duplicates()
     most = grids.max(axis=1).toarray().reshape(-1)
-    grids.sum_duplicates()
     evenly = np.bincount(grids.indices, grids.data == most[grids.indices], len(e.id))
+    got = np.zeros(len(e.id))
     out = []
     for number, (name, load) in enumerate(loads.items()):
         if load.gradient is not None:
             out.append(MeanStep(name, float("nan"), load.element_id))
             continue
-        has, part = (m[:, [number]].toarray().reshape(-1) for m in (grids, warmed))
-        first = (has > 0.0) & (has == most)
-        chosen = np.isin(e.id, selected.get(name, [])) & ((owner < 0) | (owner == number))
-        choices = (chosen, np.where(first, 1.0 / np.maximum(evenly, 1.0), 0.0), has > 0.0)
-        weight = next((w for c in choices if (w := expands * c).any()), np.zeros(len(e.id)))
-        whole = float(weight @ size)
-        share = float(weight @ part) / whole if whole else float("nan")
-        out.append(MeanStep(name, share, e.id[np.flatnonzero(weight)]))
+        column = slice(grids.indptr[number], grids.indptr[number + 1])
+        rows = grids.indices[column]
+        chosen = np.searchsorted(e.id, selected.get(name, none()))
+        chosen = chosen[(owner[chosen] < 0) | (owner[chosen] == number)]
+        first = grids.data[column] == most[rows]
+        choices = ((chosen, 1.0), (rows[first], 1.0 / evenly[rows[first]]), (rows, 1.0))
+        own, weight = next(((r, expands[r] * w) for r, w in choices if expands[r].any()), (rows[:0], np.zeros(0)))
+        got[rows] = warmed.data[column]
+        whole = float(weight @ size[own])
+        out.append(MeanStep(name, float(weight @ got[own]) / whole if whole else float("nan"), e.id[own[weight > 0.0]]))
+        got[rows] = 0.0
     return out

@@ -92,6 +92,15 @@ class Mesh:
         outside = np.concatenate([[0], np.cumsum(~grids[self.node_index])])[self.node_offset]
         return np.asarray((np.diff(outside) == 0) & (np.diff(self.node_offset) > 0))
 
+    def owner(self, of_grid: IntArray) -> IntArray:
+        """The owner [E] that all grids of an element have (`of_grid`, [N]); -1 where they differ."""
+        own = of_grid[self.node_index]
+        counts = np.diff(self.node_offset)
+        first = np.full(len(counts), -1)
+        first[counts > 0] = own[self.node_offset[:-1][counts > 0]]
+        other = np.concatenate([[0], np.cumsum(own != np.repeat(first, counts))])[self.node_offset]
+        return np.where(np.diff(other) == 0, first, -1)
+
     def followed(self, owned: BoolArray) -> BoolArray:
         """Structural grids [N] whose temperature is felt, when the elements `owned` [E] have temperatures of their own.
 

@@ -108,6 +108,8 @@ def check_superposition(
 
     Its warm grids `rows` must not warm elements that have temperatures of their own (`owned`, [E]), and all others.
     """
+    if not owned.any() and not elements.held.size:
+        return
     ids, mesh = geometry.elements.id, geometry.mesh
     warm = np.zeros(len(geometry.grid_id), dtype=bool)
     warm[rows] = True
