@@ -204,7 +204,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         ("test_mass", "area", "xyz"),
         "float",
         "m/s^2",
-        "part of the DC acceleration made by the mass that its grids carry",
+        "part of the DC acceleration made by the mass that its grids carry; 0 of gradients",
         TM_FRAME,
     )
     AREA_CONTRIBUTION_ANGULAR_ACCELERATION = Dataset(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,9 +58,20 @@ def write_areas(writer: Writer, areas: AreaTable, area_id: IntArray) -> None:
 
 
 def by_group(areas: AreaTable) -> IntArray:
-    """Order of the areas with groups together: groups as they first appear, areas by name inside."""
-    first = list(dict.fromkeys(areas.group))
-    return np.array(sorted(range(len(areas)), key=lambda i: (first.index(areas.group[i]), areas.name[i])))
+    """Order of the areas with groups together: groups as they first appear, gradients last, areas by name inside."""
+    groups = areas.group_by_unit
+    first = list(dict.fromkeys([*groups[~areas.gradient], *groups[areas.gradient]]))
+    return np.array(sorted(range(len(areas)), key=lambda i: (first.index(groups[i]), areas.name[i])))
+
+
+def per_area(areas: AreaTable) -> str:
+    """What numbers by area are per, as descriptions of matrices say it."""
+    return "per K/m of a gradient area, per kelvin of any other" if areas.gradient.any() else "per kelvin of an area"
+
+
+def unit_per(unit: str, of_area: str) -> str:
+    """A unit per that of an area's temperature: `m/K`, and of a gradient `m/(K/m)`."""
+    return f"{unit}/({of_area})" if "/" in of_area else f"{unit}/{of_area}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,3 +82,19 @@ class AreaMap:
     unit: str
     labels: list[str]
     value: FloatArray
+
+
+def maps_by_kind(maps: Sequence[AreaMap], areas: AreaTable) -> list[tuple[str, str, list[AreaMap], AreaTable]]:
+    """Maps of means, and apart from them those of gradients, whose unit is another, as far as there are such areas.
+
+    Of each: what the names of figures end with, what the areas are called, its maps, and its areas.
+    """
+    found = []
+    for mask, suffix, noun in ((~areas.gradient, "", "thermal area"), (areas.gradient, "_gradients", "gradient area")):
+        if mask.any():
+            own = areas.only(mask)
+            mine = [
+                replace(m, unit=unit_per(m.unit.removesuffix("/K"), own.unit[0]), value=m.value[:, mask]) for m in maps
+            ]
+            found.append((suffix, noun, mine, own))
+    return found

@@ -13,7 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.exports.mesh import Cells, element_cells, label_of_cells, vertices
 from tedm_cli.exports.vtu import MeshArray, Names
 from tedm_cli.files.store import Reader
-from tedm_cli.results.unit_loads import area_of_grids
+from tedm_cli.results.unit_loads import area_of_elements, area_of_grids
 
 OPTICAL = "optical element"
 
@@ -55,6 +55,8 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
     ids = unit.array(UNIT_LOADS.GRID_ID)
     label, (groups, group_of) = area_of_grids(unit), _groups(unit)
     area = np.concatenate([np.zeros(0, dtype=np.int64), *(label_of_cells(c.nodes, label) for c in cells)])
+    of_element = area_of_elements(unit)[row]
+    area[: len(row)] = np.where(of_element >= 0, of_element, area[: len(row)])
     which = np.concatenate([np.full(len(row) + len(heavy), -1), np.arange(len(grid))])
     on_cells = [
         MeshArray(
@@ -65,7 +67,12 @@ def mesh_geometry(unit: Reader, distortion: Reader | None) -> MeshGeometry:
         ),
         MeshArray("element_type", np.array([number[t] for t in types]), "1", "Nastran card"),
         MeshArray("property_id", column(UNIT_LOADS.ELEMENT_PROPERTY_ID, 0, 0), "1", "Nastran property id; 0: none"),
-        MeshArray("element_area", area, "1", "thermal area of most of the element's grids; -1: none"),
+        MeshArray(
+            "element_area",
+            area,
+            "1",
+            "thermal area whose load names the element, else that of most of its grids; -1: none",
+        ),
         MeshArray("element_group", group_of[area], "1", "group of that thermal area; -1: none"),
         MeshArray(
             "element_mass",

@@ -108,7 +108,7 @@ def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str],
         psd = source.psd(outputs.rows, frequency)
         compared = "the exact spectra"
     deviation = _deviation(model.psd(frequency), psd)
-    labels = Labels(list(outputs.labels), list(outputs.units), outputs.areas.name.tolist())
+    labels = Labels(list(outputs.labels), list(outputs.units), outputs.areas.name.tolist(), outputs.areas.unit)
     validity = NamedMatrix(
         "validity",
         np.array([[*band, wanted.tolerance, model.deviation, deviation]]),

@@ -91,7 +91,7 @@ def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs) -> list[VerdictVi
                 asd=judged.asd,
                 pattern_hz=float(case.frequency_hz[f]),
                 typical=typical_pattern(outputs.rows[output], amplitude, real, float(judged.asd[f])),
-                worst=worst_pattern(sign, amplitude),
+                worst=worst_pattern(sign, amplitude, outputs.rows[output], outputs.areas.gradient),
             )
         )
     return views
