@@ -28,7 +28,8 @@ def areas(
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Write node_id,area to this CSV file.")] = None,
     figure: Annotated[
-        Path | None, typer.Option("--figure", help="Draw the model coloured by area (.svg or .png).")
+        Path | None,
+        typer.Option("--figure", help="Draw the model coloured by area, gradients as arrows (.svg or .png)."),
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -31,7 +31,7 @@ _HALF_WIDTH, _HALF_HEIGHT = 0.31, 0.42
 _NAME_INSIDE, _NUMBER_INSIDE = 0.98, 0.6
 _ROOMY = 0.75  # of the largest distance to an area's edge: from here on, places count as equally good for its name
 _KEY_PT = 7.2
-_GRADIENTS = "gradients: arrows to the warm side"
+_GRADIENTS = "gradients"
 _KEY_ROW = 0.13  # inches
 _LIGHT = np.array([-0.30, 0.45, 0.84])  # from above, to the left of the viewer
 _AMBIENT = 0.62  # brightness of a face that the light grazes; one that it meets straight has 1
@@ -318,6 +318,7 @@ def _key(figure: Figure, model: AreaModel, colours: FloatArray, seen: set[int]) 
             axes.add_patch(Rectangle((x, y - 0.36), 0.2, 0.72, fc=colours[area], ec="black", linewidth=0.4))
             axes.text(x + 0.27, y, text, fontsize=_KEY_PT, va="center")
     notes = ["dashed: test masses"]
+    notes += ["arrows: gradients, to the warm side"] if model.gradient else []
     notes += ["* in no view"] if len(seen) < len(model.name) else []
     notes += ["magenta: grids in no area"] if (model.label < 0).any() else []
     axes.text(0.2, rows + 0.6, "; ".join(notes), fontsize=_KEY_PT, va="center")

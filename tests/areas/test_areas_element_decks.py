@@ -301,7 +301,7 @@ def test_commands_tell_what_has_what(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert "a.csv lists grids alone, and not the elements of STRUTS, BEND, SWAY" in done.out
     assert {line.split(",")[1] for line in (tmp_path / "a.csv").read_text().splitlines()[1:]} == {"LOWER", "UPPER"}
     drawn = (tmp_path / "a.svg").read_text()
-    assert "gradients: arrows to the warm side" in drawn
+    assert "arrows: gradients, to the warm side" in drawn
     assert all(f"{short}  {name}" in drawn for short, name in (("G1", "BEND"), ("G2", "SWAY"), ("3", "STRUTS")))
     assert "in no area" not in drawn
     areas = json.loads(run(made, "areas", "--json").out)["areas"]
