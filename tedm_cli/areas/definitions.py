@@ -16,6 +16,8 @@ from tedm_cli.nastran.area_loads import AreaLoad
 from tedm_cli.nastran.geometry import id_list, rows_of
 from tedm_cli.nastran.membership import Membership
 
+_WHOLE = " (an element is in a set of grids with all of its grids, in a box with its centre)"
+
 
 @dataclass(frozen=True)
 class Overlap:
@@ -94,10 +96,13 @@ def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, In
     refuse_parallel(loads, {w.name: w.at for w in gradients}, work.problems)
     if work.problems:
         raise ConfigError(work.problems, where=where)
-    felt = work.felt()
-    idle = [name for i, name in enumerate(work.names[: len(listed)]) if not (felt & (work.owner == i)).any()]
-    if idle:  # definitions have been looked at
-        raise InputError(f"areas without any structural grid: {', '.join(idle)}", where=where)
+    for mask, fact in (
+        (members.structural, "areas without any structural grid"),
+        (work.felt(), "areas with grids of elements alone whose temperature is their own, in areas of elements"),
+    ):
+        idle = [name for i, name in enumerate(work.names[: len(listed)]) if not (mask & (work.owner == i)).any()]
+        if idle:  # definitions have been looked at
+            raise InputError(f"{fact}: {', '.join(idle)}", where=where)
     return work.result(loads, work.selected(len(listed), [w for w in wanted if w.definition.kind == "mean"]))
 
 
@@ -152,7 +157,7 @@ class _Work:
         m, mine = self.members, elements & self.card
         bare = elements & ~self.card & ~self.solid
         if not elements.any():
-            self.problems.append((area.at, f"area '{area.name}' has no element" + _nothing(area.definition, "")))
+            self.problems.append((area.at, f"area '{area.name}' has no element" + _nothing(area.definition, _WHOLE)))
         elif bare.any():
             shown = f"{_cards(m, bare)}"
             if not (mine | elements & self.solid).any():

@@ -114,7 +114,8 @@ def ingest(
         done = stage(project, output, step)
     say(
         quiet,
-        f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas",
+        f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas"
+        + (f", {done.gradients} of them under a gradient" if done.gradients else ""),
         *unit_lines(done.units),
         plane_line(done.plane),
         *mass_lines(done.masses),

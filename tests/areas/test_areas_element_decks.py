@@ -156,6 +156,11 @@ HAND = {
         "TEMPRB,3,5100,1.,2.\n",
         "temperatures of bars change from end to end: 5100",
     ),
+    "no temperature of the rest": (
+        "TEMPD          3      0.\n",
+        "",
+        "'STRUTS'.*temperature set 3 has neither TEMP nor TEMPD cards",
+    ),
     "uneven steps": (BAR, "TEMPRB,3,5100,2.,2.\n", "'STRUTS'.*warms its grids and elements by 1 to 2 K"),
     "an element in two areas": (
         "TEMPRB         1    5100      0.      0.",

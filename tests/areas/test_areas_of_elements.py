@@ -9,18 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from strut_model import (
-    ALPHA,
-    LOWER,
-    NX,
-    NY,
-    REST,
-    UPPER,
-    deck,
-    define,
-    plate_grid,
-    project,
-)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strut_model import ALPHA, LOWER, NX, NY, REST, UPPER, deck, define, plate_grid, project, strut_element
 
 from tedm_cli.areas.definitions import DefinedAreas, define_areas, require_partition
 from tedm_cli.config.areas import AreasTable
@@ -219,6 +210,57 @@ def test_neighbours_with_opposite_normals_are_told(members: Membership) -> None:
     assert found.loads["UP"].gradient[:, 0].tolist() == [-1.0 if i == 20 else 1.0 for i in range(1, 49)]
 
 
+def steps(m: Membership, found: DefinedAreas) -> list[np.ndarray]:
+    """The step [M] that each node of each element gets of the areas of a mean temperature, one after the other."""
+    element = np.repeat(m.element_id, np.diff(m.node_offset))
+    out = []
+    for load in found.loads.values():
+        if load.kind == "mean":
+            step = np.isin(m.grid_id[m.node_index], load.grid_id).astype(float)
+            step[np.isin(element, load.element_id)] = 1.0
+            step[np.isin(element, load.held_id)] = 0.0
+            out.append(step)
+    return out
+
+
+choices = st.one_of(
+    st.integers(0, 3).map(lambda k: f"element = {[strut_element(k), strut_element(k, 1)]}"),
+    st.integers(1, 3).map(lambda p: f"property = {p}"),
+    st.tuples(st.integers(-4, 3), st.integers(1, 5)).map(
+        lambda b: f"property = 1\nbox = {{ x_m = [{0.05 * b[0] - 0.01}, {0.05 * sum(b) - 0.01}] }}"
+    ),
+    st.integers(-3, 2).map(lambda y: f"box = {{ y_m = [{0.05 * y}, inf] }}"),
+)
+
+
+@settings(max_examples=80)
+@given(
+    chosen=st.lists(st.tuples(choices, st.booleans()), min_size=1, max_size=5),
+    last=st.booleans(),
+    listed=st.lists(st.integers(3001, 3002), max_size=1) | st.just([1, 2, 3, 3001, 3101]),
+)
+def test_every_element_is_warmed_once_whatever_is_defined(
+    members: Membership, chosen: list[tuple[str, bool]], last: bool, listed: list[int]
+) -> None:
+    """Areas of grids, of elements and of a list, in any order: at each node of each element the steps sum to one."""
+    tables = "".join(
+        f'[[areas.define]]\nname = "A{i}"\n{text}\ncarrier = "{"elements" if own else "grids"}"\n'
+        for i, (text, own) in enumerate(chosen)
+    ) + define("REST", remainder="true", carrier='"elements"' if last else '"grids"')
+    table = validate(Document, {"areas": {**RULE, **tomllib.loads(tables)["areas"]}}, where="model.toml").areas
+    ids = np.array([i for i in listed if i in members.grid_id], dtype=np.int64)
+    try:
+        found = define_areas(members, table, {"LISTED": ids} if ids.size else {}, where="model.toml")
+    except (ConfigError, InputError) as error:
+        told = str(error)
+        assert "shares" in told or "all grids" in told or "nothing is left" in told or "areas w" in told, told
+        return
+    heated = np.repeat(~np.isin(members.card, ["CELAS2"]), np.diff(members.node_offset))
+    total = np.sum(steps(members, found), axis=0)[heated]
+    assert not found.left.size
+    assert set(total) == {1.0}
+
+
 ELEMENTS, GRADIENT = {"carrier": '"elements"'}, {"kind": '"gradient"'}
 REFUSED: list[tuple[str, str, str]] = [
     (
@@ -312,6 +354,16 @@ def test_a_grid_that_matters_must_be_in_an_area(members: Membership) -> None:
     with pytest.raises(InputError, match=r"57 structural grids are in no thermal area: 1001.*properties 1, 8002\)"):
         require_partition(found, where="model.bdf")
     assert not {3001, 3101, 3201, 3301} & set(found.left.tolist())
+
+
+def test_a_list_of_grids_that_no_element_follows_is_refused(members: Membership) -> None:
+    table = validate(
+        Document,
+        {"areas": {**RULE, **tomllib.loads(define("STRUTS", property=2, **ELEMENTS) + REST)["areas"]}},
+        where="",
+    ).areas
+    with pytest.raises(InputError, match="whose temperature is their own, in areas of elements: LISTED"):
+        define_areas(members, table, {"LISTED": np.array([3001, 3101])}, where="areas.csv")
 
 
 def test_elements_without_temperature_are_noted_beside_others(members: Membership) -> None:

@@ -45,7 +45,7 @@ from tedm_cli.stages.model.masses import check_grids_outside, check_weight_table
 class IngestSummary:
     """What was read, of a deck in which `units`.
 
-    mean_step : of the areas' own elements, by area.
+    gradients : number of the areas that are under a gradient. mean_step : of the areas' own elements, by area.
     coarsest : the unit load whose step suffers most where a solver has temperatures of 4 bytes.
     """
 
@@ -53,6 +53,7 @@ class IngestSummary:
     grids: int
     elements: int
     areas: int
+    gradients: int
     plane: ProjectPlane
     masses: MassSummary
     has_uniform: bool
@@ -133,6 +134,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         len(geometry.grid_id),
         len(geometry.elements.id),
         len(areas),
+        len(areas) - len(loads.means),
         plane,
         masses,
         loads.uniform is not None,
