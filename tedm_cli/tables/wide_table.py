@@ -223,15 +223,13 @@ def _checked(
     block = Block(numbers[:, at].copy(), np.delete(numbers, at, axis=1), places)
     of_key, of_values, of_others = quantities
     columns = [name for i, name in enumerate(names) if i != at]
+    other = np.array([name in of_others for name in columns])
+    rest = block.values if not other.any() else block.values[:, ~other]
     judged = [(of_key, block.key[:, None], [names[at]])]
-    held = [i for i, name in enumerate(columns) if name not in of_others]
-    judged.append(
-        (of_values, block.values if len(held) == len(columns) else block.values[:, held], [columns[i] for i in held])
-    )
-    for name in of_others if len(held) < len(columns) else ():
-        judged.append((of_others[name], block.values[:, [columns.index(name)]], [name]))
-    for quantity, values, columns in judged:
+    judged.append((of_values, rest, [name for name in columns if name not in of_others]))
+    judged += [(of_others[columns[i]], block.values[:, [i]], [columns[i]]) for i in np.flatnonzero(other).tolist()]
+    for quantity, values, held in judged:
         if (found := quantity.first_outside(values)) is not None:
-            fact = f"{columns[found[1]]}: {quantity.fact(float(values[found]))}"
+            fact = f"{held[found[1]]}: {quantity.fact(float(values[found]))}"
             raise InputError(fact, where=table.place(int(places[found[0]])))
     return block

@@ -16,6 +16,8 @@ from tedm_cli.noise.correlation import CorrelationCase, LabelledMatrix, correlat
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.realisation import Plan, realise
+from tedm_cli.noise.requirement_presets import PRESETS
+from tedm_cli.noise.requirements import AppliedRequirement, Criteria
 from tedm_cli.noise.selection import BlockSelector
 from tedm_cli.noise.shaping.state_space import noise_model
 from tedm_cli.noise.temperature import WhiteSpectrum, thesis_model
@@ -131,6 +133,29 @@ def test_the_whole_case_tells_groups_apart_and_shares_sum_to_one(tmp_path: Path)
     assert "2 gradient areas silent" in configured(tmp_path, "").temperature.model(table).words()
 
 
+def test_blocks_of_gradients_are_matched_with_none(tmp_path: Path) -> None:
+    """Without gradients the same blocks are matched, and their ratios rise by the power of the gradients alone."""
+    table = AreaTable(
+        np.array([*"ABCG"]), np.array(["g"] * 4), np.array(["inside"] * 4), np.array(["mid"] * 4),
+        kind=np.array(["mean"] * 3 + ["gradient"]),
+    )  # fmt: skip
+    config = configured(tmp_path, WHITE)
+    alone = BlockSelector(areas=("*",), partition="none")
+    case = CorrelationCase("2", "", (alone,))
+    row = np.array([1e-10, -0.9e-10, 2e-12, -3e-12])
+    applied = (AppliedRequirement(PRESETS["lpf_selfgravity_ltp"], ("TM1_a_x",)),)
+    f = np.geomspace(1e-3, 3e-2, 5)
+    found = []
+    for kept in (np.ones(4, dtype=bool), ~table.gradient):
+        outputs = Outputs(table.only(kept), row[None, kept], ("TM1_a_x",), ("acceleration",))
+        model = (config if kept.all() else configured(tmp_path, "")).temperature.model(table.only(kept))
+        found.append(run_case(case, outputs, model, f, Criteria(applied)))
+    with_gradient, without = (r.improvements[0] for r in found)
+    np.testing.assert_array_equal(with_gradient.match, without.match)
+    assert with_gradient.match[:2].tolist() == [0, 1]
+    assert (with_gradient.matched > without.matched).all()
+
+
 def test_bounds_are_of_each_kind_by_itself_and_are_reached_by_a_case_that_is_allowed(tmp_path: Path) -> None:
     config = configured(tmp_path, WHITE)
     names = np.array([*"ABCDEF"])
@@ -243,6 +268,13 @@ def test_a_matrix_may_not_correlate_the_two_kinds() -> None:
     np.testing.assert_array_equal(correlation(both, tiny()).active, [True, False, False, False])
     with pytest.raises(ConfigError, match="GA is of gradients without a spectrum, and silent"):
         correlation(case(("GA",), [[1.0]]), tiny())
+
+
+def test_a_delay_of_a_silent_gradient_turns_nothing() -> None:
+    late = ((BlockSelector(areas=("GA", "B")), 600.0),)
+    case = CorrelationCase("9", "", (BlockSelector(areas=("*",)),), delays=late)
+    np.testing.assert_array_equal(correlation(case, tiny()).delay_s, [0.0, 600.0, 0.0, 0.0])
+    np.testing.assert_array_equal(correlation(case, tiny(), np.ones(4, dtype=bool)).delay_s, [0.0, 600.0, 600.0, 0.0])
 
 
 def test_a_block_of_silent_gradients_is_refused() -> None:

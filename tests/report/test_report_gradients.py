@@ -13,6 +13,7 @@ from tedm_cli.cli.printing.explain import explain_dict, explain_lines
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import SERIES as SERIES_FILE
 from tedm_cli.errors import InputError
 from tedm_cli.exports.case import case_matrices
 from tedm_cli.exports.closed_loop import closed_loop_matrices
@@ -24,13 +25,16 @@ from tedm_cli.figures.spectra import temperature_figure
 from tedm_cli.files.store import open_checked
 from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.layout import MassExpansion
+from tedm_cli.progress import silent
 from tedm_cli.results.areas import maps_by_kind, read_areas
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case, read_temperature
 from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.unit_loads import area_of_elements, area_of_grids
+from tedm_cli.results.wording import sci
 from tedm_cli.stages.exports.mesh import UNIFORM, _of_load, _weights
 from tedm_cli.stages.exports.state_space import Wanted, export_state_space
+from tedm_cli.stages.noise.series import run_series
 from tedm_cli.stages.optics.explain import explain
 from tedm_cli.stages.reporting.plot import figure_specs
 from tedm_cli.stages.reporting.report import report
@@ -38,13 +42,19 @@ from tedm_cli.view.patterns import worst_pattern
 
 KINDS = ("mean", "mean", "mean", "gradient", "gradient")
 MEANS = np.array([True, True, True, False, False])
-HEARD = CASES.replace("[frequency]", '[[temperature.gradient]]\npreset = "white"\nlevel_K_per_m = 1e-3\n\n[frequency]')
+SERIES = '[[series]]\nname = "warm"\nfile = "warm.csv"\nremove = "mean"\nunit = "degC"\n'
+WHITE = '[[temperature.gradient]]\npreset = "white"\nlevel_K_per_m = 1e-3\n\n'
+HEARD = CASES.replace("[frequency]", f"{WHITE}[frequency]") + SERIES
 
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """The made-up project, two of whose areas are gradients that have a spectrum."""
-    return make_project(tmp_path_factory.mktemp("gradients"), HEARD, kinds=KINDS)
+    folder = tmp_path_factory.mktemp("gradients")
+    t = np.arange(400.0)
+    table = np.column_stack([10.0 * t, 20.0 + np.sin(t), -400.0 + np.cos(t)])
+    np.savetxt(folder / "warm.csv", table, delimiter=",", header="time_s,all,IS1_OUTER", comments="")
+    return make_project(folder, HEARD, kinds=KINDS)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +71,7 @@ def test_the_report_says_the_unit_of_gradients_and_sums_means_alone(project: Pro
     with open_checked(project.build_dir / "optics.h5", OPTICS) as file:
         n = file.array(OPTICS.N.of("A"))[0]
     assert f"m per K/m of {'IS1_$a$_b' if abs(n[3]) > abs(n[4]) else 'IS1_OUTER'}" in text
-    assert "per kelvin of all mean temperatures together" in text
+    assert f"{sci(float(n[MEANS].sum()), 3)} m per kelvin of all mean temperatures together" in text
     assert "m/(K/m)" in text
     assert "Worst gradient of each read-out." in text
     assert "Gradients, per K/m, are in a table of their own and in no sum of kelvins." in text
@@ -83,6 +93,10 @@ def test_captions_and_files_of_maps_keep_the_kinds_apart(project: Project) -> No
         assert not [name for name in specs if name.startswith("bench_area") and "IS1" in name]
         (_, _, maps, own), (_, _, steep, apart) = maps_by_kind(gravity_maps(results.matrices[0].reader), results.areas)
         assert [m.unit for m in maps] == ["m/s^2/K", "rad/s^2/K"]
+        with open_checked(project.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+            s = file.array(SENSITIVITY.S)
+        np.testing.assert_array_equal(np.vstack([m.value for m in maps]), s[:, MEANS])
+        np.testing.assert_array_equal(np.vstack([m.value for m in steep]), s[:, ~MEANS])
         assert [m.unit for m in steep] == ["m/s^2/(K/m)", "rad/s^2/(K/m)"]
         assert [own.name.tolist(), apart.name.tolist()] == [
             ["STRUT_1", "STRUT_2", "OB <b>&"],
@@ -169,6 +183,21 @@ def test_shares_of_a_case_are_told_by_group_and_unit(project: Project) -> None:
         s = file.array(SENSITIVITY.S)[0]
     np.testing.assert_allclose(asd[3:], np.full((2, len(frequency)), 1e-3))
     np.testing.assert_allclose(psd, (s**2) @ asd**2, rtol=1e-12)
+
+
+def test_a_series_feeds_a_gradient_by_its_own_column_in_kelvin_per_metre(project: Project) -> None:
+    """Also of degrees Celsius, where -400 would be no temperature; the gradient without a column is named as silent."""
+    with open_checked(project.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        s = file.array(SENSITIVITY.S)[0]
+    run_series(project, ["warm"], None, silent)
+    t = np.arange(400.0)
+    means, gradient = np.sin(t), np.cos(t)
+    with open_checked(project.build_dir / "series_warm.h5", SERIES_FILE) as file:
+        y = file.array(SERIES_FILE.SERIES.of("TM1_a_x"))
+        assert file.strings(SERIES_FILE.TEMPERATURE_COLUMN) == ["all", "all", "all", "", "IS1_OUTER"]
+        assert "silent gradients, which have no column: IS1_$a$_b" in file.string(SERIES_FILE.TEMPERATURE_TREATMENT)
+    wanted = s[MEANS].sum() * (means - means.mean()) + s[4] * (gradient - gradient.mean())
+    np.testing.assert_allclose(y, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())
 
 
 def test_a_pattern_at_its_worst_has_each_kind_by_itself() -> None:
