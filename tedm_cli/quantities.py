@@ -80,6 +80,8 @@ TEMPERATURE = Quantity("temperature", "K", -1e4, 1e4)
 ABSOLUTE_TEMPERATURE = Quantity("temperature", "K", 0.0, 1e4)
 TEMPERATURE_GRADIENT = Quantity("temperature gradient", "K/m", -1e6, 1e6)
 TEMPERATURE_ASD = Quantity("temperature level", "K/sqrt(Hz)", 0.0, 1e6, 1e-20)
+GRADIENT = Quantity("temperature gradient", "K/m", -1e6, 1e6)
+GRADIENT_ASD = Quantity("level of a temperature gradient", "K/m/sqrt(Hz)", 0.0, 1e8, 1e-20)
 CELSIUS = Quantity("temperature", "degC", -273.15, 1e4)
 EXPANSION = Quantity("coefficient of expansion", "1/K", -1.0, 1.0)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -15,9 +15,9 @@ from tedm_cli.symmetry_plane import SymmetryPlane
 
 
 def area_attributes(
-    names: Sequence[str], centroids_m: FloatArray, table: AreasTable, plane: SymmetryPlane, *, where: str
+    kinds: Mapping[str, str], centroids_m: FloatArray, table: AreasTable, plane: SymmetryPlane, *, where: str
 ) -> AreaTable:
-    """Group, shield and side of each area from the first rule whose pattern matches its name.
+    """Group, shield and side of each area, of these kinds by name, from the first rule whose pattern matches its name.
 
     The side of the plane comes from the centroid [k,3] (m, basic frame) where the rule does not give it.
 
@@ -25,6 +25,7 @@ def area_attributes(
     ------
     ConfigError : areas that no rule matches, and rules that match no area.
     """
+    names = list(kinds)
     problems = []
     used = set()
     group, shield, side = [], [], []
@@ -46,4 +47,10 @@ def area_attributes(
     if problems:
         shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
         raise ConfigError(problems, where=where, hint=f"the model's areas: {shown}")
-    return AreaTable(name=np.array(names), group=np.array(group), shield=np.array(shield), side=np.array(side))
+    return AreaTable(
+        name=np.array(names),
+        group=np.array(group),
+        shield=np.array(shield),
+        side=np.array(side),
+        kind=np.array(list(kinds.values())),
+    )

@@ -1,21 +1,22 @@
-"""Thermal areas from their definitions: which area each grid belongs to, and which grids are left."""
+"""Thermal areas from their definitions: to which area each grid and each element belongs, and which grids are left."""
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from tedm_cli.areas.gradients import gradient_load, refuse_parallel
+from tedm_cli.areas.selection import Met, Selector
 from tedm_cli.arrays import BoolArray, IntArray
-from tedm_cli.config.areas import AreasTable, BoxTable, DefinitionTable, Ids, SelectionTable, id_ranges
+from tedm_cli.config.areas import AreasTable, DefinitionTable
 from tedm_cli.errors import ConfigError, InputError
+from tedm_cli.nastran.area_loads import AreaLoad
 from tedm_cli.nastran.geometry import id_list, rows_of
 from tedm_cli.nastran.membership import Membership
 
-_ROUNDING_M = 1e-9  # coordinates written with nine digits, and turned: faces of boxes are closed to within this
-_ROUNDING_DEG = 1e-7
+_WHOLE = " (an element is in a set of grids with all of its grids, in a box with its centre)"
 
 
 @dataclass(frozen=True)
@@ -28,14 +29,17 @@ class Overlap:
 
 
 @dataclass(frozen=True)
-class AreaGrids:
-    """Grids of each thermal area, and what had to be decided or said.
+class DefinedAreas:
+    """What each thermal area's load is on, and what had to be decided or said.
 
-    areas : ascending grid ids by name; no grid is in two areas.
-    left : ids of grids with stiffness that are in no area; left_properties : of their elements.
+    loads : by name; no grid and no element is in two areas of a mean temperature.
+    selected : ascending ids of the elements that a definition selects, where it does so by elements and not by grids,
+        and no definition before it does.
+    left : ids of grids whose temperature is felt and that are in no area; left_properties : of their elements.
     """
 
-    areas: dict[str, IntArray]
+    loads: dict[str, AreaLoad]
+    selected: dict[str, IntArray]
     overlaps: list[Overlap]
     left: IntArray
     left_properties: list[int]
@@ -54,68 +58,211 @@ class AreaGrids:
         ] + self.notes
 
 
-def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, IntArray], *, where: str) -> AreaGrids:
+def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, IntArray], *, where: str) -> DefinedAreas:
     """Areas of a CSV (`listed`), then those of the definitions, each of the grids that are not taken yet.
 
-    Definitions take grids with element stiffness only: temperature has no effect on others.
+    Areas of elements have their shells, bars and rods first, wherever they stand among the definitions. Of grids,
+    definitions take those whose temperature is felt, by elements without a temperature of their own.
 
     Raises
     ------
     InputError : the CSV names grids that do not exist.
-    ConfigError : ids or coordinate systems that do not exist, a definition that gets no grid, with `strict` one that
-        meets grids of another; all such problems at once.
+    ConfigError : ids or coordinate systems that do not exist, a definition that gets nothing, an element in two areas
+        of elements or under two gradients of one direction, a gradient where there can be none, with `strict` a
+        definition that meets grids of another; all such problems at once.
     """
-    owner = np.full(len(members.grid_id), -1)
-    names: list[str] = []
-    problems: list[tuple[str, str]] = []
-    overlaps: list[Overlap] = []
-    notes: list[str] = []
+    work = _Work(members, table.strict)
     for name, ids in listed.items():
-        owner[rows_of(members.grid_id, ids, where=where, what=f"area '{name}'")] = len(names)
-        names.append(name)
+        work.owner[rows_of(members.grid_id, ids, where=where, what=f"area '{name}'")] = len(work.names)
+        work.names.append(name)
+    wanted = []
     for number, definition in enumerate(table.define):
         at = f"areas.define[{number}]"
         if definition.name.upper() in (name.upper() for name in listed):
-            problems.append((f"{at}.name", f"area '{definition.name}' is in the CSV of areas already"))
-            continue
-        before = len(problems)
-        met = _Selector(members, at, problems, notes).definition(definition, owner < 0)
-        earlier = met & (owner >= 0)
+            work.problems.append((f"{at}.name", f"area '{definition.name}' is in the CSV of areas already"))
+        else:
+            wanted.append(_Wanted(at, definition, len(work.names), work.select(at, definition)))
+            work.names.append(definition.name)
+    for area in wanted:
+        if area.met is not None and area.definition.carrier == "elements" and area.definition.kind == "mean":
+            work.own(area, area.met.elements)
+    gradients = [w for w in wanted if w.met is not None and w.definition.kind == "gradient"]
+    for area in wanted:
+        if area.definition.kind == "mean" and (area.met is not None or area.definition.remainder):
+            work.take(area)
+    loads = {
+        w.name: gradient_load(members, w.at, w.definition, w.elements, work.problems, work.notes) for w in gradients
+    }
+    refuse_parallel(loads, {w.name: w.at for w in gradients}, work.problems)
+    if work.problems:
+        raise ConfigError(work.problems, where=where)
+    for mask, fact in (
+        (members.structural, "areas without any structural grid"),
+        (work.felt(), "areas with grids of elements alone whose temperature is their own, in areas of elements"),
+    ):
+        idle = [name for i, name in enumerate(work.names[: len(listed)]) if not (mask & (work.owner == i)).any()]
+        if idle:  # definitions have been looked at
+            raise InputError(f"{fact}: {', '.join(idle)}", where=where)
+    return work.result(loads, work.selected(len(listed), [w for w in wanted if w.definition.kind == "mean"]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Wanted:
+    """A definition, its place in the configuration, its number among all areas, and what it meets (None: remainder)."""
+
+    at: str
+    definition: DefinitionTable
+    number: int
+    met: Met | None
+
+    @property
+    def name(self) -> str:
+        return self.definition.name
+
+    @property
+    def elements(self) -> BoolArray:
+        assert self.met is not None
+        return self.met.elements
+
+
+@dataclass(eq=False)
+class _Work:
+    """The areas as they are filled: which area has each grid [N] and each element with a card [E], -1: none."""
+
+    members: Membership
+    strict: bool
+    names: list[str] = field(default_factory=list)
+    problems: list[tuple[str, str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    overlaps: list[Overlap] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.owner = np.full(len(self.members.grid_id), -1)
+        self.element_owner = np.full(len(self.members.element_id), -1)
+        self.card, self.solid = self.members.mesh.with_card, self.members.mesh.solid
+
+    def felt(self) -> BoolArray:
+        return self.members.mesh.followed(self.element_owner >= 0)
+
+    def select(self, at: str, definition: DefinitionTable) -> Met | None:
+        """What a definition meets; None of the remainder, and where there are problems."""
+        if definition.remainder:
+            return None
+        before = len(self.problems)
+        met = Selector(self.members, at, self.problems, self.notes).definition(definition)
+        return met if len(self.problems) == before else None
+
+    def own(self, area: _Wanted, elements: BoolArray) -> None:
+        """Give an area the elements that can have a temperature of their own; the others must be solids, or few."""
+        m, mine = self.members, elements & self.card
+        bare = elements & ~self.card & ~self.solid
+        if not elements.any():
+            self.problems.append((area.at, f"area '{area.name}' has no element" + _nothing(area.definition, _WHOLE)))
+        elif bare.any():
+            shown = f"{_cards(m, bare)}"
+            if not (mine | elements & self.solid).any():
+                fact = f"area '{area.name}' has only elements that have no temperature: {shown}"
+                self.problems.append((area.at, fact))
+            else:
+                self.notes.append(f"area {area.name}: elements that have no temperature are left out: {shown}")
+        for other in np.unique(self.element_owner[mine & (self.element_owner >= 0)]):
+            both = mine & (self.element_owner == other)
+            fact = f"area '{area.name}' shares {both.sum()} elements with area '{self.names[other]}': {_ids(m, both)}"
+            self.problems.append((area.at, f"{fact}; an element has one temperature"))
+        self.element_owner[mine & (self.element_owner < 0)] = area.number
+
+    def take(self, area: _Wanted) -> None:
+        """Give an area the grids that it meets and no earlier one has."""
+        m, d, free = self.members, area.definition, self.owner < 0
+        if area.met is None and d.carrier == "elements":
+            self._own_remainder(area, free)
+            met = free & self.felt() & m.mesh.grids_of(self.solid)
+        elif area.met is None:
+            met = free & self.felt()
+        elif d.carrier == "elements":
+            solids = area.met.elements & self.solid
+            met = m.mesh.grids_of(solids) & self.felt()
+            if solids.any():
+                self.notes.append(
+                    f"area {d.name}: {solids.sum():,} solids have no temperature of their own: they are warmed through"
+                    f" their {met.sum():,} grids, as in an area of grids"
+                )
+        else:
+            met = area.met.grids & self.felt()
+        earlier = met & ~free
         shared = [
-            Overlap(definition.name, names[i], members.grid_id[earlier & (owner == i)])
-            for i in np.unique(owner[earlier])
+            Overlap(d.name, self.names[i], m.grid_id[earlier & (self.owner == i)])
+            for i in np.unique(self.owner[earlier])
         ]
-        overlaps += shared
-        names.append(definition.name)
-        owner[met & (owner < 0)] = len(names) - 1
-        if len(problems) > before:
-            continue
-        if table.strict and shared:
+        self.overlaps += shared
+        self.owner[met & free] = area.number
+        cards = bool((self.element_owner == area.number).any())
+        if self.strict and shared:
             listing = "; ".join(f"{o.earlier} {len(o.grids)}: {id_list(o.grids)}" for o in shared)
-            problems.append((at, f"area '{definition.name}' shares grids with earlier ones ({listing})"))
-        elif not met.any():
-            problems.append((at, f"area '{definition.name}' has no grid" + _nothing(definition)))
-        elif not (met & ~earlier).any():
+            self.problems.append((area.at, f"area '{d.name}' shares grids with earlier ones ({listing})"))
+        elif not (met & free).any() and not cards:
+            self._nothing_taken(area, met, shared)
+
+    def _own_remainder(self, area: _Wanted, free: BoolArray) -> None:
+        """The shells, bars and rods of no area of elements that have a grid of no area of grids either."""
+        left = self.card & (self.element_owner < 0) & self.members.mesh.touching(free & self.members.structural)
+        self.element_owner[left] = area.number
+
+    def _nothing_taken(self, area: _Wanted, met: BoolArray, shared: Sequence[Overlap]) -> None:
+        d = area.definition
+        if met.any():
             listing = ", ".join(f"{o.earlier} has {len(o.grids)}" for o in shared)
-            problems.append((at, f"all grids of area '{definition.name}' are in earlier areas ({listing})"))
-    if problems:
-        raise ConfigError(problems, where=where)
-    idle = [name for i, name in enumerate(names) if not (members.structural & (owner == i)).any()]
-    if idle:  # of the CSV: definitions take structural grids only
-        raise InputError(f"areas without any structural grid: {', '.join(idle)}", where=where)
-    left = (owner < 0) & members.structural
-    element = np.repeat(np.arange(len(members.element_id)), np.diff(members.node_offset))
-    return AreaGrids(
-        {name: members.grid_id[owner == i] for i, name in enumerate(names)},
-        overlaps,
-        members.grid_id[left],
-        [int(p) for p in np.unique(members.property_id[element[left[members.node_index]]])],
-        notes,
-    )
+            fact = f"all grids of area '{d.name}' are in earlier areas ({listing})"
+        elif d.carrier == "elements" and area.met is not None:
+            return  # said where the elements were looked at
+        elif area.met is not None and area.met.grids.any():
+            on = self.members.mesh.touching(area.met.grids) & (self.element_owner >= 0)
+            names = ", ".join(self.names[i] for i in np.unique(self.element_owner[on]))
+            fact = f"all grids of area '{d.name}' are of elements whose temperature is their own, in {names}"
+        else:
+            fact = f"area '{d.name}' has no grid" + _nothing(d, " with element stiffness")
+        self.problems.append((area.at, fact))
+
+    def selected(self, listed: int, wanted: Sequence[_Wanted]) -> dict[str, BoolArray]:
+        """Elements [E] that definitions select as such: the first of these that does, as with grids.
+
+        What lies within a list, a box or a set of grids that came before is not of those after it either.
+        """
+        if not any(area.met is not None and area.met.by_elements for area in wanted):
+            return {}
+        within = self.members.mesh.owner(self.owner)
+        taken = (within >= 0) & (within < listed)
+        out = {}
+        for area in wanted:
+            if area.met is not None and area.met.by_elements:
+                out[area.name] = area.met.elements & ~taken
+                taken = taken | area.met.elements
+            else:
+                taken = taken | (within == area.number)
+        return out
+
+    def result(self, gradients: Mapping[str, AreaLoad], selected: Mapping[str, BoolArray]) -> DefinedAreas:
+        m, own = self.members, self.element_owner
+        loads = {}
+        for i, name in enumerate(self.names):
+            mine = self.owner == i
+            held = (own >= 0) & (own != i) & m.mesh.touching(mine) if (own >= 0).any() else own >= 0
+            load = AreaLoad(m.grid_id[mine], m.element_id[own == i], m.element_id[held])
+            loads[name] = gradients.get(name, load)
+        left = (self.owner < 0) & self.felt()
+        on_left = m.mesh.touching(left) & (own < 0)
+        return DefinedAreas(
+            loads,
+            {name: m.element_id[elements] for name, elements in selected.items()},
+            self.overlaps,
+            m.grid_id[left],
+            [int(p) for p in np.unique(m.property_id[on_left])],
+            self.notes,
+        )
 
 
-def require_partition(areas: AreaGrids, *, where: str) -> None:
-    """`InputError` where grids with stiffness are in no area."""
+def require_partition(areas: DefinedAreas, *, where: str) -> None:
+    """`InputError` where grids whose temperature is felt are in no area."""
     if areas.left.size:
         raise InputError(
             f"{len(areas.left)} structural grids are in no thermal area: {id_list(areas.left)}"
@@ -125,110 +272,18 @@ def require_partition(areas: AreaGrids, *, where: str) -> None:
         )
 
 
-def _nothing(definition: DefinitionTable) -> str:
+def _ids(m: Membership, elements: BoolArray) -> str:
+    return id_list(m.element_id[elements])
+
+
+def _cards(m: Membership, elements: BoolArray) -> str:
+    """`CBUSH 5, 6; CELAS2 7`."""
+    names = np.unique(m.card[elements])
+    return "; ".join(f"{name} {_ids(m, elements & (m.card == name))}" for name in names)
+
+
+def _nothing(definition: DefinitionTable, alone: str) -> str:
     if definition.remainder:
         return ": nothing is left"
     several = sum(v is not None for v in (definition.set, definition.property, definition.material, definition.element))
-    return " that meets all its criteria" if several + (definition.box is not None) > 1 else " with element stiffness"
-
-
-@dataclass(frozen=True)
-class _Selector:
-    """Grids of selections of one definition; problems go to the lists, with the place in the configuration."""
-
-    members: Membership
-    at: str
-    problems: list[tuple[str, str]]
-    notes: list[str]
-
-    def definition(self, d: DefinitionTable, free: BoolArray) -> BoolArray:
-        if d.remainder:
-            return free & self.members.structural
-        met = np.zeros(len(self.members.grid_id), dtype=bool)
-        for number, selection in enumerate(d.selections()):
-            met |= self.selection(selection, self.at if number == 0 else f"{self.at}.also[{number - 1}]", d.name)
-        return met
-
-    def selection(self, s: SelectionTable, at: str, name: str) -> BoolArray:
-        m = self.members
-        met = m.structural.copy()
-        if s.set is not None:
-            met &= self._sets(s.set, f"{at}.set", name)
-        chosen = np.ones(len(m.element_id), dtype=bool)
-        if s.property is not None:
-            chosen &= np.isin(m.property_id, self._known(s.property, m.property_id, f"{at}.property", "property"))
-        if s.material is not None:
-            ids = np.concatenate([m.property_materials[:, 1], m.element_material])
-            chosen &= m.of_material(self._known(s.material, ids, f"{at}.material", "material"))
-        if s.element is not None:
-            chosen &= np.isin(m.element_id, self._known(s.element, m.element_id, f"{at}.element", "element"))
-        if not chosen.all():
-            met &= m.grids_of(chosen)
-        boxes = s.boxes()
-        if boxes:
-            place = f"{at}.box" if not isinstance(s.box, list) else f"{at}.box[{{}}]"
-            inside = [self._box(box, place.format(i)) for i, box in enumerate(boxes)]
-            met &= np.any(inside, axis=0)
-        return met
-
-    def _known(self, wanted: Ids, there: IntArray, at: str, what: str) -> IntArray:
-        """Ids that are there, of those wanted; a range may have gaps but must hold one."""
-        known = np.unique(there[there > 0])
-        chosen = []
-        for low, high in id_ranges(wanted):
-            ids = known[(known >= low) & (known <= high)]
-            if not ids.size:
-                text = f"{low}" if low == high else f"{low}:{high}"
-                self.problems.append((at, f"no element has the {what} {text}{_there(known, low, what)}"))
-            chosen.append(ids)
-        return np.concatenate(chosen)
-
-    def _sets(self, wanted: Ids, at: str, name: str) -> BoolArray:
-        m = self.members
-        met = np.zeros(len(m.grid_id), dtype=bool)
-        for low, high in id_ranges(wanted):
-            numbers = [sid for sid in sorted(m.sets) if low <= sid <= high]
-            if not numbers:
-                text = f"{low}" if low == high else f"{low}:{high}"
-                self.problems.append((at, f"the deck has no set {text}{_there(np.array(sorted(m.sets)), low, 'set')}"))
-            for sid in numbers:
-                found = m.of_set(sid)
-                if found.conflict:
-                    self.problems.append((at, found.conflict))
-                if found.unknown.size:
-                    self.notes.append(
-                        f"area {name}: set {sid} names {len(found.unknown)} {found.kind} ids that the deck does not"
-                        f" have: {id_list(found.unknown)}"
-                    )
-                met |= found.members
-        return met
-
-    def _box(self, box: BoxTable, at: str) -> BoolArray:
-        m = self.members
-        inside = np.ones(len(m.grid_id), dtype=bool)
-        if box.frame not in m.frames:
-            there = id_list(sorted(m.frames))
-            self.problems.append((f"{at}.frame", f"the deck has no coordinate system {box.frame}; there are: {there}"))
-            return inside
-        coordinates = m.coordinates(box.frame)
-        for key, (low, high) in box.ranges().items():
-            if key not in coordinates:
-                keys = ", ".join(coordinates)
-                self.problems.append((f"{at}.{key}", f"coordinate system {box.frame} has {keys}"))
-                continue
-            value = coordinates[key]
-            if key.endswith("_deg"):
-                inside &= np.mod(value - low + _ROUNDING_DEG, 360.0) <= high - low + 2.0 * _ROUNDING_DEG
-            else:
-                inside &= (value >= low - _ROUNDING_M) & (value <= high + _ROUNDING_M)
-        return inside
-
-
-def _there(known: Sequence[int] | IntArray, wanted: int, what: str) -> str:
-    """What there is instead: all of it where that is short, else the nearest."""
-    if not len(known):
-        return f"; it has no {what}" if what == "set" else ""
-    if len(known) <= 12:
-        return f"; there are: {', '.join(str(i) for i in known)}"
-    near = difflib.get_close_matches(str(wanted), [str(i) for i in known], n=1, cutoff=0.5)
-    return f"; did you mean {near[0]}?" if near else ""
+    return " that meets all its criteria" if several + (definition.box is not None) > 1 else alone

@@ -28,7 +28,8 @@ def areas(
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Write node_id,area to this CSV file.")] = None,
     figure: Annotated[
-        Path | None, typer.Option("--figure", help="Draw the model coloured by area (.svg or .png).")
+        Path | None,
+        typer.Option("--figure", help="Draw the model coloured by area, gradients as arrows (.svg or .png)."),
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -36,8 +37,9 @@ def areas(
 ) -> None:
     """Thermal areas of the model.
 
-    Grids, mass, centroid and attributes of each area, from the definitions on the model to be solved, or else from the
-    TEMP cards of the unit-load deck. Needs no results. Grids in no area are an error, told after the table.
+    Grids, mass, centroid, mean step of the own elements and attributes of each area, from the definitions on the model
+    to be solved, or else from the temperatures of the unit-load deck. Needs no results. Grids in no area are an error,
+    told after the table.
     """
     from tedm_cli.cli.printing.areas import area_lines
     from tedm_cli.stages.model.areas import areas as stage

@@ -36,9 +36,10 @@ def write_deck(
 ) -> None:
     """Write the unit-load deck for any Nastran.
 
-    One subcase of +1 K per thermal area, and one that warms all areas together, on the model's own bulk data and
-    constraints. What is dropped from its case control is listed. See docs/write-deck.md.
+    One subcase of +1 K per thermal area (+1 K/m of one under a gradient), and one that warms all areas together, on the
+    model's own bulk data and constraints. What is dropped from its case control is listed. See docs/write-deck.md.
     """
+    from tedm_cli.cli.printing.areas import mean_step_lines
     from tedm_cli.stages.model.deck import write_deck as stage
 
     done = stage(open_project(config, build_dir, verbose), output)
@@ -46,6 +47,7 @@ def write_deck(
         quiet,
         f"{done.path}: {done.areas} unit loads and the uniform load on {done.grids:,} grids,"
         f" from {done.reference:.12g} {done.temperature}",
+        *mean_step_lines(done.mean_step),
         *(f"note: {note}" for note in done.notes),
     )
 
@@ -103,7 +105,7 @@ def ingest(
     Geometry, masses, thermal areas and displacements, in SI and the basic frame. Results are OP2 files or MSC Nastran's
     HDF5 (MDLPRM,HDF5); which of them a file is, its contents tell.
     """
-    from tedm_cli.cli.printing.areas import plane_line
+    from tedm_cli.cli.printing.areas import mean_step_lines, plane_line
     from tedm_cli.cli.printing.model import mass_lines, partial_lines, step_lines, unit_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.ingest import ingest as stage
@@ -113,13 +115,15 @@ def ingest(
         done = stage(project, output, step)
     say(
         quiet,
-        f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas,"
-        f" displacements in {done.precision} precision",
+        f"{done.path}: {done.grids:,} grids, {done.elements:,} elements, {done.areas} thermal areas"
+        + (f", {done.gradients} of them under a gradient" if done.gradients else "")
+        + f", displacements in {done.precision} precision",
         *unit_lines(done.units),
         plane_line(done.plane),
         *mass_lines(done.masses),
         *([] if done.has_uniform else ["no uniform load: superposition will not be checked"]),
         *partial_lines(done.partial),
+        *mean_step_lines(done.mean_step),
         *(f"note: {note}" for note in done.notes),
         *step_lines(done.coarsest),
     )
@@ -135,8 +139,9 @@ def build_distortion(
 ) -> None:
     """Unit loads to the distortion matrix [D].
 
-    Per kelvin of every thermal area, for all grids and for the optical elements, with superposition checked. The
-    layout must fit the model: the same test masses as in its configuration, elements near their grids.
+    Per kelvin of every thermal area (kelvin per metre of a gradient), for all grids and for the optical elements, with
+    superposition of the means checked. The layout must fit the model: the same test masses as in its configuration,
+    elements near their grids.
     """
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.distortion import build_distortion as stage
@@ -147,11 +152,14 @@ def build_distortion(
     check = "not checked (no uniform load)"
     if done.superposition is not None:
         check = f"{done.superposition:.1e} (results in {done.precision} precision)"
+    bent = (
+        "" if done.largest_gradient is None else "; under a gradient {:.3g} m/(K/m) ({})".format(*done.largest_gradient)
+    )
     optical = f"{done.optical} optical elements" if done.optical else "no optical elements: the project has no optics"
     say(
         quiet,
         f"{done.path}: D for {done.areas} areas, {done.grids:,} grids, {optical}",
         f"superposition residual {check}; largest translation {done.largest_m_per_K:.3g} m/K ({done.largest_area}),"
-        f" largest rigid-body part {done.largest_rigid_m_per_K:.3g} m/K",
+        f" largest rigid-body part {done.largest_rigid_m_per_K:.3g} m/K{bent}",
         *(f"warning: {note}" for note in done.notes),
     )

@@ -1,4 +1,4 @@
-"""Configuration of the thermal areas: which grids they are made of, and their attributes."""
+"""Configuration of the thermal areas: which grids or elements they are made of, what load is on them, attributes."""
 
 from __future__ import annotations
 
@@ -37,6 +37,12 @@ def ranges_increase(value: Ids | None) -> Ids | None:
     for low, high in id_ranges(value):
         if low > high:
             raise ValueError(f"'{low}:{high}' must be 'low:high'")
+    return value
+
+
+def _not_zero(value: list[float] | None) -> list[float] | None:
+    if value is not None and np.linalg.norm(value) < 1e-6:
+        raise ValueError("is no direction: its length is zero")
     return value
 
 
@@ -84,10 +90,10 @@ class BoxTable(Strict):
 
 
 class SelectionTable(Strict):
-    """Grids that meet every criterion given. Ids are `7`, `"4:9"` or a list of these; any box of a list will do.
+    """What meets every criterion given. Ids are `7`, `"4:9"` or a list of these; any box of a list will do.
 
     `property`, `material` and `element` choose elements, and their grids; `set` the members of SET1, SET3 or a SET of
-    the case control.
+    the case control. An element is in a box if its centre is, and in a set of grids if all of its grids are.
     """
 
     set: Ids | None = None
@@ -117,21 +123,52 @@ class SelectionTable(Strict):
 
 
 class DefinitionTable(SelectionTable):
-    """One thermal area: grids that meet the criteria, and those of each selection in `also`; or all that is left."""
+    """One thermal area: what meets the criteria, and each selection in `also`; or all that is left.
+
+    `carrier`: "grids" warms grids, and elements take the temperatures of theirs; "elements" warms the shells, bars and
+    rods that the criteria select by cards of their own, whatever their grids have, and solids through their grids.
+    `kind`: "mean" is a step of 1 K; "gradient" is 1 K/m through the shells and bars selected, whose mean stays.
+    `direction`: basic frame, any length, towards the warm side of a gradient; left out, it is along the shells' own
+    normals. `plane`: of bars, the plane of their element axes (1 or 2) with the gradient, in place of a direction.
+    """
 
     name: Annotated[str, AfterValidator(_area_name)]
     also: list[SelectionTable] = Field(default_factory=list)
     remainder: bool = False
+    kind: Literal["mean", "gradient"] = "mean"
+    carrier: Literal["grids", "elements"] = "grids"
+    direction: Direction | None = None
+    plane: Literal[1, 2] | None = None
+
+    _no_zero = field_validator("direction")(_not_zero)
 
     def selections(self) -> list[SelectionTable]:
         """The area is the union of these."""
         return [self, *self.also]
+
+    @property
+    def by_elements(self) -> bool:
+        """Whether the area is made of elements that have temperatures of their own."""
+        return self.kind == "gradient" or self.carrier == "elements"
 
     def _require_criteria(self) -> None:
         if self.remainder and (self.selects() or self.also):
             raise ValueError("remainder = true takes all that is left, but other criteria are given too")
         if not (self.remainder or self.selects()):
             raise ValueError("selects nothing: give set, property, material, element, box or remainder = true")
+        if self.kind == "gradient":
+            self._require_gradient()
+        elif self.direction is not None or self.plane is not None:
+            key = "direction" if self.direction is not None else "plane"
+            raise ValueError(f'{key} is that of a gradient, and this is a mean temperature: give kind = "gradient"')
+
+    def _require_gradient(self) -> None:
+        if self.remainder:
+            raise ValueError("nothing is left over for gradients, which are loads beside those of the areas: select")
+        if self.carrier == "grids" and "carrier" in self.model_fields_set:
+            raise ValueError('a gradient is in elements: leave carrier = "grids" out')
+        if self.direction is not None and self.plane is not None:
+            raise ValueError("direction and plane both say where a gradient points: give one")
 
 
 class AreaRule(Strict):
@@ -149,18 +186,14 @@ class SymmetryPlaneTable(Strict):
     point_m: Place
     normal: Direction
 
-    @field_validator("normal")
-    @classmethod
-    def _not_zero(cls, value: list[float]) -> list[float]:
-        if np.linalg.norm(value) < 1e-6:
-            raise ValueError("is no direction: its length is zero")
-        return value
+    _no_zero = field_validator("normal")(_not_zero)
 
 
 class AreasTable(Strict):
     """Definitions of the areas, and rules for their attributes.
 
-    A grid belongs to the first definition that it meets; with `strict` no grid may meet two. `symmetry_plane`: what
+    A grid belongs to the first definition that it meets; with `strict` no grid may meet two. No element may be in two
+    areas of elements. `symmetry_plane`: what
     sides and mirror pairs refer to; left out, it is the x-z plane of the optical layout's frame, or basic y = 0 without
     a layout. `mid_half_width_m`: an area whose centroid is closer than this to it is on neither side.
     """
@@ -179,10 +212,14 @@ class AreasTable(Strict):
             # Nastran does not tell upper from lower case in labels.
             if (name := first.setdefault(definition.name.upper(), definition.name)) is not definition.name:
                 raise ValueError(f"area {definition.name!r} is defined twice (as {name!r}); unite them by `also`")
-        if any(d.remainder for d in value[:-1]):
+        if any(d.remainder for d in [d for d in value if d.kind == "mean"][:-1]):
             raise ValueError("remainder = true must be the last definition: nothing is left for those after it")
         return value
 
     def has_boxes(self) -> bool:
         """Whether the positions of grids matter."""
         return any(s.boxes() for d in self.define for s in d.selections())
+
+    def has_gradients(self) -> bool:
+        """Whether the axes of elements matter."""
+        return any(d.kind == "gradient" for d in self.define)

@@ -228,6 +228,10 @@ def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
         fact = "the model has no [[test_mass]] whose field at rest there could be"
         given = {"gravity.subsystems": subsystems, "requirement_at_rest": config.requirement_at_rest}
         problems = [(key, fact) for key, tables in given.items() if tables]
+    for number, definition in enumerate(config.areas.define):
+        if definition.name.upper() == config.model.uniform_label.upper():
+            fact = f"'{definition.name}' is the name of the uniform load; choose another, or set model.uniform_label"
+            problems.append((f"areas.define[{number}].name", fact))
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config

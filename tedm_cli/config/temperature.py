@@ -1,17 +1,20 @@
-"""Configuration of the temperature noise: a preset or a table for all areas, and other spectra for some of them."""
+"""Configuration of the temperature noise: a preset or a table for all areas, and other spectra for some of them.
+
+Gradient areas have tables of their own, in K/m/√Hz, and are silent without.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from tedm_cli.arrays import BoolArray, FloatArray
-from tedm_cli.config.base import Bounded, FileName, Frequency, Strict, TemperatureLevel
+from tedm_cli.config.base import Bounded, FileName, Frequency, GradientLevel, Strict, TemperatureLevel
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.columns import columns_of_areas
@@ -28,18 +31,18 @@ from tedm_cli.noise.temperature import (
     TemperatureModel,
     WhiteSpectrum,
 )
-from tedm_cli.quantities import FILTER_ORDER, TEMPERATURE_ASD
+from tedm_cli.quantities import FILTER_ORDER, GRADIENT_ASD, TEMPERATURE_ASD, Quantity
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
 
 _FILTER = ("reference_hz", "order", "corner_hz")
 _DEEPEST_DECADES = 100  # below the level under the corner; squares of what is deeper are no numbers any more
-_LEVELS = ("outside_K", "inside_K", "level_K")
+_LEVELS = ("outside_K", "inside_K", "level_K", "level_K_per_m")
 
 
 @dataclass(frozen=True, eq=False)
 class SpectrumColumns:
-    """Amplitude spectral densities [F, columns] in K/√Hz of a user's table, at frequency_hz [F]."""
+    """Amplitude spectral densities [F, columns] of a user's table, at frequency_hz [F]; in K/√Hz or K/m/√Hz."""
 
     name: str
     columns: list[str]
@@ -50,6 +53,7 @@ class SpectrumColumns:
 class _SpectrumTable(Strict):
     """What a spectrum may be; keys that its preset does not use are refused."""
 
+    quantity: ClassVar[Quantity] = TEMPERATURE_ASD
     preset: Literal["thesis", "white", "lpf_flight", "table"] = "thesis"
     reference_hz: Frequency = REFERENCE_HZ
     order: Annotated[float, Bounded(FILTER_ORDER)] = DEFAULT_ORDER
@@ -74,7 +78,7 @@ class _SpectrumTable(Strict):
             raise ValueError("; ".join(facts))
         return self
 
-    def filter_fact(self, level_K: float, low_hz: float, high_hz: float) -> str:
+    def filter_fact(self, level: float, low_hz: float, high_hz: float) -> str:
         """What makes the low-pass at this level implausible between two frequencies; empty where nothing does."""
         if self.preset != "thesis":
             return ""
@@ -88,8 +92,9 @@ class _SpectrumTable(Strict):
         if (fall := decades(highest)) > _DEEPEST_DECADES:
             return f"{filter_words} falls by {fall:.0f} decades until {highest:g} Hz; at most {_DEEPEST_DECADES}"
         rise = decades(self.reference_hz) - decades(low_hz)
-        if level_K > 0.0 and (fact := TEMPERATURE_ASD.fact(level_K * 10.0**rise)):
-            return f"{filter_words} from {level_K:g} K/sqrt(Hz) at {self.reference_hz:g} Hz; at {low_hz:g} Hz {fact}"
+        if level > 0.0 and (fact := self.quantity.fact(level * 10.0**rise)):
+            at = f"{level:g} {self.quantity.unit} at {self.reference_hz:g} Hz"
+            return f"{filter_words} from {at}; at {low_hz:g} Hz {fact}"
         return ""
 
     def spectrum(self, level_K: float) -> Spectrum:
@@ -101,25 +106,18 @@ class _SpectrumTable(Strict):
         return ShapedSpectrum(level_K, self.reference_hz, self.corner_hz, self.order)
 
 
-class OverrideTable(_SpectrumTable):
-    """Another spectrum for some areas: those that meet every key given, each by any of its values."""
+class _SelectingTable(_SpectrumTable):
+    """A spectrum for areas of one kind, means or gradients: those that meet every key given, each by any value."""
 
+    of_gradients: ClassVar[bool]
+    other_table: ClassVar[str]
     groups: Names | None = None
     shield: Annotated[list[Literal["inside", "outside"]], Field(min_length=1)] | None = None
     areas: Names | None = None
-    level_K: TemperatureLevel | None = None
-
-    @model_validator(mode="after")
-    def _selects_and_has_a_level(self) -> OverrideTable:
-        if self.groups is None and self.shield is None and self.areas is None:
-            raise ValueError("selects nothing: give groups, shield or areas")
-        if self.preset in ("thesis", "white") and self.level_K is None:
-            raise ValueError(f"preset {self.preset} needs level_K, in K/sqrt(Hz)")
-        return self
 
     def select(self, areas: AreaTable) -> BoolArray:
         """Mask [k] of the areas it is for."""
-        mask = np.ones(len(areas), dtype=bool)
+        mask = np.equal(areas.gradient, self.of_gradients)
         if self.groups is not None:
             mask &= np.isin(areas.group, self.groups)
         if self.shield is not None:
@@ -129,19 +127,75 @@ class OverrideTable(_SpectrumTable):
         return mask
 
     def unknown(self, areas: AreaTable) -> list[tuple[str, str]]:
-        """(key, fact) of every group or pattern that is not of the model."""
+        """(key, fact) of every group or pattern that is not of the model, or has no area of the table's kind."""
         groups = sorted(set(areas.group.tolist()))
-        facts = [
-            ("groups", f"no thermal area is of group {g!r}; groups: {', '.join(groups)}")
-            for g in self.groups or ()
-            if g not in groups
-        ]
-        facts += [
-            ("areas", f"no thermal area has {p!r}")
-            for p in self.areas or ()
-            if not any(fnmatchcase(n, p) for n in areas.name.tolist())
-        ]
+        mine = areas.gradient == self.of_gradients
+        wanted, other = ("gradient", "mean") if self.of_gradients else ("mean", "gradient")
+        elsewhere = f"has {other} areas alone, no {wanted} area; their spectra are given in {self.other_table}"
+        facts = []
+        for g in self.groups or ():
+            if g not in groups:
+                facts.append(("groups", f"no thermal area is of group {g!r}; groups: {', '.join(groups)}"))
+            elif not mine[areas.group == g].any():
+                facts.append(("groups", f"group {g!r} {elsewhere}"))
+        for p in self.areas or ():
+            hit = np.array([fnmatchcase(n, p) for n in areas.name.tolist()])
+            if not hit.any():
+                facts.append(("areas", f"no thermal area has {p!r}"))
+            elif not mine[hit].any():
+                facts.append(("areas", f"{p!r} {elsewhere}"))
         return facts
+
+
+class OverrideTable(_SelectingTable):
+    """Another spectrum for some areas of mean temperatures."""
+
+    of_gradients = False
+    other_table = "[[temperature.gradient]], in K/m/sqrt(Hz)"
+    level_K: TemperatureLevel | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_gradient(cls, given: Any) -> Any:
+        if isinstance(given, dict) and "level_K_per_m" in given:
+            raise ValueError("level_K_per_m is of gradients; they are given in [[temperature.gradient]]")
+        return given
+
+    @model_validator(mode="after")
+    def _selects_and_has_a_level(self) -> OverrideTable:
+        if self.groups is None and self.shield is None and self.areas is None:
+            raise ValueError("selects nothing: give groups, shield or areas")
+        if self.preset in ("thesis", "white") and self.level_K is None:
+            raise ValueError(f"preset {self.preset} needs level_K, in K/sqrt(Hz)")
+        return self
+
+
+class GradientTable(_SelectingTable):
+    """The spectrum of gradient areas, of all of them where no key selects; without one they are silent.
+
+    `level_K_per_m` is in K/m/√Hz: no level is published, so each table that has a shape needs one.
+    """
+
+    quantity = GRADIENT_ASD
+    of_gradients = True
+    other_table = "[temperature] and [[temperature.override]], in K/sqrt(Hz)"
+    level_K_per_m: GradientLevel | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_kelvin(cls, given: Any) -> Any:
+        if isinstance(given, dict) and (found := sorted(set(given) & {"level_K", "outside_K", "inside_K"})):
+            verb = "is" if len(found) == 1 else "are"
+            raise ValueError(f"{', '.join(found)} {verb} in K/sqrt(Hz), of no gradient; give level_K_per_m")
+        return given
+
+    @model_validator(mode="after")
+    def _has_a_level(self) -> GradientTable:
+        if self.preset == "lpf_flight":
+            raise ValueError("preset lpf_flight is a spectrum in K/sqrt(Hz), of no gradient")
+        if self.preset != "table" and self.level_K_per_m is None:
+            raise ValueError(f"preset {self.preset} needs level_K_per_m, in K/m/sqrt(Hz)")
+        return self
 
 
 class TemperatureTable(_SpectrumTable):
@@ -149,12 +203,14 @@ class TemperatureTable(_SpectrumTable):
 
     `thesis` is low-pass shaped with these levels at `reference_hz`, `white` has them at every frequency, `lpf_flight`
     is an upper limit from flight and the same everywhere, `table` is read from a file. The order and corner of the
-    published filter are not known: the defaults are an assumption and decide verdicts. Of overrides the last counts.
+    published filter are not known: the defaults are an assumption and decide verdicts. Of overrides the last counts,
+    and so of `gradients`, which are for gradient areas alone.
     """
 
     outside_K: TemperatureLevel = OUTSIDE_LEVEL_K
     inside_K: TemperatureLevel = INSIDE_LEVEL_K
     overrides: list[OverrideTable] = Field(alias="override", default_factory=list)
+    gradients: list[GradientTable] = Field(alias="gradient", default_factory=list)
 
     def filter_problems(self, low_hz: float, high_hz: float) -> list[tuple[str, str]]:
         """(dotted path, fact) of the low-pass shapes that are implausible between two frequencies."""
@@ -162,12 +218,25 @@ class TemperatureTable(_SpectrumTable):
             ("temperature", self, level) for level in (self.outside_K, self.inside_K)
         ]
         levels += [(f"temperature.override[{i}]", o, o.level_K or 0.0) for i, o in enumerate(self.overrides)]
+        levels += [(f"temperature.gradient[{i}]", g, g.level_K_per_m or 0.0) for i, g in enumerate(self.gradients)]
         facts = {at: fact for at, table, level in levels if (fact := table.filter_fact(level, low_hz, high_hz))}
         return [(f"{at}.order", fact) for at, fact in facts.items()]
 
     def table_names(self) -> list[str]:
         """Names of the files with spectra, each once."""
-        return list(dict.fromkeys(t.table for t in (self, *self.overrides) if t.table is not None))
+        return list(self.table_quantities())
+
+    def table_quantities(self) -> dict[str, Quantity]:
+        """Quantity of each of these files, by name."""
+        tables: list[_SpectrumTable] = [self, *self.overrides, *self.gradients]
+        return {t.table: t.quantity for t in tables if t.table is not None}
+
+    @model_validator(mode="after")
+    def _one_kind_in_a_file(self) -> TemperatureTable:
+        kelvin = {t.table for t in (self, *self.overrides) if t.table is not None}
+        if both := sorted(kelvin & {t.table for t in self.gradients if t.table is not None}):
+            raise ValueError(f"{both[0]} is given for temperatures and for gradients: a file is in one unit")
+        return self
 
     def model(
         self, areas: AreaTable, tables: Mapping[str, SpectrumColumns] | None = None, *, where: str = "temperature"
@@ -178,34 +247,47 @@ class TemperatureTable(_SpectrumTable):
 
         Raises
         ------
-        ConfigError : an override of areas that are not there.
+        ConfigError : a table of areas that are not there, or of the other kind.
         InputError : a table that lacks an area or names an unknown one, or whose numbers are no spectrum.
         """
         problems = []
-        source = np.full(len(areas), -1)
-        for number, override in enumerate(self.overrides):
-            problems += [(f"temperature.override[{number}].{key}", fact) for key, fact in override.unknown(areas)]
-            mask = override.select(areas)
+        # The last table that selects an area counts: 0 is this one, of all means; gradients begin with none.
+        source = np.where(areas.gradient, -1, 0)
+        chosen: list[TemperatureTable | OverrideTable | GradientTable] = [self, *self.overrides, *self.gradients]
+        if self.gradients and not areas.gradient.any():
+            fact = "the model has no gradient area that it could be the spectrum of"
+            raise ConfigError([("temperature.gradient[0]", fact)], where=where)
+        paths = [f"override[{i}]" for i in range(len(self.overrides))]
+        paths += [f"gradient[{i}]" for i in range(len(self.gradients))]
+        for number, (path, table) in enumerate(zip(paths, (*self.overrides, *self.gradients), strict=True), start=1):
+            problems += [(f"temperature.{path}.{key}", fact) for key, fact in table.unknown(areas)]
+            mask = table.select(areas)
             if not mask.any() and not problems:
-                problems.append((f"temperature.override[{number}]", "selects none of the thermal areas"))
+                problems.append((f"temperature.{path}", "selects none of the thermal areas"))
             source[mask] = number
         if problems:
             raise ConfigError(problems, where=where)
         spectra: dict[int, Spectrum] = {}
-        for number, chosen in enumerate((self, *self.overrides), start=-1):
+        for number, of in enumerate(chosen):
             mine = source == number
-            if chosen.table is not None and mine.any():
-                spectra |= _tabulated((tables or {})[chosen.table], areas, mine)
+            if of.table is not None and mine.any():
+                spectra |= _tabulated((tables or {})[of.table], areas, mine, isinstance(of, GradientTable))
                 continue
-            for area in np.flatnonzero(mine):
-                level = self.outside_K if areas.shield[area] == "outside" else self.inside_K
-                own = chosen.level_K if isinstance(chosen, OverrideTable) else level
-                spectra[int(area)] = chosen.spectrum(level if own is None else own)
-        return TemperatureModel.from_spectra([spectra[area] for area in range(len(areas))])
+            for area in np.flatnonzero(mine).tolist():
+                spectra[area] = of.spectrum(self._level(of, areas, area))
+        return TemperatureModel.from_spectra([spectra.get(area) for area in range(len(areas))], areas.gradient)
+
+    def _level(self, of: TemperatureTable | OverrideTable | GradientTable, areas: AreaTable, area: int) -> float:
+        """The level of an area by the table that counts; of a preset without levels it does not matter."""
+        of_shield = self.outside_K if areas.shield[area] == "outside" else self.inside_K
+        if isinstance(of, TemperatureTable):
+            return of_shield
+        own = of.level_K_per_m if isinstance(of, GradientTable) else of.level_K
+        return of_shield if own is None else own
 
 
-def _tabulated(table: SpectrumColumns, areas: AreaTable, mask: BoolArray) -> dict[int, Spectrum]:
-    index = columns_of_areas(table.columns, areas, mask, where=table.name)
+def _tabulated(table: SpectrumColumns, areas: AreaTable, mask: BoolArray, gradient: bool) -> dict[int, Spectrum]:
+    index = columns_of_areas(table.columns, areas, mask, where=table.name, of=areas.gradient == gradient)
     found = {
         int(column): TabulatedSpectrum.of(
             table.frequency_hz, table.asd[:, column], f"{table.columns[column]} of {table.name}"

@@ -12,7 +12,7 @@ from tedm_cli.config.temperature import SpectrumColumns
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.temperature import TemperatureModel
-from tedm_cli.quantities import FREQUENCY, TEMPERATURE_ASD
+from tedm_cli.quantities import FREQUENCY, Quantity
 from tedm_cli.tables.wide_table import open_wide
 
 _MOST_ROWS = 100_000
@@ -25,13 +25,14 @@ def table_paths(project: Project, config: CasesConfig) -> list[Path]:
 
 def temperature_model(project: Project, config: CasesConfig, areas: AreaTable) -> TemperatureModel:
     """The model of the thermal areas; raises what reading a table and `TemperatureTable.model` raise."""
-    names = config.temperature.table_names()
-    tables = {name: _read(path) for name, path in zip(names, table_paths(project, config), strict=True)}
+    quantities = config.temperature.table_quantities()
+    paths = table_paths(project, config)
+    tables = {n: _read(path, quantity) for (n, quantity), path in zip(quantities.items(), paths, strict=True)}
     return config.temperature.model(areas, tables, where=str(project.cases))
 
 
-def _read(path: Path) -> SpectrumColumns:
-    with open_wide(path, "frequency_hz", FREQUENCY, TEMPERATURE_ASD) as table:
+def _read(path: Path, quantity: Quantity) -> SpectrumColumns:
+    with open_wide(path, "frequency_hz", FREQUENCY, quantity) as table:
         blocks, rows = [], 0
         for block in table.blocks():
             blocks.append(block)

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import COUNT, FLAG, NAMES, QUANTITIES, AreaDatasets, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import (
+    COUNT,
+    FLAG,
+    NAMES,
+    QUANTITIES,
+    UNITS_OF_AREA,
+    AreaDatasets,
+    Dataset,
+    FileKind,
+    Values,
+)
 
 
 class CaseFile(AreaDatasets, FileKind):
@@ -52,15 +62,15 @@ class CaseFile(AreaDatasets, FileKind):
         ("area",),
         "int",
         "1",
-        "row of /temperature/asd that each area has",
+        "row of /temperature/asd that each area has; gradients without a spectrum have one of zeros",
         values=Values(rows_of="spectrum"),
     )
     TEMPERATURE_ASD = Dataset(
         "/temperature/asd",
         ("spectrum", "frequency"),
         "float",
-        "K/sqrt(Hz)",
-        "one-sided amplitude spectral densities of the areas",
+        "K/sqrt(Hz); K/m/sqrt(Hz) of gradients",
+        "one-sided amplitude spectral densities of the areas, each of areas of one kind",
     )
     TEMPERATURE_MODEL = Dataset("/temperature/model", (), "str", "1", "temperature model and its parameters")
     OUTPUT_LABEL = Dataset("/output/label", ("output",), "str", "1", "outputs", values=NAMES)
@@ -72,7 +82,7 @@ class CaseFile(AreaDatasets, FileKind):
         ("frequency",),
         "float",
         None,
-        "largest PSD over all correlations of the active areas",
+        "largest PSD over all correlations of the active areas; between means and gradients there is none in any bound",
     )
     BOUNDS_MAXIMUM_NON_NEGATIVE = Dataset(
         "/bounds/maximum_non_negative/{output}",
@@ -103,7 +113,8 @@ class CaseFile(AreaDatasets, FileKind):
         ("output", "area", "plane"),
         "float",
         "1",
-        "vectors V at /contribution/frequency: R_ij = V_i . V_j reaches the bound (known blocks: between blocks)",
+        "vectors V at /contribution/frequency: R_ij = V_i . V_j reaches the bound (known blocks: between blocks);"
+        " 0 between means and gradients",
     )
     CONTRIBUTION_FREQUENCY = Dataset(
         "/contribution/frequency", ("output",), "float", "Hz", "frequency the contributions are given at"
@@ -202,7 +213,20 @@ class CaseFile(AreaDatasets, FileKind):
         "ratio with all areas of the first of these blocks fully correlated, the other blocks as they are",
     )
     IMPROVEMENT_GROUP = Dataset(
-        "/improvement/group", ("group",), "str", "1", "groups with noise", values=Values(unique=True, of="/area/group")
+        "/improvement/group",
+        ("group",),
+        "str",
+        "1",
+        "groups with noise; one whose means and gradients both have noise is there twice",
+        values=Values(of="/area/group"),
+    )
+    IMPROVEMENT_GROUP_UNIT = Dataset(
+        "/improvement/group_unit",
+        ("group",),
+        "str",
+        "1",
+        "unit of the group's temperatures: K of its means, K/m of its gradients",
+        values=Values(words=UNITS_OF_AREA),
     )
     IMPROVEMENT_GROUP_FACTOR = Dataset(
         "/improvement/group_factor",
@@ -302,7 +326,7 @@ class CaseFile(AreaDatasets, FileKind):
 
 CASE = CaseFile(
     "case",
-    4,
+    5,
     "tedm run-case",
     fixed_dims={"band_edge": 2, "plane": 2},
     derived_dims={"area_column": ("area", 1, 0)},

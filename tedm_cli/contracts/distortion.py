@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import BASIC, ID, NAMES, AreaDatasets, AreaPlaces, Dataset, FileKind, GridIds, Values
+from tedm_cli.contracts.spec import (
+    BASIC,
+    ID,
+    NAMES,
+    PER_AREA,
+    TURN_PER_AREA,
+    AreaDatasets,
+    AreaPlaces,
+    Dataset,
+    FileKind,
+    GridIds,
+    Values,
+)
 
 _OPTICS = "optics"  # absent where the project has none
 
@@ -14,8 +26,8 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "/D/translation",
         ("area", "node", "xyz"),
         "real",
-        "m/K",
-        "distortion matrix [D]: translation per kelvin of an area",
+        PER_AREA,
+        "distortion matrix [D]: translation per /area/unit of an area",
         BASIC,
     )
     D_OFFSET_NODE = Dataset(
@@ -30,8 +42,8 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "/D/rotation",
         ("area", "offset_node", "xyz"),
         "float",
-        "rad/K",
-        "rotation of these grids per kelvin of an area",
+        TURN_PER_AREA,
+        "rotation of these grids per /area/unit of an area",
         BASIC,
     )
     OPTICAL_NAME = Dataset(
@@ -54,8 +66,8 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "/D_opt/translation",
         ("area", "optical", "xyz"),
         "float",
-        "m/K",
-        "translation of the optical elements per kelvin",
+        PER_AREA,
+        "translation of the optical elements per /area/unit",
         BASIC,
         True,
         group=_OPTICS,
@@ -64,8 +76,8 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "/D_opt/rotation",
         ("area", "optical", "xyz"),
         "float",
-        "rad/K",
-        "rotation of the optical elements per kelvin",
+        TURN_PER_AREA,
+        "rotation of the optical elements per /area/unit",
         BASIC,
         True,
         group=_OPTICS,
@@ -75,7 +87,7 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         (),
         "float",
         "1",
-        "largest |sum over areas - uniform| over the largest |uniform|, translations",
+        "largest |sum over mean areas - uniform| over the largest |uniform|, translations",
         optional=True,
     )
     CHECK_SUPERPOSITION_OPTICS = Dataset(
@@ -88,19 +100,19 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         group="superposition of the optics",
     )
     CHECK_MAX_TRANSLATION = Dataset(
-        "/check/max_translation", ("area",), "float", "m/K", "largest translation of any grid"
+        "/check/max_translation", ("area",), "float", PER_AREA, "largest translation of any grid"
     )
     CHECK_RIGID_TRANSLATION = Dataset(
         "/check/rigid_translation",
         ("area", "xyz"),
         "float",
-        "m/K",
+        PER_AREA,
         "translation of the best-fit rigid motion at the centre of gravity",
         BASIC,
     )
     CHECK_RIGID_ROTATION = Dataset(
-        "/check/rigid_rotation", ("area", "xyz"), "float", "rad/K", "rotation of the best-fit rigid motion", BASIC
+        "/check/rigid_rotation", ("area", "xyz"), "float", TURN_PER_AREA, "rotation of the best-fit rigid motion", BASIC
     )
 
 
-DISTORTION = DistortionFile("distortion", 4, "tedm build-distortion")
+DISTORTION = DistortionFile("distortion", 5, "tedm build-distortion")

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import BASIC, COUNT, FLAG, NAMES, TM_FRAME, AreaDatasets, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import (
+    BASIC,
+    COUNT,
+    FLAG,
+    NAMES,
+    TM_FRAME,
+    UNITS_OF_AREA,
+    AreaDatasets,
+    Dataset,
+    FileKind,
+    Values,
+)
 
 
 class DynamicsFile(FileKind):
@@ -148,12 +159,20 @@ class DynamicsFile(FileKind):
     )
 
     THERMAL_AREA = Dataset("/thermal/area", ("area",), "str", "1", "thermal areas", values=NAMES)
+    THERMAL_UNIT = Dataset(
+        "/thermal/unit",
+        ("area",),
+        "str",
+        "1",
+        "unit of the area's temperature: K of a mean, K/m of a gradient",
+        values=Values(words=UNITS_OF_AREA),
+    )
     THERMAL_V = Dataset(
         "/thermal/V",
         ("disturbance", "area"),
         "float",
         None,
-        "disturbances per kelvin of an area: S in s_, N of the read-outs in n_",
+        "disturbances per /thermal/unit of an area: S in s_, N of the read-outs in n_",
     )
     SYSTEM_STATE = Dataset(
         "/system/state",
@@ -200,7 +219,7 @@ class DynamicsFile(FileKind):
 
 DYNAMICS = DynamicsFile(
     "dynamics",
-    2,
+    3,
     "tedm build-dynamics",
     fixed_dims={
         "xyz": 3,
@@ -368,5 +387,5 @@ class SimulationFile(AreaDatasets, FileKind):
 
 
 SIMULATION = SimulationFile(
-    "simulation", 2, "tedm simulate", families={"output": "/output/label", "group": "/group/name"}
+    "simulation", 3, "tedm simulate", families={"output": "/output/label", "group": "/group/name"}
 )

@@ -27,8 +27,8 @@ class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
     O_IDEAL = Dataset(
         "/O_ideal", ("laser_output", "test_mass_dof"), "float", None, "test mass motion to laser read-out", TM_FRAME
     )
-    D = Dataset("/D", ("laser_output", "area"), "float", None, "laser read-out per kelvin of an area")
-    N = Dataset("/N/{set}", ("read_out", "area"), "float", None, "read-out noise per kelvin of an area", TM_FRAME)
+    D = Dataset("/D", ("laser_output", "area"), "float", None, "laser read-out per /area/unit of an area")
+    N = Dataset("/N/{set}", ("read_out", "area"), "float", None, "read-out noise per /area/unit of an area", TM_FRAME)
     N_RIGID = Dataset(
         "/N_rigid/{set}",
         ("read_out", "area"),
@@ -45,7 +45,7 @@ class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
         ("element_dof", "area"),
         "float",
         None,
-        "motion of the elements at their grids per kelvin of an area; of a test mass that of its expanding face",
+        "motion of the elements at their grids per /area/unit of an area; of a test mass that of its expanding face",
         LAYOUT,
     )
     RIGID_MOTION = Dataset(
@@ -205,7 +205,7 @@ class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
 
 OPTICS = OpticsFile(
     "optics",
-    4,
+    5,
     "tedm build-optics",
     fixed_dims={"xyz": 3, "xyz_column": 3},
     derived_dims={

@@ -27,7 +27,14 @@ AT_REST = (
 class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     """Its datasets by name; `SENSITIVITY` is the kind of file."""
 
-    S = Dataset("/S", ("row", "area"), "float", None, "self-gravity sensitivity matrix [S_SG]", TM_FRAME)
+    S = Dataset(
+        "/S",
+        ("row", "area"),
+        "float",
+        None,
+        "self-gravity sensitivity matrix [S_SG] per /area/unit",
+        TM_FRAME,
+    )
     ROW_LABEL = Dataset(
         "/row/label",
         ("row",),
@@ -37,7 +44,12 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         values=Values(of="/test_mass/name", ends=ACCELERATIONS, unique=True),
     )
     ROW_UNIT = Dataset(
-        "/row/unit", ("row",), "str", "1", "unit of each row of S", values=Values(words=("m/s^2/K", "rad/s^2/K"))
+        "/row/unit",
+        ("row",),
+        "str",
+        "1",
+        "unit of each row of S by mean areas",
+        values=Values(words=("m/s^2/K", "rad/s^2/K")),
     )
     TEST_MASS_NAME = Dataset("/test_mass/name", ("test_mass",), "str", "1", "name of the test mass", values=NAMES)
     TEST_MASS_POSITION = Dataset(
@@ -238,7 +250,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         ("test_mass", "area", "xyz"),
         "float",
         "m/s^2",
-        "part of the DC acceleration made by the mass that its grids carry",
+        "part of the DC acceleration made by the mass that its grids carry; 0 of gradients",
         TM_FRAME,
     )
     AREA_CONTRIBUTION_ANGULAR_ACCELERATION = Dataset(
@@ -311,7 +323,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
 
 SENSITIVITY = SensitivityFile(
     "sensitivity",
-    5,
+    6,
     "tedm build-sensitivity",
     derived_dims={
         "row": ("test_mass", 6, 0),

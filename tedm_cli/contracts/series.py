@@ -94,7 +94,7 @@ class SimulatedSeriesFile(SeriesDatasets, FileKind):
     READ_OUT_RMS = Dataset("/read_out/rms", ("output",), "float", None, "root mean square of that part")
 
 
-SERIES = SeriesFile("series", 3, "tedm run-series", families={"output": "/output/label"})
+SERIES = SeriesFile("series", 4, "tedm run-series", families={"output": "/output/label"})
 SIMULATED_SERIES = SimulatedSeriesFile(
-    "simulated_series", 2, "tedm simulate --series", families={"output": "/output/label"}
+    "simulated_series", 3, "tedm simulate --series", families={"output": "/output/label"}
 )

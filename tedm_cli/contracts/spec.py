@@ -63,6 +63,9 @@ NAMES = Values(unique=True)
 FLAG = Values(flag=True)
 ID = Values(least=1)
 COUNT = Values(least=0)
+KINDS_OF_AREA, UNITS_OF_AREA = ("mean", "gradient"), ("K", "K/m")
+PER_AREA = "m/K; m/(K/m) of gradients"
+TURN_PER_AREA = "rad/K; rad/(K/m) of gradients"
 MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 DOFS = ("x", "y", "z", "theta", "eta", "phi")
 ACCELERATIONS = ("a_x", "a_y", "a_z", "omegadot_x", "omegadot_y", "omegadot_z")
@@ -154,12 +157,35 @@ class AreaDatasets:
     AREA_SIDE = Dataset(
         "/area/side", ("area",), "str", "1", "side of the symmetry plane", values=Values(words=("+y", "-y", "mid"))
     )
+    AREA_KIND = Dataset(
+        "/area/kind",
+        ("area",),
+        "str",
+        "1",
+        "its unit load: a mean temperature, or a gradient through its shells and bars at an unchanged mean",
+        values=Values(words=KINDS_OF_AREA),
+    )
+    AREA_UNIT = Dataset(
+        "/area/unit",
+        ("area",),
+        "str",
+        "1",
+        "unit of the area's temperature: K of a mean, K/m of a gradient; columns of matrices are per this unit",
+        values=Values(words=UNITS_OF_AREA),
+    )
 
 
 class AreaPlaces:
     """Where the thermal areas are, and the symmetry plane that gives them sides and mirror images."""
 
-    AREA_CENTROID = Dataset("/area/centroid", ("area", "xyz"), "float", "m", "mean position of the area's grids", BASIC)
+    AREA_CENTROID = Dataset(
+        "/area/centroid",
+        ("area", "xyz"),
+        "float",
+        "m",
+        "mean position of the area's grids; of elements, of their centres",
+        BASIC,
+    )
     PLANE_POINT = Dataset("/symmetry_plane/point", ("xyz",), "float", "m", "a point of the symmetry plane", BASIC)
     PLANE_NORMAL = Dataset(
         "/symmetry_plane/normal", ("xyz",), "float", "1", "its unit normal, towards the side +y", BASIC

@@ -29,9 +29,25 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
     """Its datasets by name; `UNIT_LOADS` is the kind of file."""
 
     AREA_LOAD_K = Dataset(
-        "/area/load_K", ("area",), "float", "K", "temperature step applied to the area in its unit load"
+        "/area/load_K",
+        ("area",),
+        "float",
+        "K; K/m of gradients",
+        "temperature step applied to the area in its unit load, in the unit of /area/unit",
     )
-    AREA_MASS = Dataset("/area/mass", ("area",), "float", "kg", "lumped mass of the area's grids")
+    AREA_MASS = Dataset(
+        "/area/mass", ("area",), "float", "kg", "mass of the area's elements, lumped mass of its grids; 0 of gradients"
+    )
+    AREA_MEAN_STEP = Dataset(
+        "/area/mean_step",
+        ("area",),
+        "float",
+        "1",
+        "share of the step that the area's own elements receive, weighted by volume; NaN of gradients",
+        optional=True,
+        open_ended=True,
+        group="mean step",
+    )
     PLANE_LAYOUT = Dataset(
         "/symmetry_plane/layout",
         (),
@@ -44,7 +60,7 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         ("area_edge",),
         "int",
         "1",
-        "start of each area in node_index, and its end",
+        "start of each area in node_index, and its end; an area of elements may have no grids of its own",
         values=Values(starts_in="area_member"),
     )
     AREA_NODE_INDEX = Dataset(
@@ -55,6 +71,22 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         "rows of /grid that belong to each area",
         values=Values(rows_of="node"),
     )
+    AREA_ELEMENT_OFFSET = Dataset(
+        "/area/element_offset",
+        ("area_edge",),
+        "int",
+        "1",
+        "start of each area in element_index, and its end; empty of areas whose grids alone are warmed",
+        values=Values(starts_in="area_element_member"),
+    )
+    AREA_ELEMENT_INDEX = Dataset(
+        "/area/element_index",
+        ("area_element_member",),
+        "int",
+        "1",
+        "rows of /element that the area's unit load names by cards of their own",
+        values=Values(rows_of="element"),
+    )
     TRANSLATION = Dataset(
         "/translation", ("area", "node", "xyz"), "real", "m", "translation under each unit load", BASIC
     )
@@ -64,12 +96,18 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         ("node", "xyz"),
         "real",
         "m",
-        "translation when all areas are loaded together",
+        "translation when all mean areas are loaded",
         BASIC,
         True,
     )
     UNIFORM_ROTATION = Dataset(
-        "/uniform/rotation", ("node", "xyz"), "real", "rad", "rotation when all areas are loaded together", BASIC, True
+        "/uniform/rotation",
+        ("node", "xyz"),
+        "real",
+        "rad",
+        "rotation when all mean areas are loaded",
+        BASIC,
+        True,
     )
     UNIFORM_LOAD_K = Dataset("/uniform/load_K", (), "float", "K", "temperature step of the uniform load", optional=True)
     RESULTS_PRECISION = Dataset(
@@ -200,7 +238,7 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
 
 UNIT_LOADS = UnitLoadsFile(
     "unit_loads",
-    6,
+    7,
     "tedm ingest",
     derived_dims={"area_edge": ("area", 1, 1), "element_edge": ("element", 1, 1), "tie_edge": ("tie", 1, 1)},
 )

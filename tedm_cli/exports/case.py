@@ -10,6 +10,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import CASE
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
+from tedm_cli.results.areas import read_areas
 from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
 
 
@@ -77,7 +78,8 @@ def _over_frequency(
 
 
 def _temperatures(file: Reader) -> list[NamedMatrix]:
-    areas = file.strings(CASE.AREA_NAME)
+    table = read_areas(file)
+    areas = table.name.tolist()
     spectrum, correlation = file.array(CASE.TEMPERATURE_SPECTRUM), read_correlation(file)
     ones = ["1"] * len(areas)
     matrices = [
@@ -86,8 +88,9 @@ def _temperatures(file: Reader) -> list[NamedMatrix]:
             "temperature_asd",
             file.array(CASE.TEMPERATURE_ASD)[spectrum],
             areas,
-            ["K/sqrt(Hz)"] * len(areas),
-            "one-sided amplitude spectral densities of the areas' temperatures (of silent areas too)",
+            [f"{unit}/sqrt(Hz)" for unit in table.unit],
+            "one-sided amplitude spectral densities of the areas' temperatures (of silent areas too"
+            f"{', but zero of gradients without a spectrum' if table.gradient.any() else ''})",
         ),
         NamedMatrix(
             "areas",

@@ -44,7 +44,7 @@ def closed_loop_matrices(file: Reader) -> list[NamedMatrix]:
             file.strings(DYNAMICS.LABEL_DISTURBANCE),
             area,
             file.strings(DYNAMICS.LABEL_DISTURBANCE_UNIT),
-            ["K"] * len(area),
-            "disturbances per kelvin of a thermal area: S in s_, N in n_",
+            file.strings(DYNAMICS.THERMAL_UNIT),
+            "disturbances per unit of a thermal area's temperature: S in s_, N in n_",
         ),
     ]

@@ -27,6 +27,7 @@ class Labels:
     outputs: list[str]
     output_units: list[str]
     areas: list[str]
+    area_units: list[str]
 
 
 def state_space_matrices(
@@ -56,8 +57,8 @@ def state_space_matrices(
         labels.outputs,
         labels.areas,
         labels.output_units,
-        ["K"] * len(labels.areas),
-        "static gain: output per kelvin of an area",
+        labels.area_units,
+        "static gain: output per unit of an area's temperature",
     )
     return [*matrices, root, gain, band]
 
@@ -68,7 +69,7 @@ def _matrices(
     rate = "1" if suffix else "1/s"
     form = "sampled: x[k+1] = A_d x[k] + B_d e[k], y[k] = C_d x[k] + D_d e[k]" if suffix else "continuous"
     one_x, one_w = ["1"] * len(states), ["1"] * len(noises)
-    kelvin = ["K"] * len(labels.areas)
+    kelvin = labels.area_units
     rows = [
         ("A", s.a, states, states, [rate] * len(states), one_x, "states by states"),
         ("B", s.b, states, noises, [rate] * len(states), one_w, f"states by {driven}"),

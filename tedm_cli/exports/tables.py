@@ -6,9 +6,10 @@ import json
 import re
 from collections.abc import Callable, Mapping
 
-from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, AreaDatasets, FileKind
+from tedm_cli.contracts import DISTORTION, OPTICS, SENSITIVITY, FileKind
 from tedm_cli.files.store import Reader
 from tedm_cli.matrix_files.named import NamedMatrix
+from tedm_cli.results.areas import per_area, read_areas
 from tedm_cli.results.field import read_linearised
 from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.results.self_gravity import read_self_gravity
@@ -24,7 +25,8 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
     laser, laser_units = file.strings(OPTICS.LABEL_LASER_OUTPUT), file.strings(OPTICS.LABEL_LASER_OUTPUT_UNIT)
     read, read_units = file.strings(OPTICS.LABEL_READ_OUT), file.strings(OPTICS.LABEL_READ_OUT_UNIT)
     motions, masses = file.strings(OPTICS.LABEL_ELEMENT_DOF), file.strings(OPTICS.LABEL_TEST_MASS_DOF)
-    areas = file.strings(AreaDatasets.AREA_NAME)
+    table = read_areas(file)
+    areas, per = table.name.tolist(), per_area(table)
     points = "\n".join(
         f"{json.dumps(name)} = {json.dumps(point.tolist())}"
         for name, point in zip(file.strings(OPTICS.ELEMENT_NAME), file.array(OPTICS.ELEMENT_PIVOT), strict=True)
@@ -65,8 +67,8 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
             laser,
             areas,
             laser_units,
-            ["K"] * len(areas),
-            "laser read-out per kelvin of an area",
+            table.unit,
+            f"laser read-out {per}",
         ),
         *(
             NamedMatrix(
@@ -75,8 +77,8 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
                 read,
                 areas,
                 read_units,
-                ["K"] * len(areas),
-                f"read-out per kelvin of an area, photodiodes of set {name}",
+                table.unit,
+                f"read-out {per}, photodiodes of set {name}",
             )
             for name in file.strings(OPTICS.SET_NAME)
         ),
@@ -85,16 +87,16 @@ def optics_matrices(file: Reader) -> list[NamedMatrix]:
 
 def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
     """S_SG, and the linearised equations of motion."""
-    areas, gravity, motion = file.strings(AreaDatasets.AREA_NAME), read_self_gravity(file), read_linearised(file)
+    table, gravity, motion = read_areas(file), read_self_gravity(file), read_linearised(file)
     return [
         NamedMatrix(
             "S_SG",
             gravity.S,
             gravity.label,
-            areas,
+            table.name.tolist(),
             [unit.removesuffix("/K") for unit in gravity.unit],
-            ["K"] * len(areas),
-            "self-gravity on the test masses per kelvin of an area, frames of the test masses",
+            table.unit,
+            f"self-gravity on the test masses {per_area(table)}, frames of the test masses",
         ),
         NamedMatrix(
             "stiffness",
@@ -110,7 +112,7 @@ def sensitivity_matrices(file: Reader) -> list[NamedMatrix]:
 
 def distortion_matrices(file: Reader) -> list[NamedMatrix]:
     """D_opt: the optical elements' part of the distortion matrix; nothing, where there are none."""
-    areas = file.strings(AreaDatasets.AREA_NAME)
+    table = read_areas(file)
     bench = read_bench_motion(file)
     if not bench.element:
         return []
@@ -118,12 +120,12 @@ def distortion_matrices(file: Reader) -> list[NamedMatrix]:
     return [
         NamedMatrix(
             "D_opt",
-            bench.motion.reshape(len(areas), -1).T,
+            bench.motion.reshape(len(table), -1).T,
             labels,
-            areas,
+            table.name.tolist(),
             _units(labels),
-            ["K"] * len(areas),
-            "motion of the grids of the optical elements per kelvin of an area, basic frame",
+            table.unit,
+            f"motion of the grids of the optical elements {per_area(table)}, basic frame",
         )
     ]
 

@@ -26,12 +26,16 @@ class Surface:
     face : [F, 4], corners in order; a triangle repeats its last. Faces of solids are counter-clockwise from outside.
     solid : [F], whether a face is of a solid (else of a plate). line : [L, 2].
     rim : [R, 2], edges that only one plate has.
+    face_at, line_at, rim_at : where each corner of these stands in the ragged connectivity, and so in which element.
     """
 
     face: IntArray
     solid: BoolArray
     line: IntArray
     rim: IntArray
+    face_at: IntArray
+    line_at: IntArray
+    rim_at: IntArray
 
 
 def outer_surface(card: Sequence[str], node_offset: IntArray, node_index: IntArray) -> Surface:
@@ -50,41 +54,49 @@ def outer_surface(card: Sequence[str], node_offset: IntArray, node_index: IntArr
         corners = corner_count(str(name))
         shape = CARDS[str(name)][0].dimension if corners is not None else 0
         if name in _SOLID:
-            solid.append(_faces(_SOLID[str(name)], members, node_offset, node_index))
+            solid.append(_faces(_SOLID[str(name)], members, node_offset))
         elif shape == 2 and corners is not None:
-            plate.append(_faces(_PLATE[corners], members, node_offset, node_index))
+            plate.append(_faces(_PLATE[corners], members, node_offset))
         else:
-            line.append(_faces([(0, 1)], members[counts[members] == 2], node_offset, node_index))
-    face = _joined(solid, 4)
-    key = _keys(face)
+            line.append(_faces([(0, 1)], members[counts[members] == 2], node_offset))
+    face_at = _joined(solid, 4)
+    key = _keys(node_index[face_at])
     _, index, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     free = (count[index.reshape(-1)] == 1) & (key[:, 2] != _NONE)  # a face collapsed to an edge has no area
-    shells = _joined(plate, 4)
+    shells, lines = _joined(plate, 4), _joined(line, 2)
+    faces, rim = np.concatenate([face_at[free], shells]), _rim(shells, node_index)
     return Surface(
-        np.concatenate([face[free], shells]),
-        np.arange(free.sum() + len(shells)) < free.sum(),
-        _joined(line, 2),
-        _rim(shells),
+        face=node_index[faces],
+        solid=np.arange(len(faces)) < free.sum(),
+        line=node_index[lines],
+        rim=node_index[rim],
+        face_at=faces,
+        line_at=lines,
+        rim_at=rim,
     )
 
 
 _NONE = np.iinfo(np.int64).max
 
 
-def _faces(pattern: Sequence[tuple[int, ...]], members: IntArray, offset: IntArray, index: IntArray) -> IntArray:
+def _faces(pattern: Sequence[tuple[int, ...]], members: IntArray, offset: IntArray) -> IntArray:
+    """Places in the ragged connectivity of the corners of all faces of some elements."""
     table = np.array(pattern, dtype=np.int64)
-    rows = offset[members][:, None, None] + table
-    return np.asarray(index[rows].reshape(-1, table.shape[1]))
+    return np.asarray((offset[members][:, None, None] + table).reshape(-1, table.shape[1]))
 
 
 def _joined(parts: list[IntArray], width: int) -> IntArray:
     return np.concatenate([np.zeros((0, width), dtype=np.int64), *parts])
 
 
-def _rim(face: IntArray) -> IntArray:
-    edges = np.sort(np.stack([face, np.roll(face, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    edges, count = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)
-    return np.asarray(edges[count == 1], dtype=np.int64)
+def _rim(face_at: IntArray, node_index: IntArray) -> IntArray:
+    """Edges that only one plate has, by places, the lower row of the grid table first."""
+    places = np.stack([face_at, np.roll(face_at, -1, axis=1)], axis=2).reshape(-1, 2)
+    places = np.take_along_axis(places, np.argsort(node_index[places], axis=1), axis=1)
+    edges = node_index[places]
+    real = edges[:, 0] != edges[:, 1]
+    _, first, count = np.unique(edges[real], axis=0, return_index=True, return_counts=True)
+    return np.asarray(places[real][first[count == 1]])
 
 
 def _keys(face: IntArray) -> IntArray:

@@ -79,9 +79,10 @@ def _number_cell(value: FloatArray) -> float:
 def _lines(areas: AreaTable, rows: IntArray) -> list[int | str]:
     """What stands in each line of a block: an area, or the name of the group that begins."""
     lines: list[int | str] = []
+    groups = areas.group_by_unit
     for place, row in enumerate(rows):
-        if place == 0 or areas.group[row] != areas.group[rows[place - 1]]:
-            lines.append(str(areas.group[row]))
+        if place == 0 or groups[row] != groups[rows[place - 1]]:
+            lines.append(str(groups[row]))
         lines.append(int(row))
     return lines
 

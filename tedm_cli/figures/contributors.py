@@ -88,8 +88,10 @@ def _of(share: Mapping[str, float], name: str, table: Sequence[tuple[str, float]
 
 
 def _by_group(j: JudgedOutput, areas: AreaTable) -> tuple[dict[str, float], dict[str, float]]:
+    of_area = areas.group_by_unit
+
     def sums(share: FloatArray) -> dict[str, float]:
-        return {g: float(share[areas.group == g].sum()) for g in dict.fromkeys(areas.group)}
+        return {g: float(share[of_area == g].sum()) for g in dict.fromkeys(of_area.tolist())}
 
     return sums(j.share), sums(j.band_share)
 

@@ -29,7 +29,7 @@ from tedm_cli.figures.style import (
     style,
 )
 from tedm_cli.figures.titles import judged_title, labels_words, limit_words
-from tedm_cli.results.noise import SILENCED, CaseNoise, JudgedOutput
+from tedm_cli.results.noise import SILENCED, CaseNoise, JudgedOutput, level_unit
 from tedm_cli.results.wording import mhz_text, power_text, ratio_text
 
 _CURVES, _ROW, _NAMES = 2.0, 0.27, 2.2  # inches; the names at most
@@ -48,7 +48,7 @@ _WORDS = {
 _BELOW = (
     "Below: how much the temperatures of one group, all else unchanged, may vary so that the requirement is just met."
 )
-_LEVELS = " On the right: their noise as assumed (K/√Hz, at {}), the factor, and what is allowed."
+_LEVELS = " On the right: their noise as assumed ({}, at {}), the factor, and what is allowed."
 
 
 def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
@@ -65,7 +65,8 @@ def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
         names = [wrapped(name, _NAMES, SMALL) for name in factors]
         row = max(_ROW, 0.08 + LINE * max(map(line_count, names)))
         levels = any(v > 0.0 for v in m.group_level.values())
-        below = wrapped(_BELOW + _LEVELS.format(mhz_text(j.binding_hz)) * levels, WIDTH - 0.2, SMALL)
+        said = _LEVELS.format(level_unit(m.group_level), mhz_text(j.binding_hz))
+        below = wrapped(_BELOW + said * levels, WIDTH - 0.2, SMALL)
         top = heading_lines(title, more)[2] + 0.1
         notes = 0.55 + LINE * line_count(chosen) + 0.22 + LINE * line_count(below) + 0.12
         bars = row * len(factors)

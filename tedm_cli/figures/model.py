@@ -15,6 +15,7 @@ from scipy import ndimage
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.fem.surface import outer_surface
 from tedm_cli.figures.colours import LEFT_OUT, area_colours
+from tedm_cli.figures.gradient_arrows import GradientArrows, arrow_names, draw_arrows
 from tedm_cli.figures.raster import BACKGROUND, Raster, outlines, rasterise
 from tedm_cli.figures.style import style
 
@@ -30,6 +31,7 @@ _HALF_WIDTH, _HALF_HEIGHT = 0.31, 0.42
 _NAME_INSIDE, _NUMBER_INSIDE = 0.98, 0.6
 _ROOMY = 0.75  # of the largest distance to an area's edge: from here on, places count as equally good for its name
 _KEY_PT = 7.2
+_GRADIENTS = "gradients"
 _KEY_ROW = 0.13  # inches
 _LIGHT = np.array([-0.30, 0.45, 0.84])  # from above, to the left of the viewer
 _AMBIENT = 0.62  # brightness of a face that the light grazes; one that it meets straight has 1
@@ -41,7 +43,8 @@ class AreaModel:
     """What the figure is drawn from.
 
     position : [N, 3], m; card, node_offset, node_index : the elements, as `outer_surface` takes them.
-    label : [N], row of the thermal area of each grid, -1: none. name, group : [k].
+    label : [M], row of the thermal area of each node of each element, -1: none. name, group : [k].
+    gradient : areas under a gradient, which lie over the others.
     boxes : corners [8, 3] of every test mass in binary order, m.
     centre : [3], where sections are cut, m.
     """
@@ -55,6 +58,7 @@ class AreaModel:
     group: Sequence[str]
     boxes: Sequence[FloatArray]
     centre: FloatArray
+    gradient: Sequence[GradientArrows] = ()
 
 
 @dataclass(frozen=True)
@@ -116,7 +120,7 @@ def area_figure(model: AreaModel, title: str) -> Figure:
 def _neighbours(model: AreaModel) -> set[tuple[int, int]]:
     """Pairs of areas, lower row first, that share an element."""
     element = np.repeat(np.arange(len(model.card)), np.diff(model.node_offset))
-    pairs = np.unique(np.column_stack([element, model.label[model.node_index]]), axis=0)
+    pairs = np.unique(np.column_stack([element, model.label]), axis=0)
     first = np.flatnonzero(np.diff(pairs[:, 0], prepend=-1))
     found: set[tuple[int, int]] = set()
     for members in np.split(pairs[:, 1], first[1:]):
@@ -141,15 +145,16 @@ def _triangles(
     model: AreaModel, elements: IntArray | None, frame: FloatArray, per_m: float
 ) -> tuple[FloatArray, IntArray, BoolArray, FloatArray]:
     """Corners (pixels and depth), labels, halves and shades of what is drawn of the elements, for `rasterise`."""
-    card, offset, index = model.card, model.node_offset, model.node_index
+    card, offset, index, label = model.card, model.node_offset, model.node_index, model.label
     if elements is not None:
         keep = np.zeros(len(card), dtype=bool)
         keep[elements] = True
         counts = np.diff(offset)
         card = [card[i] for i in elements]
-        index, offset = index[np.repeat(keep, counts)], np.cumsum([0, *counts[elements]])
+        members = np.repeat(keep, counts)
+        index, label, offset = index[members], label[members], np.cumsum([0, *counts[elements]])
     surface = outer_surface(card, offset, index)
-    rows = np.concatenate([surface.face[:, [1, 2, 0]], surface.face[:, [3, 0, 2]]])
+    rows, at = (np.concatenate([f[:, [1, 2, 0]], f[:, [3, 0, 2]]]) for f in (surface.face, surface.face_at))
     half = np.tile(surface.face[:, 2] != surface.face[:, 3], 2)
     projected = model.position @ frame.T * per_m
     corner = projected[rows]
@@ -166,10 +171,10 @@ def _triangles(
     across *= (wide / np.maximum(np.linalg.norm(along, axis=1), 1e-9))[:, None]
     quad = np.stack([ends[:, 0] - across, ends[:, 0] + across, ends[:, 1] + across, ends[:, 1] - across], axis=1)
     quad[:, :, 2] += 2.0  # just in front of the plate or solid that the line may lie in
-    owner = model.label[line[:, [0, 0, 1, 1]]]
+    owner = label[np.concatenate([surface.line_at, surface.rim_at])[:, [0, 0, 1, 1]]]
     return (
         np.concatenate([corner[seen], quad[:, [1, 2, 0]], quad[:, [3, 0, 2]]]),
-        np.concatenate([model.label[rows[seen]], owner[:, [1, 2, 0]], owner[:, [3, 0, 2]]]),
+        np.concatenate([label[at[seen]], owner[:, [1, 2, 0]], owner[:, [3, 0, 2]]]),
         np.concatenate([half[seen], np.ones(2 * len(quad), dtype=bool)]),
         np.concatenate([_AMBIENT + (1.0 - _AMBIENT) * light, np.full(2 * len(quad), _LINE_SHADE)]),
     )
@@ -198,6 +203,8 @@ def _draw(axes: Axes, model: AreaModel, view: _View, colours: FloatArray, cut: b
     for corners in model.boxes:
         _outline(axes, corners @ frame[:2].T)
     _annotate(axes, model, raster, edge)
+    if not cut:
+        draw_arrows(axes, model.gradient, frame, float(np.ptp(model.position, axis=0).max()))
     axes.tick_params(labelsize=7.5, length=2.5)
     if view.labels is None:
         axes.set_axis_off()
@@ -268,14 +275,20 @@ def _annotate(axes: Axes, model: AreaModel, raster: Raster, edge: Sequence[float
 
 
 def _key_columns(model: AreaModel, seen: set[int]) -> list[list[tuple[int | None, str]]]:
-    """The key, column by column: a group's name, then its areas; a star marks those that no view shows."""
-    most = max(1, min(7, int(_WIDTH / (0.55 + 0.066 * max(len(name) for name in model.name)))))
-    groups = list(dict.fromkeys(model.group))
-    rows = max(2, -(-(len(model.name) + 2 * len(groups)) // most))
+    """The key, column by column: a group's name (None), then its areas; a star marks those that no view shows.
+
+    Areas under a gradient have no colour, and a row of -1.
+    """
+    names = [*model.name, *(area.name for area in model.gradient)]
+    most = max(1, min(7, int(_WIDTH / (0.55 + 0.066 * max(len(name) for name in names)))))
+    parts: dict[str, list[tuple[int | None, str]]] = {}
+    for i, (name, group) in enumerate(zip(model.name, model.group, strict=True)):
+        parts.setdefault(group, []).append((i, f"{i + 1}  {name}{'' if i in seen else ' *'}"))
+    for short, area in zip(arrow_names(model.gradient), model.gradient, strict=True):
+        parts.setdefault(_GRADIENTS, []).append((-1, f"{short}  {area.name}"))
+    rows = max(2, -(-(len(names) + 2 * len(parts)) // most))
     columns: list[list[tuple[int | None, str]]] = [[]]
-    for group in groups:
-        members = [i for i, g in enumerate(model.group) if g == group]
-        lines = [(i, f"{i + 1}  {model.name[i]}{'' if i in seen else ' *'}") for i in members]
+    for group, lines in parts.items():
         if len(columns[-1]) > rows - 2:  # room for the group's name and one area
             columns.append([])
         columns[-1].append((None, group))
@@ -299,9 +312,13 @@ def _key(figure: Figure, model: AreaModel, colours: FloatArray, seen: set[int]) 
             if area is None:
                 axes.text(x, y, text, fontsize=8.5, fontweight="bold", va="center")
                 continue
+            if area < 0:
+                axes.text(x, y, text, fontsize=_KEY_PT, va="center")
+                continue
             axes.add_patch(Rectangle((x, y - 0.36), 0.2, 0.72, fc=colours[area], ec="black", linewidth=0.4))
             axes.text(x + 0.27, y, text, fontsize=_KEY_PT, va="center")
     notes = ["dashed: test masses"]
+    notes += ["arrows: gradients, to the warm side"] if model.gradient else []
     notes += ["* in no view"] if len(seen) < len(model.name) else []
-    notes += ["magenta: grids in no area"] if (model.label[model.node_index] < 0).any() else []
+    notes += ["magenta: grids in no area"] if (model.label < 0).any() else []
     axes.text(0.2, rows + 0.6, "; ".join(notes), fontsize=_KEY_PT, va="center")

@@ -56,7 +56,7 @@ def _parts(areas: AreaTable, most: int) -> list[IntArray]:
     A part ends with a group where one ends nearby.
     """
     order = by_group(areas)
-    groups = areas.group[order]
+    groups = areas.group_by_unit[order]
     edges = np.flatnonzero(groups[1:] != groups[:-1]) + 1
     for count in range(1, len(order) + 1):
         even = np.rint(np.arange(1, count) * len(order) / count).astype(np.int64)
@@ -71,7 +71,7 @@ def _parts(areas: AreaTable, most: int) -> list[IntArray]:
 
 def line_count(areas: AreaTable, rows: IntArray) -> int:
     """Lines of some areas in a row, each of whose groups begins with a line of its own."""
-    groups = areas.group[rows]
+    groups = areas.group_by_unit[rows]
     return len(rows) + 1 + int((groups[1:] != groups[:-1]).sum())
 
 

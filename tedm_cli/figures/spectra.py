@@ -171,23 +171,30 @@ def _realised(axes: Axes, above: Axes, j: JudgedOutput) -> None:
 
 
 def temperature_figure(spectra: TemperatureSpectra) -> Figure:
-    """Distinct temperature spectra of the areas."""
+    """Distinct temperature spectra of the areas; those of gradients, which have another unit, in a panel below."""
     with style():
         title = "Temperature noise of the thermal areas (no safety factor)"
-        order = sorted(zip(spectra.name, spectra.asd, strict=True), key=lambda s: -s[1][0])
+        found = zip(spectra.name, spectra.asd, spectra.unit, strict=True)
+        order = sorted(found, key=lambda s: (s[2] != "K", -s[1][0]))
         looks: list[dict[str, Any]] = [
-            {**series_look(i), "linewidth": 2.0, "label": name} for i, (name, _) in enumerate(order)
+            {**series_look(i), "linewidth": 2.0, "label": name} for i, (name, _, _) in enumerate(order)
         ]
         legend = key([Line2D([], [], **look) for look in looks], WIDTH - 0.3, most=1)
         top = heading_lines(title, "")[2] + 0.1
-        figure = Figure(figsize=(WIDTH, top + 2.9 + 0.55 + legend.height))
-        axes = figure.subplots()
-        low, high = log_range(list(spectra.asd))
-        for look, (_, asd) in zip(looks, order, strict=True):
-            axes.plot(spectra.frequency_hz * 1e3, asd, **look)
-        scales(axes, spectra.frequency_hz, low, high, "K", "temperature")
+        units = list(dict.fromkeys(unit for _, _, unit in order))
+        panels = [2.9] * len(units)
+        figure = Figure(figsize=(WIDTH, top + sum(panels) + 0.55 * len(units) + legend.height))
+        for axes, unit in zip(figure.subplots(len(units), 1, squeeze=False)[:, 0], units, strict=True):
+            low, high = log_range([asd for _, asd, of in order if of == unit])
+            for look, (_, asd, of) in zip(looks, order, strict=True):
+                if of == unit:
+                    axes.plot(spectra.frequency_hz * 1e3, asd, **look)
+            what = "temperature" if unit == "K" else "temperature gradient"
+            scales(axes, spectra.frequency_hz, low, high, unit, what)
         heading(figure, title)
+        between = 0.55 / 2.9 if len(units) > 1 else None
         inches(figure, left=_LEFT, right=0.25, top=top, bottom=0.55 + legend.height)
+        figure.subplots_adjust(hspace=between)
         legend.draw(figure, 0.15, 0.08)
         return figure
 

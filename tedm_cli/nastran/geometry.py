@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.area_loads import Mesh
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
 from tedm_cli.nastran.masses.matrices import refuse_matrices
@@ -49,6 +51,16 @@ class ModelGeometry(Grids):
     concentrated: Concentrated
     lumped_kg: FloatArray
     units: DeckUnits = SI
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """Its elements, and which of them follow their grids."""
+        return Mesh(self.structural, np.array(self.elements.type), self.elements.node_offset, self.elements.node_index)
+
+    def centres(self, rows: IntArray) -> FloatArray:
+        """Mean positions [n, 3] of the grids of elements, m."""
+        index, offset = self.elements.node_index, self.elements.node_offset
+        return np.array([self.position_m[index[offset[r] : offset[r + 1]]].mean(axis=0) for r in rows]).reshape(-1, 3)
 
     @property
     def total_kg(self) -> float:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.nastran.area_loads import Mesh
+from tedm_cli.nastran.element_axes import gradient_axes
 from tedm_cli.nastran.frames import local_coordinates
 from tedm_cli.nastran.geometry import Grids, rows_of
 from tedm_cli.nastran.positions import Frames, frames_of, grid_positions
@@ -23,8 +27,10 @@ class Membership:
 
     grid_id [N] ascending; structural [N]: corners of elements. element_id [E] ascending, property_id [E] (0: none);
     node_offset [E+1] and node_index: rows of the grid table. property_materials: (property, material) pairs [P,2];
-    element_material [E]: of elements without property (0: none). sets: by id, (where it stands, what its ids are, ids).
-    position_m [N,3] (basic frame) and frames (type, origin [3] in m, axes [3,3] as rows): empty unless asked for.
+    element_material [E]: of elements without property (0: none). card [E]: their names. sets: by id, (where it stands,
+    what its ids are, ids).
+    position_m [N,3] (basic frame), frames (type, origin [3] in m, axes [3,3] as rows), axes [E,2,3] as in
+    `gradient_axes`: empty unless asked for.
     """
 
     grid_id: IntArray
@@ -35,9 +41,16 @@ class Membership:
     node_index: IntArray
     property_materials: IntArray
     element_material: IntArray
+    card: NDArray[np.str_]
     sets: dict[int, list[tuple[str, str, IntArray]]]
     position_m: FloatArray
     frames: Frames
+    axes: FloatArray
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """Its elements, and which of them follow their grids."""
+        return Mesh(self.structural, self.card, self.node_offset, self.node_index)
 
     def of_material(self, material: IntArray) -> BoolArray:
         """Elements [E] that have one of these materials in any layer."""
@@ -45,45 +58,50 @@ class Membership:
         with_it = pairs[np.isin(pairs[:, 1], material), 0]
         return np.isin(self.property_id, with_it) | np.isin(self.element_material, material)
 
-    def grids_of(self, elements: BoolArray) -> BoolArray:
-        """Grids [N] of the elements chosen [E]."""
-        mask = np.zeros(len(self.grid_id), dtype=bool)
-        mask[self.node_index[np.repeat(elements, np.diff(self.node_offset))]] = True
-        return mask
+    def centres(self) -> FloatArray:
+        """Mean position [E,3] (m, basic frame) of the grids of each element."""
+        counts = np.diff(self.node_offset)
+        element = np.repeat(np.arange(len(counts)), counts)
+        sums = [np.bincount(element, self.position_m[self.node_index, i], len(counts)) for i in range(3)]
+        return np.asarray(np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None])
 
-    def of_set(self, sid: int) -> SetGrids:
-        """The grids of a set of the deck, by the first of its cards."""
+    def of_set(self, sid: int) -> SetMembers:
+        """The members of a set of the deck, by the first of its cards."""
         place, kind, ids = self.sets[sid][0]
         other = next((p for p, k, i in self.sets[sid] if (k, i.tolist()) != (kind, ids.tolist())), None)
         table = {"grid": self.grid_id, "element": self.element_id, "property": np.unique(self.property_id)}[kind]
         if kind == "grid":
-            members = np.isin(self.grid_id, ids)
+            elements = np.zeros(len(self.element_id), dtype=bool)
+            grids = np.isin(self.grid_id, ids)
         else:
-            members = self.grids_of(np.isin(self.element_id if kind == "element" else self.property_id, ids))
+            elements = np.isin(self.element_id if kind == "element" else self.property_id, ids)
+            grids = self.mesh.grids_of(elements)
         conflict = "" if other is None else f"set {sid} is a {place} and a {other} with other members"
-        return SetGrids(kind, members, ids[~np.isin(ids, table)], conflict)
+        return SetMembers(kind, grids, elements, ids[~np.isin(ids, table)], conflict)
 
-    def coordinates(self, frame: int) -> dict[str, FloatArray]:
-        """Coordinates [N] of all grids in a coordinate system, by name."""
+    def coordinates(self, frame: int, position_m: FloatArray) -> dict[str, FloatArray]:
+        """Coordinates [n] of places [n,3] (m, basic frame) in a coordinate system, by name."""
         kind, origin, axes = self.frames[frame]
-        return local_coordinates(kind, (self.position_m - origin) @ axes.T)
+        return local_coordinates(kind, (position_m - origin) @ axes.T)
 
 
 @dataclass(frozen=True, eq=False)
-class SetGrids:
-    """Grids of a set: what its ids are of, its members [N], ids that the deck does not have, and a card that differs.
+class SetMembers:
+    """A set: what its ids are of, its grids [N], the elements [E] that stand in it as such, ids that the deck does not
+    have, and a card that differs.
 
     A range of ids (THRU) may run over gaps in the numbering, so that unknown ids are no mistake in themselves.
     """
 
     kind: str
-    members: BoolArray
+    grids: BoolArray
+    elements: BoolArray
     unknown: IntArray
     conflict: str
 
 
-def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
-    """Membership of a model's grids; with `positions` the model must be cross-referenced."""
+def membership(model: Any, grids: Grids, *, positions: bool, axes: bool = False) -> Membership:
+    """Membership of a model's grids; with `positions` or `axes` the model must be cross-referenced."""
     elements = [model.elements[i] for i in sorted(model.elements)]
     nodes = [[int(n) for n in e.node_ids if n] for e in elements]
     pids = [max(int(getattr(e, "pid", None) or 0), 0) for e in elements]  # pyNastran gives CONROD a negative one
@@ -93,20 +111,23 @@ def membership(model: Any, grids: Grids, *, positions: bool) -> Membership:
     sets: dict[int, list[tuple[str, str, IntArray]]] = {}
     for sid, entry in _sets(model):
         sets.setdefault(sid, []).append(entry)
-    units, frames = units_of(model), frames_of(model) if positions else {}
-    place = grid_positions(model, grids.grid_id, frames) if positions else np.zeros((0, 3))
+    units, where = units_of(model), str(grids.files[0])
+    frames = frames_of(model) if positions or axes else {}
+    place = grid_positions(model, grids.grid_id, frames) if positions or axes else np.zeros((0, 3))
     return Membership(
         grid_id=grids.grid_id,
         structural=grids.structural,
         element_id=np.array([int(e.eid) for e in elements], dtype=np.int64),
         property_id=np.array(pids, dtype=np.int64),
         node_offset=np.cumsum([0, *map(len, nodes)]),
-        node_index=rows_of(grids.grid_id, flat, where=str(grids.files[0]), what="an element"),
+        node_index=rows_of(grids.grid_id, flat, where=where, what="an element"),
         property_materials=np.array(pairs, dtype=np.int64).reshape(-1, 2),
         element_material=np.array(mids, dtype=np.int64),
+        card=np.array([str(e.type) for e in elements]),
         sets=sets,
         position_m=units.length_m * place,
         frames=frames_in_si(frames, units),
+        axes=gradient_axes(model, grids.grid_id, place, frames, where) if axes else np.zeros((0, 2, 3)),
     )
 
 

@@ -119,7 +119,11 @@ def temperature_field(model: Any, sid: int, grid_id: IntArray, where: str) -> Fi
                 )
     rest = float(model.tempds[sid].temperature) if sid in model.tempds else float("nan")
     if not values and np.isnan(rest):
-        raise InputError(f"warms no grid (temperature set {sid})", where=where)
+        raise InputError(
+            f"temperature set {sid} has neither TEMP nor TEMPD cards",
+            where=where,
+            hint="add a TEMPD card with the temperature of the rest",
+        )
     ids = np.array(sorted(values), dtype=np.int64)
     missing = ids[~np.isin(ids, grid_id)]
     if missing.size:

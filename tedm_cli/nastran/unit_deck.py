@@ -1,23 +1,27 @@
-"""Write the unit-load deck: the user's model as it stands, with one subcase of +1 K per thermal area."""
+"""Write the unit-load deck: the user's model as it stands, with one subcase of +1 K or +1 K/m per thermal area."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tedm_cli.arrays import IntArray
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.area_loads import AreaLoad, none, uniform_load
 from tedm_cli.nastran.bulk_lines import kept_bulk
 from tedm_cli.nastran.cards import no_end, refuse_card_after_end
 from tedm_cli.nastran.case_control import Control, unit_control
 from tedm_cli.nastran.deck_lines import Line, Sections, read_sections
-from tedm_cli.nastran.geometry import Grids, grids, id_list, rows_of
+from tedm_cli.nastran.element_cards import element_cards
+from tedm_cli.nastran.element_temperatures import SHELLS
+from tedm_cli.nastran.geometry import Grids, grids, id_list
 from tedm_cli.nastran.reading import passed_over, read_deck
 from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
 from tedm_cli.nastran.units import units_of
@@ -41,15 +45,16 @@ class SourceModel:
 
 @dataclass(frozen=True)
 class UnitDeck:
-    """Text of the deck; its subcases as label, set id and grid ids; remarks for the user.
+    """Text of the deck; its subcases as label, set id and load; remarks for the user.
 
-    reference, step : temperature at rest and step of the warm grids, as the deck writes them.
+    reference, step, gradient : temperature at rest, step of what is warm, and 1 K/m, as the deck writes them.
     """
 
     text: str
-    cases: tuple[tuple[str, int, IntArray], ...]
+    cases: tuple[tuple[str, int, AreaLoad], ...]
     reference: float
     step: float
+    gradient: float
     notes: tuple[str, ...]
 
 
@@ -128,30 +133,32 @@ def _check_model(model: Any, control: Control, where: str) -> None:
 
 
 def unit_deck(
-    source: SourceModel, areas: Mapping[str, IntArray], uniform_label: str, reference_K: float | None = None
+    source: SourceModel, areas: Mapping[str, AreaLoad], uniform_label: str, reference_K: float | None = None
 ) -> UnitDeck:
     """Compose the unit-load deck of a model: its own lines, one subcase per area, and one that warms all.
 
-    It is in the model's own units; `reference_K` is in K, and the step is 1 K, in degrees of the model.
+    It is in the model's own units; `reference_K` is in K, and the step is 1 K, in degrees of the model. Of an area
+    under a gradient it is 1 K/m at the reference temperature, and the subcase that warms all leaves it out.
 
     Raises
     ------
-    InputError : the areas are not a partition of the structural grids, an area has the name of the uniform load; what
-        `reference_temperature` refuses.
+    InputError : an area has the name of the uniform load; what `reference_temperature` refuses.
     """
     where, sections = source.where, source.sections
-    _check_areas(source.grids, areas, uniform_label, where)
+    for name in areas:
+        if name.upper() == uniform_label.upper():
+            raise InputError(f"area '{name}' has the name of the uniform load", where=where, hint="set uniform_label")
     reference = reference_temperature(
         source.model, reference_K, material_temperature=source.control.material_temperature, where=where
     )
-    labels = [*areas, uniform_label]
-    warmed = [*(np.sort(ids) for ids in areas.values()), np.sort(np.concatenate(list(areas.values())))]
-    step = units_of(source.model).degrees_per_kelvin
-    sids = free_set_ids(source.model, len(labels) + reference.is_initial, where)
+    loads = {**areas, uniform_label: uniform_load(areas.values())}
+    units = units_of(source.model)
+    gradient = units.degrees_per_kelvin * Decimal(repr(units.length_m))
+    sids = free_set_ids(source.model, len(loads) + reference.is_initial, where)
     control = [*source.control.executive, "SOL 101", "CEND", *source.control.lines]
     if reference.is_initial:
         control.append(f"TEMPERATURE(INITIAL) = {sids[-1]}")
-    for number, (label, sid) in enumerate(zip(labels, sids, strict=False), start=1):
+    for number, (label, sid) in enumerate(zip(loads, sids, strict=False), start=1):
         control += [
             f"SUBCASE {number}",
             f"  LABEL = {label}",
@@ -164,31 +171,27 @@ def unit_deck(
         # One line of ASCII, whatever the name: a line end in it would begin a card.
         name = file.name.encode("unicode_escape").decode("ascii")
         added += [f"$   {name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
-    for sid, ids in zip(sids, warmed, strict=False):
-        added += temperature_cards(sid, reference.value, ids, step)
+    for sid, load in zip(sids, loads.values(), strict=False):
+        added += _load_cards(source.model, sid, load, reference.value, gradient)
     if reference.is_initial:
-        added += temperature_cards(sids[-1], reference.value, np.array([], dtype=np.int64))
+        added += temperature_cards(sids[-1], reference.value, none())
     added.append("ENDDATA")
     newline = sections.newline
     parts = (newline.join(control), newline, "".join(source.bulk), newline.join(added), newline)
-    cases = tuple(zip(labels, sids, warmed, strict=False))
+    cases = tuple((label, sid, load) for (label, load), sid in zip(loads.items(), sids, strict=False))
     notes = (*source.notes, *reference.notes)
-    return UnitDeck("".join(parts), cases, float(reference.value), float(step), notes)
+    step = float(units.degrees_per_kelvin)
+    return UnitDeck("".join(parts), cases, float(reference.value), step, float(gradient), notes)
 
 
-def _check_areas(grids: Grids, areas: Mapping[str, IntArray], uniform_label: str, where: str) -> None:
-    for name in areas:
-        if name.upper() == uniform_label.upper():
-            raise InputError(f"area '{name}' has the name of the uniform load", where=where, hint="set uniform_label")
-    count = np.zeros(len(grids.grid_id), dtype=int)
-    for name, ids in areas.items():
-        count[rows_of(grids.grid_id, ids, where=where, what=f"area '{name}'")] += 1
-    twice = grids.grid_id[count > 1]
-    left = grids.grid_id[(count == 0) & grids.structural]
-    if twice.size:
-        raise InputError(f"{twice.size} grids are in two thermal areas: {id_list(twice)}", where=where)
-    if left.size:
-        raise InputError(f"{left.size} structural grids are in no thermal area: {id_list(left)}", where=where)
-    idle = [name for name, ids in areas.items() if not grids.structural[np.searchsorted(grids.grid_id, ids)].any()]
-    if idle:
-        raise InputError(f"areas without any structural grid: {', '.join(idle)}", where=where)
+def _load_cards(model: Any, sid: int, load: AreaLoad, rest: Decimal, gradient: Decimal) -> list[str]:
+    """The temperature set of one load: grids, then elements with a temperature of their own, then those at rest."""
+    step = units_of(model).degrees_per_kelvin
+
+    def cards(ids: IntArray, mean: Decimal, slope: FloatArray | None = None) -> list[str]:
+        shell = np.array([model.elements[i].type in SHELLS for i in ids.tolist()], dtype=np.bool_)
+        return element_cards(sid, ids, shell, mean, slope, gradient)
+
+    mean = rest if load.gradient is not None else rest + step
+    lines = temperature_cards(sid, rest, load.grid_id, step)
+    return lines + cards(load.element_id, mean, load.gradient) + cards(load.held_id, rest)

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.area_loads import AreaLoad
+from tedm_cli.nastran.element_temperatures import element_temperatures
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.unit_deck import SourceModel, UnitDeck
 from tedm_cli.nastran.units import units_of
 
-_OWN = ("TEMP", "TEMPD", "PARAM", "ENDDATA")
+_OWN = ("TEMP", "TEMPD", "TEMPP1", "TEMPRB", "PARAM", "ENDDATA")
 _TABLES = ("nodes", "elements", "rigid_elements", "masses", "properties", "materials", "coords", "spcs", "mpcs")
 
 
@@ -65,7 +67,7 @@ def _load_problem(model: Any, source: SourceModel, deck: UnitDeck) -> str:
     subcases = {int(n): s for n, s in model.case_control_deck.subcases.items() if n != 0}
     if sorted(subcases) != list(range(1, len(deck.cases) + 1)):
         return f"subcases {id_list(sorted(subcases))}"
-    for number, (label, sid, ids) in enumerate(deck.cases, start=1):
+    for number, (label, sid, load) in enumerate(deck.cases, start=1):
         subcase = subcases[number]
         if str(subcase.get_parameter("LABEL")[0]) != label:
             return f"label of subcase {number}"
@@ -80,8 +82,29 @@ def _load_problem(model: Any, source: SourceModel, deck: UnitDeck) -> str:
             return f"{', '.join(sorted(foreign))} in subcase {number}"
         rest = float(model.tempds[sid].temperature)
         temperature = {int(n): t for card in model.loads.get(sid, []) for n, t in card.temperatures.items()}
-        if rest != deck.reference or not np.array_equal(np.sort(list(temperature)), ids):
+        if rest != deck.reference or not np.array_equal(np.sort(list(temperature)), load.grid_id):
             return f"temperatures of subcase {number} ({label})"
         if not np.allclose(list(temperature.values()), rest + deck.step, rtol=1e-14, atol=0.0):
             return f"step of subcase {number} ({label})"
+        if not _elements_agree(model, sid, load, deck):
+            return f"temperatures of elements in subcase {number} ({label})"
     return ""
+
+
+def _elements_agree(model: Any, sid: int, load: AreaLoad, deck: UnitDeck) -> bool:
+    """Whether the elements of a set, their means and their gradients are those of a load."""
+    found = element_temperatures(model, sid)
+    ids = np.concatenate([load.element_id, load.held_id])
+    if found is None or not ids.size:
+        return found is None and not ids.size
+    order = np.argsort(ids)
+    mean, gradient = np.full(len(ids), deck.reference), np.zeros((len(ids), 2))
+    if load.gradient is None:
+        mean[: len(load.element_id)] += deck.step
+    else:
+        gradient[: len(load.element_id)] = deck.gradient * load.gradient
+    return bool(
+        np.array_equal(found.element_id, ids[order])
+        and np.allclose(found.mean, mean[order, None], rtol=1e-14, atol=0.0)
+        and np.allclose(found.gradient, gradient[order, None], rtol=1e-8, atol=1e-8 * deck.gradient)
+    )

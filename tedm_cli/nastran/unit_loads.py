@@ -1,16 +1,17 @@
-"""Thermal areas and unit loads of a deck: which grids each subcase warms, by how much, under which label."""
+"""Thermal areas and unit loads of a deck: what each subcase warms, by how much, under which label."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from tedm_cli.area_names import area_name_fact
-from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.element_temperatures import element_temperatures
+from tedm_cli.nastran.area_loads import GRADIENT_DIGITS, AreaLoad
+from tedm_cli.nastran.element_steps import ElementSteps, check_superposition, element_steps, owned_elements
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
 from tedm_cli.nastran.temperatures import (
     Field,
@@ -29,10 +30,11 @@ _RENAME = "change the LABEL; the label in the results need not change where mode
 
 @dataclass(frozen=True)
 class UnitLoad:
-    """One subcase: its label, the rows of the grids it warms, and the temperature step (K).
+    """One subcase: its label, the rows of the grids it warms, and the temperature step (K; K/m of a gradient).
 
     `output`: what DISPLACEMENT asks for, ALL, NONE or the number of a set; empty where the deck does not say.
     `single_error`: relative error of the step where a solver holds temperatures in single precision.
+    `elements`: what its cards give to elements.
     """
 
     subcase: int
@@ -41,6 +43,18 @@ class UnitLoad:
     load_K: float
     output: str = ""
     single_error: float = 0.0
+    elements: ElementSteps = field(default_factory=ElementSteps)
+
+    @property
+    def kind(self) -> str:
+        """`mean`, or `gradient` where elements have gradients."""
+        return "gradient" if self.elements.gradient.any() else "mean"
+
+    def area_load(self, geometry: ModelGeometry) -> AreaLoad:
+        """The load by ids of grids and elements, gradients per its step."""
+        ids, e = geometry.elements.id, self.elements
+        slope = e.gradient / self.load_K if self.kind == "gradient" else None
+        return AreaLoad(geometry.grid_id[self.rows], ids[e.loaded], ids[e.held], slope)
 
 
 @dataclass(frozen=True)
@@ -50,16 +64,23 @@ class UnitLoads:
     areas: list[UnitLoad]
     uniform: UnitLoad | None
 
+    @property
+    def means(self) -> list[UnitLoad]:
+        """Those of a mean temperature, which sum to the uniform load."""
+        return [load for load in self.areas if load.kind == "mean"]
+
 
 def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> UnitLoads:
-    """Read the areas from the subcases' temperatures (TEMP, TEMPD), against TEMPERATURE(INITIAL) or TREF.
+    """Read the areas from the subcases' temperatures, against TEMPERATURE(INITIAL) or TREF.
+
+    TEMP and TEMPD give those of grids, TEMPP1 and TEMPRB those of elements.
 
     Raises
     ------
     InputError : what `check_unit_load_control` refuses; a subcase without label or temperatures, uneven steps, a step
         on the rest of the model, materials with different TREF and no TEMPERATURE(INITIAL), properties that change with
-        temperature, two subcases with one label, a label that no area may have, grids in two areas or in none, a
-        uniform load that leaves grids out.
+        temperature, two subcases with one label, a label that no area may have, grids or elements in two areas, grids
+        in none, a uniform load that leaves something out; what `element_steps` and `check_superposition` refuse.
     """
     where = str(geometry.files[0])
     control = model.case_control_deck
@@ -84,11 +105,20 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
         raise InputError(
             "has no subcase that warms a thermal area", where=where, hint="make a unit-load deck with `tedm write-deck`"
         )
+    found = UnitLoads(areas, uniform)
     _check_names(areas, where)
-    _check_partition(areas, geometry, where)
+    if uniform is not None and uniform.kind != "mean":
+        raise InputError(
+            f"the uniform load '{uniform.label}' is a gradient", where=f"{where}: subcase {uniform.subcase}"
+        )
+    owned = owned_elements([(a.label, a.elements) for a in found.means], geometry.elements.id, where)
+    _check_partition(found.means, geometry, owned, where)
+    for load in found.means:
+        place = f"{where}: subcase {load.subcase} (area '{load.label}')"
+        check_superposition(load.elements, load.rows, owned, geometry, place)
     if uniform is not None:
-        _check_uniform(uniform, areas, geometry, where)
-    return UnitLoads(areas, uniform)
+        _check_uniform(uniform, found.means, geometry, owned, where)
+    return found
 
 
 def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, where: str) -> UnitLoad:
@@ -107,14 +137,6 @@ def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, w
             where=place,
             hint="write TEMPERATURE(LOAD) alone: unit loads add up only when properties stay as they are",
         )
-    for sid in (sets.load, sets.initial):
-        own = None if sid is None else element_temperatures(model, sid)
-        if own is not None:
-            raise InputError(
-                f"set {sid} gives elements temperatures of their own: {id_list(own.element_id)}",
-                where=place,
-                hint="an area is a set of grids: load them with TEMP and TEMPD",
-            )
     loaded = temperature_field(model, sets.load, geometry.grid_id, place)
     if sets.initial is None:
         initial, name = _tref(model, loaded, place), "the materials' TREF is"
@@ -124,15 +146,30 @@ def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, w
     _check_rest(steps, loaded, initial, geometry, name, place)
     degrees = float(geometry.units.degrees_per_kelvin)
     warm = np.nonzero(np.nan_to_num(steps))[0]
-    if not warm.size:
-        raise InputError(f"warms no grid (temperature set {sets.load})", where=place)
-    low, high = float(steps[warm].min()), float(steps[warm].max())
+    elements, mean, error = element_steps(model, sets, initial, geometry, place)
+    output = str(subcase.get_parameter("DISPLACEMENT")[0]) if "DISPLACEMENT" in subcase.params else ""
+    if elements.gradient.any():
+        if warm.size or mean.any():
+            raise InputError(
+                "loads both a mean temperature and a gradient",
+                where=place,
+                hint="make two subcases of it, each with a LABEL of its own: they are two areas",
+            )
+        size = np.linalg.norm(elements.gradient, axis=1)
+        if np.ptp(size) > GRADIENT_DIGITS * size.max():
+            listed = f"{size.min():.6g} to {size.max():.6g} K/m"
+            raise InputError(f"has gradients of {listed} in its elements; a unit load has one", where=place)
+        return UnitLoad(number, label, warm, float(f"{size.mean():.8g}"), output, error, elements)
+    every = np.concatenate([steps[warm], mean])
+    if not every.size:
+        raise InputError(f"warms nothing (temperature set {sets.load})", where=place)
+    low, high = float(every.min()), float(every.max())
     if high - low > 1e-9 * max(abs(low), abs(high)):
         listed = f"{low / degrees:.9g} to {high / degrees:.9g} K"
-        raise InputError(f"warms its grids by {listed}; a unit load has one step", where=place)
-    output = str(subcase.get_parameter("DISPLACEMENT")[0]) if "DISPLACEMENT" in subcase.params else ""
-    single_error = error_in_single_precision(loaded, initial, geometry.grid_id, steps)
-    return UnitLoad(number, label, warm, float(steps[warm[0]]) / degrees, output, single_error)
+        what = "its grids and elements" if mean.size else "its grids"
+        raise InputError(f"warms {what} by {listed}; a unit load has one step", where=place)
+    error = max(error, error_in_single_precision(loaded, initial, geometry.grid_id, steps))
+    return UnitLoad(number, label, warm, float(every[0]) / degrees, output, error, elements)
 
 
 def _tref(model: Any, loaded: Field, place: str) -> Field:
@@ -182,7 +219,7 @@ def _check_names(areas: list[UnitLoad], where: str) -> None:
         )
 
 
-def _check_partition(areas: list[UnitLoad], geometry: ModelGeometry, where: str) -> None:
+def _check_partition(areas: list[UnitLoad], geometry: ModelGeometry, owned: BoolArray, where: str) -> None:
     count = np.zeros(len(geometry.grid_id), dtype=int)
     for area in areas:
         count[area.rows] += 1
@@ -194,7 +231,7 @@ def _check_partition(areas: list[UnitLoad], geometry: ModelGeometry, where: str)
             f" (the first in {', '.join(both)})",
             where=where,
         )
-    left = geometry.grid_id[(count == 0) & geometry.structural]
+    left = geometry.grid_id[(count == 0) & geometry.mesh.followed(owned)]
     if left.size:
         raise InputError(
             f"{left.size} of {geometry.structural.sum()} structural grids are in no thermal area: {id_list(left)}",
@@ -203,14 +240,27 @@ def _check_partition(areas: list[UnitLoad], geometry: ModelGeometry, where: str)
         )
 
 
-def _check_uniform(uniform: UnitLoad, areas: list[UnitLoad], geometry: ModelGeometry, where: str) -> None:
-    """The uniform load has to give its step to all grids of all areas: superposition is checked against it."""
+def _check_uniform(
+    uniform: UnitLoad, areas: list[UnitLoad], geometry: ModelGeometry, owned: BoolArray, where: str
+) -> None:
+    """The uniform load has to give its step to all grids and elements of all areas: superposition is against it."""
+    place = f"{where}: subcase {uniform.subcase} (uniform load '{uniform.label}')"
+    hint = "a uniform load is the step on all areas together: add them to its temperature cards, or remove it"
     for area in areas:
         cold = area.rows[~np.isin(area.rows, uniform.rows)]
         if cold.size:
             raise InputError(
                 f"does not warm {cold.size} of {area.rows.size} grids of area '{area.label}':"
                 f" {id_list(geometry.grid_id[cold])}",
-                where=f"{where}: subcase {uniform.subcase} (uniform load '{uniform.label}')",
-                hint="a uniform load is the step on all areas together: add them to its TEMP cards, or remove it",
+                where=place,
+                hint=hint,
             )
+    grids = np.zeros(len(geometry.grid_id), dtype=bool)
+    grids[uniform.rows] = True
+    warm = geometry.mesh.within(grids)
+    warm[uniform.elements.loaded], warm[uniform.elements.held] = True, False
+    wanted = owned.copy()
+    wanted[uniform.elements.held] = True
+    cold = np.flatnonzero(wanted & ~warm)
+    if cold.size:
+        raise InputError(f"does not warm elements {id_list(geometry.elements.id[cold])}", where=place, hint=hint)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray
-from tedm_cli.noise.bounds import extremal_block_vectors, extremal_vectors
+from tedm_cli.noise.bounds import BOUNDS, extremal
 from tedm_cli.noise.contributions import amplitude_contributions, area_shares, path_shares, sum_by
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.propagation import OutputNoise
@@ -30,7 +30,7 @@ class Contributions:
     band_share : [n_out, k], each area's part of the power in that band.
     path_names : [p]; path_share, path_band_share : by label of an output that is a sum over these paths, the same.
     extremal : for each of `BOUNDS`, V [n_out, k, 2] whose V_i · V_j is a correlation that reaches it at `frequency_hz`
-        (for known blocks: between areas of different blocks); zero for silent areas.
+        (for known blocks: between areas of different blocks; never between means and gradients); zero for silent areas.
     """
 
     frequency_hz: FloatArray
@@ -71,17 +71,6 @@ def contributions(noise: OutputNoise, outputs: Outputs, judged: Judged, verdicts
     amplitude = amplitude_contributions(rows, noise.temperature, at_hz) * noise.correlation.active
     place = {label: o for o, label in enumerate(outputs.labels) if label in outputs.parts_of_read_outs}
     paths = {label: noise.of(outputs.parts_of_read_outs[label].by_element) for label in place}
-    extremal = {
-        name: np.stack([extremal_vectors(h, name) for h in amplitude])
-        for name in ("minimum", "maximum_non_negative", "maximum")
-    }
-    for name, smallest in (("known_blocks_minimum", True), ("known_blocks", False)):
-        extremal[name] = np.stack(
-            [
-                extremal_block_vectors(h, noise.correlation, f, smallest=smallest)
-                for h, f in zip(amplitude, at_hz.tolist(), strict=True)
-            ]
-        )
     return Contributions(
         frequency_hz=at_hz,
         amplitude=amplitude,
@@ -91,5 +80,5 @@ def contributions(noise: OutputNoise, outputs: Outputs, judged: Judged, verdicts
         path_names=next((parts.names for parts in outputs.parts_of_read_outs.values()), ()),
         path_share={label: path_shares(paths[label].at(at_hz[o : o + 1])) for label, o in place.items()},
         path_band_share={label: path_shares(paths[label].at(frequency_hz[inside[o]])) for label, o in place.items()},
-        extremal=extremal,
+        extremal={bound: extremal(noise, amplitude, at_hz, bound) for bound in BOUNDS},
     )

@@ -31,13 +31,13 @@ class CaseResult:
     outputs : with their thermal areas, labels, quantities and units (before "per √Hz").
     source : the noise of the temperatures: their model, and the correlation that the case makes of the areas.
     frequency_hz : [F].
-    temperature_set : [k], which spectrum of temperature_asd [q, F], K/√Hz, each area has.
+    temperature_set : [k], which spectrum of temperature_asd [q, F] each area has, K/√Hz or of gradients K/m/√Hz.
     psd : [n_out, F], unit²/Hz; bounds : what other correlations of the active areas would give.
     verdicts : in the order of the requirements and their outputs; safety_factor : on amplitudes, in verdicts only.
     bound_ratio : [verdicts, 5], the ratio each of `BOUNDS` would have.
     distortion_ratio : [verdicts], the ratio of a read-out if the bench did not move as one; NaN for other outputs.
     filter_sensitivity : verdict ratios for other orders and corners; None where no spectrum is low-pass.
-    improvements : of each verdict; groups : [G], of their group_factor.
+    improvements : of each verdict; groups : [G], of their group_factor, as `AreaTable.group_by_unit`.
     contributions : where the noise comes from.
     """
 
@@ -98,7 +98,7 @@ def run_case(
     """
     judged, safety_factor = judged_outputs(criteria, outputs, frequency_hz), criteria.safety_factor
     areas = outputs.areas
-    source = TemperatureNoise(temperature, correlation(case, areas) if known is None else known)
+    source = TemperatureNoise(temperature, correlation(case, areas, temperature.heard) if known is None else known)
     noise = OutputNoise(outputs.rows, source, frequency_hz)
     psd, bounds = noise.psd(), correlation_bounds(noise)
     verdicts = [
@@ -112,8 +112,9 @@ def run_case(
         )
         for requirement, o in judged
     ]
-    groups = tuple(dict.fromkeys(areas.group[source.correlation.active].tolist()))
-    masks = [areas.group == group for group in groups]
+    by_unit = areas.group_by_unit
+    groups = tuple(dict.fromkeys(by_unit[source.correlation.active].tolist()))
+    masks = [by_unit == group for group in groups]
     improvements = []
     for (requirement, o), verdict in zip(judged, verdicts, strict=True):
         f = frequency_hz[in_band(requirement, frequency_hz)]

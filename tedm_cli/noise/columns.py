@@ -30,7 +30,8 @@ def parts_of_columns(
     """What part each column has in the temperature of each area [k, columns]; zeros for areas that are not needed.
 
     An area of `nodes` has those columns with their weights, any other that is needed has one with all of it. Beside
-    `nodes` there may be columns that are not used: a thermal model has more nodes than areas need.
+    `nodes` there may be columns that are not used: a thermal model has more nodes than areas need. A gradient area
+    follows the column of its own name, in K/m, and no other: it is constant where there is none.
 
     Raises
     ------
@@ -45,27 +46,34 @@ def parts_of_columns(
     for area, of in weights.items():
         for node, weight in of.items():
             parts[names.index(area), number[node]] = weight
-    others = needed & ~np.isin(areas.name, list(weights))
+    means = ~areas.gradient
+    others = needed & means & ~np.isin(areas.name, list(weights))
     if nodes is None:
         left = list(columns)
     else:
         known = {*names, *areas.group.tolist(), "inside", "outside", ALL}
         used = {node for of in weights.values() for node in of}
         left = [c for c in columns if c in known and c not in used]
-    for row, column in enumerate(columns_of_areas(left, areas, others, where=where)):
+    own = [c for c in left if c in set(areas.name[areas.gradient].tolist())]
+    left = [c for c in left if c not in own]
+    for row, column in enumerate(columns_of_areas(left, areas, others, where=where, of=means)):
         if column >= 0:
             parts[row, number[left[column]]] = 1.0
+    for name in own:
+        parts[names.index(name), number[name]] = float(needed[names.index(name)])
     return parts
 
 
 def _require_nodes(nodes: NodeWeights, columns: Sequence[str], areas: AreaTable, needed: BoolArray, where: str) -> None:
     names, facts = areas.name.tolist(), []
     constant = set(areas.name[~needed].tolist())
+    gradient = set(areas.name[areas.gradient].tolist())
     wanted = list(dict.fromkeys(node for of in nodes.weights.values() for node in of))
     for what, found in (
         ("no thermal area", [area for area in nodes.weights if area not in names]),
         (f"no column of {where}", [node for node in wanted if node not in set(columns)]),
         ("said to be constant", [area for area in nodes.weights if area in constant]),
+        ("a gradient, which is no mean of nodes", [area for area in nodes.weights if area in gradient]),
     ):
         if found:
             shown = ", ".join(found[:_SHOWN]) + (f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else "")
@@ -84,18 +92,25 @@ def part_words(parts: FloatArray, columns: Sequence[str]) -> list[str]:
     return said
 
 
-def columns_of_areas(columns: Sequence[str], areas: AreaTable, needed: BoolArray, *, where: str) -> IndexArray:
+def columns_of_areas(
+    columns: Sequence[str], areas: AreaTable, needed: BoolArray, *, where: str, of: BoolArray | None = None
+) -> IndexArray:
     """Column [k] of every area that is needed, -1 for the others.
 
     A column is named after an area, a group, a shield (`inside`, `outside`) or `all`; the narrowest one counts. No two
-    `columns` have one name.
+    `columns` have one name. `of` [k] are the areas of the columns' unit, which all of `needed` are among: by default
+    those of mean temperatures.
 
     Raises
     ------
-    InputError : a column that names nothing of the model, or a needed area without a column.
+    InputError : a column that names nothing of the model, or an area of another unit, or a needed area without a
+        column.
     """
     names = list(columns)
-    known = [*areas.name.tolist(), *sorted(set(areas.group.tolist())), "inside", "outside", ALL]
+    of = ~areas.gradient if of is None else of
+    groups = sorted(set(areas.group[of].tolist()))
+    known = [*areas.name[of].tolist(), *groups, "inside", "outside", ALL]
+    _require_unit(names, areas, of, where)
     unknown = [name for name in names if name not in known]
     if unknown:
         near = difflib.get_close_matches(unknown[0], known, n=1)
@@ -104,7 +119,7 @@ def columns_of_areas(columns: Sequence[str], areas: AreaTable, needed: BoolArray
             f"column {unknown[0]!r}{more} names no thermal area, group or shield",
             where=where,
             hint=(f"did you mean {near[0]}? " if near else "")
-            + f"columns may be areas, groups ({', '.join(sorted(set(areas.group.tolist())))}), inside, outside or all",
+            + f"columns may be areas, groups ({', '.join(groups)}), inside, outside or all",
         )
     index = np.full(len(areas), -1, dtype=np.intp)
     missing = []
@@ -117,8 +132,23 @@ def columns_of_areas(columns: Sequence[str], areas: AreaTable, needed: BoolArray
     if missing:
         shown = ", ".join(missing[:_SHOWN]) + (f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else "")
         raise InputError(
-            f"no column for {len(missing)} of {len(areas)} thermal areas: {shown}",
+            f"no column for {len(missing)} of {of.sum()} {'gradient' if areas.gradient[of].any() else 'thermal'} areas:"
+            f" {shown}",
             where=where,
             hint="add a column for each of them, for their group, for inside or outside, or for all",
         )
     return index
+
+
+def _require_unit(names: Sequence[str], areas: AreaTable, of: BoolArray, where: str) -> None:
+    """Refuse columns of areas whose temperature has another unit than that of the areas `of` [k]."""
+    others = [name for name in names if name in set(areas.name[~of].tolist())]
+    if others:
+        area = int(np.flatnonzero(areas.name == others[0])[0])
+        wanted, found = ("K/m", "mean temperature, in K") if areas.unit[area] == "K" else ("K", "gradient, in K/m")
+        raise InputError(
+            f"column {others[0]!r} names the area of a {found}; the spectra of this table are in {wanted}/sqrt(Hz)",
+            where=where,
+            hint="temperatures and gradients have tables of their own: [temperature] or override, and"
+            " [[temperature.gradient]]",
+        )

@@ -4,6 +4,9 @@ A case (Montemurro 2004, section 10.5) is a list of blocks, or a matrix. Inside 
 the correlation R = ρ J + (1 - ρ) I, with J all ones and ρ = 1 unless given (any ρ >= -1/(n - 1) is possible); between
 blocks they are uncorrelated; an area in no block is silent. Where areas follow with delays τ, ΔT_i(t - τ_i), the
 correlation becomes R_ij exp(-2πi f (τ_i - τ_j)): as coherent as before.
+
+Gradient areas follow the same rule among themselves and are never correlated with mean temperatures: what a block takes
+of both kinds is a block of each. Those that have no spectrum are in no block.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from tedm_cli.noise.correlation_check import check_correlation, correlation_fact
 from tedm_cli.noise.selection import BlockSelector, Facts, divide, listed, select, unknown
 
 Role = Literal["likely", "possible", "diagnostic"]
+SILENT = "of gradients without a spectrum, and silent; give them one in [[temperature.gradient]], in K/m/sqrt(Hz)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,24 +92,29 @@ class Correlation:
         return product
 
 
-def correlation(case: CorrelationCase, areas: AreaTable) -> Correlation:
+def correlation(case: CorrelationCase, areas: AreaTable, heard: BoolArray | None = None) -> Correlation:
     """The correlation of a case.
+
+    `heard` [k] are the areas that have a spectrum (`TemperatureModel.heard`): by default all but gradient areas.
 
     Raises
     ------
     ConfigError : all of the case's problems with these areas at once: an unknown group, a pattern or a block that
-        selects nothing, an area in two blocks, an area on neither side that a choice of sides leaves out, an area
-        without a mirror image, a coefficient that no block of that size can have, an area with two delays, an area of
-        the matrix that does not exist.
+        selects nothing, or nothing but silent gradient areas, an area in two blocks, an area on neither side that a
+        choice of sides leaves out, an area without a mirror image, a coefficient that no block of that size can have,
+        an area with two delays, an area of the matrix that does not exist, a gradient that the matrix correlates with
+        a mean temperature.
     PhysicsError : the matrix is not a correlation matrix.
     """
     problems: Facts = []
+    heard = ~areas.gradient if heard is None else heard
     if case.matrix is None:
-        members, coefficients, problems = _blocks(case, areas)
+        members, coefficients, problems = _blocks(case, areas, heard)
         factors = [_coefficient_factor(len(b), rho) for b, rho in zip(members, coefficients, strict=True)]
     else:
-        members, factors, problems = _matrix_blocks(case.matrix, areas)
+        members, factors, problems = _matrix_blocks(case.matrix, areas, heard)
     delay_s, facts = _delays(case, areas)
+    delay_s[~heard] = 0.0
     problems += facts
     if problems:
         raise ConfigError(problems, where=f"{case.where}: case {case.id}" if case.where else f"case {case.id}")
@@ -144,30 +153,30 @@ def correlation_matrix(case: CorrelationCase, areas: AreaTable) -> tuple[AnyArra
     return of_case.matrix(), of_case.active
 
 
-def _blocks(case: CorrelationCase, areas: AreaTable) -> tuple[list[IndexArray], list[float], Facts]:
-    """Blocks, their coefficients, and problems."""
+def _blocks(case: CorrelationCase, areas: AreaTable, heard: BoolArray) -> tuple[list[IndexArray], list[float], Facts]:
+    """Blocks, those of mean temperatures first, their coefficients, and problems."""
     problems: Facts = []
-    selected: list[BoolArray] = []
-    members: list[IndexArray] = []
-    coefficients: list[float] = []
+    of_kind: dict[bool, list[tuple[IndexArray, float]]] = {False: [], True: []}
     owner = np.full(len(areas), -1)
     twice: Facts = []
     for number, selector in enumerate(case.blocks):
         mask, facts = select(selector, areas)
-        if not facts:
-            parts, facts = divide(selector, mask, areas)
-            members += parts
-            coefficients += [selector.rho] * len(parts)
-            facts += _impossible_coefficient(selector.rho, max(map(len, parts), default=1))
+        if not facts and not (mask & heard).any():
+            facts = [("", f"{_are(areas, np.flatnonzero(mask))} {SILENT}")]
+        for gradient in (False, True) if not facts else ():
+            mine = mask & heard & (areas.gradient == gradient)
+            parts, found = divide(selector, mine, areas) if mine.any() else ([], [])
+            of_kind[gradient] += [(part, selector.rho) for part in parts]
+            facts += found + _impossible_coefficient(selector.rho, max(map(len, parts), default=1))
         problems += [(f"blocks[{number}]{key}", fact) for key, fact in facts]
         again = np.flatnonzero(mask & (owner >= 0))
         if again.size:
             fact = f"{_are(areas, again)} already in blocks[{owner[again[0]]}]"
             twice.append((f"blocks[{number}]", fact))
         owner[mask] = number
-        selected.append(mask)
-    problems += twice + _left_in_the_middle(case, areas, owner >= 0)
-    return members, coefficients, problems
+    problems += twice + _left_in_the_middle(case, areas, (owner >= 0) | ~heard)
+    found_blocks = [*of_kind[False], *of_kind[True]]
+    return [members for members, _ in found_blocks], [rho for _, rho in found_blocks], problems
 
 
 def _impossible_coefficient(rho: float, n: int) -> Facts:
@@ -190,7 +199,9 @@ def _coefficient_factor(n: int, rho: float) -> FloatArray:
     return root
 
 
-def _matrix_blocks(matrix: LabelledMatrix, areas: AreaTable) -> tuple[list[IndexArray], list[AnyArray], Facts]:
+def _matrix_blocks(
+    matrix: LabelledMatrix, areas: AreaTable, heard: BoolArray
+) -> tuple[list[IndexArray], list[AnyArray], Facts]:
     """Areas that the matrix connects as blocks, each with its factor."""
     names = areas.name.tolist()
     problems: Facts = [("matrix", f"{matrix.where}: {unknown(n, names)}") for n in matrix.names if n not in names]
@@ -200,11 +211,27 @@ def _matrix_blocks(matrix: LabelledMatrix, areas: AreaTable) -> tuple[list[Index
         return [], [], problems
     check_correlation(matrix.value, names=matrix.names, where=matrix.where)
     place = np.array([names.index(n) for n in matrix.names])
+    problems = _across_kinds(matrix, areas.gradient[place])
+    if not problems and not heard[place].any():
+        problems = [("matrix", f"{matrix.where}: {_are(areas, place)} {SILENT}")]
+    if problems:
+        return [], [], problems
     order = np.argsort(place)
+    order = order[heard[place[order]]]
     value, place = matrix.value[np.ix_(order, order)], place[order]
     number, label = connected_components(csr_array(np.abs(value) > 0.0), directed=False)
     members = [np.flatnonzero(label == b) for b in range(number)]
     return [place[m] for m in members], [correlation_factor(value[np.ix_(m, m)]) for m in members], []
+
+
+def _across_kinds(matrix: LabelledMatrix, gradient: BoolArray) -> Facts:
+    """The first entry that correlates a gradient, of the matrix's areas `gradient` [n], with a mean temperature."""
+    across = np.argwhere((matrix.value != 0.0) & gradient[:, None] & ~gradient)
+    if not len(across):
+        return []
+    one, other = across[0]
+    fact = f"{matrix.names[one]} is a gradient and {matrix.names[other]} a mean temperature, but their correlation is"
+    return [("matrix", f"{matrix.where}: {fact} {matrix.value[one, other]:g}; between the two kinds it must be 0")]
 
 
 def _delays(case: CorrelationCase, areas: AreaTable) -> tuple[FloatArray, Facts]:

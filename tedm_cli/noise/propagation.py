@@ -24,7 +24,7 @@ class Carriers:
 
     Parameters
     ----------
-    index : [k], the carrier of each area.
+    index : [k], the carrier of each area; -1 of those without a spectrum, which are silent.
     shape : [c], index into the shapes of the temperature model; delay_s : [c], s.
     """
 
@@ -39,9 +39,12 @@ class Carriers:
         if delay_s is None or not delay_s.any():
             number = len(temperature.shapes)
             return cls(temperature, temperature.shape_index, np.arange(number), np.zeros(number))
-        keys = np.stack([temperature.shape_index.astype(np.float64), delay_s], axis=1)
-        distinct, index = np.unique(keys, axis=0, return_inverse=True)
-        return cls(temperature, index.reshape(-1), distinct[:, 0].astype(np.intp), distinct[:, 1])
+        heard = temperature.heard
+        keys = np.stack([temperature.shape_index[heard].astype(np.float64), delay_s[heard]], axis=1)
+        distinct, of_heard = np.unique(keys, axis=0, return_inverse=True)
+        index = np.full(len(heard), -1, dtype=np.intp)
+        index[heard] = of_heard.reshape(-1)
+        return cls(temperature, index, distinct[:, 0].astype(np.intp), distinct[:, 1])
 
     def values(self, frequency_hz: FloatArray) -> AnyArray:
         """Shape times exp(-2πi f τ) [c, F]; real where nothing is delayed."""

@@ -75,8 +75,11 @@ def output_blocks(rows: FloatArray, source: TemperatureNoise, plan: Plan) -> Ite
     columns = np.flatnonzero(np.any(correlation.factor != 0.0, axis=0))
     factor = correlation.factor[:, columns]
     lag, fraction = _lags(factor, correlation.delay_s, plan.rate_hz)
-    filters, filter_of = np.unique(np.stack([temperature.shape_index, fraction], axis=1), axis=0, return_inverse=True)
-    filter_of, longest = filter_of.reshape(-1), int(lag.max())
+    heard, longest = temperature.heard, int(lag.max())
+    keys = np.stack([temperature.shape_index, fraction], axis=1)[heard]
+    filters, of_heard = np.unique(keys, axis=0, return_inverse=True)
+    filter_of = np.full(len(heard), -1)
+    filter_of[heard] = of_heard.reshape(-1)
     taps = 2 * (int(np.ceil(_FILTER_PERIODS * plan.rate_hz / plan.lowest_hz)) // 2)
     block = max(taps, _BLOCK_NUMBERS // len(factor))
     length = fft.next_fast_len(block + taps, real=True)

@@ -1,5 +1,7 @@
 """Temperature noise of the thermal areas: amplitude spectral densities in K/√Hz, square roots of one-sided PSDs.
 
+Those of gradient areas are in K/m/√Hz, wherever K/√Hz is written here; one that is given no spectrum is silent.
+
 Published for the LISA Technology Package (Montemurro 2004, section 3.4): 1e-3 K/√Hz outside and 1e-4 K/√Hz inside the
 thermal shield at 1 mHz, from low-pass filtered white noise. The order and the corner of that filter were **not**
 published. `DEFAULT_ORDER` and `DEFAULT_CORNER_HZ` are an assumption: the corner at the lower end of the measurement
@@ -19,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray, IndexArray
+from tedm_cli.arrays import BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 
@@ -196,27 +198,56 @@ class TemperatureModel:
 
     Parameters
     ----------
-    scale : [k], K/√Hz.
-    shape_index : [k], the shape of each area.
+    scale : [k], K/√Hz, of gradient areas K/m/√Hz; 0 of those without a spectrum.
+    shape_index : [k], the shape of each area; -1 of those without a spectrum.
     shapes : the s distinct spectra, each of level 1.
+    gradient_shapes : of these, the ones of gradient areas; a shape is never of both kinds.
     """
 
     scale: FloatArray
     shape_index: IndexArray
     shapes: tuple[Spectrum, ...]
+    gradient_shapes: frozenset[int] = frozenset()
 
     @classmethod
-    def from_spectra(cls, spectra: Sequence[Spectrum]) -> TemperatureModel:
-        """Model of k areas from one spectrum each; spectra that differ in level only share a shape."""
-        shapes: dict[Spectrum, int] = {}
-        index = [shapes.setdefault(replace(spectrum, level_K=1.0), len(shapes)) for spectrum in spectra]
-        scale = np.array([spectrum.level_K for spectrum in spectra])
-        return cls(scale, np.array(index, dtype=np.intp), tuple(shapes))
+    def from_spectra(cls, spectra: Sequence[Spectrum | None], gradient: BoolArray | None = None) -> TemperatureModel:
+        """Model of k areas from one spectrum each; spectra that differ in level only share a shape.
+
+        `gradient` [k] are the areas whose spectrum is in K/m/√Hz, by default none. An area of None is silent.
+        """
+        of_gradient = [False] * len(spectra) if gradient is None else gradient.tolist()
+        shapes: dict[tuple[Spectrum, bool], int] = {}
+        index = [
+            -1 if spectrum is None else shapes.setdefault((replace(spectrum, level_K=1.0), kind), len(shapes))
+            for spectrum, kind in zip(spectra, of_gradient, strict=True)
+        ]
+        scale = np.array([0.0 if spectrum is None else spectrum.level_K for spectrum in spectra])
+        return cls(
+            scale,
+            np.array(index, dtype=np.intp),
+            tuple(spectrum for spectrum, _ in shapes),
+            frozenset(number for (_, kind), number in shapes.items() if kind),
+        )
 
     @classmethod
     def by_shield(cls, areas: AreaTable, *, outside: Spectrum, inside: Spectrum) -> TemperatureModel:
-        """Model with one spectrum outside and one inside the thermal shield."""
-        return cls.from_spectra([outside if shield == "outside" else inside for shield in areas.shield])
+        """Model with one spectrum outside and one inside the thermal shield; gradient areas are silent."""
+        return cls.from_spectra(
+            [
+                None if gradient else outside if shield == "outside" else inside
+                for shield, gradient in zip(areas.shield, areas.gradient, strict=True)
+            ]
+        )
+
+    @property
+    def gradient(self) -> BoolArray:
+        """[k]: the areas whose spectrum is in K/m/√Hz."""
+        return np.isin(self.shape_index, list(self.gradient_shapes))
+
+    @property
+    def heard(self) -> BoolArray:
+        """[k]: the areas that have a spectrum; all but gradient areas that were given none."""
+        return np.asarray(self.shape_index >= 0)
 
     def shape_values(self, frequency_hz: FloatArray) -> FloatArray:
         """The distinct shapes [s, F] at `frequency_hz` [F]."""
@@ -228,18 +259,26 @@ class TemperatureModel:
         return amplitude
 
     def distinct(self, frequency_hz: FloatArray) -> tuple[IndexArray, FloatArray]:
-        """Areas of equal spectrum: the set [k] each area is in, and one amplitude spectral density per set [q, F]."""
-        keys = np.stack([self.shape_index.astype(np.float64), self.scale], axis=1)
+        """Areas of equal spectrum: the set [k] each area is in, and one amplitude spectral density per set [q, F].
+
+        Areas without a spectrum are the last set, whose density is zero.
+        """
+        shape_index, scale = self.shape_index[self.heard], self.scale[self.heard]
+        keys = np.stack([shape_index.astype(np.float64), scale], axis=1)
         rows, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-        values = rows[:, 1:] * self.shape_values(frequency_hz)[self.shape_index[first]]
-        return index.reshape(-1).astype(np.intp), values
+        values = rows[:, 1:] * self.shape_values(frequency_hz)[shape_index[first]]
+        sets = np.full(len(self.scale), len(rows), dtype=np.intp)
+        sets[self.heard] = index.reshape(-1)
+        if not self.heard.all():
+            values = np.concatenate([values, np.zeros((1, len(frequency_hz)))])
+        return sets, values
 
     def with_filter(self, order: float, corner_hz: float) -> TemperatureModel:
         """The same levels with every low-pass shape given another order and corner; other shapes stay."""
         shapes = tuple(
             replace(s, order=order, corner_hz=corner_hz) if isinstance(s, ShapedSpectrum) else s for s in self.shapes
         )
-        return TemperatureModel(self.scale, self.shape_index, shapes)
+        return replace(self, shapes=shapes)
 
     def words(self) -> str:
         """Levels and shapes, with the parameters that decide verdicts."""
@@ -247,7 +286,10 @@ class TemperatureModel:
         for number, shape in enumerate(self.shapes):
             levels = sorted({float(v) for v in self.scale[self.shape_index == number]}, reverse=True)
             shown = " and ".join(f"{v:g}" for v in levels) if len(levels) < 4 else f"{levels[-1]:g} to {levels[0]:g}"
-            parts.append(f"{shown} K/sqrt(Hz), {shape.words()}")
+            unit = "K/m" if number in self.gradient_shapes else "K"
+            parts.append(f"{shown} {unit}/sqrt(Hz), {shape.words()}")
+        if silent := int((~self.heard).sum()):
+            parts.append(f"{silent} gradient area{'s' if silent > 1 else ''} silent")
         return "; ".join(parts)
 
 

@@ -156,7 +156,8 @@ def how_sure(case: CaseNoise, j: JudgedOutput) -> str:
 
 def limited_by(case: CaseNoise, j: JudgedOutput, areas: AreaTable, benches: int = 1) -> str:
     """Groups, areas and optical elements with the largest parts of the power, or that large terms cancel."""
-    groups = {name: float(j.share[areas.group == name].sum()) for name in dict.fromkeys(areas.group)}
+    of_area = areas.group_by_unit
+    groups = {name: float(j.share[of_area == name].sum()) for name in dict.fromkeys(of_area.tolist())}
     single = dict(zip(areas.name, j.share.tolist(), strict=True))
     said = [_parts("groups", groups)]
     said.append(cancelling(case, j, areas) or _parts("areas", single))

@@ -11,7 +11,7 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import Pair, by_requirement, deciding, without_repeats
-from tedm_cli.results.noise import MATCHED, WAYS, CaseNoise, JudgedOutput
+from tedm_cli.results.noise import MATCHED, WAYS, CaseNoise, JudgedOutput, level_unit
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import capital, count, mhz_text, percent, power_text, ratio_text, sci, span, unit_text
 
@@ -65,8 +65,9 @@ def deciding_pairs(cases: Sequence[CaseNoise]) -> list[Pair]:
 
 
 def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:
-    groups = list(dict.fromkeys(areas.group))
-    member = np.array([areas.group == name for name in groups], dtype=float)
+    of_area = areas.group_by_unit
+    groups = list(dict.fromkeys(of_area.tolist()))
+    member = np.array([of_area == name for name in groups], dtype=float)
     at, band = member @ j.share, member @ j.band_share
     of_path = [] if j.path is None else list(j.path.values())
     cancelled = any(cancels(np.array(x)) for x in (j.share, at, of_path))
@@ -76,7 +77,7 @@ def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:
 
     order = np.argsort(-np.abs(j.share), kind="stable")[:_TOP]
     by_area = [
-        row(areas.name[i], f"{areas.group[i]}, {areas.shield[i]}", sci(float(j.contribution[i]), 3),
+        row(areas.name[i], f"{of_area[i]}, {areas.shield[i]}", sci(float(j.contribution[i]), 3),
             *cells(float(j.share[i]), float(j.band_share[i])))
         for i in order
     ]  # fmt: skip
@@ -185,15 +186,17 @@ def change_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequen
 
 def _by_group(j: JudgedOutput, areas: AreaTable, caption: str) -> Table:
     rows = []
+    of_area = areas.group_by_unit
     for group, factor in j.improvement.group_factor.items():
         level = j.improvement.group_level[group]
         shown = power_text(factor * level, 3) if np.isfinite(factor) and not np.isnan(level) else ""
         now = "differ" if np.isnan(level) else power_text(level, 3)
-        rows.append(row(group, f"{(areas.group == group).sum()}", now, factor_cell(factor), shown))
+        rows.append(row(group, f"{(of_area == group).sum()}", now, factor_cell(factor), shown))
     everything = ratio_text(j.improvement.all_factor) if np.isfinite(j.improvement.all_factor) else "not felt"
     rows.append(row("all together", f"{len(areas)}", "", everything, "", kind="sum"))
     at = mhz_text(j.binding_hz)
-    head = columns("Group", "Areas", f"Now at {at}\n(K/√Hz)", "Factor\n(1)", "Allowed\n(K/√Hz)", text=(0,))
+    unit = level_unit(j.improvement.group_factor)
+    head = columns("Group", "Areas", f"Now at {at}\n({unit})", "Factor\n(1)", f"Allowed\n({unit})", text=(0,))
     return Table(head, tuple(rows), caption)
 
 

@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 
 from tedm_cli.report.document import Columns, Facts, Section, Table, Text, columns, row
+from tedm_cli.results.areas import unit_per
 from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.wording import decimals, sci
 
@@ -26,21 +27,20 @@ def model_section(model: ModelSize, distortion: DistortionSize) -> Section:
 
 
 def _distortion_facts(distortion: DistortionSize) -> list[tuple[str, Text]]:
-    names, largest, rigid = distortion.area, distortion.largest, distortion.rigid
-    facts: list[tuple[str, Text]] = [
-        (
-            "Largest translation per kelvin of one area",
-            f"{sci(float(largest.max()))} m/K ({names[int(largest.argmax())]})",
-        ),
-        (
-            "Its rigid-body part at most",
-            f"{sci(float(rigid.max()))} m/K at the centre of gravity ({names[int(rigid.argmax())]})",
-        ),
-    ]
+    facts: list[tuple[str, Text]] = []
+    parts = zip(distortion.most(distortion.largest), distortion.most(distortion.rigid), strict=True)
+    for (unit, largest, of), (_, rigid, rigid_of) in parts:
+        per = "kelvin of one area" if unit == "K" else f"{unit} of one gradient"
+        shown = unit_per("m", unit)
+        facts += [
+            (f"Largest translation per {per}", f"{sci(largest)} {shown} ({of})"),
+            ("Its rigid-body part at most", f"{sci(rigid)} {shown} at the centre of gravity ({rigid_of})"),
+        ]
+    summed = "mean temperatures" if distortion.areas.gradient.any() else "areas"
     residuals: list[tuple[str, Text]] = [
         (
             f"Superposition, {what}",
-            f"largest |sum over areas − uniform load| is {sci(residual, 2)} of the largest |uniform load|",
+            f"largest |sum over {summed} − uniform load| is {sci(residual, 2)} of the largest |uniform load|",
         )
         for what, residual in (
             ("translations of all grids", distortion.superposition_translation),
@@ -52,9 +52,9 @@ def _distortion_facts(distortion: DistortionSize) -> list[tuple[str, Text]]:
 
 
 def _areas(model: ModelSize) -> Table:
-    groups, shields, mass = model.areas.group, model.areas.shield, model.area_mass_kg
+    groups, shields, mass = model.areas.group_by_unit, model.areas.shield, model.area_mass_kg
     rows = []
-    for group in dict.fromkeys(groups):
+    for group in dict.fromkeys(groups.tolist()):
         members = [i for i, g in enumerate(groups) if g == group]
         sides = ", ".join(sorted({shields[i] for i in members}))
         rows.append(row(group, f"{len(members)}", sci(float(mass[members].sum())), sides))

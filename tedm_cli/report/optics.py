@@ -20,6 +20,7 @@ from tedm_cli.report.document import (
     row,
 )
 from tedm_cli.report.frames import own_axes
+from tedm_cli.results.areas import unit_per
 from tedm_cli.results.optics import OpticsQuality, ReadOuts
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import output_title
@@ -41,9 +42,11 @@ def optics_section(
         Paragraph(
             "Read-out of the test masses per kelvin, in their own frames. Sum: all areas warmed together, with their"
             " signs; rss: root sum of squares over the areas, all of them uncorrelated."
+            + " Gradients, per K/m, are in a table of their own and in no sum of kelvins."
+            * bool(areas.gradient.any())
         ),
         *own_axes(list(read_outs.axes), np.array(list(read_outs.axes.values())), "layout frame"),
-        _worst_areas(read_outs, areas),
+        *(_worst_areas(read_outs, areas, gradient) for gradient in sorted(set(areas.gradient.tolist()))),
         *figures["read-out"],
     ]
     first, rest = figures["load"][:1], figures["load"][1:]
@@ -91,20 +94,29 @@ def _residuals(quality: OpticsQuality) -> Table:
     return Table(head, rows, "Residuals of invariances that hold exactly.")
 
 
-def _worst_areas(r: ReadOuts, areas: AreaTable) -> Table:
-    """The area with the largest read-out for each degree of freedom, and all areas by root sum of squares."""
+def _worst_areas(r: ReadOuts, areas: AreaTable, gradient: bool) -> Table:
+    """The area with the largest read-out for each degree of freedom, and all areas by root sum of squares; of one kind.
+
+    Gradients have no sum: their signs are those of the directions that were chosen for them.
+    """
     rows = []
+    of = areas.gradient == gradient
+    names, per = areas.name[of], np.array(areas.unit)[of][0]
     for name in r.sets:
-        for label, unit, values in zip(r.label, r.unit, r.N[name], strict=True):
+        for label, unit, values in zip(r.label, r.unit, r.N[name][:, of], strict=True):
             worst = first_largest(range(len(values)), [float(v) for v in np.abs(values)])
-            numbers = (float(values[worst]), float(values.sum()), float(np.linalg.norm(values)))
+            sums = [] if gradient else [float(values.sum())]
+            numbers = (float(values[worst]), *sums, float(np.linalg.norm(values)))
             rows.append(
                 row(
                     Cell(capital(output_title(f"{name}_{label}")), label=f"{name}_{label}"),
-                    areas.name[worst],
+                    names[worst],
                     *(sci(v, 3) for v in numbers),
-                    f"{unit}/K",
+                    unit_per(unit, per),
                 )
             )
+    if gradient:
+        head = columns("Read-out", "Worst gradient", "N", "Rss over gradients", "Unit", text=(0, 1, 4))
+        return Table(head, tuple(rows), "Worst gradient of each read-out.")
     head = columns("Read-out", "Worst area", "N", "Sum over areas", "Rss over areas", "Unit", text=(0, 1, 5))
     return Table(head, tuple(rows), "Worst area of each read-out.")

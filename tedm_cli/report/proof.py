@@ -34,7 +34,10 @@ from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import at_rest_title, by_subsystem, mass_title, output_title
-from tedm_cli.results.wording import TO_LOOK_AT, capital, count, decimals, ratio_text, sci, unit_text
+from tedm_cli.results.wording import TO_LOOK_AT, capital, count, decimals, percent, ratio_text, sci, unit_text
+
+SHORT_STEP = 0.8  # share of an area's step that its own elements receive at least, unless it is to be looked at
+_NAMED = 12  # areas named in a line
 
 
 def binding_section(cases: Sequence[CaseNoise], areas: AreaTable, benches: int, figures: Sequence[Figure]) -> Section:
@@ -114,16 +117,22 @@ def key_figures_section(
         row("Mass", f"{model.mass_kg:.6g} kg"),
         row("Centre of gravity", f"{decimals(model.centre_of_gravity_m.tolist(), 1e3, 3)} mm, Nastran basic frame"),
         row("Symmetry plane of sides and mirror pairs", model.symmetry_plane),
-        row(
-            "Largest translation of a grid",
-            f"{sci(float(distortion.largest.max()), 3)} m per kelvin of"
-            f" {distortion.area[int(distortion.largest.argmax())]}",
+        *(
+            row(
+                f"Largest translation of a grid{' by a gradient' * (unit != 'K')}",
+                f"{sci(largest, 3)} m per {'kelvin' if unit == 'K' else unit} of {name}",
+            )
+            for unit, largest, name in distortion.most(distortion.largest)
         ),
+        *_mean_steps(model),
     ]
     if distortion.superposition_translation is not None:
         residual = sci(distortion.superposition_translation, 2)
         rows.append(
-            row("Sum of all areas against the uniform load", f"differs by {residual} of the largest translation")
+            row(
+                f"Sum of all {'mean temperatures' if areas.gradient.any() else 'areas'} against the uniform load",
+                f"differs by {residual} of the largest translation",
+            )
         )
     if field is not None:
         for name, a in zip(field.test_mass, field.acceleration.sum(axis=1), strict=True):
@@ -147,18 +156,44 @@ def key_figures_section(
     )
 
 
+def _mean_steps(model: ModelSize) -> list[Row]:
+    """The share of its step that an area's own elements receive, where the file says it; what is short is named."""
+    if model.mean_step is None:
+        return []
+    share, means = model.mean_step, np.flatnonzero(~model.areas.gradient)
+    short = [i for i in means[np.argsort(share[means], kind="stable")].tolist() if share[i] < SHORT_STEP]
+    title = "Step that the elements of an area receive"
+    if not short:
+        return [row(title, f"at least {percent(float(share[means].min()))} of 1 K in every area")]
+    listed = ", ".join(f"{model.areas.name[i]} {percent(float(share[i]))}" for i in short[:_NAMED])
+    more = f" and {len(short) - _NAMED} more" if len(short) > _NAMED else ""
+    said = f"below {percent(SHORT_STEP)} in {count(len(short), 'area')}: {listed}{more}; their distortion is too small"
+    return [row(title, Cell(said, "violated"))]
+
+
 def _read_outs(optics: OpticsResults, areas: AreaTable) -> list[Row]:
     """The largest read-outs of the first set, and how well all sets are determined."""
     r, rows = optics.read_outs, list[Row]()
     first = r.sets[0]
+    means, names = ~areas.gradient, areas.name
     for label, unit, values in zip(r.label, r.unit, r.N[first], strict=True):
-        if unit == "m":
-            worst = first_largest(range(len(values)), [float(v) for v in np.abs(values)])
+        if unit != "m":
+            continue
+        title = output_title(f"{first}_{label}")
+        worst = first_largest(np.flatnonzero(means).tolist(), np.abs(values[means]).tolist())
+        rows.append(
+            row(
+                f"Largest {title}",
+                f"{sci(float(values[worst]), 3)} {unit} per kelvin of {names[worst]};"
+                f" {sci(float(values[means].sum()), 3)} {unit} per kelvin of all"
+                f" {'mean temperatures' if areas.gradient.any() else 'areas'} together",
+            )
+        )
+        if areas.gradient.any():
+            worst = first_largest(np.flatnonzero(areas.gradient).tolist(), np.abs(values[areas.gradient]).tolist())
             rows.append(
                 row(
-                    f"Largest {output_title(f'{first}_{label}')}",
-                    f"{sci(float(values[worst]), 3)} {unit} per kelvin of {areas.name[worst]};"
-                    f" {sci(float(values.sum()), 3)} {unit} per kelvin of all areas together",
+                    f"Largest {title} by a gradient", f"{sci(float(values[worst]), 3)} {unit} per K/m of {names[worst]}"
                 )
             )
     conditions = ", ".join(f"{sci(c, 3)} (set {name})" for name, c in optics.quality.condition.items())

@@ -30,7 +30,7 @@ from tedm_cli.report.summary import Loop, Noise
 from tedm_cli.report.verdicts import Judgement, Titles, exceeding, loop_judgements, noise_judgements, worst_first
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.field import worst_at_rest
-from tedm_cli.results.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput
+from tedm_cli.results.noise import MATCHED, QUIETER, SILENCED, CaseNoise, JudgedOutput, level_unit
 from tedm_cli.results.titles import at_rest_title, by_subsystem, output_title
 from tedm_cli.results.wording import (
     and_text,
@@ -185,9 +185,11 @@ def _verdict(ratio: float) -> Cell:
 def _stability(noise: Noise, areas: AreaTable) -> Table:
     """Temperature noise of each group, and what would just be allowed of what fails: by itself, and with all alike."""
     rows: list[Row] = []
+    of_area, groups = areas.group_by_unit, dict[str, float]()
     for found in [j for j in noise if j.state == "violated"] or noise:
         case, j = found.decides
         m = j.improvement
+        groups |= m.group_factor
         title = f"{capital(output_title(found.output))}, case {case.id}"
         rows.append(row(title, f"at {mhz_text(j.binding_hz)}", kind="head"))
         for group, factor in m.group_factor.items():
@@ -197,16 +199,17 @@ def _stability(noise: Noise, areas: AreaTable) -> Table:
             rows.append(
                 row(
                     group,
-                    f"{(areas.group == group).sum()}",
+                    f"{(of_area == group).sum()}",
                     power_text(level, 3) if known else "differ",
                     power_text(m.all_factor * level, 3) if known and np.isfinite(m.all_factor) else "",
                     factor_cell(factor),
                     alone,
                 )
             )
+    unit = level_unit(groups)
     head = columns(
-        *("Group", "Areas", "Now\n(K/√Hz)", "Allowed with all\ngroups alike (K/√Hz)"),
-        *("Factor, this\ngroup alone (1)", "Allowed, this group\nalone (K/√Hz)"),
+        *("Group", "Areas", f"Now\n({unit})", f"Allowed with all\ngroups alike ({unit})"),
+        *("Factor, this\ngroup alone (1)", f"Allowed, this group\nalone ({unit})"),
         text=(0,),
     )
     text = "Temperature stability that would just be allowed, at the frequency that binds."

@@ -10,13 +10,14 @@ import numpy as np
 from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from tedm_cli.contracts import CASE
 from tedm_cli.files.store import Reader, Writer
+from tedm_cli.noise.areas import GRADIENTS, group_in_unit, unit_of_group
 from tedm_cli.noise.bounds import BOUNDS
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.improvement import COUNTS
 from tedm_cli.noise.requirements import Requirement, in_band
 from tedm_cli.noise.selection import listed
 from tedm_cli.noise.spectral_estimate import Estimate
-from tedm_cli.results.areas import write_areas
+from tedm_cli.results.areas import read_areas, write_areas
 from tedm_cli.results.noise import (
     MATCHED,
     QUIETER,
@@ -31,6 +32,7 @@ from tedm_cli.results.noise import (
     TemperatureSpectra,
     spectra_of,
 )
+from tedm_cli.results.wording import count
 
 _BOUND = {
     "maximum": CASE.BOUNDS_MAXIMUM,
@@ -120,7 +122,8 @@ def _write_verdicts(writer: Writer, r: CaseResult) -> None:
         (CASE.IMPROVEMENT_MATCHED, [i.matched for i in r.improvements]),
     ):
         writer.write(path, np.array(ratios).reshape(n, len(COUNTS)))
-    writer.write(CASE.IMPROVEMENT_GROUP, r.groups)
+    writer.write(CASE.IMPROVEMENT_GROUP, [group.removesuffix(GRADIENTS) for group in r.groups])
+    writer.write(CASE.IMPROVEMENT_GROUP_UNIT, [unit_of_group(group) for group in r.groups])
     factors = np.array([i.group_factor for i in r.improvements]).reshape(n, len(r.groups))
     writer.write(CASE.IMPROVEMENT_GROUP_FACTOR, factors)
     writer.write(CASE.IMPROVEMENT_ALL_FACTOR, [v.margin for v in r.verdicts])
@@ -231,11 +234,12 @@ def _read_improvement(file: Reader, v: int, binding_hz: float) -> NamedImproveme
     ]
     matched = file.array(CASE.IMPROVEMENT_MATCHED_BLOCK)[v]
     match = [block_name(names, attributes, block == b) for b in matched if b >= 0]
-    groups = file.strings(CASE.IMPROVEMENT_GROUP)
+    named = zip(file.strings(CASE.IMPROVEMENT_GROUP), file.strings(CASE.IMPROVEMENT_GROUP_UNIT), strict=True)
+    groups = [group_in_unit(group, unit) for group, unit in named]
     at = int(np.abs(file.array(CASE.FREQUENCY) - binding_hz).argmin())
     level = file.array(CASE.TEMPERATURE_ASD)[file.array(CASE.TEMPERATURE_SPECTRUM), at]
     level = np.where(block >= 0, level, np.nan)
-    of_area = np.array(file.strings(CASE.AREA_GROUP))
+    of_area = read_areas(file).group_by_unit
     return NamedImprovement(
         count=file.array(CASE.IMPROVEMENT_COUNT),
         ratio={way: file.array(path)[v] for way, path in _RATIO_BY_WAY.items()},
@@ -307,13 +311,18 @@ def read_bound(file: Reader, bound: str, labels: Sequence[str]) -> FloatArray:
 
 
 def read_temperature(file: Reader) -> TemperatureSpectra:
-    """Distinct spectra of a case file; each is named by the shield sides and the number of its areas."""
-    index = file.array(CASE.TEMPERATURE_SPECTRUM)
-    shield = np.array(file.strings(CASE.AREA_SHIELD))
-    asd = file.array(CASE.TEMPERATURE_ASD)
-    names = []
+    """Distinct spectra of a case file, each named by the shield sides and the number of its areas; not of silent
+    gradients."""
+    index, asd, areas = file.array(CASE.TEMPERATURE_SPECTRUM), file.array(CASE.TEMPERATURE_ASD), read_areas(file)
+    kept, names, units = [], [], []
     for q in range(len(asd)):
-        sides, counts = np.unique(shield[index == q], return_counts=True)
-        parts = [f"{side} the thermal shield ({n} areas)" for side, n in zip(sides, counts, strict=True)]
+        gradient = bool(areas.gradient[index == q].any())
+        if gradient and not asd[q].any():
+            continue
+        sides, counts = np.unique(areas.shield[index == q], return_counts=True)
+        what = "gradient area" if gradient else "area"
+        parts = [f"{side} the thermal shield ({count(n, what)})" for side, n in zip(sides, counts, strict=True)]
+        kept.append(q)
         names.append(", ".join(parts) or "no area")
-    return TemperatureSpectra(file.array(CASE.FREQUENCY), asd, names)
+        units.append("K/m" if gradient else "K")
+    return TemperatureSpectra(file.array(CASE.FREQUENCY), asd[kept], names, units)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.noise.areas import unit_of_group
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.ranking import all_largest, first_largest
 from tedm_cli.results.titles import requirement_title
@@ -64,7 +65,8 @@ class NamedImprovement:
         those that bring no relief.
     group_factor : by group, the factor on its temperatures that just meets the requirement; infinite where the output
         does not feel it, NaN where this group alone cannot do it.
-    group_level : by group, its temperature ASD at the binding frequency, K/√Hz; NaN where its areas differ.
+    group_level : by group, its temperature ASD at the binding frequency, K/√Hz, or K/m/√Hz of a group of gradients; NaN
+        where its areas differ.
     all_factor : `group_factor` of all groups together.
     """
 
@@ -205,11 +207,19 @@ class CaseNoise:
 
 @dataclass(frozen=True, eq=False)
 class TemperatureSpectra:
-    """Distinct temperature spectra `asd` [q, F] in K/√Hz, and in words which areas have each."""
+    """Distinct temperature spectra `asd` [q, F], in words which areas have each, and its unit before "per √Hz": K of
+    mean temperatures, K/m of gradients."""
 
     frequency_hz: FloatArray
     asd: FloatArray
     name: list[str]
+    unit: list[str]
+
+
+def level_unit(groups: Iterable[str]) -> str:
+    """Unit of the levels of groups, as heads of tables say it: of gradients it is another."""
+    units = dict.fromkeys(sorted(unit_of_group(group) for group in groups))
+    return ", gradients ".join(f"{unit}/√Hz" for unit in units) if "K" in units else "K/m/√Hz"
 
 
 def kinds_of(cases: Sequence[CaseNoise]) -> list[str]:

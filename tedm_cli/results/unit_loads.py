@@ -30,11 +30,35 @@ def _concentrated(unit: Reader) -> PointMasses:
 
 
 def area_of_grids(unit: Reader) -> IntArray:
-    """Row of the thermal area of each grid [N], -1: none."""
-    offset = unit.array(UNIT_LOADS.AREA_NODE_OFFSET)
+    """Row of the thermal area of each grid [N], -1: none; no gradient, which is another load on what has an area.
+
+    A grid that no area warms is of the first area of elements that one of its elements is of.
+    """
     label = np.full(unit.dataset(UNIT_LOADS.GRID_ID).shape[0], -1)
-    label[unit.array(UNIT_LOADS.AREA_NODE_INDEX)] = np.repeat(np.arange(len(offset) - 1), np.diff(offset))
+    of_element = area_of_elements(unit)
+    loaded = np.flatnonzero(of_element >= 0)
+    if loaded.size:
+        offset, node = unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET), unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX)
+        for row in loaded[np.argsort(-of_element[loaded], kind="stable")].tolist():
+            label[node[offset[row] : offset[row + 1]]] = of_element[row]
+    members, owner = _members(unit, UNIT_LOADS.AREA_NODE_OFFSET, UNIT_LOADS.AREA_NODE_INDEX)
+    label[members] = owner
     return label
+
+
+def area_of_elements(unit: Reader) -> IntArray:
+    """Row of the thermal area whose load names each element [E] by a card of its own; -1: none, or a gradient alone."""
+    label = np.full(unit.dataset(UNIT_LOADS.ELEMENT_ID).shape[0], -1)
+    members, owner = _members(unit, UNIT_LOADS.AREA_ELEMENT_OFFSET, UNIT_LOADS.AREA_ELEMENT_INDEX)
+    label[members] = owner
+    return label
+
+
+def _members(unit: Reader, offset: str, index: str) -> tuple[IntArray, IntArray]:
+    """Members of the areas of mean temperatures, and the row of the area of each."""
+    owner = np.repeat(np.arange(len(unit.strings(UNIT_LOADS.AREA_KIND))), np.diff(unit.array(offset)))
+    mean = np.array(unit.strings(UNIT_LOADS.AREA_KIND))[owner] == "mean"
+    return unit.array(index)[mean], owner[mean]
 
 
 def lever_nodes_of(unit: Reader) -> IntArray:

@@ -15,6 +15,7 @@ from tedm_cli.errors import ConfigError, UsageError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.results.areas import read_areas, write_areas
 
 SOLID_KG_M3 = (1e2, 3e4)  # no solid is lighter or heavier
 
@@ -46,9 +47,7 @@ def check_test_masses(test_masses: Sequence[TestMass], position: FloatArray, *, 
 
 def copy_areas(source: Reader, target: Writer) -> None:
     """The areas of one file as those of another."""
-    target.write(AreaDatasets.AREA_ID, source.array(AreaDatasets.AREA_ID))
-    for path in (AreaDatasets.AREA_NAME, AreaDatasets.AREA_GROUP, AreaDatasets.AREA_SHIELD, AreaDatasets.AREA_SIDE):
-        target.write(path, source.strings(path))
+    write_areas(target, read_areas(source), source.array(AreaDatasets.AREA_ID))
 
 
 def copy_places(source: Reader, target: Writer) -> None:

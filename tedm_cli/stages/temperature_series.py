@@ -26,10 +26,11 @@ from tedm_cli.errors import ConfigError, InputError, TedmError, UsageError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.columns import part_words, parts_of_columns
 from tedm_cli.noise.resample import LinearResampler, PolyphaseResampler, pieces
+from tedm_cli.noise.selection import listed
 from tedm_cli.noise.series import Trend
 from tedm_cli.noise.stamps import Stamps
 from tedm_cli.progress import Step
-from tedm_cli.quantities import CELSIUS, TEMPERATURE, TIME_STAMP
+from tedm_cli.quantities import CELSIUS, GRADIENT, TEMPERATURE, TIME_STAMP
 from tedm_cli.tables import wide_table
 from tedm_cli.tables.wide_table import WideTable, open_wide
 
@@ -143,7 +144,9 @@ def open_series(
     moving = ~_constant(table, areas, where)
     source, *weights = series_files(project, table)
     nodes = read_node_weights(weights[0]) if weights else None
-    with open_wide(source, "time_s", TIME_STAMP, CELSIUS if table.unit == "degC" else TEMPERATURE) as wide:
+    gradients = dict.fromkeys(areas.name[areas.gradient].tolist(), GRADIENT)
+    of_means = CELSIUS if table.unit == "degC" else TEMPERATURE
+    with open_wide(source, "time_s", TIME_STAMP, of_means, gradients) as wide:
         yield wide, parts_of_columns(wide.columns, areas, moving, where=str(source), nodes=nodes)
 
 
@@ -223,8 +226,20 @@ def _resampler(table: SeriesTable, stamps: Stamps, rows: int, where: str) -> Lin
     return LinearResampler(wanted)
 
 
-def treatment_words(table: SeriesTable) -> str:
-    """What is removed from a series, and how it is resampled."""
+def treatment_words(table: SeriesTable, areas: AreaTable, column: Sequence[str]) -> str:
+    """What is removed from a series, how it is resampled, and which gradients it has; `column` as in `Sampled`."""
+    followed = np.array([bool(words) for words in column])
+    said = _without_gradients(table)
+    if not areas.gradient.any():
+        return said
+    silent = areas.name[areas.gradient & ~followed].tolist()
+    if not silent:
+        return f"{said}; gradients in K/m from columns of their own"
+    others = ", the others in K/m from columns of their own" if (areas.gradient & followed).any() else ""
+    return f"{said}; silent gradients, which have no column: {listed(silent)}{others}"
+
+
+def _without_gradients(table: SeriesTable) -> str:
     removed = {"nothing": "nothing removed", "mean": "mean removed", "linear": "mean and linear trend removed"}
     said = removed[table.remove]
     if table.unit == "degC":

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -25,6 +25,8 @@ from tedm_cli.regular_file import require_regular_file
 from tedm_cli.tables.csv_table import decimal_comma_hint, plain_cell, require_no_tabs
 
 BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB
+
+_Quantities = tuple[Quantity, Quantity, Mapping[str, Quantity]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +59,13 @@ class WideTable(Protocol):
 
 
 @contextlib.contextmanager
-def open_wide(path: Path, key: str, of_key: Quantity, of_values: Quantity) -> Iterator[WideTable]:
+def open_wide(
+    path: Path, key: str, of_key: Quantity, of_values: Quantity, of_others: Mapping[str, Quantity] = {}
+) -> Iterator[WideTable]:
     """Open a table by the suffix of its name: HDF5 for .h5, .hdf5 and .hdf, CSV for the rest.
 
-    All its numbers must keep the bounds of the quantities of the key column and of the others.
+    All its numbers must keep the bounds of the quantities of the key column and of the others; `of_others` are those of
+    columns that are of another quantity than the rest, by name.
 
     Raises
     ------
@@ -69,13 +74,13 @@ def open_wide(path: Path, key: str, of_key: Quantity, of_values: Quantity) -> It
     if path.suffix.lower() in HDF5_SUFFIXES:
         with open_columns(path, key) as source:
             _require(source.columns, key, str(path), source.ignored)
-            yield _Hdf5Table(path, key, source, (of_key, of_values))
+            yield _Hdf5Table(path, key, source, (of_key, of_values, of_others))
         return
     require_regular_file(path)
     with contextlib.ExitStack() as stack:
         with _reading(path):
             stream = stack.enter_context(open(path, newline="", encoding="utf-8-sig"))
-        yield _CsvTable(path, key, stream, (of_key, of_values))
+        yield _CsvTable(path, key, stream, (of_key, of_values, of_others))
 
 
 @contextlib.contextmanager
@@ -90,7 +95,7 @@ def _reading(path: Path) -> Iterator[None]:
 
 
 class _Hdf5Table:
-    def __init__(self, path: Path, key: str, source: Columns, quantities: tuple[Quantity, Quantity]) -> None:
+    def __init__(self, path: Path, key: str, source: Columns, quantities: _Quantities) -> None:
         self.path = path
         self.columns = [c for c in source.columns if c != key]
         self._source, self._names, self._quantities = source, [key, *self.columns], quantities
@@ -107,7 +112,7 @@ class _Hdf5Table:
 
 
 class _CsvTable:
-    def __init__(self, path: Path, key: str, stream: Iterator[str], quantities: tuple[Quantity, Quantity]) -> None:
+    def __init__(self, path: Path, key: str, stream: Iterator[str], quantities: _Quantities) -> None:
         self.path = path
         self._stream, self._quantities = stream, quantities
         with _reading(path):
@@ -199,7 +204,7 @@ def _require(columns: list[str], key: str, where: str, ignored: Sequence[str] = 
 
 def _checked(
     table: WideTable,
-    quantities: tuple[Quantity, Quantity],
+    quantities: _Quantities,
     names: list[str],
     at: int,
     numbers: FloatArray,
@@ -216,11 +221,15 @@ def _checked(
             hint="cut the table there, or fill the gap before it is propagated",
         )
     block = Block(numbers[:, at].copy(), np.delete(numbers, at, axis=1), places)
-    for quantity, values, columns in (
-        (quantities[0], block.key[:, None], [names[at]]),
-        (quantities[1], block.values, [name for i, name in enumerate(names) if i != at]),
-    ):
+    of_key, of_values, of_others = quantities
+    columns = [name for i, name in enumerate(names) if i != at]
+    other = np.array([name in of_others for name in columns])
+    rest = block.values if not other.any() else block.values[:, ~other]
+    judged = [(of_key, block.key[:, None], [names[at]])]
+    judged.append((of_values, rest, [name for name in columns if name not in of_others]))
+    judged += [(of_others[columns[i]], block.values[:, [i]], [columns[i]]) for i in np.flatnonzero(other).tolist()]
+    for quantity, values, held in judged:
         if (found := quantity.first_outside(values)) is not None:
-            fact = f"{columns[found[1]]}: {quantity.fact(float(values[found]))}"
+            fact = f"{held[found[1]]}: {quantity.fact(float(values[found]))}"
             raise InputError(fact, where=table.place(int(places[found[0]])))
     return block

@@ -132,7 +132,8 @@ def payload(view: ViewModel) -> dict[str, Any]:
         "sources": [{"name": name, "sha256": sha256} for name, sha256 in view.sources],
         "areas": {
             "name": areas.name.tolist(),
-            "group": areas.group.tolist(),
+            "group": areas.group_by_unit.tolist(),
+            "unit": areas.unit,
             "shield": areas.shield.tolist(),
         },
         "outputs": {

@@ -64,7 +64,7 @@ def test_sides_and_pairs_go_with_a_rigid_motion(seed: int) -> None:
     names = [f"A{i}" for i in range(len(centroid))]
 
     def blocks(c: np.ndarray, plane: SymmetryPlane) -> tuple[list[str], list[list[int]]]:
-        found = area_attributes(names, c, table(0.005), plane, where="")
+        found = area_attributes(dict.fromkeys(names, "mean"), c, table(0.005), plane, where="")
         placed = AreaTable(found.name, found.group, found.shield, found.side, c, plane=plane)
         pairs = correlation(CorrelationCase("m", "", (BlockSelector(areas=("*",), partition="mirror"),)), placed)
         return found.side.tolist(), sorted(b.tolist() for b in pairs.blocks)
@@ -80,7 +80,11 @@ def test_an_image_is_as_near_as_its_area_to_the_plane(y: float) -> None:
     """0.2 m from the plane and 0.5 m from the image: neighbours along the structure, wherever the plane is."""
     centroid = np.array([[0.1, y + 0.2, 0.0], [0.6, y - 0.2, 0.0]])
     plane = SymmetryPlane(np.array([0.0, y, 0.0]), np.array([0.0, 1.0, 0.0]))
-    areas = replace(area_attributes(["A", "B"], centroid, table(), plane, where=""), centroid_m=centroid, plane=plane)
+    areas = replace(
+        area_attributes({"A": "mean", "B": "mean"}, centroid, table(), plane, where=""),
+        centroid_m=centroid,
+        plane=plane,
+    )
     place = "y = 0" if y == 0.0 else "y = 5 m"
     with pytest.raises(ConfigError, match=rf"without a mirror image on the other side of {place} \(no area near"):
         correlation(CorrelationCase("m", "", (BlockSelector(areas=("*",), partition="mirror"),)), areas)
@@ -90,9 +94,13 @@ def test_the_sides_of_another_plane() -> None:
     """Beside the plane, towards its normal and away from it; a rule that gives the side is not asked twice."""
     plane = SymmetryPlane(np.array([0.0, 0.0, 0.2]), np.array([0.0, 0.0, -1.0]))
     centroid = np.array([[0.0, 9.0, 0.1], [0.0, 9.0, 0.3], [0.0, 9.0, 0.2005]])
-    assert area_attributes(["a", "b", "c"], centroid, table(), plane, where="").side.tolist() == ["+y", "-y", "mid"]
+    assert area_attributes(dict.fromkeys("abc", "mean"), centroid, table(), plane, where="").side.tolist() == [
+        "+y",
+        "-y",
+        "mid",
+    ]
     given_side = validate(AreasTable, {"rule": [{**RULES[0], "side": "+y"}]}, where="model.toml")
-    assert area_attributes(["b"], centroid[1:2], given_side, plane, where="").side.tolist() == ["+y"]
+    assert area_attributes({"b": "mean"}, centroid[1:2], given_side, plane, where="").side.tolist() == ["+y"]
 
 
 @pytest.mark.parametrize(

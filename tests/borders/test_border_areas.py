@@ -39,7 +39,11 @@ def test_definitions_write_the_deck_of_the_csv(tiny: Project) -> None:
     before = tiny.deck.read_bytes()
     outcome = defined(tiny, DEFINE.replace("remainder = true", "element = 2")).run("write-deck").ok()
     assert tiny.deck.read_bytes() == before
-    assert outcome.out.splitlines()[1:] == ["note: area RIGHT: 4 shared grids stay with earlier definitions (LEFT 4)"]
+    step, warning, *notes = outcome.out.splitlines()[1:]
+    assert step == "mean step of the areas' own elements: 50 % (RIGHT) to 100 % (LEFT)"
+    assert warning.startswith("warning: ")
+    assert "RIGHT 50 % (element 2)" in warning
+    assert notes == ["note: area RIGHT: 4 shared grids stay with earlier definitions (LEFT 4)"]
     tiny.run("ingest").ok()
 
 
@@ -90,6 +94,10 @@ def test_table_needs_no_results_and_adds_up(tiny: Project) -> None:
     replace(tiny.model, "\n[[test_mass]]", DEFINE)
     tiny.deck.unlink()
     found.append(json.loads(tiny.run("areas", "--json").ok().out))
+    # Definitions alone say which elements are an area's own; else one that is shared evenly counts by half in both.
+    steps = [[(a.pop("mean_step"), a.pop("mean_step_elements")) for a in f["areas"]] for f in found]
+    assert steps[0] == steps[1] == [(pytest.approx(1.25 / 1.5), [1, 2]), (pytest.approx(0.5), [2])]
+    assert steps[2] == [(pytest.approx(1.0), [1]), (pytest.approx(0.5), [2])]
     assert found[0]["areas"] == found[1]["areas"] == found[2]["areas"]
     assert [Path(f["deck"]).name for f in found] == ["model.bdf", "unit_loads.bdf", "model.bdf"]
     left, right = found[0]["areas"]

@@ -64,6 +64,7 @@ WRONG = {
     "unknown card": ("unit_loads.h5", set_text("/element/type", 3, "CHEXI"), "/element/type is 'CHEXI' at 3"),
     "unknown shield": ("sensitivity.h5", set_text("/area/shield", 1, "insidd"), "wanted one of inside, outside"),
     "unknown side": ("distortion.h5", set_text("/area/side", 1, "+x"), "/area/side is '+x' at 1, wanted one of +y"),
+    "unknown kind of area": ("optics.h5", set_text("/area/kind", 1, "slope"), "is 'slope' at 1, wanted one of mean"),
     "area without name": ("distortion.h5", set_text("/area/name", 2, ""), "/area/name has no name at 2"),
     "area twice": ("sensitivity.h5", set_text("/area/name", 2, "STRUT_1"), "/area/name has 'STRUT_1' twice"),
     "row twice": ("sensitivity.h5", set_text("/row/label", 1, "TM1_a_x"), "/row/label has 'TM1_a_x' twice"),
@@ -323,10 +324,16 @@ def test_attributes_that_are_arrays(small: Project, name: str) -> None:
         assert "[0 1 2]" in outcome.ok().out or "[0, 1, 2]" in outcome.out
 
 
+def test_kelvins_of_a_gradient(small: Project) -> None:
+    with edited(small.build / "distortion.h5") as file:
+        set_text("/area/kind", 1, "gradient")(file)
+    small.stage("build-optics").refused(4, "distortion.h5: /area/unit: FLANGE_1 is in K, wanted K/m", hint="again with")
+
+
 def test_units_that_are_an_array(small: Project) -> None:
     with edited(small.build / "distortion.h5") as file:
         file["/D/translation"].attrs["units"] = np.arange(3)
-    small.stage("build-optics").refused(4, "/D/translation has units '[0 1 2]', wanted 'm/K'")
+    small.stage("build-optics").refused(4, "/D/translation has units '[0 1 2]', wanted 'm/K; ")
 
 
 @pytest.mark.parametrize(

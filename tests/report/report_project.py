@@ -88,6 +88,8 @@ AREAS = {
     "/area/group": ["struts", "struts", "OB", "IS1", "IS1"],
     "/area/shield": ["outside", "outside", "inside", "inside", "inside"],
     "/area/side": ["+y", "-y", "mid", "mid", "+y"],
+    "/area/kind": ["mean"] * 5,
+    "/area/unit": ["K"] * 5,
     "/symmetry_plane/point": [0.0, 0.125, 0.0],
     "/symmetry_plane/normal": [0.0, 1.0, 0.0],
     "/symmetry_plane/origin": "configured",
@@ -103,7 +105,7 @@ SIZES = {
     "laser_output": 12, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
     "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3, "block": 2, "block_edge": 3, "block_member": 3, "tie": 1,
-    "tie_edge": 2, "tie_member": 3,
+    "tie_edge": 2, "tie_member": 3, "area_element_member": 3,
 }  # fmt: skip
 
 
@@ -205,11 +207,18 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
     }
 
 
-def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] | None = None) -> None:
+def write_matrices(
+    project: Project,
+    seed: int = 1,
+    changed: Mapping[str, Any] | None = None,
+    kinds: Sequence[str] = ("mean",) * 5,
+) -> None:
     """Unit loads, distortion, sensitivities and optics, chained by their hashes as the stages chain them.
 
-    `changed` replaces datasets of the sensitivities.
+    `changed` replaces datasets of the sensitivities; `kinds` are those of the areas.
     """
+    units = ["K/m" if kind == "gradient" else "K" for kind in kinds]
+    areas = {**AREAS, "/area/kind": list(kinds), "/area/unit": units}
     build = project.build_dir
     model, (optics, layout) = read_toml(project.model)[0], load_layout(project.required_optics())
     rng = np.random.default_rng(seed)
@@ -219,12 +228,12 @@ def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] |
         return Provenance((config,), input_files(sources), "tedm made up")
 
     element = {"/element/type": ["CHEXA", "CBAR", "CHEXA", "CHEXA"], "/element/mass": [1.0, 0.5, 2.0, 3.0]}
-    loads = {**AREAS, **element, "/mass/total": 6.5, "/area/mass": [0.25, 0.25, 3.0, 1.0, 2.0]}
+    loads = {**areas, **element, "/mass/total": 6.5, "/area/mass": [0.25, 0.25, 3.0, 1.0, 2.0]}
     write_random(unit_loads, UNIT_LOADS, trace(model), loads, seed, {})
     moves, matrices = moved_bench(layout, rng)
-    write_random(distortion, DISTORTION, trace(optics, unit_loads), {**AREAS, **moves}, seed, {})
+    write_random(distortion, DISTORTION, trace(optics, unit_loads), {**areas, **moves}, seed, {})
     labels = {
-        **AREAS,
+        **areas,
         "/row/label": ROWS,
         "/row/unit": ["m/s^2/K"] * 6 + ["rad/s^2/K"] * 6,
         "/S": rng.normal(size=(12, 5)) * 1e-13,
@@ -244,17 +253,22 @@ def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] |
     }
     write_random(build / "sensitivity.h5", SENSITIVITY, trace(model, unit_loads, distortion), labels, seed, {})
     matrices["/note"] = [ODD]
-    write_random(build / "optics.h5", OPTICS, trace(optics, distortion), {**AREAS, **matrices}, seed, {})
+    write_random(build / "optics.h5", OPTICS, trace(optics, distortion), {**areas, **matrices}, seed, {})
 
 
-def make_project(folder: Path, cases: str = CASES, changed: Mapping[str, Any] | None = None) -> Project:
+def make_project(
+    folder: Path,
+    cases: str = CASES,
+    changed: Mapping[str, Any] | None = None,
+    kinds: Sequence[str] = ("mean",) * 5,
+) -> Project:
     """A project with all results up to its cases."""
     (folder / "tedm.toml").write_text('title = "Made up & <small>"\n', encoding="utf-8")
     (folder / "model.toml").write_text(MODEL, encoding="utf-8")
     (folder / "optics.toml").write_text(LAYOUT.read_text(encoding="utf-8"), encoding="utf-8")
     (folder / "cases.toml").write_text(cases, encoding="utf-8")
     project = load_project(folder / "tedm.toml", folder / "build")
-    write_matrices(project, changed=changed)
+    write_matrices(project, changed=changed, kinds=kinds)
     run_cases(project, select_cases(project.cases, ["all"]), None, silent)
     return project
 

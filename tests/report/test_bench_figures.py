@@ -354,7 +354,7 @@ def test_bars_sum_to_the_read_out() -> None:
 
 
 def test_worst_area_is_the_first_of_equals() -> None:
-    assert worst_area(np.array([1.0, -2.0, 2.0 * (1 + 1e-14)])) == 1
+    assert worst_area(np.array([1.0, -2.0, 2.0 * (1 + 1e-14)]), np.ones(3, dtype=bool)) == 1
 
 
 def test_bench_under_a_named_area(finished: Project, tmp_path: Path) -> None:

@@ -89,7 +89,7 @@ def test_faces_that_become_one_are_drawn_once() -> None:
     face = np.stack([place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:]], axis=-1).reshape(-1, 4)
     faces = np.concatenate([face, face + 121])
     none = np.zeros((0, 2), dtype=np.int64)
-    surface = Surface(faces, np.zeros(len(faces), dtype=bool), none, none)
+    surface = Surface(faces, np.zeros(len(faces), dtype=bool), none, none, faces, none, none)
     area = np.zeros(242, dtype=np.int64)
     mesh = drawn_mesh(np.concatenate([one, one]), surface, area[: len(faces)], area[:0], area, 121)
     assert len(mesh.grid) == 121

@@ -11,6 +11,7 @@ from tedm_cli.cli.printing.table import table
 from tedm_cli.results.wording import the_bench
 
 if TYPE_CHECKING:
+    from tedm_cli.arrays import FloatArray
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.noise.requirements import Verdict
 
@@ -64,8 +65,13 @@ def contributor_lines(r: CaseResult) -> list[str]:
         ]
         lines.append(f"  areas ({r.outputs.units[o]}/sqrt(Hz)): {', '.join(areas)}")
         level = r.temperature_asd[:, int(np.abs(r.frequency_hz - c.frequency_hz[o]).argmin())]
-        spectra = np.array([f"no. {i} of {level[i]:.2g} K/sqrt(Hz)" for i in r.temperature_set.tolist()])
-        for what, labels in (("groups", r.areas.group), ("shield", r.areas.shield), ("temperature spectra", spectra)):
+        sets = zip(r.temperature_set.tolist(), r.areas.unit, strict=True)
+        spectra = np.array([f"no. {i} of {level[i]:.2g} {unit}/sqrt(Hz)" for i, unit in sets])
+        for what, labels in (
+            ("groups", r.areas.group_by_unit),
+            ("shield", r.areas.shield),
+            ("temperature spectra", spectra),
+        ):
             names, share, band = c.by(labels)
             parts = [(str(n), share[o, i], band[o, i]) for i, n in enumerate(names)]
             lines.append(f"  {what}: {_parts(parts)}")
@@ -138,8 +144,16 @@ def _percent(share: float, band: float) -> str:
 
 
 def _signs(r: CaseResult, o: int) -> str:
-    """Areas that the correlation of the maximum turns against the others, the largest contributions first."""
-    amplitude = r.contributions.amplitude[o]
+    """Areas that the correlation of the maximum turns against the others, the largest contributions first; gradients,
+    which it does not correlate with the others, by themselves."""
+    amplitude, gradient = r.contributions.amplitude[o], r.areas.gradient
+    said = [_signs_of(r, np.where(gradient, 0.0, amplitude))]
+    if amplitude[gradient].any():
+        said.append("gradients: " + _signs_of(r, np.where(gradient, amplitude, 0.0)))
+    return "; ".join(said)
+
+
+def _signs_of(r: CaseResult, amplitude: FloatArray) -> str:
     order = np.argsort(-np.abs(amplitude), kind="stable")
     shown = [f"{'+' if amplitude[i] > 0 else '-'}{r.areas.name[i]}" for i in order[: 2 * _TOP] if amplitude[i]]
     up, down = int((amplitude > 0).sum()), int((amplitude < 0).sum())

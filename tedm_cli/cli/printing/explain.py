@@ -40,7 +40,11 @@ def explain_lines(done: Explanation, most: int) -> list[str]:
         tables += [
             _table(name, s, most) for name, s in (("element", r.elements), ("motion", r.motions), ("beam", r.beams))
         ]
+        if r.gradients:
+            values = [(name, f"{value:.3e}") for name, value in r.gradients[:most]]
+            tables.append(table(("gradient", r.unit.replace("/K", "/(K/m)")), values, right=(1,)))
         lines += [line for found in tables for line in ("", *found)]
+    notes = ["gradients, per K/m, are in no size, sum or share"] if any(r.gradients for r in done.read_outs) else []
     return [
         *lines,
         "",
@@ -49,6 +53,7 @@ def explain_lines(done: Explanation, most: int) -> list[str]:
         "100 %; as one: rigid motion of each bench nearest to its elements' motions, read as the opposite of the test",
         "masses; distortion: the rest; motions are along the axes of the layout, read-outs along those of each test",
         "mass",
+        *notes,
     ]
 
 
@@ -59,6 +64,7 @@ def explain_dict(done: Explanation, most: int) -> dict[str, Any]:
         "set": done.set_name,
         "condition": done.condition,
         "load": done.load or "every area",
+        "load_unit": done.load_unit,
         "distortion_only": done.distortion_only,
         "read_outs": [_read_out_dict(r, most) for r in done.read_outs],
         "sets": [_comparison_dict(done, c) for c in done.comparisons],
@@ -76,6 +82,9 @@ def _read_out_dict(r: ReadOutExplained, most: int) -> dict[str, Any]:
         "areas": [
             {"name": r.areas.label[i], "value": float(r.value[i]), "share": float(r.areas.share[i])}
             for i in r.areas.ranked(most)
+        ],
+        "gradients": [
+            {"name": name, "value": value, "unit": r.unit.replace("/K", "/(K/m)")} for name, value in r.gradients[:most]
         ],
         **{
             key: [{"name": s.label[i], "size": float(s.size[i]), "share": float(s.share[i])} for i in s.ranked(most)]

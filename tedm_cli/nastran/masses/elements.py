@@ -24,7 +24,7 @@ _MASSLESS = {
     *("CELAS1", "CELAS2", "CELAS3", "CELAS4", "CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4", "CDAMP5", "CVISC", "CGAP"),
     *("CBUSH1D", "CBUSH2D", "CFAST", "CWELD", "CSEAM", "GENEL", "PLOTEL", "CHBDYG", "CHBDYE", "CHBDYP"),
 }
-_PYRAMID_AS_BRICK = [0, 1, 2, 3, 4, 4, 4, 4]  # a brick whose top has shrunk to the apex: the same volume, exactly
+PYRAMID_AS_BRICK = [0, 1, 2, 3, 4, 4, 4, 4]  # a brick whose top has shrunk to the apex: the same volume, exactly
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def _groups(cards: _Cards, position: FloatArray, to_basic: ToBasic) -> list[_Gro
         at = cards.node_index[cards.node_offset[place][:, None] + np.arange(int(count))]
         shape = shape_of(card, int(count))
         if shape is None and card == "CPYRAM":
-            at, shape = at[:, _PYRAMID_AS_BRICK], CARDS["CHEXA"][0]
+            at, shape = at[:, PYRAMID_AS_BRICK], CARDS["CHEXA"][0]
         if shape is not None:
             check_midside(members, shape, position[at], where)
         spread: Spread | None

@@ -58,8 +58,7 @@ def line_spread(elements: Sequence[Any], position: FloatArray, to_basic: ToBasic
         for i, (element, line) in enumerate(zip(elements, lines, strict=True)):
             axis[i] = _offsets(element, position[i], to_basic, where)
             if line.neutral.any() or line.loads.any():
-                ends = position[i] + axis[i]
-                frame = _frame(element, ends[1] - ends[0], position[i], to_basic, where)
+                frame = line_frame(element, position[i], to_basic, where)
                 neutral[i], loads[i] = line.neutral @ frame[1:], line.loads @ frame[1:]
     return Spread(
         structural=np.array([line.structural for line in lines]),
@@ -168,6 +167,17 @@ def _code(element: Any, where: str) -> str:
     if len(code) != 3 or code[0] not in "GB" or not set(code[1:]) <= set("GO"):
         raise InputError(f"{element.type} {element.eid}: OFFT {code} is not read", where=where)
     return code
+
+
+def line_frame(element: Any, position: FloatArray, to_basic: ToBasic, where: str) -> FloatArray:
+    """Unit vectors x, y, z (rows, basic frame) of a CBAR or CBEAM between its ends, with grids at `position` [2, 3].
+
+    Raises
+    ------
+    InputError : an offset of a kind that is not read, an orientation along the element.
+    """
+    ends = position + _offsets(element, position, to_basic, where)
+    return _frame(element, ends[1] - ends[0], position, to_basic, where)
 
 
 def _frame(element: Any, along: FloatArray, position: FloatArray, to_basic: ToBasic, where: str) -> FloatArray:

@@ -140,6 +140,7 @@ def _write_noise(writer: Writer, loop: Loop) -> None:
 def _write_thermal(writer: Writer, rows: ThermalRows) -> None:
     writer.write(KIND.READ_OUT_SET, rows.set_name)
     writer.write(KIND.THERMAL_AREA, list(rows.areas.name))
+    writer.write(KIND.THERMAL_UNIT, rows.areas.unit)
     writer.write(KIND.THERMAL_V, thermal_columns(rows.acceleration, rows.read_out), units=_MIXED)
 
 

@@ -110,7 +110,7 @@ def _simulate(
             total = SeriesResult(
                 path, table.name, source, list(labels), units, kinds, rms[:n], peak[:n], series.first_s, series.step_s,
                 series.samples, estimate, verdicts, unjudged, config.safety_factor, table.confidence,
-                treatment_words(table),
+                treatment_words(table, rows.areas, sampled.column),
             )  # fmt: skip
             write_areas(writer, rows.areas, rows.area_id)
             write_result(writer, total, sampled.column)

@@ -77,7 +77,7 @@ def simulate(
     temperature = temperature_model(project, config, rows.areas)
     for number, case_id in enumerate(case_ids):
         case = config.case(case_id, where=str(project.cases))
-        noise = TemperatureNoise(temperature, correlation(case, rows.areas))
+        noise = TemperatureNoise(temperature, correlation(case, rows.areas, temperature.heard))
         thermal = rows.driven_by(temperature, noise.correlation, frequency)
         step(number, len(case_ids), "closed loop")
         found = budget(loop.plant, loop.controller, loop.sources, thermal, frequency, areas_of=outputs)

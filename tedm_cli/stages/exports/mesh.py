@@ -17,7 +17,9 @@ from tedm_cli.exports.vtu import MeshArray, array_name, distinct, write_vtu
 from tedm_cli.files.build_folder import DISTORTION_FILE, OPTICS_FILE, SENSITIVITY_FILE, UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import InputFile, input_files
 from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step, counter
+from tedm_cli.results.areas import read_areas, unit_per
 from tedm_cli.results.compensation import Blocks, read_blocks
 from tedm_cli.stages.common import known_name
 from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, worst_of_cases
@@ -132,14 +134,14 @@ def _completed(build_dir: Path, wanted: WantedArrays) -> WantedArrays:
 def _asked_arrays(
     build_dir: Path, unit: Reader, distortion: Reader, blocks: Blocks | None, wanted: WantedArrays, step: Step
 ) -> list[MeshArray]:
-    areas = distortion.strings(DISTORTION.AREA_NAME)
+    areas = read_areas(distortion)
     loads = {name: _weights(name, areas) for name in wanted.areas}
     file = input_files([build_dir / DISTORTION_FILE])[0]
     outputs = [read_output(build_dir, label, distortion, file) for label in dict.fromkeys(wanted.outputs)]
-    terms = [*_area_terms(outputs, loads), *_case_terms(build_dir, outputs, wanted.cases)]
+    terms = [*_area_terms(outputs, loads, areas), *_case_terms(build_dir, outputs, wanted.cases)]
     fields = _fields(unit, distortion, loads, [t.weights for t in terms if t.output.elements is None], step)
     grids = optical_grids(unit, distortion)
-    arrays = _displacements(loads, fields, blocks)
+    arrays = _displacements(loads, fields, areas, blocks)
     for output in outputs:
         own = [t for t in terms if t.output is output]
         if output.elements is None:
@@ -187,17 +189,19 @@ def _fields(
     )
 
 
-def _displacements(loads: dict[str, FloatArray], fields: _Fields, blocks: Blocks | None) -> list[MeshArray]:
+def _displacements(
+    loads: dict[str, FloatArray], fields: _Fields, areas: AreaTable, blocks: Blocks | None
+) -> list[MeshArray]:
     arrays = []
     for name, weights in loads.items():
         u, theta = fields.moved[weights.tobytes()], fields.turned[name]
-        what = _of_load(name)
         if blocks is not None:
             moved, turned = blocks.motion(weights)
             u, theta = np.concatenate([u, moved]), np.concatenate([theta, turned])
-        arrays.append(MeshArray(array_name("displacement", name), u, "m/K", f"translation per kelvin of {what}"))
+        unit, per = _of_load(name, areas)
+        arrays.append(MeshArray(array_name("displacement", name), u, unit_per("m", unit), f"translation {per}"))
         if theta.any():  # grids of solids do not turn
-            arrays.append(MeshArray(array_name("rotation", name), theta, "rad/K", f"rotation per kelvin of {what}"))
+            arrays.append(MeshArray(array_name("rotation", name), theta, unit_per("rad", unit), f"rotation {per}"))
     return arrays
 
 
@@ -224,30 +228,33 @@ def _gravity_arrays(build_dir: Path, output: Output, terms: Sequence[_Term], fie
     return arrays
 
 
-def _weights(name: str, areas: list[str]) -> FloatArray:
-    if name == UNIFORM and name not in areas:
-        return np.ones(len(areas))
+def _weights(name: str, areas: AreaTable) -> FloatArray:
+    """Of the areas [k] under a load: of mean temperatures all together, or one area, of either kind."""
+    names = areas.name.tolist()
+    if name == UNIFORM and name not in names:
+        return np.asarray(~areas.gradient, dtype=np.float64)
     weights = np.zeros(len(areas))
-    weights[areas.index(known_name("area", name, areas))] = 1.0
+    weights[names.index(known_name("area", name, names))] = 1.0
     return weights
 
 
-def _of_load(name: str) -> str:
-    return "all areas together" if name == UNIFORM else f"area {name}"
+def _of_load(name: str, areas: AreaTable) -> tuple[str, str]:
+    """Unit of a load, and in words what fields are per."""
+    names = areas.name.tolist()
+    if name not in names:
+        return "K", f"per kelvin of all {'mean temperatures' if areas.gradient.any() else 'areas'} together"
+    unit = areas.unit[names.index(name)]
+    return unit, f"per {'kelvin' if unit == 'K' else unit} of area {name}"
 
 
-def _area_terms(outputs: Sequence[Output], loads: dict[str, FloatArray]) -> list[_Term]:
-    return [
-        _Term(
-            o,
-            weights,
-            array_name("contribution", o.label, name),
-            f"{o.unit}/K",
-            f"part of {o.label} per kelvin of {_of_load(name)}",
-        )
-        for o in outputs
-        for name, weights in loads.items()
-    ]
+def _area_terms(outputs: Sequence[Output], loads: dict[str, FloatArray], areas: AreaTable) -> list[_Term]:
+    found = []
+    for o in outputs:
+        for name, weights in loads.items():
+            unit, per = _of_load(name, areas)
+            label = array_name("contribution", o.label, name)
+            found.append(_Term(o, weights, label, unit_per(o.unit, unit), f"part of {o.label} {per}"))
+    return found
 
 
 def _case_terms(build_dir: Path, outputs: Sequence[Output], cases: Sequence[str]) -> list[_Term]:

@@ -14,7 +14,7 @@ from tedm_cli.exports.mesh import Cells, bricks, element_cells, label_of_cells, 
 from tedm_cli.exports.vtu import MeshArray, Names
 from tedm_cli.files.store import Reader
 from tedm_cli.results.compensation import Blocks
-from tedm_cli.results.unit_loads import area_of_grids
+from tedm_cli.results.unit_loads import area_of_elements, area_of_grids
 
 OPTICAL, BLOCK = "optical element", "compensation mass"
 
@@ -65,6 +65,8 @@ def mesh_geometry(unit: Reader, distortion: Reader | None, blocks: Blocks | None
     label, (groups, group_of) = area_of_grids(unit), _groups(unit)
     of_points = np.concatenate([label, np.full(len(corner), -1)])
     area = np.concatenate([np.zeros(0, dtype=np.int64), *(label_of_cells(c.nodes, of_points) for c in cells)])
+    of_element = area_of_elements(unit)[row]
+    area[: len(row)] = np.where(of_element >= 0, of_element, area[: len(row)])
     none = np.full(len(types), -1)
     which, which_block = none.copy(), none
     which[len(row) + len(heavy) :][: len(grid)] = np.arange(len(grid))
@@ -78,7 +80,12 @@ def mesh_geometry(unit: Reader, distortion: Reader | None, blocks: Blocks | None
         ),
         MeshArray("element_type", np.array([number[t] for t in types]), "1", "Nastran card"),
         MeshArray("property_id", column(UNIT_LOADS.ELEMENT_PROPERTY_ID, 0, 0, 0), "1", "Nastran property id; 0: none"),
-        MeshArray("element_area", area, "1", "thermal area of most of the element's grids; -1: none"),
+        MeshArray(
+            "element_area",
+            area,
+            "1",
+            "thermal area whose load names the element, else that of most of its grids; -1: none",
+        ),
         MeshArray("element_group", group_of[area], "1", "group of that thermal area; -1: none"),
         MeshArray(
             "element_mass",

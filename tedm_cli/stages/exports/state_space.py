@@ -96,7 +96,7 @@ def _stem(case_id: str) -> str:
 def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str], wanted: Wanted) -> ExportedSystem:
     project, config, outputs, temperature = inputs.project, inputs.config, inputs.outputs, inputs.temperature
     case = config.case(case_id, where=str(project.cases))
-    source = TemperatureNoise(temperature, correlation(case, outputs.areas))
+    source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
     band = (config.frequency.min_hz, config.frequency.max_hz)
     where = f"{project.cases}: case {case_id}"
     model = noise_model(outputs.rows, source, band, wanted.tolerance, where)
@@ -108,7 +108,7 @@ def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str],
         psd = source.psd(outputs.rows, frequency)
         compared = "the exact spectra"
     deviation = _deviation(model.psd(frequency), psd)
-    labels = Labels(list(outputs.labels), list(outputs.units), outputs.areas.name.tolist())
+    labels = Labels(list(outputs.labels), list(outputs.units), outputs.areas.name.tolist(), outputs.areas.unit)
     validity = NamedMatrix(
         "validity",
         np.array([[*band, wanted.tolerance, model.deviation, deviation]]),

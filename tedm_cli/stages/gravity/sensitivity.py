@@ -35,7 +35,7 @@ from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.sides import require_plane
 from tedm_cli.results.ties import Ties, require_ties
-from tedm_cli.results.unit_loads import mass_of
+from tedm_cli.results.unit_loads import area_of_grids, mass_of
 from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
 from tedm_cli.stages.gravity.at_rest import BY_AREA, verdicts_at_rest, write_verdicts
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
@@ -247,9 +247,11 @@ def _write_motion(
 
 
 def _by_area(unit: Reader, found: list[StructureGravity]) -> dict[str, FloatArray]:
-    """Field at rest by the mass that each area's grids carry, quantity by quantity, [test mass, area, ...]."""
-    offset, index = unit.array(UNIT_LOADS.AREA_NODE_OFFSET), unit.array(UNIT_LOADS.AREA_NODE_INDEX)
-    grids = [index[start:stop] for start, stop in itertools.pairwise(offset)]
+    """Field at rest by the mass that each area's grids carry, by quantity, [test mass, area, ...]; 0 of gradients."""
+    label, areas = area_of_grids(unit), len(unit.strings(UNIT_LOADS.AREA_NAME))
+    order = np.argsort(label, kind="stable")
+    edges = np.searchsorted(label[order], np.arange(areas + 1))
+    grids = [order[start:stop] for start, stop in itertools.pairwise(edges)]
 
     def sums(share: FloatArray) -> list[FloatArray]:
         return [share[rows].sum(axis=0) for rows in grids]

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.csv_file import area_csv_text
-from tedm_cli.areas.definitions import AreaGrids, require_partition
+from tedm_cli.areas.definitions import DefinedAreas, require_partition
+from tedm_cli.areas.mean_step import MeanStep, mean_steps
+from tedm_cli.areas.places import area_centroids, area_masses, area_points, corner_areas, element_owners
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
@@ -20,10 +23,15 @@ from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.errors import UsageError
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import replacing
+from tedm_cli.nastran.area_loads import AreaLoad, none
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.membership import membership
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.nastran.unit_loads import deck_unit_loads
 from tedm_cli.noise.areas import AreaTable
+
+if TYPE_CHECKING:
+    from tedm_cli.figures.gradient_arrows import GradientArrows
 
 FORMATS = (".svg", ".png")
 
@@ -33,20 +41,31 @@ class AreaSummary:
     """The areas of a deck.
 
     source : the deck; origin : what says the areas; notes : what of the deck was not read.
-    grids, mass_kg [k]; centroid_m [k,3], mean of the grids.
+    mass_kg [k]; centroid_m [k,3], mean of the grids and of the centres of elements with temperatures of their own;
+    mean_step [k], of the areas' own elements. structural : number of grids whose temperature is felt.
     """
 
     source: Path
     origin: str
-    found: AreaGrids
+    found: DefinedAreas
     table: AreaTable
-    grids: IntArray
     mass_kg: FloatArray
     centroid_m: FloatArray
+    mean_step: list[MeanStep]
     structural: int
     total_kg: float
     notes: list[str]
     plane: ProjectPlane
+
+    @property
+    def loads(self) -> list[AreaLoad]:
+        """[k], in the order of the table."""
+        return list(self.found.loads.values())
+
+    @property
+    def on_grids(self) -> dict[str, IntArray]:
+        """Ids of the grids of each area that has any."""
+        return {name: load.grid_id for name, load in self.found.loads.items() if load.grid_id.size}
 
     @property
     def is_partition(self) -> bool:
@@ -58,21 +77,26 @@ class AreaSummary:
     def as_dict(self) -> dict[str, Any]:
         """What a program needs."""
         t = self.table
-        columns = zip(t.name, self.grids, self.mass_kg, self.centroid_m, t.group, t.shield, t.side, strict=True)
+        numbers = (self.loads, self.mass_kg, self.centroid_m, self.mean_step)
+        columns = zip(t.name, *numbers, t.group, t.shield, t.side, strict=True)
         return {
             "deck": str(self.source),
             "defined_by": self.origin,
             "areas": [
                 {
                     "name": str(name),
-                    "grids": int(grids),
+                    "kind": load.kind,
+                    "grids": len(load.grid_id),
+                    "elements": load.element_id.tolist(),
                     "mass_kg": float(mass),
                     "centroid_m": [float(v) for v in centroid],
+                    "mean_step": None if np.isnan(step.share) else step.share,
+                    "mean_step_elements": step.elements.tolist(),
                     "group": str(group),
                     "shield": str(shield),
                     "side": str(side),
                 }
-                for name, grids, mass, centroid, group, shield, side in columns
+                for name, load, mass, centroid, step, group, shield, side in columns
             ],
             "symmetry_plane": {
                 "point_m": self.plane.plane.point_m.tolist(),
@@ -114,14 +138,18 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
         )
     else:
         loads = deck_unit_loads(model, geometry, config.model.uniform_label).areas
-        found = AreaGrids({a.label: geometry.grid_id[a.rows] for a in loads}, [], np.zeros(0, dtype=np.int64), [], [])
-        origin = "its TEMP cards"
-    done = _summary(project, config, source, origin, found, geometry, passed_over(model))
+        found = DefinedAreas({a.label: a.area_load(geometry) for a in loads}, {}, [], none(), [], [])
+        origin = "its temperature cards"
+    notes = passed_over(model)
+    bare = [name for name, load in found.loads.items() if load.element_id.size]
+    if output is not None and bare:
+        notes.append(f"{output} lists grids alone, and not the elements of {', '.join(bare)}")
+    done = _summary(project, config, source, origin, found, geometry, notes)
     if figure is not None:
-        _draw(figure, project, config, done, geometry)
+        _draw(figure, project, config, done, geometry, _arrows(model, geometry, found.loads))
     if output is not None and done.is_partition:
         with replacing(output) as temporary:
-            temporary.write_text(area_csv_text(found.areas), encoding="utf-8", newline="\n")
+            temporary.write_text(area_csv_text(done.on_grids), encoding="utf-8", newline="\n")
     return done
 
 
@@ -130,48 +158,72 @@ def _summary(
     config: ModelConfig,
     source: Path,
     origin: str,
-    found: AreaGrids,
+    found: DefinedAreas,
     geometry: ModelGeometry,
     notes: list[str],
 ) -> AreaSummary:
-    rows = [np.searchsorted(geometry.grid_id, ids) for ids in found.areas.values()]
-    centroid = np.array([geometry.position_m[r].mean(axis=0) for r in rows])
+    loads = found.loads.values()
+    centroid = area_centroids(geometry, loads)
     plane = project_plane(project, config)
+    kinds = {name: load.kind for name, load in found.loads.items()}
+    owned = element_owners(geometry, loads) >= 0
     return AreaSummary(
         source=source,
         origin=origin,
         found=found,
-        table=area_attributes(list(found.areas), centroid, config.areas, plane.plane, where=str(project.model)),
-        grids=np.array([len(r) for r in rows]),
-        mass_kg=np.array([geometry.lumped_kg[r].sum() for r in rows]),
+        table=area_attributes(kinds, centroid, config.areas, plane.plane, where=str(project.model)),
+        mass_kg=area_masses(geometry, loads),
         centroid_m=centroid,
-        structural=int(geometry.structural.sum()),
+        mean_step=mean_steps(geometry, found.loads, found.selected),
+        structural=int(geometry.mesh.followed(owned).sum()),
         total_kg=geometry.total_kg,
-        notes=notes + plane.notes(geometry.position_m[np.concatenate(rows)]),
+        notes=notes + plane.notes(area_points(geometry, loads)),
         plane=plane,
     )
 
 
-def _draw(path: Path, project: Project, config: ModelConfig, done: AreaSummary, geometry: ModelGeometry) -> None:
+def _arrows(model: Any, geometry: ModelGeometry, loads: Mapping[str, AreaLoad]) -> list[GradientArrows]:
+    """The areas under a gradient, as they are drawn."""
+    from tedm_cli.figures.gradient_arrows import GradientArrows
+
+    under = {name: (load.element_id, load.gradient) for name, load in loads.items() if load.gradient is not None}
+    if not under:
+        return []
+    axes = membership(model, geometry, positions=False, axes=True).axes
+    found = []
+    for name, (ids, gradient) in under.items():
+        rows = np.searchsorted(geometry.elements.id, ids)
+        found.append(GradientArrows(name, geometry.centres(rows), (gradient[:, :, None] * axes[rows]).sum(axis=1)))
+    return found
+
+
+def _draw(
+    path: Path,
+    project: Project,
+    config: ModelConfig,
+    done: AreaSummary,
+    geometry: ModelGeometry,
+    gradient: Sequence[GradientArrows],
+) -> None:
     from tedm_cli.figures.model import AreaModel, area_figure
     from tedm_cli.figures.style import png, svg
 
-    label = np.full(len(geometry.grid_id), -1)
-    for number, ids in enumerate(done.found.areas.values()):
-        label[np.searchsorted(geometry.grid_id, ids)] = number
+    means = [i for i, load in enumerate(done.loads) if load.gradient is None]
+    loads = [done.loads[i] for i in means]
     signs, test_masses = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1], config.test_masses()
     model = AreaModel(
         position=geometry.position_m,
         card=geometry.elements.type,
         node_offset=geometry.elements.node_offset,
         node_index=geometry.elements.node_index,
-        label=label,
-        name=[str(n) for n in done.table.name],
-        group=[str(g) for g in done.table.group],
+        label=corner_areas(geometry, loads, element_owners(geometry, loads)),
+        name=[str(n) for n in done.table.name[means]],
+        group=[str(g) for g in done.table.group[means]],
         boxes=[t.position_m + (signs * t.side_m) @ t.axes for t in test_masses],
+        gradient=gradient,
         centre=test_masses[0].position_m if test_masses else geometry.position_m.mean(axis=0),
     )
-    title = f"{project.title}: {len(done.grids)} thermal areas of {done.source.name}"
+    title = f"{project.title}: {len(done.loads)} thermal areas of {done.source.name}"
     write = svg if path.suffix.lower() == ".svg" else png
     data = write(area_figure(model, title), title, [f"{done.source.name} {sha256_of(done.source)}"])
     with replacing(path) as temporary:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.definitions import require_partition
+from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError, InputError
@@ -20,13 +21,18 @@ from tedm_cli.regular_file import require_regular_file
 
 @dataclass(frozen=True)
 class DeckSummary:
-    """What was written. `reference`: temperature from which the unit loads start, in the deck's scale `temperature`."""
+    """What was written.
+
+    reference : temperature from which the unit loads start, in the deck's scale `temperature`. mean_step : of the
+    areas' own elements, by area.
+    """
 
     path: Path
     grids: int
     areas: int
     reference: float
     temperature: str
+    mean_step: tuple[MeanStep, ...]
     notes: tuple[str, ...]
 
 
@@ -54,17 +60,21 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         )
         if os.path.realpath(out) in [os.path.realpath(f) for f in source.sections.files]:  # no complaint of link loops
             raise InputError("is a file of the model itself", where=str(out), hint="give model.deck another name")
-        model_geometry(source.model, list(source.sections.files))  # a wrong unit is said before anything is solved
-        areas = configured_areas(project, config, source.model, source.grids)
+        geometry = model_geometry(
+            source.model, list(source.sections.files)
+        )  # a wrong unit is said before anything is solved
+        areas = configured_areas(project, config, source.model, geometry)
         require_partition(areas, where=str(bdf))
-        deck = unit_deck(source, areas.areas, table.uniform_label, table.reference_temperature_K)
+        steps = mean_steps(geometry, areas.loads, areas.selected)
+        deck = unit_deck(source, areas.loads, table.uniform_label, table.reference_temperature_K)
         temporary.write_bytes(deck.text.encode("latin-1"))
         verify_unit_deck(temporary, out, source, deck)
     return DeckSummary(
         out,
         len(source.grids.grid_id),
-        len(areas.areas),
+        len(areas.loads),
         deck.reference,
         table.temperature,
+        tuple(steps),
         (*table.unit_notes(), *areas.lines(), *deck.notes),
     )

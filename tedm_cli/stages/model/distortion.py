@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.config.compensation import compensation_masses
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
@@ -24,8 +24,10 @@ from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.blocks import SomeNodes, node_blocks
 from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, provenance
 from tedm_cli.files.store import Reader, Writer, create, open_checked
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
+from tedm_cli.results.areas import read_areas
 from tedm_cli.results.sides import require_plane
 from tedm_cli.results.ties import Ties, read_ties, require_ties
 from tedm_cli.results.unit_loads import lever_nodes_of
@@ -37,6 +39,8 @@ IMPLAUSIBLE = 100.0  # times the free growth of the whole model
 
 @dataclass(frozen=True)
 class DistortionSummary:
+    """What was made. largest_gradient : of the areas under a gradient, in m/(K/m), and the area; None without any."""
+
     path: Path
     areas: int
     grids: int
@@ -46,6 +50,7 @@ class DistortionSummary:
     largest_area: str
     largest_rigid_m_per_K: float
     precision: Precision
+    largest_gradient: tuple[float, str] | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -98,8 +103,8 @@ def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[Int
 def _scale_areas(
     unit: Reader, writer: Writer, rows: IntArray, names: list[str], out: Path, step: Step
 ) -> DistortionSummary:
-    areas = unit.strings(UNIT_LOADS.AREA_NAME)
-    found = _stream(unit, writer, rows, step)
+    areas = read_areas(unit)
+    found = _stream(unit, writer, rows, step, ~areas.gradient)
     _check_plausible(unit, areas, found.largest)
     flat = [n for j, n in enumerate(names) if not np.any(found.optical_rotation[:, j])]
     if flat:
@@ -118,19 +123,27 @@ def _scale_areas(
     writer.write(DISTORTION.CHECK_RIGID_TRANSLATION, found.rigid_translation)
     writer.write(DISTORTION.CHECK_RIGID_ROTATION, found.rigid_rotation)
     superposition = _superposition(unit, writer, found, rows)
-    worst = int(found.largest.argmax())
+    worst = _largest(areas, found.largest, "mean")
+    bent = _largest(areas, found.largest, "gradient") if areas.gradient.any() else None
     return DistortionSummary(
         out,
         len(areas),
         len(found.total),
         len(rows),
         superposition,
-        float(found.largest[worst]),
-        areas[worst],
-        float(np.abs(found.rigid_translation).max()),
+        *worst,
+        float(np.abs(found.rigid_translation[found.means]).max()),
         _precision(unit),
+        bent,
         _still_ties(ties, found),
     )
+
+
+def _largest(areas: AreaTable, largest: FloatArray, kind: str) -> tuple[float, str]:
+    """The largest translation by any area of a kind, and the area."""
+    of_kind = np.flatnonzero(areas.kind == kind)
+    row = of_kind[largest[of_kind].argmax()]
+    return float(largest[row]), str(areas.name[row])
 
 
 def _precision(unit: Reader) -> Precision:
@@ -140,14 +153,16 @@ def _precision(unit: Reader) -> Precision:
 
 @dataclass(frozen=True)
 class _Reductions:
-    """What one pass over the unit loads leaves besides [D], all per kelvin.
+    """What one pass over the unit loads leaves besides [D], all per kelvin, or kelvin per metre.
 
+    means : [k], the areas of a mean temperature: sums are over these, and make the uniform load.
     optical_translation, optical_rotation : [k,E,3]; largest : [k], largest component of any translation;
-    rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over the areas, and size : [N], of the lengths;
+    rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over areas, and size : [N], of the lengths;
     lever_rows : [L], grids with a lever, total_turn : [L,3] and turn_size : [L] the same of their rotations; stiff :
     rows of those that move and never turn.
     """
 
+    means: BoolArray
     optical_translation: FloatArray
     optical_rotation: FloatArray
     largest: FloatArray
@@ -161,7 +176,7 @@ class _Reductions:
     stiff: IntArray
 
 
-def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reductions:
+def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: BoolArray) -> _Reductions:
     """Write [D] area by area and piece by piece; what is held does not grow with the number of areas times grids."""
     areas, load = unit.strings(UNIT_LOADS.AREA_NAME), unit.array(UNIT_LOADS.AREA_LOAD_K)
     fit = RigidFit(
@@ -190,8 +205,9 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
             largest[i] = np.maximum(largest[i], np.maximum(held.max(), -held.min()))  # keeps what is not a number
             target[i, block] = held
             moments[i] += fit.moments(block, move)
-            total[block] += move
-            size[block] += np.sqrt(np.einsum("ni,ni->n", move, move))
+            if means[i]:
+                total[block] += move
+                size[block] += np.sqrt(np.einsum("ni,ni->n", move, move))
             at, local = optics.within(block)
             optical_t[i, at] = move[local]
             at, local = levers.within(block)
@@ -202,11 +218,13 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step) -> _Reduct
             raise InputError(f"area '{name}': displacements are not finite", where=str(unit.path))
         turned |= np.any(turn != 0.0, axis=1)
         turning[i] = turn
-        total_turn += turn
-        turn_size += np.linalg.norm(turn, axis=1)
+        if means[i]:
+            total_turn += turn
+            turn_size += np.linalg.norm(turn, axis=1)
         step(i + 1, count, "scaling unit loads")
     rigid_t, rigid_r = fit.motions(moments)
     return _Reductions(
+        means=means,
         optical_translation=optical_t,
         optical_rotation=optical_r,
         largest=largest,
@@ -254,31 +272,41 @@ def _still_ties(ties: Ties, found: _Reductions) -> tuple[str, ...]:
     return (f"tied compensation masses whose grids no load moves: {', '.join(still)}",) if still else ()
 
 
-def _check_plausible(unit: Reader, areas: list[str], largest: FloatArray) -> None:
-    scale = plausible_translation(unit.array(UNIT_LOADS.ELEMENT_EXPANSION), unit.array(UNIT_LOADS.GRID_POSITION))
-    still = [a for a, m in zip(areas, largest, strict=True) if m == 0]
+def _check_plausible(unit: Reader, areas: AreaTable, largest: FloatArray) -> None:
+    position = unit.array(UNIT_LOADS.GRID_POSITION)
+    scale = plausible_translation(unit.array(UNIT_LOADS.ELEMENT_EXPANSION), position)
+    still = [str(a) for a, m in zip(areas.name, largest, strict=True) if m == 0]
     if still:
         raise PhysicsError(
             f"areas whose unit load moves nothing: {', '.join(still[:5])}",
             where=str(unit.path),
             hint="do the materials of their elements have an expansion, and are their grids free to move?",
         )
-    worst = int(largest.argmax())
-    if scale > 0 and largest[worst] > IMPLAUSIBLE * scale:
+    extent = float(np.linalg.norm(np.ptp(position, axis=0)))
+    # 1 K/m curves what is free by its expansion per metre: over a length L it moves by half of that times L².
+    scales = scale * np.where(areas.gradient, extent / 2.0, 1.0)
+    worst = int(np.divide(largest, scales, out=np.zeros_like(largest), where=scales > 0.0).argmax())
+    if scale > 0 and largest[worst] > IMPLAUSIBLE * scales[worst]:
+        unit_text, free = ("m/(K/m)", "free bending") if areas.gradient[worst] else ("m/K", "free growth")
         raise PhysicsError(
-            f"area '{areas[worst]}' moves a grid by {largest[worst]:.3g} m/K; free growth is {scale:.3g} m/K",
+            f"area '{areas.name[worst]}' moves a grid by {largest[worst]:.3g} {unit_text};"
+            f" {free} is {scales[worst]:.3g} {unit_text}",
             where=str(unit.path),
             hint="is the model held (free-free models drift), are lengths in metres, expansions in 1/K?",
         )
 
 
 def _superposition(unit: Reader, writer: Writer, found: _Reductions, rows: IntArray) -> float | None:
-    """Write and judge what the areas' sum leaves of the uniform load: translations, and the rotations that are used."""
+    """Write and judge what the sum of the areas of a mean temperature leaves of the uniform load.
+
+    Judged are translations, and the rotations that are used.
+    """
     if not unit.has(UNIT_LOADS.UNIFORM_TRANSLATION):
         return None
     load = unit.number(UNIT_LOADS.UNIFORM_LOAD_K)
     uniform, turn = unit.array(UNIT_LOADS.UNIFORM_TRANSLATION) / load, unit.array(UNIT_LOADS.UNIFORM_ROTATION) / load
-    optics = found.optical_rotation.sum(axis=0)
+    turning = found.optical_rotation[found.means]
+    optics = turning.sum(axis=0)
     translation = superposition_residual(found.total, uniform)
     writer.write(DISTORTION.CHECK_SUPERPOSITION_TRANSLATION, translation)
     if rows.size:
@@ -286,7 +314,7 @@ def _superposition(unit: Reader, writer: Writer, found: _Reductions, rows: IntAr
     size = found.size + np.linalg.norm(uniform, axis=1)
     _judge(unit, "translation", found.total - uniform, size, np.arange(len(size)), translation, 0.0)
     used = np.concatenate([rows, found.lever_rows])
-    turned = np.concatenate([np.linalg.norm(found.optical_rotation, axis=2).sum(axis=0), found.turn_size])
+    turned = np.concatenate([np.linalg.norm(turning, axis=2).sum(axis=0), found.turn_size])
     total = np.concatenate([optics, found.total_turn])
     extent = float(np.ptp(unit.array(UNIT_LOADS.GRID_POSITION), axis=0).max())
     turned += np.linalg.norm(turn[used], axis=1)

@@ -12,7 +12,9 @@ import numpy as np
 
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
-from tedm_cli.arrays import FloatArray
+from tedm_cli.areas.mean_step import MeanStep, mean_steps
+from tedm_cli.areas.places import area_centroids, area_masses, area_points
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.compensation import compensation_masses
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
@@ -36,6 +38,7 @@ from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.progress import Step
+from tedm_cli.results.areas import write_areas
 from tedm_cli.results.ties import Ties
 from tedm_cli.stages.common import check_test_masses, out_path, refuse_own_place
 from tedm_cli.stages.model.masses import check_grids_outside, check_weight_tables, properties_of, without_test_masses
@@ -46,6 +49,7 @@ from tedm_cli.stages.model.ties import ties_on
 class IngestSummary:
     """What was read, of a deck in which `units`.
 
+    gradients : number of the areas that are under a gradient. mean_step : of the areas' own elements, by area.
     coarsest : the unit load whose step suffers most where a solver has temperatures of 4 bytes. precision : of the
     displacements.
     """
@@ -54,11 +58,13 @@ class IngestSummary:
     grids: int
     elements: int
     areas: int
+    gradients: int
     plane: ProjectPlane
     masses: MassSummary
     has_uniform: bool
     partial: list[int]
     notes: list[str]
+    mean_step: list[MeanStep]
     coarsest: UnitLoad
     units: DeckUnits
     precision: Precision
@@ -97,13 +103,19 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     check_grids_outside(config.test_masses(), geometry)
     loads = deck_unit_loads(model, geometry, config.model.uniform_label)
     areas = loads.areas
+    on = {a.label: a.area_load(geometry) for a in areas}
+    selected: dict[str, IntArray] = {}
     if defines_areas(config):
-        warmed = {a.label: geometry.grid_id[a.rows] for a in areas}
-        require_agreement(configured_areas(project, config, model, geometry), warmed, geometry, where=str(deck))
+        defined = configured_areas(project, config, model, geometry)
+        require_agreement(defined, on, geometry, where=str(deck))
+        labels = {a.label.upper(): a.label for a in areas}
+        selected = {labels[name.upper()]: ids for name, ids in defined.selected.items()}
     wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
-    centroids = np.array([geometry.position_m[a.rows].mean(axis=0) for a in areas])
-    table = area_attributes([a.label for a in areas], centroids, config.areas, plane.plane, where=str(project.model))
+    centroids = area_centroids(geometry, on.values())
+    kinds = {a.label: a.kind for a in areas}
+    table = area_attributes(kinds, centroids, config.areas, plane.plane, where=str(project.model))
+    steps = mean_steps(geometry, on, selected)
     out = out_path(project, UNIT_LOADS_FILE, output)
     links, findings = rigid_links(model, geometry), Findings()
 
@@ -119,12 +131,9 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
             _write_ties(writer, ties)
-            _write_areas(writer, geometry, areas, centroids)
+            _write_loads(writer, areas, centroids, area_masses(geometry, on.values()), steps)
+            write_areas(writer, table, np.array([a.subcase for a in areas]))
             _write_plane(writer, plane, out)
-            writer.write(UNIT_LOADS.AREA_NAME, table.name)
-            writer.write(UNIT_LOADS.AREA_GROUP, table.group)
-            writer.write(UNIT_LOADS.AREA_SHIELD, table.shield)
-            writer.write(UNIT_LOADS.AREA_SIDE, table.side)
             write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
             writer.write(UNIT_LOADS.RESULTS_PRECISION, _precision(findings))
 
@@ -137,17 +146,19 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         len(geometry.grid_id),
         len(geometry.elements.id),
         len(areas),
+        len(areas) - len(loads.means),
         plane,
         masses,
         loads.uniform is not None,
         geometry.elements.partial,
         config.model.unit_notes()
         + _scale_notes(wanted, units)
-        + plane.notes(geometry.position_m[np.concatenate([a.rows for a in areas])])
+        + plane.notes(area_points(geometry, on.values()))
         + [f"{p} has no labels: its subcases are taken by the deck's numbers" for p in findings.by_number]
         + passed_over(model)
         + light_elements(geometry.elements)
         + tie_notes,
+        steps,
         max(wanted, key=lambda load: load.single_error),
         units,
         _precision(findings),
@@ -274,13 +285,17 @@ def _write_ties(writer: Writer, ties: Ties) -> None:
     writer.write(UNIT_LOADS.TIE_NODE_INDEX, ties.index)
 
 
-def _write_areas(writer: Writer, geometry: ModelGeometry, areas: Sequence[UnitLoad], centroids: FloatArray) -> None:
-    writer.write(UNIT_LOADS.AREA_ID, [a.subcase for a in areas])
+def _write_loads(
+    writer: Writer, areas: Sequence[UnitLoad], centroids: FloatArray, masses: FloatArray, steps: Sequence[MeanStep]
+) -> None:
     writer.write(UNIT_LOADS.AREA_LOAD_K, [a.load_K for a in areas])
-    writer.write(UNIT_LOADS.AREA_MASS, [geometry.lumped_kg[a.rows].sum() for a in areas])
+    writer.write(UNIT_LOADS.AREA_MASS, masses)
     writer.write(UNIT_LOADS.AREA_CENTROID, centroids)
     writer.write(UNIT_LOADS.AREA_NODE_OFFSET, np.cumsum([0, *(len(a.rows) for a in areas)]))
     writer.write(UNIT_LOADS.AREA_NODE_INDEX, np.concatenate([a.rows for a in areas]))
+    writer.write(UNIT_LOADS.AREA_ELEMENT_OFFSET, np.cumsum([0, *(len(a.elements.loaded) for a in areas)]))
+    writer.write(UNIT_LOADS.AREA_ELEMENT_INDEX, np.concatenate([a.elements.loaded for a in areas]))
+    writer.write(UNIT_LOADS.AREA_MEAN_STEP, [step.share for step in steps])
 
 
 def _write_plane(writer: Writer, used: ProjectPlane, out: Path) -> None:

@@ -84,7 +84,7 @@ def _members(tie: Tie, members: Membership, facts: list[str], notes: list[str], 
             if found.unknown.size:
                 what = f"ids of a {found.kind} that the deck does not have: {id_list(found.unknown)}"
                 notes.append(f"block {name!r}: set {sid} names {what}")
-            chosen |= found.members
+            chosen |= found.grids
     if not facts and not chosen.any():
         facts.append(f"{tie.words} of the deck has no grid")
     return np.flatnonzero(chosen)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from tedm_cli.arrays import BoolArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
@@ -54,7 +55,7 @@ def run_cases(
         judged_outputs(criteria, outputs, frequency)
     except ConfigError as error:
         raise ConfigError(error.problems, where=str(project.cases)) from error
-    fitting, refused = _checked(config, case_ids, outputs.areas, project.cases)
+    fitting, refused = _checked(config, case_ids, outputs.areas, temperature.heard, project.cases)
     known = len(refused)
     problem = _together(refused, project.cases) if refused else None
     if problem is not None and fitting:
@@ -83,7 +84,7 @@ def run_cases(
 
 
 def _checked(
-    config: CasesConfig, case_ids: Sequence[str], areas: AreaTable, where: Path
+    config: CasesConfig, case_ids: Sequence[str], areas: AreaTable, heard: BoolArray, where: Path
 ) -> tuple[list[tuple[CorrelationCase, Correlation]], dict[str, TedmError]]:
     """The cases that fit the model with their correlations, and what is wrong with each of the others, by id."""
     fitting: list[tuple[CorrelationCase, Correlation]] = []
@@ -91,7 +92,7 @@ def _checked(
     for case_id in case_ids:
         try:
             case = config.case(case_id, where=str(where))
-            fitting.append((case, correlation(case, areas)))
+            fitting.append((case, correlation(case, areas, heard)))
         except TedmError as error:
             refused[case_id] = error
     return fitting, refused

@@ -69,7 +69,8 @@ def run_series(
                 verdicts, unjudged = judge_all(estimate, labels, kinds, requirements, config.safety_factor)
                 result = SeriesResult(
                     path, table.name, source, labels, units, kinds, rms, peak, sampled.first_s, step_s, n, estimate,
-                    verdicts, unjudged, config.safety_factor, table.confidence, treatment_words(table),
+                    verdicts, unjudged, config.safety_factor, table.confidence,
+                    treatment_words(table, outputs.areas, sampled.column),
                 )  # fmt: skip
                 write_areas(writer, outputs.areas, outputs.area_id)
                 write_result(writer, result, sampled.column)

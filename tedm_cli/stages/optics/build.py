@@ -21,6 +21,7 @@ from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, re
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.optics.matrix_checks import BlockDifference, Judged
 from tedm_cli.optics.sensitivity import reference_offsets
+from tedm_cli.results.areas import read_areas
 from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.results.sides import require_plane
 from tedm_cli.stages.common import copy_areas, copy_places, out_path
@@ -77,7 +78,8 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         require_plane(distortion, project, model)
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged
-        face = face_motion(layout, distortion.strings(DISTORTION.AREA_NAME))
+        areas = read_areas(distortion)
+        face = face_motion(layout, areas.name.tolist(), areas.name[areas.gradient].tolist())
         chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)

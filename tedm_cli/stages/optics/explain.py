@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +14,9 @@ from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
 from tedm_cli.files.build_folder import OPTICS_FILE
 from tedm_cli.files.store import open_checked
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.shares import SetComparison, beam_terms, compare_sets, motion_terms, shares
-from tedm_cli.results.areas import read_areas
+from tedm_cli.results.areas import read_areas, unit_per
 from tedm_cli.results.optics import Beams, ReadOuts, read_beams, read_quality, read_read_outs
 from tedm_cli.stages.common import known_name
 
@@ -39,7 +40,10 @@ class Shares:
 
 @dataclass(frozen=True, eq=False)
 class ReadOutExplained:
-    """One read-out (m/K or rad/K): its size over the areas asked for, their sum (the uniform load), and its parts."""
+    """One read-out (m/K or rad/K): its size over the areas asked for, their sum (the uniform load), and its parts.
+
+    Of all areas, those of mean temperatures; `gradients` has what each gradient reads, per K/m.
+    """
 
     label: str
     unit: str
@@ -53,17 +57,22 @@ class ReadOutExplained:
     motions: Shares
     elements: Shares
     beams: Shares
+    gradients: tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """What was asked, every read-out of the set, and how the sets differ in all areas."""
+    """What was asked, every read-out of the set, and how the sets differ in all areas of mean temperatures.
+
+    `areas`: their names. `load_unit`: that of what is asked for, K, or K/m of one gradient.
+    """
 
     path: Path
     set_name: str
     condition: float
     areas: tuple[str, ...]
     load: str
+    load_unit: str
     distortion_only: bool
     read_outs: tuple[ReadOutExplained, ...]
     names: tuple[str, ...]
@@ -94,29 +103,39 @@ def explain(
         sets, names = r.sets, r.label
         chosen = known_name("set", set_name, sets) if set_name is not None else sets[0]
         wanted = [known_name("read-out", read_out, names)] if read_out is not None else names
-        areas = read_areas(file).name.tolist()
+        table = read_areas(file)
+        areas, means = table.name.tolist(), ~table.gradient
         if uniform and area is not None:
             raise UsageError("--area and --uniform ask for different loads", hint="give one of them")
         load = UNIFORM if uniform else "" if area is None else known_name("area", area, areas)
+        every = np.eye(len(areas))
         if load == UNIFORM:
-            columns = np.ones((len(areas), 1))
+            columns = every[:, means].sum(axis=1, keepdims=True)
         else:
-            columns = np.eye(len(areas)) if area is None else np.eye(len(areas))[:, [areas.index(load)]]
-        read_outs = _explained(
-            r, read_beams(file, chosen), chosen, wanted, columns, [load] if load else areas, distortion_only
-        )
+            columns = every[:, means] if area is None else every[:, [areas.index(load)]]
+        unit = "K" if area is None else table.unit[areas.index(load)]
+        loads = [load] if load else table.name[means].tolist()
+        read_outs = [
+            replace(one, unit=unit_per(one.unit, unit), gradients=() if load else apart)
+            for one, apart in zip(
+                _explained(r, read_beams(file, chosen), chosen, wanted, columns, loads, distortion_only),
+                _gradients(r, chosen, wanted, table, distortion_only),
+                strict=True,
+            )
+        ]
         pairs = [(a, b) for i, a in enumerate(sets) for b in sets[i + 1 :]]
         return Explanation(
             path,
             chosen,
             condition[chosen],
-            tuple(areas),
+            tuple(table.name[means].tolist()),
             load,
+            unit,
             distortion_only,
             tuple(read_outs),
             tuple(names),
             tuple(r.unit),
-            tuple(compare_sets(a, r.N[a], b, r.N[b]) for a, b in pairs),
+            tuple(compare_sets(a, r.N[a][:, means], b, r.N[b][:, means]) for a, b in pairs),
         )
 
 
@@ -146,7 +165,7 @@ def _explained(
         out.append(
             ReadOutExplained(
                 label=label,
-                unit=f"{r.unit[row]}/K",
+                unit=r.unit[row],
                 size=float(np.sqrt(power)),
                 total=float(total.sum()),
                 rigid_share=float(shares(N_rigid[[row]], total)[0]),
@@ -157,9 +176,24 @@ def _explained(
                 motions=_shares(beams.motion, by_motion[row], total),
                 elements=_shares(r.element, by_element[row], total),
                 beams=_shares(beams.label, by_beam[row], total),
+                gradients=(),
             )
         )
     return out
+
+
+def _gradients(
+    r: ReadOuts, set_name: str, wanted: Sequence[str], table: AreaTable, distortion_only: bool
+) -> list[tuple[tuple[str, float], ...]]:
+    """What every wanted read-out is per K/m of each gradient, the largest first."""
+    names = table.name[table.gradient].tolist()
+    motion = r.motion - r.rigid_motion if distortion_only else r.motion
+    N = r.gain[set_name] @ motion[:, table.gradient]
+    found = []
+    for label in wanted:
+        values = N[r.label.index(label)].tolist()
+        found.append(tuple(sorted(zip(names, values, strict=True), key=lambda pair: -abs(pair[1]))))
+    return found
 
 
 def _shares(labels: Sequence[str], terms: FloatArray, total: FloatArray) -> Shares:

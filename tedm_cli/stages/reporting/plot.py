@@ -19,6 +19,7 @@ from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.flight_results import flight_results
 from tedm_cli.progress import Step
+from tedm_cli.results.areas import maps_by_kind
 from tedm_cli.results.build_folder import Matrices, Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
@@ -194,13 +195,14 @@ def _gravity_specs(gravity: Matrices, areas: AreaTable) -> list[FigureSpec]:
     """Figures of self-gravity: what it feels of each area, and the field at rest."""
     specs = [
         FigureSpec(
-            f"self_gravity_by_area{part.suffix}.svg",
+            f"self_gravity_by_area{suffix}{part.suffix}.svg",
             "sensitivity",
-            f"Self-gravity sensitivity |S_SG| to each thermal area, test mass frames{part.words}.",
+            f"Self-gravity sensitivity |S_SG| to each {noun}, test mass frames{part.words}.",
             (gravity.source,),
-            partial(draw.self_gravity_by_area, page, areas),
+            partial(draw.self_gravity_by_area, page, own),
         )
-        for part, page in in_parts(map_pages(gravity_maps(gravity.reader), areas, CELL))
+        for suffix, noun, maps, own in maps_by_kind(gravity_maps(gravity.reader), areas)
+        for part, page in in_parts(map_pages(maps, own, CELL))
     ]
     if at_rest := dc_verdicts(gravity.reader):
         specs.append(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
@@ -20,7 +20,7 @@ from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.benches import benches
 from tedm_cli.optics.exaggerated import exaggerated_bench, motion_of_elements
-from tedm_cli.results.areas import read_areas
+from tedm_cli.results.areas import maps_by_kind, read_areas
 from tedm_cli.results.build_folder import ReadOutMatrices, Results
 from tedm_cli.results.optics import ReadOuts, read_bench_motion, read_out_maps, read_read_outs
 from tedm_cli.results.ranking import first_largest
@@ -68,15 +68,17 @@ def optics_specs(results: Results) -> list[FigureSpec]:
         partial(draw.optical_sensitivity, layout, file),
     )
     maps = [without_twins(m) for m in read_out_maps(file)]
-    for part, page in in_parts(map_pages(maps, areas, NUMBER)):
-        add(
-            f"read_out_by_area{part.suffix}.svg",
-            "read-out",
-            f"Read-out N of photodiode set{'s' if len(layout.sets) > 1 else ''} {' and '.join(layout.sets)} per kelvin"
-            " of each thermal area, with its sign; the colours are logarithmic. Read-outs that are equal share a"
-            f" column{part.words}.",
-            partial(draw.read_out_by_area, page, areas),
-        )
+    for suffix, noun, mine, own in maps_by_kind(maps, areas):
+        per = "kelvin" if own.unit[0] == "K" else own.unit[0]
+        for part, page in in_parts(map_pages(mine, own, NUMBER)):
+            add(
+                f"read_out_by_area{suffix}{part.suffix}.svg",
+                "read-out",
+                f"Read-out N of photodiode set{'s' if len(layout.sets) > 1 else ''} {' and '.join(layout.sets)} per"
+                f" {per} of each {noun}, with its sign; the colours are logarithmic. Read-outs that are equal share a"
+                f" column{part.words}.",
+                partial(draw.read_out_by_area, page, own),
+            )
     for unit, (shown, _) in READ_OUT_UNIT.items():
         rows = [i for i, u in enumerate(read_outs.unit) if u == unit]
         for part, some in in_parts([rows[i : i + SHARES] for i in range(0, len(rows), SHARES)]):
@@ -93,7 +95,7 @@ def optics_specs(results: Results) -> list[FigureSpec]:
         return specs
     worst: dict[int, list[str]] = {}
     for name, row in zip(read_outs.label, read_outs.N[first], strict=True):
-        worst.setdefault(worst_area(row), []).append(name)
+        worst.setdefault(worst_area(row, ~areas.gradient), []).append(name)
     for area, felt_by in worst.items():
         specs.append(
             _area_spec(
@@ -133,9 +135,10 @@ def area_specs(project: Project, results: Results, names: Sequence[str]) -> list
     return [_area_spec(optics, results.distortion, areas, known.index(name), "") for name in dict.fromkeys(names)]
 
 
-def worst_area(read_out: FloatArray) -> int:
-    """The area with the largest read-out [k], the first of those that tie up to rounding."""
-    return first_largest(range(len(read_out)), [float(v) for v in np.abs(read_out)])
+def worst_area(read_out: FloatArray, of: BoolArray) -> int:
+    """The area with the largest read-out [k] of those in `of` [k], the first of those that tie up to rounding."""
+    found: int = first_largest(np.flatnonzero(of).tolist(), np.abs(read_out[of]).tolist())
+    return found
 
 
 def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int], bench: str) -> Figure:
@@ -143,14 +146,18 @@ def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int]
     from tedm_cli.figures.shares import ReadOutShares, shares_figure
 
     noise = r.N[name]
-    worst = [worst_area(row) for row in noise]
+    means = ~areas.gradient
+    worst = [worst_area(row, means) for row in noise]
     distortion = r.by_motion(name, r.motion - r.rigid_motion)
     as_one = r.by_motion(name, r.rigid_motion).sum(axis=1, keepdims=True)
     share = np.concatenate([as_one, distortion], axis=1)  # the sum of the rigid part alone is of use: its terms cancel
     unit = r.unit[rows[0]]
     shown, factor = READ_OUT_UNIT[unit]
     chosen = [
-        ReadOutShares(r.label[i], shown, factor * noise[i], worst[i], factor * share[i, :, :, worst[i]]) for i in rows
+        ReadOutShares(
+            r.label[i], shown, factor * np.where(means, noise[i], 0.0), worst[i], factor * share[i, :, :, worst[i]]
+        )
+        for i in rows
     ]
     title = f"What makes the read-out {_QUANTITY[unit]}s, set {name}"
     return shares_figure(chosen, areas.name.tolist(), [bench, *r.element], title)
@@ -161,18 +168,19 @@ def _area_spec(optics: ReadOutMatrices, distortion: Reader, areas: AreaTable, ar
     number, name = int(file.array(OPTICS.AREA_ID)[area]), str(areas.name[area])
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", name)  # names come from the user's files
     several = "" if len(benches(optics.layout)) == 1 else "es"
+    load = f"1 {areas.unit[area]} of {name}"
     return FigureSpec(
         f"bench_area{number:02d}_{safe}.svg",
         "load",
-        f"The bench{several} under 1 K of {name}, before (grey) and after, motions exaggerated.{remark} Beams are"
+        f"The bench{several} under {load}, before (grey) and after, motions exaggerated.{remark} Beams are"
         " traced through the exaggerated poses, surfaces extended where a beam misses them; test masses stay where they"
         " are.",
         (optics.source,),
-        partial(_load_figure, optics, distortion, area, name),
+        partial(_load_figure, optics, distortion, area, f"1 {areas.unit[area]} on {name}"),
     )
 
 
-def _load_figure(optics: ReadOutMatrices, distortion: Reader, area: int, name: str) -> Figure:
+def _load_figure(optics: ReadOutMatrices, distortion: Reader, area: int, load: str) -> Figure:
     from tedm_cli.figures.bench import exaggerated_figure
 
     layout, r, bench = optics.layout, read_read_outs(optics.reader), read_bench_motion(distortion)
@@ -188,4 +196,4 @@ def _load_figure(optics: ReadOutMatrices, distortion: Reader, area: int, name: s
         f"{'sets' if len(sets) > 1 else 'set'} {' and '.join(sets)} read{'' if len(sets) > 1 else 's'} {text}"
         for text, sets in by_text.items()
     ]
-    return exaggerated_figure(layout, exaggerated_bench(layout, motion), f"1 K on {name}", lines)
+    return exaggerated_figure(layout, exaggerated_bench(layout, motion), load, lines)

@@ -112,7 +112,7 @@ def _drawing(
         grids=len(position),
         bench=drawn_bench(layout, bench.motion, bench.position_m),
         boxes=_boxes(None if gravity is None else gravity.reader, len(areas)),
-        colour=area_colours(areas.group.tolist(), _neighbours(mesh)),
+        colour=area_colours(areas.group_by_unit.tolist(), _neighbours(mesh)),
     )
 
 

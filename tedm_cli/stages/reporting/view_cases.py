@@ -91,7 +91,7 @@ def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs) -> list[VerdictVi
                 asd=judged.asd,
                 pattern_hz=float(case.frequency_hz[f]),
                 typical=typical_pattern(outputs.rows[output], amplitude, real, float(judged.asd[f])),
-                worst=worst_pattern(sign, amplitude),
+                worst=worst_pattern(sign, amplitude, outputs.rows[output], outputs.areas.gradient),
             )
         )
     return views
@@ -107,7 +107,7 @@ def _realisation(
 ) -> Film | None:
     """A few periods of the lowest frequency that is judged, sampled finely enough to be played."""
     case = config.case(case_id, where=str(project.cases))
-    source = TemperatureNoise(temperature, correlation(case, outputs.areas))
+    source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
     lowest = config.lowest_band_hz()
     rate = _PER_PERIOD * lowest
     low = max(config.frequency.min_hz, lowest / _RESOLVED)

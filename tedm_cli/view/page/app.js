@@ -119,11 +119,12 @@ class App {
     if (kind === "area") {
       const area = Number(this.field("area").value);
       temperature = Float64Array.from({ length: k }, (_, i) => (i === area ? WARMER_K : 0));
-      words = `${areas.name[area]} (${areas.group[area] || "no group"}, ${areas.shield[area]} of the thermal shield) is 1 mK warmer; everything else keeps its temperature. A click on the model chooses another area.`;
+      words = `${areas.name[area]} (${areas.group[area] || "no group"}, ${areas.shield[area]} of the thermal shield) ${areas.unit[area] === "K" ? "is 1 mK warmer" : `has a gradient of ${Format.si(WARMER_K, areas.unit[area])}`}; everything else keeps its temperature. A click on the model chooses another area.`;
       this.mark(area, false);
     } else if (kind === "uniform") {
-      temperature = new Float64Array(k).fill(WARMER_K);
-      words = `All ${Format.count(k, "thermal area")} are 1 mK warmer.`;
+      temperature = Float64Array.from(areas.unit, (unit) => (unit === "K" ? WARMER_K : 0));
+      const means = areas.unit.filter((unit) => unit === "K").length;
+      words = `All ${Format.count(means, "thermal area")} are 1 mK warmer.${means < k ? " Gradients stay zero." : ""}`;
     } else if (kind === "typical" || kind === "worst") {
       const verdict = this.verdict;
       const label = outputs.label[verdict.output];

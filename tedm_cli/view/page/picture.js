@@ -122,7 +122,8 @@ class Picture {
     const k = areas.name.length;
     const row = Number(this.field("of").value);
     const value = by === "temperature" ? this.temperature : outputs.rows.subarray(row * k, (row + 1) * k);
-    const now = value.reduce((a, v) => Math.max(a, Math.abs(v)), 0);
+    // Gradients are in another unit, and no surface is theirs.
+    const now = value.reduce((a, v, i) => (areas.unit[i] === "K" ? Math.max(a, Math.abs(v)) : a), 0);
     const most = (by === "temperature" && this.scaled?.temperature) || now;
     const colour = areas.name.map((_, i) =>
       by === "area" ? this.drawing.colour[i] : by === "displacement" ? Colours.NONE : Colours.diverging(most ? value[i] / most : 0),
@@ -160,8 +161,10 @@ class Picture {
       legend.append(line(title[by]), bar, ends);
     }
     if (this.area >= 0) {
-      const extra = by === "sensitivity" ? `, ${Format.si(value[this.area], `${Format.unit(outputs.unit[row])}/K`)}` : "";
-      legend.append(line(`Striped: ${areas.name[this.area]}, ${Format.si(this.temperature[this.area], `K${this.per}`)}${extra}`));
+      const own = areas.unit[this.area];
+      const per = `${Format.unit(outputs.unit[row])}/${own === "K" ? own : `(${own})`}`;
+      const extra = by === "sensitivity" ? `, ${Format.si(value[this.area], per)}` : "";
+      legend.append(line(`Striped: ${areas.name[this.area]}, ${Format.si(this.temperature[this.area], `${own}${this.per}`)}${extra}`));
     }
   }
 

@@ -17,13 +17,14 @@ class Temperatures {
       const members = areas.group.flatMap((g, i) => (g === group ? [i] : []));
       const box = document.createElement("div");
       box.className = "group";
-      const own = this._row(`${group || "no group"}: ${Format.count(members.length, "area")} together`, members);
+      const unit = areas.unit[members[0]];
+      const own = this._row(`${group || "no group"}: ${Format.count(members.length, "area")} together`, members, unit);
       const details = document.createElement("details");
       const summary = document.createElement("summary");
       summary.textContent = `Areas of ${group || "no group"}`;
       const inner = document.createElement("div");
       for (const i of members) {
-        this.rows[i] = this._row(areas.name[i], [i]);
+        this.rows[i] = this._row(areas.name[i], [i], unit);
         inner.append(this.rows[i].element);
       }
       details.append(summary, inner);
@@ -33,15 +34,16 @@ class Temperatures {
     }
   }
 
-  _row(text, members) {
+  /** `of`: unit of these areas' temperatures, K or K/m. */
+  _row(text, members, of) {
     const element = document.createElement("div");
     element.className = "slider";
     const id = `t${Temperatures.made++}`;
     const label = Object.assign(document.createElement("label"), { textContent: text, htmlFor: id });
     const range = Object.assign(document.createElement("input"), { type: "range", id, min: -100, max: 100, step: 1 });
     const number = Object.assign(document.createElement("input"), { type: "number", step: "any" });
-    number.setAttribute("aria-label", `${text}, millikelvin`);
-    const unit = Object.assign(document.createElement("span"), { textContent: "mK" });
+    number.setAttribute("aria-label", `${text}, millikelvin${of === "K" ? "" : " per metre"}`);
+    const unit = Object.assign(document.createElement("span"), { textContent: `m${of}` });
     range.addEventListener("input", () => this._take(members, (range.value / 100) * this.reach.value, false));
     range.addEventListener("change", () => this._take(members, (range.value / 100) * this.reach.value, true));
     number.addEventListener("change", () => {
@@ -49,7 +51,7 @@ class Temperatures {
       else this.show(this.temperature);
     });
     element.append(label, range, number, unit);
-    return { element, range, number, label, text };
+    return { element, range, number, label, text, of };
   }
 
   _take(members, kelvin, done) {
@@ -66,24 +68,24 @@ class Temperatures {
   /** `per`: what the temperatures are amplitudes per, or nothing. */
   show(temperature, per = this.per) {
     Object.assign(this, { temperature, per });
-    const kelvinText = (t) => Format.si(t, `K${per}`);
+    const kelvinText = (row, t) => Format.si(t, `${row.of}${per}`);
     const set = (row, kelvin, mixed) => {
       row.range.value = Math.round((100 * kelvin) / this.reach.value);
-      row.range.setAttribute("aria-valuetext", mixed ? "different temperatures" : kelvinText(kelvin));
+      row.range.setAttribute("aria-valuetext", mixed ? "different temperatures" : kelvinText(row, kelvin));
       if (document.activeElement !== row.number) row.number.value = mixed ? "" : Number((kelvin * 1000).toPrecision(6));
-      row.number.placeholder = mixed ? "different" : "mK";
+      row.number.placeholder = mixed ? "different" : `m${row.of}`;
     };
     this.rows.forEach((row, i) => {
       set(row, temperature[i], false);
-      row.label.textContent = `${row.text}: ${kelvinText(temperature[i])}`;
+      row.label.textContent = `${row.text}: ${kelvinText(row, temperature[i])}`;
     });
     for (const group of this.groups) {
       const values = group.members.map((i) => temperature[i]);
       const mixed = values.some((v) => v !== values[0]);
       set(group, values.reduce((a, v) => a + v, 0) / values.length, mixed);
       const said = mixed
-        ? `${kelvinText(Math.min(...values))} to ${kelvinText(Math.max(...values))}`
-        : kelvinText(values[0]);
+        ? `${kelvinText(group, Math.min(...values))} to ${kelvinText(group, Math.max(...values))}`
+        : kelvinText(group, values[0]);
       group.label.textContent = `${group.text}: ${said}`;
     }
   }
