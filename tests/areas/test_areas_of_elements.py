@@ -284,7 +284,7 @@ REFUSED: list[tuple[str, str, str]] = [
     (
         define("A", property=2, **ELEMENTS) + define("B", element='"5000:5001"', box="{ z_m = [0.04, 0.06] }"),
         "areas.define[1]",
-        "all grids of area 'B' are of elements whose temperature is their own, in A",
+        "all grids of area 'B' are of elements whose temperature is their own, in areas of elements: A",
     ),
     (
         define("A", property=3, **GRADIENT),
@@ -322,6 +322,11 @@ REFUSED: list[tuple[str, str, str]] = [
     ),
     (define("A", property=1, kind='"slope"'), "areas.define[0].kind", "'mean' or 'gradient'"),
     (REST + define("B", property=1), "areas.define", "must be the last definition"),
+    (
+        define("A", box="{ x_m = [-0.21, -0.19] }") + define("B", remainder="true", carrier='"elements"'),
+        "areas.define[0]",
+        "all grids of area 'A' are of elements whose temperature is their own, in areas of elements",
+    ),
 ]
 
 
@@ -362,7 +367,10 @@ def test_a_list_of_grids_that_no_element_follows_is_refused(members: Membership)
         {"areas": {**RULE, **tomllib.loads(define("STRUTS", property=2, **ELEMENTS) + REST)["areas"]}},
         where="",
     ).areas
-    with pytest.raises(InputError, match="whose temperature is their own, in areas of elements: LISTED"):
+    with pytest.raises(
+        InputError,
+        match="areas whose grids are all of elements whose temperature is their own, in areas of elements: LISTED",
+    ):
         define_areas(members, table, {"LISTED": np.array([3001, 3101])}, where="areas.csv")
 
 
