@@ -12,12 +12,13 @@ from __future__ import annotations
 from tedm_cli.contracts.case import CASE
 from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.document import document
-from tedm_cli.contracts.dynamics import DYNAMICS, SIMULATION
+from tedm_cli.contracts.dynamics import DYNAMICS
 from tedm_cli.contracts.imposed import IMPOSED
 from tedm_cli.contracts.optics import OPTICS
 from tedm_cli.contracts.release import RELEASE
 from tedm_cli.contracts.sensitivity import SENSITIVITY
 from tedm_cli.contracts.series import SERIES, SIMULATED_SERIES, SeriesDatasets
+from tedm_cli.contracts.simulation import SIMULATION
 from tedm_cli.contracts.spec import AreaDatasets, AreaPlaces, Dataset, FileKind, GridDatasets
 from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
