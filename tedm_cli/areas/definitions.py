@@ -16,6 +16,7 @@ from tedm_cli.nastran.area_loads import AreaLoad
 from tedm_cli.nastran.geometry import id_list, rows_of
 from tedm_cli.nastran.membership import Membership
 
+_OWN = "whose temperature is their own, in areas of elements"
 _WHOLE = " (an element is in a set of grids with all of its grids, in a box with its centre)"
 
 
@@ -94,11 +95,16 @@ def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, In
         w.name: gradient_load(members, w.at, w.definition, w.elements, work.problems, work.notes) for w in gradients
     }
     refuse_parallel(loads, {w.name: w.at for w in gradients}, work.problems)
+    felt = work.felt()
+    for area in wanted if not work.problems else ():
+        mine, cards = work.owner == area.number, work.element_owner == area.number
+        if mine.any() and not ((mine & felt).any() or cards.any()):  # a remainder of elements came after it
+            work.problems.append((area.at, f"all grids of area '{area.name}' are of elements {_OWN}"))
     if work.problems:
         raise ConfigError(work.problems, where=where)
     for mask, fact in (
         (members.structural, "areas without any structural grid"),
-        (work.felt(), "areas with grids of elements alone whose temperature is their own, in areas of elements"),
+        (felt, f"areas whose grids are all of elements {_OWN}"),
     ):
         idle = [name for i, name in enumerate(work.names[: len(listed)]) if not (mask & (work.owner == i)).any()]
         if idle:  # definitions have been looked at
@@ -153,13 +159,13 @@ class _Work:
         return met if len(self.problems) == before else None
 
     def own(self, area: _Wanted, elements: BoolArray) -> None:
-        """Give an area the elements that can have a temperature of their own; the others must be solids, or few."""
+        """Give an area those of its elements that can have a temperature of their own, and say which have none."""
         m, mine = self.members, elements & self.card
         bare = elements & ~self.card & ~self.solid
         if not elements.any():
             self.problems.append((area.at, f"area '{area.name}' has no element" + _nothing(area.definition, _WHOLE)))
         elif bare.any():
-            shown = f"{_cards(m, bare)}"
+            shown = _cards(m, bare)
             if not (mine | elements & self.solid).any():
                 fact = f"area '{area.name}' has only elements that have no temperature: {shown}"
                 self.problems.append((area.at, fact))
@@ -218,7 +224,7 @@ class _Work:
         elif area.met is not None and area.met.grids.any():
             on = self.members.mesh.touching(area.met.grids) & (self.element_owner >= 0)
             names = ", ".join(self.names[i] for i in np.unique(self.element_owner[on]))
-            fact = f"all grids of area '{d.name}' are of elements whose temperature is their own, in {names}"
+            fact = f"all grids of area '{d.name}' are of elements {_OWN}: {names}"
         else:
             fact = f"area '{d.name}' has no grid" + _nothing(d, " with element stiffness")
         self.problems.append((area.at, fact))

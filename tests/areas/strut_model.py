@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.config.project import Project, load_project
+from tedm_cli.nastran.area_loads import AreaLoad
 
 LENGTH, ALPHA = 0.1, 8.6e-6  # of the struts: m, 1/K
 AREA, INERTIA = np.pi * 0.006**2, np.pi * 0.006**4 / 4.0  # rods of 12 mm
@@ -89,15 +90,21 @@ def bulk(parts: int = 1, scale: Scale = Scale(), *, block: bool = False) -> str:
     if block:
         lines.append(card("PSOLID", 3, 1))
         for n, i in enumerate((3, 4)):
-            ring = [(i, 2), (i + 1, 2), (i + 1, 3), (i, 3)]
-            for a, b in ring:
-                x, y, z = places[plate_grid(1, a, b)]
-                places[plate_grid(2, a, b)] = (x, y, z + 0.03)
-            lines.append(card("CHEXA", 7001 + n, 3, *(plate_grid(p, a, b) for p in (1, 2) for a, b in ring)))
+            base = [(i, 2), (i + 1, 2), (i + 1, 3), (i, 3)]
+            for ii, jj in base:
+                x, y, z = places[plate_grid(1, ii, jj)]
+                places[plate_grid(2, ii, jj)] = (x, y, z + 0.03)
+            lines.append(card("CHEXA", 7001 + n, 3, *(plate_grid(p, ii, jj) for p in (1, 2) for ii, jj in base)))
     lines += [card("GRID", grid, "", *(s.real(v, 1) for v in place)) for grid, place in places.items()]
     held = (plate_grid(0, 0, 0), plate_grid(0, NX, 0), plate_grid(0, NX // 2, NY))
     lines.append(card("SPC1", 1, 12345, *held))
     return "\n".join(lines) + "\n"
+
+
+def slopes(load: AreaLoad) -> np.ndarray:
+    """The gradients of an area under one."""
+    assert load.gradient is not None
+    return load.gradient
 
 
 def deck(parts: int = 1, scale: Scale = Scale(), *, block: bool = False) -> str:

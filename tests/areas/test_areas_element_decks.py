@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from strut_model import LOWER, REST, UPPER, Scale, card, deck, define, project
+from strut_model import LOWER, REST, UPPER, Scale, card, deck, define, project, slopes
 
 from tedm_cli.areas.configured import configured_areas, require_agreement
 from tedm_cli.config.model import load_model
@@ -68,8 +68,8 @@ def test_a_deck_reads_back_as_the_configuration(tmp_path: Path, name: str) -> No
         ("BEND", "gradient", 1.0),
         ("SWAY", "gradient", 1.0),
     ]
-    assert set(found["BEND"].gradient[:, 0]) == {-1.0}
-    np.testing.assert_allclose(found["SWAY"].gradient, np.tile([5**-0.5, 2 * 5**-0.5], (4, 1)), rtol=1e-9)
+    assert set(slopes(found["BEND"])[:, 0]) == {-1.0}
+    np.testing.assert_allclose(slopes(found["SWAY"]), np.tile([5**-0.5, 2 * 5**-0.5], (4, 1)), rtol=1e-9)
     assert ("TEMPP1*" in text) == (name == "many digits")
     step = {"SI": "1.", "mm-t-s, Fahrenheit": "69.8", "inches": "21.", "many digits": "21.123456789"}[name]
     slope = {"SI": "-1.", "mm-t-s, Fahrenheit": "-0.0018", "inches": "-0.0254", "many digits": "-1."}[name]

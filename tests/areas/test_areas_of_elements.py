@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strut_model import ALPHA, LOWER, NX, NY, REST, UPPER, deck, define, plate_grid, project, strut_element
+from strut_model import ALPHA, LOWER, NX, NY, REST, UPPER, deck, define, plate_grid, project, slopes, strut_element
 
 from tedm_cli.areas.definitions import DefinedAreas, define_areas, require_partition
 from tedm_cli.config.areas import AreasTable
@@ -181,11 +181,11 @@ def test_gradients_along_a_direction_and_along_axes(members: Membership) -> None
     with pytest.raises(ConfigError, match=r"less than 0\.1 of it is through them"):
         defined(members, text)
     found = defined(members, text.replace("[3.0, 4.0, 100.0]", "[3.0, -4.0, 1.0]"))
-    assert set(found.loads["UP"].gradient[:, 0]) == {1.0}
-    assert set(found.loads["DOWN"].gradient[:, 0]) == {-1.0}
+    assert set(slopes(found.loads["UP"])[:, 0]) == {1.0}
+    assert set(slopes(found.loads["DOWN"])[:, 0]) == {-1.0}
     # orientation vectors along x: plane 1 holds x, plane 2 the y axis, z x x
-    np.testing.assert_allclose(found.loads["SIDE"].gradient, np.tile([0.6, -0.8], (8, 1)), rtol=1e-9)
-    np.testing.assert_array_equal(found.loads["PLANE"].gradient, np.tile([0.0, 1.0], (8, 1)))
+    np.testing.assert_allclose(slopes(found.loads["SIDE"]), np.tile([0.6, -0.8], (8, 1)), rtol=1e-9)
+    np.testing.assert_array_equal(slopes(found.loads["PLANE"]), np.tile([0.0, 1.0], (8, 1)))
     assert all(load.kind == "gradient" for name, load in found.loads.items() if name != "REST")
     assert len(found.loads["REST"].grid_id) == members.structural.sum()
 
@@ -207,7 +207,7 @@ def test_neighbours_with_opposite_normals_are_told(members: Membership) -> None:
     assert "give a direction" in note
     found = defined(turned, define("UP", kind='"gradient"', element='"1:48"', direction="[0.0, 0.0, 1.0]") + rest)
     assert found.notes == []
-    assert found.loads["UP"].gradient[:, 0].tolist() == [-1.0 if i == 20 else 1.0 for i in range(1, 49)]
+    assert slopes(found.loads["UP"])[:, 0].tolist() == [-1.0 if i == 20 else 1.0 for i in range(1, 49)]
 
 
 def steps(m: Membership, found: DefinedAreas) -> list[np.ndarray]:
@@ -284,7 +284,7 @@ REFUSED: list[tuple[str, str, str]] = [
     (
         define("A", property=2, **ELEMENTS) + define("B", element='"5000:5001"', box="{ z_m = [0.04, 0.06] }"),
         "areas.define[1]",
-        "all grids of area 'B' are of elements whose temperature is their own, in A",
+        "all grids of area 'B' are of elements whose temperature is their own, in areas of elements: A",
     ),
     (
         define("A", property=3, **GRADIENT),
@@ -322,6 +322,11 @@ REFUSED: list[tuple[str, str, str]] = [
     ),
     (define("A", property=1, kind='"slope"'), "areas.define[0].kind", "'mean' or 'gradient'"),
     (REST + define("B", property=1), "areas.define", "must be the last definition"),
+    (
+        define("A", box="{ x_m = [-0.21, -0.19] }") + define("B", remainder="true", carrier='"elements"'),
+        "areas.define[0]",
+        "all grids of area 'A' are of elements whose temperature is their own, in areas of elements",
+    ),
 ]
 
 
@@ -362,7 +367,10 @@ def test_a_list_of_grids_that_no_element_follows_is_refused(members: Membership)
         {"areas": {**RULE, **tomllib.loads(define("STRUTS", property=2, **ELEMENTS) + REST)["areas"]}},
         where="",
     ).areas
-    with pytest.raises(InputError, match="whose temperature is their own, in areas of elements: LISTED"):
+    with pytest.raises(
+        InputError,
+        match="areas whose grids are all of elements whose temperature is their own, in areas of elements: LISTED",
+    ):
         define_areas(members, table, {"LISTED": np.array([3001, 3101])}, where="areas.csv")
 
 

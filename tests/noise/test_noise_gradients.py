@@ -174,8 +174,10 @@ def test_bounds_are_of_each_kind_by_itself_and_are_reached_by_a_case_that_is_all
     assert result.bounds.minimum[0, 0] == pytest.approx(least, abs=1e-30)
     for bound in BOUNDS:
         vectors = result.contributions.extremal[bound][0]
-        known = (table.gradient.astype(int), result.source.correlation.matrix()) if "known" in bound else (None, None)
-        matrix = extremal_matrix(vectors, *known, gradient=table.gradient)
+        block, inside = None, None
+        if "known" in bound:
+            block, inside = table.gradient.astype(int), result.source.correlation.matrix()
+        matrix = extremal_matrix(vectors, block, inside, table.gradient)
         assert not matrix[np.ix_(table.gradient, ~table.gradient)].any()
         allowed = CorrelationCase("x", "", (), matrix=LabelledMatrix(tuple(names.tolist()), matrix))
         source = TemperatureNoise(model, correlation(allowed, table, model.heard))

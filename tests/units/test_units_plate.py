@@ -157,8 +157,9 @@ def test_in_other_systems(coarse: Built, folder: Path, units: Units, keys: str) 
 def test_areas_are_of_the_same_grids(coarse: Built, weighed: Built) -> None:
     """Boxes are in metres of a frame of the deck, whatever its units."""
     wanted, found = (areas(built.project, None, None) for built in (coarse, weighed))
-    for name, ids in wanted.found.areas.items():
-        np.testing.assert_array_equal(found.found.areas[name], ids)
+    for name, ids in wanted.on_grids.items():
+        np.testing.assert_array_equal(found.on_grids[name], ids)
+    assert len(wanted.on_grids) == len(wanted.loads)
     np.testing.assert_allclose(found.mass_kg, wanted.mass_kg, rtol=1e-9)
     np.testing.assert_allclose(found.centroid_m, wanted.centroid_m, rtol=0, atol=1e-12)
 
