@@ -10,7 +10,7 @@ from tedm_cli.areas.mean_step import LEAST, MeanStep
 from tedm_cli.cli.printing.table import table
 from tedm_cli.results.areas import plane_words
 
-_NAMED = 8
+_NAMED = 3
 LOAD = {"mean": "1 K", "gradient": "1 K/m"}
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def mean_step_lines(steps: Sequence[MeanStep]) -> list[str]:
     poor = [s for s in known if s.share < LEAST]
     if poor:
         listed = "; ".join(f"{s.area} {share_text(s.share)} ({_elements(s)})" for s in poor[:_NAMED])
-        listed += f"; and {len(poor) - _NAMED} more" if len(poor) > _NAMED else ""
+        listed += f"; and {len(poor) - _NAMED} more, which `tedm areas` lists" if len(poor) > _NAMED else ""
         whose = "the own elements of 1 area" if len(poor) == 1 else f"the own elements of {len(poor)} areas"
         lines.append(
             f"warning: {whose} get less than {share_text(LEAST)} of the step, because grids on their border belong to a"
