@@ -13,8 +13,8 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
+from tedm_cli.gravity.body_source import quantity_differences
 from tedm_cli.gravity.constants import G_CODATA_2018
-from tedm_cli.gravity.cuboid_source import quantity_differences
 from tedm_cli.gravity.field import SelfGravity, self_gravity
 from tedm_cli.gravity.testmass import TestMass, cuboid_gap, to_test_mass_frame
 
@@ -164,7 +164,7 @@ def graded_cells(tm: TestMass, block: CompensationMass) -> tuple[FloatArray, Flo
     count = 0
     while centre.size:
         local = to_test_mass_frame(tm, block.centre_m + centre @ block.axes)
-        distance = np.linalg.norm(np.maximum(np.abs(local) - tm.side_m / 2.0, 0.0), axis=1)
+        distance = tm.body.distance(local)
         small = np.linalg.norm(half, axis=1) <= _OPENING * distance
         done_centre.append(centre[small])
         done_half.append(half[small])
@@ -206,4 +206,4 @@ def _integrate(
 
 def _gap(tm: TestMass, block: CompensationMass) -> float:
     """Gap between a test mass and a block [m]; not positive when they meet."""
-    return cuboid_gap(tm.position_m, tm.side_m, tm.axes, block.centre_m, block.size_m, block.axes)
+    return cuboid_gap(tm.box_centre_m, tm.side_m, tm.axes, block.centre_m, block.size_m, block.axes)

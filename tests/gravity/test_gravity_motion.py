@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.gravity.body_source import field_of_other_test_mass
 from tedm_cli.gravity.compensation import CompensationMass, field_of_compensation_masses
-from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.testmass import TestMass
@@ -65,7 +65,7 @@ def outputs(nominal, motions):
                 field = field + field_of_other_test_mass(body, other, n=10)[0]
         back = tm.axes @ body.axes.T
         rows.append(back @ field.acceleration)
-        rows.append(back @ (field.angular_acceleration * body.inertia_kg_m2) / tm.inertia_kg_m2)
+        rows.append(back @ (field.angular_acceleration * np.diag(body.inertia_kg_m2)) / np.diag(tm.inertia_kg_m2))
     return np.concatenate(rows)
 
 
@@ -129,11 +129,14 @@ def test_moving_everything_together_changes_nothing():
     )
     for i, tm in enumerate(SKEWED):
         field = mutual[i, 1 - i]
-        force, torque = tm.axes.T @ field.acceleration, tm.axes.T @ (field.angular_acceleration * tm.inertia_kg_m2)
+        force, torque = (
+            tm.axes.T @ field.acceleration,
+            tm.axes.T @ (field.angular_acceleration * np.diag(tm.inertia_kg_m2)),
+        )
         wanted = np.concatenate(
             [
                 tm.axes @ np.cross(np.eye(3), force).T,
-                (tm.axes @ np.cross(np.eye(3), torque).T) / tm.inertia_kg_m2[:, None],
+                (tm.axes @ np.cross(np.eye(3), torque).T) / np.diag(tm.inertia_kg_m2)[:, None],
             ]
         )
         turned = found[6 * i : 6 * i + 6] @ rotation

@@ -24,8 +24,8 @@ from tedm_cli.files.build_folder import (
     require_same_areas,
 )
 from tedm_cli.files.store import Reader, Writer, create, open_checked
+from tedm_cli.gravity.body_source import field_of_other_test_mass
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
-from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import COMPENSATION, OTHER_TEST_MASS, STRUCTURE, SelfGravity, self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units

@@ -168,7 +168,7 @@ def _draw(path: Path, project: Project, config: ModelConfig, done: AreaSummary, 
         label=label,
         name=[str(n) for n in done.table.name],
         group=[str(g) for g in done.table.group],
-        boxes=[t.position_m + (signs * t.side_m) @ t.axes for t in test_masses],
+        boxes=[t.box_centre_m + (signs * t.side_m) @ t.axes for t in test_masses],
         centre=test_masses[0].position_m if test_masses else geometry.position_m.mean(axis=0),
     )
     title = f"{project.title}: {len(done.grids)} thermal areas of {done.source.name}"
