@@ -93,6 +93,10 @@ class TestMass:
         """[3], centre of the cuboid that holds it, in the basic frame [m]; of a cuboid its own."""
         return np.asarray(self.position_m + (self.body.low_m + self.body.high_m) / 2.0 @ self.axes)
 
+    def surface(self) -> FloatArray:
+        """[t, 3, 3], corners of triangles that draw it, in the basic frame [m]."""
+        return np.asarray(self.position_m + self.body.surface() @ self.axes)
+
     @property
     def inertia_kg_m2(self) -> FloatArray:
         """Tensor of inertia about the centre of mass along its axes, [3, 3], kg m²."""

@@ -72,11 +72,11 @@ class CaseView:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A cuboid that stays where it is: a test mass or a compensation mass. `corner` [8, 3] m, in binary order."""
+    """A body that stays where it is: a test mass or a compensation mass. `triangle` [t, 3, 3], its surface, m."""
 
     name: str
     kind: str
-    corner: FloatArray
+    triangle: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +212,8 @@ def _drawing(d: Drawing) -> dict[str, Any]:
             "beams": list(BEAMS),
         },
         "boxes": [
-            {"name": b.name, "kind": b.kind, "corner": [[float(v) for v in p] for p in b.corner]} for b in d.boxes
+            {"name": b.name, "kind": b.kind, "corner": [[float(v) for v in p] for p in b.triangle.reshape(-1, 3)]}
+            for b in d.boxes
         ],
         "colour": [[round(float(v), 4) for v in rgb] for rgb in d.colour],
     }

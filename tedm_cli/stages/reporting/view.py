@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ from tedm_cli.figures.colours import area_colours
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader, open_checked, replacing
+from tedm_cli.gravity.bodies.solid import cuboid_triangles
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results, open_results
@@ -39,6 +39,7 @@ from tedm_cli.view.payload import Box, Drawing, ViewModel, payload, planes
 
 VIEW_FILE = "view.html"
 MOST_NUMBERS = 6_000_000  # displacements in a page, of all areas: 12 MB before they are deflated
+_MOST_TRIANGLES = 5_000  # of a test mass; one with more is drawn as the cuboid that holds it
 
 
 @dataclass(frozen=True)
@@ -144,22 +145,22 @@ def _boxes(project: Project, sensitivity: Reader | None) -> list[Box]:
     """Test masses and compensation masses; none of a project without test masses."""
     if sensitivity is None:
         return []
-    signs = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1]
-
-    def box(name: str, kind: str, centre: FloatArray, size: FloatArray, axes: FloatArray) -> Box:
-        return Box(name, kind, centre + (signs * size) @ axes)
-
-    boxes = [
-        box(name, "test mass", *placed)
-        for name, *placed in zip(
-            sensitivity.strings(SENSITIVITY.TEST_MASS_NAME),
-            sensitivity.array(SENSITIVITY.TEST_MASS_POSITION),
-            sensitivity.array(SENSITIVITY.TEST_MASS_SIDE),
-            sensitivity.array(SENSITIVITY.TEST_MASS_AXES),
-            strict=True,
-        )
-    ]
+    surface = sensitivity.array(SENSITIVITY.TEST_MASS_SURFACE)
+    owner = sensitivity.array(SENSITIVITY.TEST_MASS_SURFACE_OWNER)
+    place = [sensitivity.array(d) for d in (SENSITIVITY.TEST_MASS_BOX_CENTRE, SENSITIVITY.TEST_MASS_SIDE)]
+    axes = sensitivity.array(SENSITIVITY.TEST_MASS_AXES)
+    bodies = []
+    for t, name in enumerate(sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)):
+        triangles = surface[owner == t]
+        if len(triangles) > _MOST_TRIANGLES:
+            triangles = _cuboid(place[0][t], place[1][t], axes[t])
+        bodies.append(Box(name, "test mass", triangles))
     _, model = load_model(project.model)
-    return boxes + [
-        box(m.name, "compensation mass", m.centre_m, m.size_m, m.axes) for m in compensation_masses(project, model)
+    return bodies + [
+        Box(m.name, "compensation mass", _cuboid(m.centre_m, m.size_m, m.axes))
+        for m in compensation_masses(project, model)
     ]
+
+
+def _cuboid(centre: FloatArray, size: FloatArray, axes: FloatArray) -> FloatArray:
+    return np.asarray(centre + cuboid_triangles(-size / 2.0, size / 2.0) @ axes)
