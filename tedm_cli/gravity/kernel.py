@@ -167,7 +167,7 @@ def field_of_body(
 
 
 def force_gradient_of_body(
-    points: FloatArray, radius: float, near: Near, far: Far, *, threads: int = 1
+    points: FloatArray, radius: float, near: Near, far: Far, *, tiers: Tiers = _FORCE_TIERS, threads: int = 1
 ) -> tuple[FloatArray, FloatArray]:
     """Force [n, 3] and gamma_lin [n, 3, 3] alone; parameters as of `field_of_body`."""
     from tedm_cli.gravity.assembly import put_force_gradient
@@ -177,7 +177,7 @@ def force_gradient_of_body(
     def put(position: FloatArray, field: FloatArray, separate: bool, rows: IndexArray) -> None:
         put_force_gradient(position, field, separate, rows, force, gamma_lin)
 
-    _evaluate(points, radius, near, far, _FORCE_TIERS, put, threads)
+    _evaluate(points, radius, near, far, tiers, put, threads)
     return force, gamma_lin
 
 

@@ -91,7 +91,7 @@ def test_operator_is_the_derivative_of_the_accelerations_also_with_products_of_i
 def test_a_block_in_a_recess_is_a_compensation_mass():
     block = CompensationMass(name="CM", centre_m=above(0.0225), size_m=np.array([0.006, 0.006, 0.005]), mass_kg=0.01)
     found, _, _ = field_of_compensation_masses(POCKETS, [block], tolerance=1e-6)
-    nodes = brick(block.centre_m - block.size_m / 2, block.centre_m + block.size_m / 2)
+    nodes = brick(list(block.centre_m - block.size_m / 2), list(block.centre_m + block.size_m / 2))
     distribution = model(nodes, [("CHEXA", list(range(8)))], [0.01])
     same = structure_gravity(distribution, POCKETS, tolerance=1e-5).field
     for name in QUANTITIES:
@@ -117,7 +117,7 @@ def test_action_and_reaction_of_two_bodies(first, second):
         force = tm.axes.T @ field.acceleration * tm.mass_kg
         torque = tm.axes.T @ tm.inertia_kg_m2 @ field.angular_acceleration + np.cross(tm.position_m, force)
         total += [force, torque]
-        size = np.linalg.norm(force)
+        size = float(np.linalg.norm(force))
     assert np.abs(total[0]).max() < 1e-9 * size
     assert np.abs(total[1]).max() < 1e-10 * size
 
@@ -135,12 +135,12 @@ def test_a_cube_of_triangles_pulls_on_another_as_cubes_do():
     fields = []
     for body in (cube_of_triangles(), ALL["eight cuboids"]):
         pair = [mass(body, name, [x, 0.0, 0.0]) for name, x in (("TM1", 0.188), ("TM2", -0.188))]
-        fields.append(field_of_other_test_mass(*pair)[0])
+        fields.append(field_of_other_test_mass(pair[0], pair[1])[0])
     cubes = [
         TestMass(name=name, position_m=[x, 0.0, 0.0], side_m=[2 * HALF] * 3, mass_kg=1.9)
         for name, x in (("TM1", 0.188), ("TM2", -0.188))
     ]
-    wanted = field_of_other_test_mass(*cubes)[0]
+    wanted = field_of_other_test_mass(cubes[0], cubes[1])[0]
     for field in fields:
         for name in QUANTITIES:
             a, b = getattr(field, name), getattr(wanted, name)

@@ -106,7 +106,7 @@ class Composite(Body):
 
     def force_gradient(self, points: ArrayLike, *, threads: int = 1) -> tuple[FloatArray, FloatArray]:
         position = self.require_outside(points)
-        return force_gradient_of_body(position, self.radius_m, self._near, self._far, threads=threads)
+        return force_gradient_of_body(position, self.radius_m, self._near, self._far, tiers=_TIERS, threads=threads)
 
     def _near(self, points: FloatArray, field: FloatArray) -> None:
         parts = self._parts
@@ -140,6 +140,7 @@ class Composite(Body):
 
     def contains(self, points: FloatArray) -> BoolArray:
         inside = ((points >= self.low_m) & (points <= self.high_m)).all(axis=1)
+        inside &= np.einsum("ni,ni->n", points, points) <= ((1.0 + _ROUNDING) * self.radius_m) ** 2
         near = np.flatnonzero(inside)
         some = points[near]
         within = np.zeros(near.size, dtype=bool)

@@ -3,7 +3,7 @@
 With the integral ``∫∫ dA/r = Σ_e h L - |d| Ω`` over a plane facet at the distance d, with h the distance of its edge e
 from the foot of the perpendicular (Wilton et al. 1984), ``F = (1/V) Σ_f n ∫∫ dA/r`` and, its derivative,
 ``Γ = (1/V) Σ_f n (Σ_e u L - n sgn(d) Ω)`` with the outward normals u of the edges in the plane. An edge logarithm is
-that of a sum of positive terms; an edge's part of the solid angle is one two-argument arctangent,
+that of a sum of positive terms; an edge's part of the solid angle is the argument of one complex number,
 ``atan(h t₂/(h² + d² + |d| r₂)) - atan(h t₁/(h² + d² + |d| r₁))``, which is 0 on the extension of the edge.
 """
 
@@ -77,6 +77,7 @@ def polyhedron_form(
             d = nx * seen[v, 0] + ny * seen[v, 1] + nz * seen[v, 2]
             depth = abs(d)
             potential = angle = ux = uy = uz = 0.0
+            real, imaginary = 1.0, 0.0
             for s in range(first[f], first[f + 1]):
                 e = side[s]
                 a, b = edge[e, 0], edge[e, 1]
@@ -89,7 +90,16 @@ def polyhedron_form(
                     square = h * h + d * d
                     t1, t2 = h * lower[e], h * upper[e]
                     q1, q2 = square + depth * radius[a], square + depth * radius[b]
-                    angle += math.atan2(t2 * q1 - t1 * q2, q1 * q2 + t1 * t2)
+                    c, i = q1 * q2 + t1 * t2, t2 * q1 - t1 * q2
+                    size = 1.0 / (abs(c) + abs(i))
+                    real, imaginary = (real * c - imaginary * i) * size, (real * i + imaginary * c) * size
+            if d != 0.0:
+                # the angles of the edges add up in the argument of a product, which lacks whole turns
+                angle = math.atan2(imaginary, real)
+                if angle < -1.0:
+                    angle += 2.0 * math.pi
+                elif angle < 0.0:
+                    angle = _sum_of_angles(f, d, seen, radius, lower, upper, edge, first, side, outward)
             potential -= depth * angle
             solid = angle if d > 0.0 else -angle
             fx += nx * potential
@@ -110,19 +120,46 @@ def polyhedron_form(
 
 
 @compiled
+def _sum_of_angles(
+    f: int,
+    d: float,
+    seen: FloatArray,
+    radius: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    edge: IntArray,
+    first: IntArray,
+    side: IntArray,
+    outward: FloatArray,
+) -> float:
+    """Solid angle of a facet edge by edge: from a little less than 0, by rounding, to a whole half space."""
+    angle = 0.0
+    for s in range(first[f], first[f + 1]):
+        e = side[s]
+        a, b = edge[e, 0], edge[e, 1]
+        h = outward[s, 0] * seen[a, 0] + outward[s, 1] * seen[a, 1] + outward[s, 2] * seen[a, 2]
+        t1, t2 = h * lower[e], h * upper[e]
+        q1, q2 = h * h + d * d + abs(d) * radius[a], h * h + d * d + abs(d) * radius[b]
+        angle += math.atan2(t2 * q1 - t1 * q2, q1 * q2 + t1 * t2)
+    return angle
+
+
+@compiled
 def enclosed_angle(points: FloatArray, triangle: FloatArray, angle: FloatArray) -> None:
     """Solid angle of a closed surface [t, 3, 3] from each point: 4π inside, 0 outside (Van Oosterom, Strackee 1983)."""
     for n in range(points.shape[0]):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
         total = 0.0
         for t in range(triangle.shape[0]):
-            a, b, c = triangle[t, 0] - points[n], triangle[t, 1] - points[n], triangle[t, 2] - points[n]
-            ra, rb, rc = math.sqrt(np.sum(a * a)), math.sqrt(np.sum(b * b)), math.sqrt(np.sum(c * c))
-            volume = (
-                a[0] * (b[1] * c[2] - b[2] * c[1])
-                + a[1] * (b[2] * c[0] - b[0] * c[2])
-                + a[2] * (b[0] * c[1] - b[1] * c[0])
-            )
-            below = ra * rb * rc + np.sum(a * b) * rc + np.sum(a * c) * rb + np.sum(b * c) * ra
+            ax, ay, az = triangle[t, 0, 0] - x, triangle[t, 0, 1] - y, triangle[t, 0, 2] - z
+            bx, by, bz = triangle[t, 1, 0] - x, triangle[t, 1, 1] - y, triangle[t, 1, 2] - z
+            cx, cy, cz = triangle[t, 2, 0] - x, triangle[t, 2, 1] - y, triangle[t, 2, 2] - z
+            ra = math.sqrt(ax * ax + ay * ay + az * az)
+            rb = math.sqrt(bx * bx + by * by + bz * bz)
+            rc = math.sqrt(cx * cx + cy * cy + cz * cz)
+            volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+            below = ra * rb * rc + (ax * bx + ay * by + az * bz) * rc
+            below += (ax * cx + ay * cy + az * cz) * rb + (bx * cx + by * cy + bz * cz) * ra
             total += 2.0 * math.atan2(volume, below)
         angle[n] = total
 
@@ -133,12 +170,17 @@ def distance_to_surface(points: FloatArray, triangle: FloatArray, distance: Floa
     for n in range(points.shape[0]):
         least = np.inf
         for t in range(triangle.shape[0]):
-            a = triangle[t, 0]
-            ab, ac, ap = triangle[t, 1] - a, triangle[t, 2] - a, points[n] - a
-            bp, cp = points[n] - triangle[t, 1], points[n] - triangle[t, 2]
-            d1, d2 = np.sum(ab * ap), np.sum(ac * ap)
-            d3, d4 = np.sum(ab * bp), np.sum(ac * bp)
-            d5, d6 = np.sum(ab * cp), np.sum(ac * cp)
+            d1 = d2 = d3 = d4 = d5 = d6 = 0.0
+            for c in range(3):
+                ab, ac = triangle[t, 1, c] - triangle[t, 0, c], triangle[t, 2, c] - triangle[t, 0, c]
+                ap, bp = points[n, c] - triangle[t, 0, c], points[n, c] - triangle[t, 1, c]
+                cp = points[n, c] - triangle[t, 2, c]
+                d1 += ab * ap
+                d2 += ac * ap
+                d3 += ab * bp
+                d4 += ac * bp
+                d5 += ab * cp
+                d6 += ac * cp
             va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
             if d1 <= 0.0 and d2 <= 0.0:
                 v, w = 0.0, 0.0
@@ -155,6 +197,9 @@ def distance_to_surface(points: FloatArray, triangle: FloatArray, distance: Floa
                 v = 1.0 - w
             else:
                 v, w = vb / (va + vb + vc), vc / (va + vb + vc)
-            off = ap - v * ab - w * ac
-            least = min(least, np.sum(off * off))
+            square = 0.0
+            for c in range(3):
+                foot = triangle[t, 0, c] * (1.0 - v - w) + v * triangle[t, 1, c] + w * triangle[t, 2, c]
+                square += (points[n, c] - foot) ** 2
+            least = min(least, square)
         distance[n] = math.sqrt(least)
