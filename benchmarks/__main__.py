@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import bodies
 from benchmarks.dynamics import closed_loop
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
 from benchmarks.noise import realisation
@@ -87,6 +88,19 @@ BENCHMARKS |= {
     for where, limits in (("within 11 sides", (0.045, 0.5)), ("within 1.5 sides", (0.041, 0.069)))
     for threads in (1, 2)
 }
+BENCHMARKS |= {
+    f"six quantities of a {what}, 4,000 points {where} / cube": partial(bodies.against_cuboid, make, limits)
+    for what, make in bodies.OTHERS.items()
+    for where, limits in (("near", bodies.NEAR), ("far", bodies.FAR))
+}
+if find_spec("polyhedral_gravity"):
+    BENCHMARKS |= {
+        f"F and gradient, polyhedron of {n} triangles, 4,000 points {where} / polyhedral-gravity": partial(
+            bodies.against_polyhedral_gravity, make, limits
+        )
+        for n, make in ((60, bodies.cut_cube), (1280, bodies.ball))
+        for where, limits in (("near", bodies.NEAR), ("far", bodies.FAR))
+    }
 if find_spec("optiland"):
     BENCHMARKS["trace of 8 beam paths / Optiland"] = against_optiland
 

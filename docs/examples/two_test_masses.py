@@ -6,7 +6,7 @@ Montemurro 2004, section 6.2.3, prints the acceleration of one test mass of LISA
 
 import numpy as np
 
-from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
+from tedm_cli.gravity.body_source import field_of_other_test_mass
 from tedm_cli.gravity.testmass import TestMass
 
 G_1998 = 6.673e-11  # m³ kg⁻¹ s⁻², the value of the publication

@@ -30,11 +30,11 @@ class BodyTable(Strict):
 
 
 class MassTable(Strict):
-    """A test mass: principal moments, nominal centre and axes (rows), basic frame."""
+    """A test mass: principal moments or tensor of inertia along its axes, centre and axes (rows), basic frame."""
 
     name: str
     mass_kg: Mass
-    inertia_kg_m2: Moments
+    inertia_kg_m2: Moments | Annotated[list[Moments], Field(min_length=3, max_length=3)]
     position_m: Place
     axes: Axes
 

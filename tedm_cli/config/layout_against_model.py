@@ -102,7 +102,7 @@ def _compare(layout: OpticalLayout, e: Element, tm: TestMass, number: int, name:
     )
     if e.front_offset_m == 0.0 and not layout.has_geometry:
         return
-    half = float(tm.side_m[k]) / 2.0
+    half = float(tm.body.high_m[k] if along[k] > 0.0 else -tm.body.low_m[k])  # of its edge, if it is a cuboid
     off = abs(e.front_offset_m - half)
     found.add(
         f"{at}.front_offset_m",

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
@@ -20,13 +20,11 @@ from tedm_cli.config.at_rest import (
     subsystem_problems,
 )
 from tedm_cli.config.base import (
-    LABEL,
     AbsoluteTemperature,
     Angle,
     Bounded,
     FileName,
     Id,
-    Length,
     Mass,
     OrthonormalAxes,
     Place,
@@ -34,8 +32,9 @@ from tedm_cli.config.base import (
     load,
     named_by_project,
 )
+from tedm_cli.config.body import Edges, TestMassTable
 from tedm_cli.config.units import UnitsTable
-from tedm_cli.errors import ConfigError
+from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.gravity.compensation import DEFAULT_TOLERANCE, CompensationMass, Tie
 from tedm_cli.gravity.constants import G_CODATA_2018
@@ -49,7 +48,6 @@ from tedm_cli.quantities import (
     QUADRATURE_TOLERANCE,
 )
 
-Edges = Length | Annotated[list[Length], Field(min_length=3, max_length=3)]
 RotationVector = Annotated[list[Angle], Field(min_length=3, max_length=3)]
 
 
@@ -74,30 +72,6 @@ class ModelTable(UnitsTable):
     constraints_of_subcase: Id | None = None
     allow_missing_enddata: bool = False
     subcases: dict[str, Id] = Field(default_factory=dict)
-
-
-class ModelParts(Strict):
-    """Parts of a finite-element model: element ids (concentrated masses among them), property ids, grid ids."""
-
-    elements: list[Id] = Field(default_factory=list)
-    properties: list[Id] = Field(default_factory=list)
-    grids: list[Id] = Field(default_factory=list)
-
-
-class TestMassTable(Strict):
-    """A cuboid test mass; edges along the basic frame unless `axes` (rows: its unit vectors) says otherwise.
-
-    `model_parts`: what stands for the test mass in the finite-element model, and is left out of the structure's mass.
-    """
-
-    __test__ = False
-
-    name: Annotated[str, Field(pattern=LABEL)]
-    position_m: Place
-    side_m: Edges
-    mass_kg: Mass
-    axes: OrthonormalAxes | None = None
-    model_parts: ModelParts = ModelParts()
 
 
 class CompensationMassTable(Strict):
@@ -177,6 +151,7 @@ class ModelConfig(Strict):
     gravity: GravityTable = GravityTable()
     compensation_mass: list[CompensationMassTable] = Field(default_factory=list)
     requirement_at_rest: list[AtRestTable] = Field(default_factory=list)
+    _test_masses: list[TestMass] = PrivateAttr(default_factory=list)
 
     @field_validator("test_mass")
     @classmethod
@@ -187,21 +162,26 @@ class ModelConfig(Strict):
         return value
 
     def test_masses(self) -> list[TestMass]:
-        """The test masses as the gravity room takes them."""
-        out = []
-        for t in self.test_mass:
-            side = t.side_m if isinstance(t.side_m, list) else [t.side_m] * 3
-            axes = np.eye(3) if t.axes is None else np.array(t.axes)
-            out.append(
-                TestMass(
-                    name=t.name,
-                    position_m=np.array(t.position_m),
-                    side_m=np.array(side),
-                    mass_kg=t.mass_kg,
-                    axes=axes,
-                )
-            )
-        return out
+        """The test masses as the gravity room takes them, of a configuration that `load_model` has read."""
+        return self._test_masses
+
+    def make_test_masses(self, folder: Path) -> list[tuple[str, str]]:
+        """Make the bodies of the test masses, from files in `folder` where they are in files; what is wrong."""
+        made, problems = [], []
+        for number, table in enumerate(self.test_mass):
+            where = f"test_mass[{number}]" + (f".stl ({table.stl})" if table.stl else "")
+            try:
+                made.append(table.test_mass(table.body(folder)))
+            except (PhysicsError, InputError) as error:
+                problems.append((where, error.args[0] + (f"; {error.hint}" if error.hint else "")))
+            except OSError as error:
+                problems.append((where, f"cannot read the file ({error.strerror})"))
+        self._test_masses = made
+        return problems
+
+    def body_files(self) -> list[str]:
+        """Names of the files that hold bodies of test masses."""
+        return [table.stl for table in self.test_mass if table.stl is not None]
 
     def required_test_masses(self, where: Path) -> list[TestMass]:
         """The test masses, for what cannot be done without; `ConfigError` names the file `where` if it has none."""
@@ -219,6 +199,8 @@ class ModelConfig(Strict):
 def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
     """Read a model configuration; `ConfigError` lists the problems of its tables, then those between tables."""
     file, config = load(ModelConfig, path, hint=named_by_project("model"))
+    if problems := config.make_test_masses(path.parent):
+        raise ConfigError(problems, where=str(path))
     subsystems, masses = config.gravity.subsystems, config.test_masses()
     groups = {rule.group for rule in config.areas.rule}
     if masses:

@@ -45,7 +45,12 @@ class DynamicsFile(FileKind):
     )
     TEST_MASS_MASS = Dataset("/test_mass/mass", ("test_mass",), "float", "kg", "mass")
     TEST_MASS_INERTIA = Dataset(
-        "/test_mass/inertia", ("test_mass", "xyz"), "float", "kg m^2", "principal moments of inertia"
+        "/test_mass/inertia",
+        ("test_mass", "xyz", "xyz_column"),
+        "float",
+        "kg m^2",
+        "inertia about the centre of mass",
+        TM_FRAME,
     )
     TEST_MASS_POSITION = Dataset("/test_mass/position", ("test_mass", "xyz"), "float", "m", "nominal centre", BASIC)
     TEST_MASS_AXES = Dataset(

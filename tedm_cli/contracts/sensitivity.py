@@ -53,9 +53,39 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     )
     TEST_MASS_NAME = Dataset("/test_mass/name", ("test_mass",), "str", "1", "name of the test mass", values=NAMES)
     TEST_MASS_POSITION = Dataset(
-        "/test_mass/position", ("test_mass", "xyz"), "float", "m", "centre of the test mass", BASIC
+        "/test_mass/position", ("test_mass", "xyz"), "float", "m", "centre of mass of the test mass", BASIC
     )
-    TEST_MASS_SIDE = Dataset("/test_mass/side", ("test_mass", "xyz"), "float", "m", "edge lengths")
+    TEST_MASS_SHAPE = Dataset("/test_mass/shape", ("test_mass",), "str", "1", "what its body is, with its sizes")
+    TEST_MASS_SIDE = Dataset(
+        "/test_mass/side", ("test_mass", "xyz"), "float", "m", "edge lengths along its axes of the cuboid that holds it"
+    )
+    TEST_MASS_BOX_CENTRE = Dataset(
+        "/test_mass/box_centre", ("test_mass", "xyz"), "float", "m", "centre of the cuboid that holds it", BASIC
+    )
+    TEST_MASS_INERTIA = Dataset(
+        "/test_mass/inertia",
+        ("test_mass", "xyz", "xyz_column"),
+        "float",
+        "kg m^2",
+        "inertia about the centre of mass",
+        TM_FRAME,
+    )
+    TEST_MASS_SURFACE = Dataset(
+        "/test_mass/surface",
+        ("surface_triangle", "corner", "xyz"),
+        "float",
+        "m",
+        "corners of the triangles that draw the bodies; round ones by flat parts, pockets with their openings",
+        BASIC,
+    )
+    TEST_MASS_SURFACE_OWNER = Dataset(
+        "/test_mass/surface_owner",
+        ("surface_triangle",),
+        "int",
+        "1",
+        "test mass of each triangle",
+        values=Values(rows_of="test_mass"),
+    )
     TEST_MASS_MASS = Dataset("/test_mass/mass", ("test_mass",), "float", "kg", "mass")
     TEST_MASS_AXES = Dataset(
         "/test_mass/axes",

@@ -8,6 +8,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
+from tedm_cli.inertia import divided_by_inertia
 from tedm_cli.parallel_axes import PARALLEL_RAD, apart_rad
 
 _SYMMETRY = 1e-12  # of the inertia, relative
@@ -42,9 +43,10 @@ class Spacecraft:
 
 @dataclass(frozen=True, eq=False)
 class DynamicTestMass:
-    """A test mass as a rigid body: mass, principal moments [3] (kg m²), centre [3] and axes [3, 3] (rows), basic frame.
+    """A test mass as a rigid body: mass, centre of mass [3] and axes [3, 3] (rows), basic frame.
 
-    The axes are those of its housing as well: H_i, in which its motion is measured.
+    `inertia_kg_m2`: [3, 3] about the centre of mass, along the axes; or principal moments [3], which become that. The
+    axes are those of its housing as well: H_i, in which its motion is measured.
     """
 
     name: str
@@ -56,7 +58,9 @@ class DynamicTestMass:
     def __post_init__(self) -> None:
         if not 0.0 < self.mass_kg < np.inf:
             raise PhysicsError(f"the mass of {self.name} must be positive, got {self.mass_kg:g} kg")
-        check_inertia(np.diag(self.inertia_kg_m2), f"the inertia of {self.name}")
+        inertia = np.asarray(self.inertia_kg_m2, dtype=np.float64)
+        object.__setattr__(self, "inertia_kg_m2", np.diag(inertia) if inertia.ndim == 1 else inertia)
+        check_inertia(self.inertia_kg_m2, f"the inertia of {self.name}")
         if np.abs(self.axes @ self.axes.T - np.eye(3)).max() > _ORTHONORMALITY or np.linalg.det(self.axes) < 0.0:
             raise PhysicsError(f"the axes of {self.name} are not a right-handed orthonormal triad")
 
@@ -67,8 +71,17 @@ class DynamicTestMass:
 
     @property
     def generalised_mass(self) -> FloatArray:
-        """[6]: mass three times, then the principal moments."""
-        return np.concatenate([np.full(3, self.mass_kg), self.inertia_kg_m2])
+        """J_i [6, 6]: the mass for three translations, the inertia for the rotations."""
+        return _blocks(self.mass_kg * np.eye(3), self.inertia_kg_m2)
+
+    @property
+    def inverse_mass(self) -> FloatArray:
+        """J_i⁻¹ [6, 6]."""
+        return _blocks(np.eye(3) / self.mass_kg, divided_by_inertia(self.inertia_kg_m2, np.eye(3), 0))
+
+
+def _blocks(first: FloatArray, second: FloatArray) -> FloatArray:
+    return np.block([[first, np.zeros((3, 3))], [np.zeros((3, 3)), second]])
 
 
 def check_inertia(inertia: FloatArray, whose: str = "the inertia of the spacecraft") -> None:

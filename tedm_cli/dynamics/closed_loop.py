@@ -59,7 +59,7 @@ def output_map(plant: Plant) -> OutputMap:
     by_d[15:30, _N] = np.eye(15)
     by_u[30:48] = np.eye(18)
     bodies = np.concatenate([plant.spacecraft_response, np.zeros((12, N_INPUTS))])
-    bodies[6:, 6:] = np.diag(1.0 / plant.generalised_mass)
+    bodies[6:, 6:] = plant.inverse_mass
     housing = (plant.housing @ plant.spacecraft_response).reshape(2, 2, 3, N_INPUTS)[:, 0].reshape(6, N_INPUTS)
     forced = np.concatenate([bodies, housing])  # [24, 18], by all forces: commanded, from outside, of the stiffness
     by_u[48:72] = by_d[48:72, _W] = forced

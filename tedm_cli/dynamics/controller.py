@@ -122,8 +122,8 @@ def actuation(plant: Plant) -> FloatArray:
     """D [18, 15] of the science mode: u = -D v.
 
     Drag-free: (a, ω') = B⁻¹ v, F = m_B a, L = I_B ω', rows of B [(C_iᵀ)_k, -(C_iᵀ [h_i]x)_k] and for θ1 [0, (C_1ᵀ)_x].
-    Suspension: m v, I v on the test mass. Attitude: forces m_i [C_iᵀ (v × (h_i - h_mid))] in y and z, torque I_1
-    (C_1ᵀ v)_x about x on test mass 1; the spacecraft follows the test masses.
+    Suspension: m v, I v on the test mass. Attitude: forces m_i [C_iᵀ (v × (h_i - h_mid))] in y and z, torque I_1 e_x
+    (C_1ᵀ v)_x on test mass 1; the spacecraft follows the test masses.
 
     Raises
     ------
@@ -145,13 +145,14 @@ def actuation(plant: Plant) -> FloatArray:
     d[3:6, :n] = -sc.inertia_kg_m2 @ wanted[3:6]
     for k, name in enumerate(SUSPENSION, start=n):
         coordinate = COORDINATES.index("TM2_x" if name == "x12" else name) - 3
-        d[6 + coordinate, k] = plant.generalised_mass[coordinate]
+        d[6:, k] = plant.generalised_mass[:, coordinate]
     k = n + len(SUSPENSION)
     middle = plant.lever_m.mean(axis=0)
     for i, (tm, h) in enumerate(zip(plant.test_masses, plant.lever_m, strict=True)):
         turn = tm.mass_kg * tm.to_basic.T @ -cross_matrix(h - middle)
         d[6 + 6 * i + 1 : 6 + 6 * i + 3, k:] = turn[1:]
-    d[INPUTS.index("TM1_Lx"), k:] = first.inertia_kg_m2[0] * first.to_basic.T[0]
+    at = INPUTS.index("TM1_Lx")
+    d[at : at + 3, k:] = np.multiply.outer(first.inertia_kg_m2[:, 0], first.to_basic.T[0])
     return d
 
 

@@ -4,7 +4,7 @@ With h_i from the spacecraft's centre of mass to test mass i, C_i its axes, F, L
 from outside and F_i, L_i what the spacecraft exerts on test mass i (its axes), which acts back on the spacecraft:
 
     a_B = (F - Σ C_i F_i) / m_B,     ω' = I_B⁻¹ (L - Σ [h_i]x C_i F_i - Σ C_i L_i)
-    r_i'' = F_i / m_i - C_iᵀ a_B + C_iᵀ [h_i]x ω' + mutual,     α_i'' = L_i / I_i - C_iᵀ ω' + mutual
+    r_i'' = F_i / m_i - C_iᵀ a_B + C_iᵀ [h_i]x ω' + mutual,     α_i'' = I_i⁻¹ L_i - C_iᵀ ω' + mutual
 
 F_i, L_i contain J K_fix (r_i, α_i). Left out, since they are far below the noise of any mission: the force at rest
 times its lever in ω' (below 1e-18 rad/s² at 5 nm), the Sun's force times the attitude, and the rotation rate of the
@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, cross_matrix, x_axes_are_parallel
@@ -90,8 +91,13 @@ class Plant:
 
     @cached_property
     def generalised_mass(self) -> FloatArray:
-        """J [12]: mass and principal moments of both test masses."""
-        return np.concatenate([tm.generalised_mass for tm in self.test_masses])
+        """J [12, 12]: masses and inertias of both test masses."""
+        return np.asarray(block_diag(*(tm.generalised_mass for tm in self.test_masses)))
+
+    @cached_property
+    def inverse_mass(self) -> FloatArray:
+        """J⁻¹ [12, 12]."""
+        return np.asarray(block_diag(*(tm.inverse_mass for tm in self.test_masses)))
 
     @cached_property
     def E(self) -> FloatArray:
@@ -99,14 +105,14 @@ class Plant:
         e = np.zeros((N_COORDINATES, N_INPUTS))
         e[0:3] = self.spacecraft_response[3:6]
         e[3:] = -self.housing @ self.spacecraft_response
-        e[3:, 6:] += np.diag(1.0 / self.generalised_mass)
+        e[3:, 6:] += self.inverse_mass
         return e
 
     @cached_property
     def stray_wrench(self) -> FloatArray:
         """[18, 12]: w by disturbing accelerations s of the test masses, J s."""
         w = np.zeros((N_INPUTS, N_STRAY))
-        w[6:] = np.diag(self.generalised_mass)
+        w[6:] = self.generalised_mass
         return w
 
     @cached_property
@@ -114,7 +120,7 @@ class Plant:
         """[18, 15]: w by the coordinates, J K_fix."""
         w = np.zeros((N_INPUTS, N_COORDINATES))
         for i, tm in enumerate(self.test_masses):
-            w[wrench_on(i), motion_of(i)] = tm.generalised_mass[:, None] * self.fixed[i]
+            w[wrench_on(i), motion_of(i)] = tm.generalised_mass @ self.fixed[i]
         return w
 
     @cached_property
@@ -143,12 +149,12 @@ class Plant:
         m, k, u = np.zeros((18, 18)), np.zeros((18, 18)), np.eye(18)
         m[0:3, 0:3] = self.spacecraft.mass_kg * np.eye(3)
         m[3:6, 3:6] = self.spacecraft.inertia_kg_m2
-        m[6:, 0:6] = j[:, None] * self.housing
-        m[6:, 6:] = np.diag(j)
-        k[6:, 6:] = j[:, None] * self.total_stiffness
+        m[6:, 0:6] = j @ self.housing
+        m[6:, 6:] = j
+        k[6:, 6:] = j @ self.total_stiffness
         for i, (tm, h) in enumerate(zip(self.test_masses, self.lever_m, strict=True)):
             c, here = tm.to_basic, wrench_on(i)
             reaction = -np.block([[c, np.zeros((3, 3))], [cross_matrix(h) @ c, c]])
             u[0:6, here] = reaction
-            k[0:6, here] = reaction @ (tm.generalised_mass[:, None] * self.fixed[i])
+            k[0:6, here] = reaction @ (tm.generalised_mass @ self.fixed[i])
         return m, k, u

@@ -105,9 +105,10 @@ def held_at_rest(at_rest: FloatArray) -> FloatArray:
 def _actuation(test_masses: Sequence[DynamicTestMass], at_rest: FloatArray, stability: float) -> list[NoiseSource]:
     out = []
     wrench = [f"{tm}_{w}" for tm in TEST_MASSES for w in ("Fx", "Fy", "Fz", "Lx", "Ly", "Lz")]
-    inertia = np.concatenate([tm.generalised_mass for tm in test_masses])
-    for name, acceleration, mass in zip(wrench, held_at_rest(at_rest), inertia, strict=True):
-        level = 2.0 * stability * abs(float(acceleration)) * float(mass)
+    held = held_at_rest(at_rest).reshape(2, 6)
+    forces = np.concatenate([tm.generalised_mass @ a for tm, a in zip(test_masses, held, strict=True)])
+    for name, force in zip(wrench, forces, strict=True):
+        level = 2.0 * stability * abs(float(force))
         if level > 0.0:
             origin = f"2 δ × the acceleration held, Montemurro 2004, 4.2.3; δ = {stability:g} assumed"
             spectrum = PowerLaw(level, 1e-3, 1.0)

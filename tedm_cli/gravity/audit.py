@@ -199,10 +199,10 @@ def _effects(
     coefficients: FloatArray, nodes: IntArray, lever: FloatArray, tm: TestMass, G: float, motion: Motion | None
 ) -> tuple[FloatArray, FloatArray]:
     """Field [E, 12] (a, angular acceleration, Γ) and sensitivities [E, 6, k] of coefficients [E, n, 24]."""
-    gyration = tm.inertia_kg_m2 / tm.mass_kg
     scaled = G * coefficients
-    scaled[..., 9:18] /= np.repeat(gyration, 3)
-    scaled[..., 21:] /= gyration
+    omega = scaled[..., 9:18]
+    scaled[..., 9:18] = tm.per_inertia(omega.reshape(*omega.shape[:-1], 3, 3), -2).reshape(omega.shape)
+    scaled[..., 21:] = tm.per_inertia(scaled[..., 21:])
     whole = scaled.sum(axis=1)
     gamma = whole[:, :9].reshape(-1, 3, 3) @ tm.axes.T
     field = np.concatenate([whole[:, 18:], np.stack([gamma[:, i, j] for i, j in _PAIRS], axis=1)], axis=1)

@@ -19,6 +19,8 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.shapes import Shape
+from tedm_cli.gravity.bodies.body import Body
+from tedm_cli.gravity.bodies.cuboid import Cuboid
 from tedm_cli.gravity.testmass import TestMass
 
 MOST_POINTS = 5
@@ -71,15 +73,15 @@ def cut(
     PhysicsError
         If an element reaches into the test mass, touches it, or passes through it between its nodes.
     """
-    half = test_mass.side_m / 2.0
+    body = test_mass.body
     element = np.arange(len(nodes))
     departure = _departure(shape, nodes)
     low, high = np.zeros((len(nodes), shape.dimension)), np.ones((len(nodes), shape.dimension))
     while element.size:
         net, points = _control_net(shape, nodes[element], low, high)
-        _require_outside(points, half, clearance[element], names[element], card, test_mass)
+        _require_outside(points, clearance[element], names[element], card, test_mass)
         lengths = _lengths(net, shape.dimension)
-        gap = _gap(net, half)
+        gap = _gap(net, lengths, body)
         kappa = departure[element] * (high - low).max(axis=1)
         wanted = _points_wanted(shape, lengths, gap, kappa, tolerance, even)
         longest = lengths.max(axis=1)
@@ -101,14 +103,23 @@ def size_and_gap(shape: Shape, nodes: FloatArray, test_mass: TestMass) -> tuple[
     """
     whole = np.zeros((len(nodes), shape.dimension))
     net, _ = _control_net(shape, nodes, whole, whole + 1.0)
-    return _lengths(net, shape.dimension).max(axis=1), _gap(net, test_mass.side_m / 2.0)
+    lengths = _lengths(net, shape.dimension)
+    return lengths.max(axis=1), _gap(net, lengths, test_mass.body)
 
 
-def _gap(net: FloatArray, half: FloatArray) -> FloatArray:
-    """Distance of the boxes about control nets [c, k, 3] from the test mass, [c]."""
-    return np.asarray(
-        np.linalg.norm(np.maximum(0.0, np.maximum(net.min(axis=1) - half, -half - net.max(axis=1))), axis=1)
-    )
+def _gap(net: FloatArray, lengths: FloatArray, body: Body) -> FloatArray:
+    """Distance of the boxes about control nets [c, k, 3] from the test mass, [c]: at most theirs.
+
+    Where a box is closer than long to the cuboid that holds another body, the sphere about it is held against the body
+    itself: what stands in a pocket is in that cuboid.
+    """
+    low, high = net.min(axis=1), net.max(axis=1)
+    gap = np.linalg.norm(np.maximum(0.0, np.maximum(low - body.high_m, body.low_m - high)), axis=1)
+    if not isinstance(body, Cuboid):
+        close = np.flatnonzero(gap < lengths.max(axis=1))
+        centre, half_diagonal = (low[close] + high[close]) / 2.0, np.linalg.norm(high[close] - low[close], axis=1) / 2.0
+        gap[close] = np.maximum(gap[close], body.distance(centre) - half_diagonal)
+    return np.asarray(gap)
 
 
 def _points_wanted(
@@ -183,9 +194,13 @@ def _lengths(net: FloatArray, dimension: int) -> FloatArray:
 
 
 def _require_outside(
-    points: FloatArray, half: FloatArray, clearance: FloatArray, names: IntArray, card: str, test_mass: TestMass
+    points: FloatArray, clearance: FloatArray, names: IntArray, card: str, test_mass: TestMass
 ) -> None:
-    distance = np.linalg.norm(np.maximum(0.0, np.abs(points) - half), axis=2)
+    body = test_mass.body
+    distance = np.linalg.norm(np.maximum(0.0, np.maximum(body.low_m - points, points - body.high_m)), axis=2)
+    if not isinstance(body, Cuboid):
+        close = distance <= clearance[:, None]
+        distance[close] = body.distance(points[close])
     bad = ~(distance > clearance[:, None]).all(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
@@ -197,7 +212,7 @@ def _require_outside(
 def _touches(name: int, card: str, test_mass: TestMass) -> None:
     plate = card.startswith(("CQUAD", "CTRIA", "CSHEAR"))
     raise PhysicsError(
-        f"{card} {name} reaches into or touches the test mass (edge lengths {test_mass.side_m.tolist()} m)",
+        f"{card} {name} reaches into or touches the test mass ({test_mass.body.words})",
         where=f"test mass {test_mass.name!r}",
         hint="leave the test mass itself out of the source model, or correct its position and size"
         + (", or the thickness of the plate" if plate else ""),

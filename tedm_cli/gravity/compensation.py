@@ -14,8 +14,9 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
+from tedm_cli.gravity.bodies.cuboid import Cuboid
+from tedm_cli.gravity.body_source import quantity_differences
 from tedm_cli.gravity.constants import G_CODATA_2018
-from tedm_cli.gravity.cuboid_source import quantity_differences
 from tedm_cli.gravity.field import SelfGravity, self_gravity
 from tedm_cli.gravity.testmass import TestMass, cuboid_gap, to_test_mass_frame
 
@@ -178,17 +179,16 @@ def graded_cells(tm: TestMass, block: CompensationMass) -> tuple[FloatArray, Flo
     PhysicsError
         If the block touches or overlaps the test mass, or is so close that the cells are too many.
     """
-    if _gap(tm, block) <= 0.0:
-        raise PhysicsError(
-            f"compensation mass {block.name!r} touches or overlaps test mass {tm.name!r}",
-            hint="check its centre_m, size_m and rotation, in metres and radians, in the basic frame",
-        )
+    if _gap(tm, block) <= 0.0 and isinstance(tm.body, Cuboid):
+        raise _touching(tm, block)
     done_centre, done_half = [], []
     centre, half = np.zeros((1, 3)), block.size_m[None, :] / 2.0
     count = 0
     while centre.size:
         local = to_test_mass_frame(tm, block.centre_m + centre @ block.axes)
-        distance = np.linalg.norm(np.maximum(np.abs(local) - tm.side_m / 2.0, 0.0), axis=1)
+        distance = tm.body.distance(local)
+        if not distance.all():
+            raise _touching(tm, block)
         small = np.linalg.norm(half, axis=1) <= _OPENING * distance
         done_centre.append(centre[small])
         done_half.append(half[small])
@@ -228,6 +228,13 @@ def _integrate(
     )
 
 
+def _touching(tm: TestMass, block: CompensationMass) -> PhysicsError:
+    return PhysicsError(
+        f"compensation mass {block.name!r} touches or overlaps test mass {tm.name!r}",
+        hint="check its centre_m, size_m and rotation, in metres and radians, in the basic frame",
+    )
+
+
 def _gap(tm: TestMass, block: CompensationMass) -> float:
-    """Gap between a test mass and a block [m]; not positive when they meet."""
-    return cuboid_gap(tm.position_m, tm.side_m, tm.axes, block.centre_m, block.size_m, block.axes)
+    """Gap between a block and the cuboid that holds a test mass [m]; not positive when they meet."""
+    return cuboid_gap(tm.box_centre_m, tm.side_m, tm.axes, block.centre_m, block.size_m, block.axes)

@@ -14,15 +14,19 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.compiled import compiled
 
+_ON_THE_EDGE = 1e-300
+
 
 @compiled
-def edge_form(points: FloatArray, half_sides: FloatArray, field: FloatArray) -> None:
+def edge_form(points: FloatArray, low: FloatArray, high: FloatArray, field: FloatArray) -> None:
     """Mean over the cuboid of the attraction towards each point, and its gradient.
 
     Parameters
     ----------
-    points : [n, 3], points outside the cuboid in its own frame [m].
-    half_sides : [3], half edge lengths [m].
+    points : [n, 3], points in axes along its edges [m]. Inside the cuboid the attraction is that of all of it, so that
+        a cuboid may be taken away from a body: what it leaves is right where the body is not.
+    low, high : [3], between which coordinates it lies [m]. Cuboids with a face in one plane must have one number for
+        it, for a point in that plane to see both from one side.
     field : [n, 9], receives ``(1/V) ∫ (R - r)/|R - r|³ dV`` along x, y, z [1/m²], then ``-∂force_i/∂R_j`` for xx, yy,
         zz, xy, xz, yz [1/m³].
     """
@@ -32,11 +36,11 @@ def edge_form(points: FloatArray, half_sides: FloatArray, field: FloatArray) -> 
     radius = np.empty(8)
     # of the edge along an axis, at the ends j, k along the next two axes in cyclic order
     log = np.empty((3, 2, 2))
-    volume = 8.0 * half_sides[0] * half_sides[1] * half_sides[2]
+    volume = (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2])
     for n in range(points.shape[0]):
         for axis in range(3):
-            corner[axis, 0] = -half_sides[axis] - points[n, axis]
-            corner[axis, 1] = half_sides[axis] - points[n, axis]
+            corner[axis, 0] = low[axis] - points[n, axis]
+            corner[axis, 1] = high[axis] - points[n, axis]
         for index in range(8):
             x, y, z = corner[0, index & 1], corner[1, index >> 1 & 1], corner[2, index >> 2]
             radius[index] = math.sqrt(x * x + y * y + z * z)
@@ -44,20 +48,21 @@ def edge_form(points: FloatArray, half_sides: FloatArray, field: FloatArray) -> 
             u, v = (axis + 1) % 3, (axis + 2) % 3
             for j in range(2):
                 for k in range(2):
-                    low = (j << u) + (k << v)
+                    first = (j << u) + (k << v)
                     distance_squared = corner[u, j] ** 2 + corner[v, k] ** 2
                     log[axis, j, k] = _edge_log(
-                        corner[axis, 0], corner[axis, 1], distance_squared, radius[low], radius[low + (1 << axis)]
+                        corner[axis, 0], corner[axis, 1], distance_squared, radius[first], radius[first + (1 << axis)]
                     )
         for axis in range(3):
             u, v = (axis + 1) % 3, (axis + 2) % 3
             u0, u1, v0, v1 = corner[u, 0], corner[u, 1], corner[v, 0], corner[v, 1]
             force = gamma = 0.0
             for i in range(2):
-                distance, low = corner[axis, i], i << axis
+                distance, first = corner[axis, i], i << axis
                 angle = _solid_angle(
                     *(distance, u0, u1, v0, v1),
-                    *(radius[low], radius[low + (1 << v)], radius[low + (1 << u)], radius[low + (1 << u) + (1 << v)]),
+                    *(radius[first], radius[first + (1 << v)]),
+                    *(radius[first + (1 << u)], radius[first + (1 << u) + (1 << v)]),
                 )
                 # ∫∫ dA/r over the face
                 potential = u1 * log[v, i, 1] - u0 * log[v, i, 0] + v1 * log[u, 1, i] - v0 * log[u, 0, i]
@@ -82,7 +87,8 @@ def _edge_log(low: float, high: float, distance_squared: float, radius_low: floa
     near_sum = near_radius + abs(near)
     if near < 0.0:
         near_sum = distance_squared / near_sum
-    return math.log1p((high - low) * (1.0 + abs(middle) / (radius_low + radius_high)) / near_sum)
+    # On the edge itself the logarithm is infinite; where another cuboid takes that edge away the two must cancel.
+    return math.log1p((high - low) * (1.0 + abs(middle) / (radius_low + radius_high)) / max(near_sum, _ON_THE_EDGE))
 
 
 @compiled

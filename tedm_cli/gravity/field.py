@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from tedm_cli.arrays import FloatArray, IndexArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.gravity.constants import G_CODATA_2018
-from tedm_cli.gravity.kernel import CuboidField, cuboid_field, first_inside, inside_fact
+from tedm_cli.gravity.kernel import BodyField
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 
 _BLOCK_SOURCES = 1 << 14
-_SHAPES = {f.name: (3,) if f.name in ("force", "torque") else (3, 3) for f in fields(CuboidField)}
+_SHAPES = {f.name: (3,) if f.name in ("force", "torque") else (3, 3) for f in fields(BodyField)}
 
 #: What pulls at a test mass, as sensitivity.h5 names it.
 STRUCTURE, OTHER_TEST_MASS, COMPENSATION = SOURCES = ("structure", "other test mass", "compensation masses")
@@ -24,7 +24,7 @@ STRUCTURE, OTHER_TEST_MASS, COMPENSATION = SOURCES = ("structure", "other test m
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SelfGravity:
-    """Self-gravity on a test mass, in its frame, normalised by its mass and moments of inertia.
+    """Self-gravity on a test mass, in its frame, normalised by its mass and tensor of inertia.
 
     Contributions of separate source sets (structure, other test mass, compensation masses) add with ``+``.
     """
@@ -32,7 +32,7 @@ class SelfGravity:
     acceleration: FloatArray
     """[3], ``F/M``, m/s²."""
     angular_acceleration: FloatArray
-    """[3], ``T_i/I_i``, rad/s²."""
+    """[3], ``I⁻¹ T``, rad/s²."""
     gamma_lin: FloatArray
     """[3, 3], acceleration per displacement of the test mass, 1/s²."""
     omega_lin: FloatArray
@@ -60,7 +60,7 @@ def self_gravity(
     ----------
     points : [n, 3], positions of the sources in the basic frame [m].
     masses : [n], masses of the sources [kg]; massless sources are skipped wherever they are.
-    test_mass : the cuboid acted upon.
+    test_mass : the body acted upon.
     G : gravitational constant [m³ kg⁻¹ s⁻²].
     node_ids : [n], names of the sources in error messages (their indices by default).
 
@@ -89,7 +89,7 @@ def self_gravity(
     """
     total = FieldSum()
     for _, position, mass in massive_blocks(points, masses, test_mass, node_ids):
-        total.add(cuboid_field(position, test_mass.side_m), mass)
+        total.add(test_mass.body.field(position), mass)
     return total.result(test_mass, G)
 
 
@@ -99,7 +99,7 @@ class FieldSum:
     def __init__(self) -> None:
         self._partial: dict[str, list[FloatArray]] = {name: [] for name in _SHAPES}
 
-    def add(self, field: CuboidField, mass: FloatArray) -> None:
+    def add(self, field: BodyField, mass: FloatArray) -> None:
         """Add n sources of `mass` [n], kg."""
         for name, partial in self._partial.items():
             # summation over a contiguous axis is pairwise
@@ -107,7 +107,7 @@ class FieldSum:
             partial.append(terms.sum(axis=1))
 
     def result(self, test_mass: TestMass, G: float) -> SelfGravity:
-        """The sums times G, normalised by mass and moments of inertia."""
+        """The sums times G, normalised by mass and tensor of inertia."""
         total = {
             name: G * np.array([math.fsum(column) for column in np.reshape(blocks, (len(blocks), -1)).T]).reshape(shape)
             if (blocks := self._partial[name])
@@ -129,22 +129,21 @@ def self_gravity_by_source(
     count = np.shape(masses)[0]
     total = {name: np.zeros((count, *shape)) for name, shape in _SHAPES.items()}
     for index, position, mass in massive_blocks(points, masses, test_mass, None):
-        block = cuboid_field(position, test_mass.side_m)
+        block = test_mass.body.field(position)
         for name, shape in _SHAPES.items():
             total[name][index] = (G * mass).reshape(-1, *(1 for _ in shape)) * getattr(block, name)
     return _normalised(total, test_mass)
 
 
 def _normalised(field: dict[str, FloatArray], test_mass: TestMass) -> SelfGravity:
-    """From the quantities of `CuboidField` summed with G m, [..., 3] and [..., 3, 3]."""
-    gyration = test_mass.inertia_kg_m2 / test_mass.mass_kg
+    """From the quantities of `BodyField` summed with G m, [..., 3] and [..., 3, 3]."""
     return SelfGravity(
         acceleration=field["force"],
-        angular_acceleration=field["torque"] / gyration,
+        angular_acceleration=test_mass.per_inertia(field["torque"]),
         gamma_lin=field["gamma_lin"],
-        omega_lin=field["omega_lin"] / gyration[:, None],
+        omega_lin=test_mass.per_inertia(field["omega_lin"], -2),
         gamma_ang=field["gamma_ang"],
-        omega_ang=field["omega_ang"] / gyration[:, None],
+        omega_ang=test_mass.per_inertia(field["omega_ang"], -2),
     )
 
 
@@ -178,11 +177,11 @@ def massive_blocks(
     for start in range(0, massive.size, _BLOCK_SOURCES):
         index = massive[start : start + _BLOCK_SOURCES]
         position = to_test_mass_frame(test_mass, points[index])
-        inside = first_inside(position, test_mass.side_m)
+        inside = test_mass.body.first_inside(position)
         if inside is not None:
             node = _node_name(int(index[inside]), node_ids)
             raise PhysicsError(
-                f"{node} ({masses[index[inside]]:.6g} kg) {inside_fact(position[inside], test_mass.side_m)}",
+                f"{node} ({masses[index[inside]]:.6g} kg) {test_mass.body.inside_fact(position[inside])}",
                 where=f"test mass {test_mass.name!r}",
                 hint="leave the test mass itself out of the source model, or correct its position and size",
             )

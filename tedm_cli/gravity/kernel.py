@@ -37,12 +37,15 @@ _FORCE_TIERS = (
 # Long enough that threads seldom meet at the interpreter.
 _BLOCK_POINTS = 1 << 12
 
+Tiers = tuple[tuple[float, int], ...]
+Near = Callable[[FloatArray, FloatArray], None]
+Far = Callable[[FloatArray, int, FloatArray], None]
 _Part = Callable[[FloatArray, FloatArray, bool, IndexArray], None]
 
 
 @dataclass(frozen=True, eq=False)
-class CuboidField:
-    """Field of n point sources on a cuboid, per unit G M m, in its frame (read-only arrays)."""
+class BodyField:
+    """Field of n point sources on a homogeneous body, per unit G M m, in its frame (read-only arrays)."""
 
     force: FloatArray
     """[n, 3], 1/m²."""
@@ -58,7 +61,7 @@ class CuboidField:
     """[n, 3, 3], 1/m per rad, row: torque component, column: rotation."""
 
 
-def cuboid_field(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> CuboidField:
+def cuboid_field(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> BodyField:
     """Field of point sources of unit mass on a homogeneous cuboid.
 
     Close to the body the closed edge form is used, farther out its multipole expansion, since the closed form loses
@@ -75,7 +78,7 @@ def cuboid_field(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> Cu
 
     Returns
     -------
-    CuboidField
+    BodyField
 
     Raises
     ------
@@ -94,21 +97,8 @@ def cuboid_field(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> Cu
     >>> bool(abs(near_and_far.gamma_lin.trace(axis1=1, axis2=2)).max() < 1e-9)
     True
     """
-    from tedm_cli.gravity.assembly import put_force_gradient, put_torque
-
-    points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
-    n = points.shape[0]
-    force, torque = np.empty((n, 3)), np.empty((n, 3))
-    gamma_lin, omega_lin, omega_ang = np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3))
-
-    def put(position: FloatArray, field: FloatArray, separate: bool, rows: IndexArray) -> None:
-        put_force_gradient(position, field, separate, rows, force, gamma_lin)
-        put_torque(position, field, rows, torque, omega_lin, omega_ang)
-
-    _evaluate(points, np.asarray(sides, dtype=np.float64), _TORQUE_TIERS, put, threads)
-    for array in (force, gamma_lin, torque, omega_lin, omega_ang):
-        array.flags.writeable = False
-    return CuboidField(force, gamma_lin, torque, omega_lin, omega_lin.swapaxes(1, 2), omega_ang)
+    require_outside(points := as_points(points), sides := np.asarray(sides, dtype=np.float64))
+    return field_of_body(points, *_cuboid(sides), threads=threads)
 
 
 def cuboid_force_gradient(points: ArrayLike, sides: ArrayLike, *, threads: int = 1) -> tuple[FloatArray, FloatArray]:
@@ -119,35 +109,84 @@ def cuboid_force_gradient(points: ArrayLike, sides: ArrayLike, *, threads: int =
     force : [n, 3], 1/m².
     gamma_lin : [n, 3, 3], 1/m³, symmetric, trace 0.
     """
+    require_outside(points := as_points(points), sides := np.asarray(sides, dtype=np.float64))
+    return force_gradient_of_body(points, *_cuboid(sides), threads=threads)
+
+
+def as_points(points: ArrayLike) -> FloatArray:
+    """[n, 3], as the kernels take them."""
+    return np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
+
+
+def _cuboid(sides: FloatArray) -> tuple[float, Near, Far]:
+    half_sides = sides / 2.0
+    scale = float(np.sqrt((half_sides**2).sum()))
+
+    def near(position: FloatArray, field: FloatArray) -> None:
+        # The compiled kernels are loaded here: importing the compiler takes longer than all the rest of the room.
+        from tedm_cli.gravity.edge_form import edge_form
+
+        edge_form(position, -half_sides, half_sides, field)
+
+    def far(position: FloatArray, order: int, field: FloatArray) -> None:
+        from tedm_cli.gravity.multipole import excess_field
+
+        excess_field(position, scale, field_weights(*half_sides.tolist(), order), field)
+
+    return scale, near, far
+
+
+def field_of_body(
+    points: FloatArray, radius: float, near: Near, far: Far, *, tiers: Tiers = _TORQUE_TIERS, threads: int = 1
+) -> BodyField:
+    """The six quantities of a homogeneous body, from its closed form nearby and its expansion farther out.
+
+    Parameters
+    ----------
+    points : [n, 3], outside the body, about its centre of mass [m].
+    radius : of a sphere about the centre of mass that holds the body [m].
+    near : (points [k, 3], field [k, 9]); writes force along x, y, z and gradient xx, yy, zz, xy, xz, yz.
+    far : (points [k, 3], degree, field [k, 9]); the same less those of a point mass, by an expansion up to a degree.
+    tiers : distances over the radius from which the expansion to a degree is used, and the degrees.
+    threads : as of `cuboid_field`.
+    """
+    from tedm_cli.gravity.assembly import put_force_gradient, put_torque
+
+    n = points.shape[0]
+    force, torque = np.empty((n, 3)), np.empty((n, 3))
+    gamma_lin, omega_lin, omega_ang = np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3))
+
+    def put(position: FloatArray, field: FloatArray, separate: bool, rows: IndexArray) -> None:
+        put_force_gradient(position, field, separate, rows, force, gamma_lin)
+        put_torque(position, field, rows, torque, omega_lin, omega_ang)
+
+    _evaluate(points, radius, near, far, tiers, put, threads)
+    for array in (force, gamma_lin, torque, omega_lin, omega_ang):
+        array.flags.writeable = False
+    return BodyField(force, gamma_lin, torque, omega_lin, omega_lin.swapaxes(1, 2), omega_ang)
+
+
+def force_gradient_of_body(
+    points: FloatArray, radius: float, near: Near, far: Far, *, tiers: Tiers = _FORCE_TIERS, threads: int = 1
+) -> tuple[FloatArray, FloatArray]:
+    """Force [n, 3] and gamma_lin [n, 3, 3] alone; parameters as of `field_of_body`."""
     from tedm_cli.gravity.assembly import put_force_gradient
 
-    points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
     force, gamma_lin = np.empty_like(points), np.empty((points.shape[0], 3, 3))
 
     def put(position: FloatArray, field: FloatArray, separate: bool, rows: IndexArray) -> None:
         put_force_gradient(position, field, separate, rows, force, gamma_lin)
 
-    _evaluate(points, np.asarray(sides, dtype=np.float64), _FORCE_TIERS, put, threads)
+    _evaluate(points, radius, near, far, tiers, put, threads)
     return force, gamma_lin
 
 
-def _evaluate(
-    points: FloatArray, sides: FloatArray, tiers: tuple[tuple[float, int], ...], put: _Part, threads: int
-) -> None:
+def _evaluate(points: FloatArray, radius: float, near: Near, far: Far, tiers: Tiers, put: _Part, threads: int) -> None:
     """Pass blocks of points, and their field as far as it exerts a torque, to `put`.
 
     Blocks are cut alike for any number of threads, and every point is computed by itself.
     """
-    # The compiled kernels are loaded here: importing the compiler takes longer than all the rest of the room.
-    from tedm_cli.gravity.edge_form import edge_form
-    from tedm_cli.gravity.multipole import excess_field
-
-    index = first_inside(points, sides)
-    if index is not None:
-        raise PhysicsError(f"source {index} at {points[index].tolist()} m {inside_fact(points[index], sides)}")
-    half_sides = sides / 2.0
-    scale = float(np.sqrt((half_sides**2).sum()))
-    ratio = np.sqrt(np.einsum("ni,ni->n", points, points)) / scale
+    ratio = np.sqrt(np.einsum("ni,ni->n", points, points)) / radius
     tier = np.zeros(ratio.size, dtype=np.uint8)
     for lower, _ in tiers:
         tier += ratio >= lower
@@ -160,9 +199,9 @@ def _evaluate(
         position = np.take(points, rows, axis=0)
         field = np.empty((rows.size, 9))
         if order:
-            excess_field(position, scale, field_weights(*half_sides.tolist(), order), field)
+            far(position, order, field)
         else:
-            edge_form(position, half_sides, field)
+            near(position, field)
         put(position, field, order > 0, rows)
 
     orders = (0, *(order for _, order in tiers))
@@ -177,6 +216,13 @@ def _evaluate(
         return
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(work, blocks))
+
+
+def require_outside(points: FloatArray, sides: FloatArray) -> None:
+    """`PhysicsError` for the first of `points` that is inside or on the cuboid; names its index and the distance."""
+    index = first_inside(points, sides)
+    if index is not None:
+        raise PhysicsError(f"source {index} at {points[index].tolist()} m {inside_fact(points[index], sides)}")
 
 
 def first_inside(points: FloatArray, sides: FloatArray) -> int | None:

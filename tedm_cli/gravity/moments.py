@@ -47,9 +47,9 @@ def field_weights(hx: float, hy: float, hz: float, order: int) -> FloatArray:
             potential[degree, size + m] = potential[degree, size - m] = moments[degree, m]
 
     # force = -∇U; gamma = -∂force/∂R = ∇∇U
-    gradient = [_derivative(potential, axis) for axis in range(3)]
+    gradient = [derivative(potential, axis) for axis in range(3)]
     x, y, z = (-row[:, size:] for row in gradient)
-    xx, yy, xy, xz, yz = (_derivative(gradient[i], j)[:, size:] for i, j in ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2)))
+    xx, yy, xy, xz, yz = (derivative(gradient[i], j)[:, size:] for i, j in ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2)))
     # c_{-m} I_l^{-m} is the complex conjugate of c_m I_l^m
     double = np.where(np.arange(size + 1) > 0, 2.0, 1.0)
     factorial = np.cumprod(np.maximum(2.0 * np.arange(size) - 1.0, 1.0))
@@ -69,7 +69,7 @@ def field_weights(hx: float, hy: float, hz: float, order: int) -> FloatArray:
     return weights
 
 
-def _derivative(series: ComplexArray, axis: int) -> ComplexArray:
+def derivative(series: ComplexArray, axis: int) -> ComplexArray:
     """Coefficients of the derivative of ``Σ c_lm I_l^m`` along x, y or z (axis 0, 1, 2)."""
     result = np.zeros_like(series)
     if axis == 2:

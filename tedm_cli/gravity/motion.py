@@ -9,6 +9,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.field import SelfGravity
 from tedm_cli.gravity.testmass import TestMass
+from tedm_cli.inertia import divided_by_inertia
 
 
 def linearised_motion(
@@ -16,7 +17,7 @@ def linearised_motion(
     fixed: Sequence[SelfGravity],
     mutual: Mapping[tuple[int, int], SelfGravity],
 ) -> FloatArray:
-    """Stiffness of all test masses together: ``(F1/M, T1/I, F2/M, ...) = DC + K (dr1, dα1, dr2, ...)``.
+    """Stiffness of all test masses together: ``(F1/M, I⁻¹ T1, F2/M, ...) = DC + K (dr1, dα1, dr2, ...)``.
 
     For test mass i moved by dr_i, dα_i among fixed sources ``F = Γ_lin dr_i + Γ_ang dα_i``, ``T = Ω_lin dr_i + Ω_ang
     dα_i`` (section 6.1). Test mass j, whose sources are at r = r_ij + r', moves them by ``dr_j + dα_j × r'``:
@@ -67,8 +68,7 @@ def by_motion_of_source(tm: TestMass, place_m: FloatArray, field: SelfGravity) -
     """
     separation = cross_matrix(tm.axes @ (place_m - tm.position_m))
     inertia = tm.inertia_kg_m2
-    # T is I omegadot component by component, and the result is divided by I again row by row
-    torque = cross_matrix(inertia * field.angular_acceleration) / inertia[:, None]
+    torque = divided_by_inertia(inertia, cross_matrix(inertia @ field.angular_acceleration), 0)
     force_turn = field.gamma_ang + cross_matrix(field.acceleration) + field.gamma_lin @ separation
     torque_turn = field.omega_ang + torque + field.omega_lin @ separation
     return np.block([[field.gamma_lin, force_turn], [field.omega_lin, torque_turn]])

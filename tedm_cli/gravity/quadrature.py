@@ -11,7 +11,6 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.shapes import gauss_rule, measure
 from tedm_cli.gravity.cells import CLOSEST, Cells, cut
-from tedm_cli.gravity.kernel import first_inside, inside_fact
 from tedm_cli.gravity.masses import ElementBlock, MassDistribution, PointMasses
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 
@@ -55,7 +54,7 @@ def quadrature_points(
     Parameters
     ----------
     distribution : the model's mass.
-    test_mass : the cuboid acted upon.
+    test_mass : the body acted upon.
     tolerance : error of each element's field, relative to that field.
     advance : called with the number of elements done since the last call.
 
@@ -80,11 +79,11 @@ def point_sources(distribution: MassDistribution, test_mass: TestMass) -> Iterat
         part = np.arange(start, min(start + _BLOCK_POINTS, len(points.mass)))
         node, lever = points.node[part], points.offset[part]
         position = to_test_mass_frame(test_mass, distribution.position[node] + lever)
-        inside = first_inside(position, test_mass.side_m)
+        inside = test_mass.body.first_inside(position)
         if inside is not None:
             raise PhysicsError(
                 f"{points.name[part[inside]]} ({points.mass[part[inside]]:.6g} kg)"
-                f" {inside_fact(position[inside], test_mass.side_m)}",
+                f" {test_mass.body.inside_fact(position[inside])}",
                 where=f"test mass {test_mass.name!r}",
                 hint="leave the test mass itself out of the source model, or correct its position and size",
             )

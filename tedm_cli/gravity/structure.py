@@ -10,7 +10,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.gravity.constants import G_CODATA_2018
 from tedm_cli.gravity.field import FieldSum, SelfGravity
-from tedm_cli.gravity.kernel import CuboidField, cuboid_field
+from tedm_cli.gravity.kernel import BodyField
 from tedm_cli.gravity.masses import MassDistribution
 from tedm_cli.gravity.quadrature import QuadraturePoints, quadrature_points
 from tedm_cli.gravity.testmass import TestMass
@@ -69,7 +69,7 @@ def structure_gravity(
     Parameters
     ----------
     distribution : the model's mass.
-    test_mass : the cuboid acted upon.
+    test_mass : the body acted upon.
     tolerance : relative error allowed in the quadrature over each element.
     G : gravitational constant [m³ kg⁻¹ s⁻²].
     advance : called with the number of elements done since the last call.
@@ -92,15 +92,17 @@ def structure_gravity(
         if np.any(block.lever != 0.0):
             moment = np.cross(block.lever[:, :, None, :], pulled[..., :18].reshape(*block.nodes.shape, 6, 3))
             _add_levers(levers, distribution.lever_node, block, moment)
-    gyration = test_mass.inertia_kg_m2 / test_mass.mass_kg
-    scale = G / np.stack([np.ones(3), gyration])[:, :, None, None]
-    nodal[:, :18] *= scale.repeat(3, axis=2).ravel()
+    turning = test_mass.per_inertia(G * np.eye(3))
+    nodal[:, :9] *= G
+    nodal[:, 9:18] = (turning @ nodal[:, 9:18].reshape(-1, 3, 3)).reshape(-1, 9)
     nodal[:, 18:] *= G
-    nodal[:, 21:] /= gyration
+    nodal[:, 21:] = test_mass.per_inertia(nodal[:, 21:])
+    rotation = levers.reshape(len(levers), 2, 3, 3)
+    rotation = np.stack([G * rotation[:, 0], turning @ rotation[:, 1]])
     return StructureGravity(
         field=total.result(test_mass, G),
         operator=nodal[:, :18].reshape(n_nodes, 2, 3, 3).transpose(1, 2, 0, 3),
-        rotation=scale * levers.reshape(len(levers), 2, 3, 3).transpose(1, 2, 0, 3),
+        rotation=rotation.swapaxes(1, 2),
         acceleration=nodal[:, 18:21],
         angular_acceleration=nodal[:, 21:],
         axes=test_mass.axes,
@@ -108,14 +110,14 @@ def structure_gravity(
     )
 
 
-def pull_back(block: QuadraturePoints, test_mass: TestMass) -> tuple[CuboidField, FloatArray]:
+def pull_back(block: QuadraturePoints, test_mass: TestMass) -> tuple[BodyField, FloatArray]:
     """Field of the sources of a block (c q of them), and their coefficients at the nodes of each cell.
 
     The coefficients, [c, n, 24], are masses times, per unit G: Γ_lin (9) and Ω_lin (9) by rows, for displacements in
     the basic frame; force (3) and torque (3).
     """
     cells, q = block.mass.shape
-    field = cuboid_field(block.position.reshape(-1, 3), test_mass.side_m)
+    field = test_mass.body.field(block.position.reshape(-1, 3))
     rows = np.empty((cells * q, COLUMNS))
     rows[:, :9] = (field.gamma_lin @ test_mass.axes).reshape(-1, 9)
     rows[:, 9:18] = (field.omega_lin @ test_mass.axes).reshape(-1, 9)

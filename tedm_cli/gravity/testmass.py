@@ -1,28 +1,31 @@
-"""The test mass: a homogeneous cuboid with its own frame."""
+"""The test mass: a homogeneous body with its own frame."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
+from tedm_cli.gravity.bodies.body import Body
+from tedm_cli.gravity.bodies.cuboid import Cuboid
+from tedm_cli.inertia import divided_by_inertia
 
 _ORTHONORMALITY_TOLERANCE = 1e-12
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class TestMass:
-    """Homogeneous cuboid test mass in its nominal position.
+    """Homogeneous test mass in its nominal position.
+
+    Its frame has its origin at the centre of mass of the body, wherever the geometry that describes it has its own.
 
     Parameters
     ----------
     name : label used in row names and error messages.
     position_m : [3], centre of mass in the basic frame [m].
-    side_m : [3], full edge lengths along the test mass axes [m].
     mass_kg : mass [kg].
+    side_m : [3], full edge lengths along the test mass axes of a test mass that is a cuboid [m]; or
+    body : its shape, in the frame of the test mass.
     axes : [3, 3], rows are the unit vectors of the test mass axes in the basic frame (right-handed), so that
         ``x_tm = axes @ (x - position_m)``; the identity by default.
 
@@ -37,37 +40,71 @@ class TestMass:
 
     name: str
     position_m: FloatArray
-    side_m: FloatArray
     mass_kg: float
-    axes: FloatArray = field(default_factory=lambda: np.eye(3))
+    body: Body
+    axes: FloatArray
 
-    def __post_init__(self) -> None:
-        for attribute, shape in (("position_m", (3,)), ("side_m", (3,)), ("axes", (3, 3))):
-            array = np.array(getattr(self, attribute), dtype=np.float64)
-            if array.shape != shape:
-                raise ValueError(f"{attribute} of test mass {self.name!r} has shape {array.shape}, expected {shape}")
-            if not np.isfinite(array).all():
-                raise PhysicsError(f"{attribute} of test mass {self.name!r} is not finite: {array.tolist()}")
-            array.flags.writeable = False
-            object.__setattr__(self, attribute, array)
-        if not (self.side_m > 0).all():
-            raise PhysicsError(
-                f"edge lengths of test mass {self.name!r} must be positive, got {self.side_m.tolist()} m"
-            )
-        if not 0 < self.mass_kg < np.inf:
-            raise PhysicsError(f"mass of test mass {self.name!r} must be positive, got {self.mass_kg} kg")
+    def __init__(
+        self,
+        *,
+        name: str,
+        position_m: ArrayLike,
+        mass_kg: float,
+        side_m: ArrayLike | None = None,
+        body: Body | None = None,
+        axes: ArrayLike | None = None,
+    ) -> None:
+        self.name, self.mass_kg = name, mass_kg
+        self.position_m = self._array("position_m", position_m, (3,))
+        self.axes = self._array("axes", np.eye(3) if axes is None else axes, (3, 3))
+        if not 0 < mass_kg < np.inf:
+            raise PhysicsError(f"mass of test mass {name!r} must be positive, got {mass_kg} kg")
         deviation = float(np.abs(self.axes @ self.axes.T - np.eye(3)).max())
         if deviation > _ORTHONORMALITY_TOLERANCE or np.linalg.det(self.axes) < 0:
             raise PhysicsError(
-                f"axes of test mass {self.name!r} are not a right-handed orthonormal triad "
+                f"axes of test mass {name!r} are not a right-handed orthonormal triad "
                 f"(deviation from orthonormality {deviation:.1e}, determinant {np.linalg.det(self.axes):+.3f})"
             )
+        if body is not None and side_m is None:
+            self.body = body
+        elif side_m is not None and body is None:
+            self.body = Cuboid(self._array("side_m", side_m, (3,)))
+        else:
+            raise ValueError(f"test mass {name!r} needs either side_m or body")
+
+    def _array(self, attribute: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+        array = np.array(values, dtype=np.float64)
+        if array.shape != shape:
+            raise ValueError(f"{attribute} of test mass {self.name!r} has shape {array.shape}, expected {shape}")
+        if not np.isfinite(array).all():
+            raise PhysicsError(f"{attribute} of test mass {self.name!r} is not finite: {array.tolist()}")
+        if attribute == "side_m" and not (array > 0).all():
+            raise PhysicsError(f"edge lengths of test mass {self.name!r} must be positive, got {array.tolist()} m")
+        array.flags.writeable = False
+        return array
+
+    @property
+    def side_m(self) -> FloatArray:
+        """[3], full edge lengths along its axes of the cuboid that holds it [m], about `box_centre_m`."""
+        return self.body.extent_m
+
+    @property
+    def box_centre_m(self) -> FloatArray:
+        """[3], centre of the cuboid that holds it, in the basic frame [m]; of a cuboid its own."""
+        return np.asarray(self.position_m + (self.body.low_m + self.body.high_m) / 2.0 @ self.axes)
+
+    def surface(self) -> FloatArray:
+        """[t, 3, 3], corners of triangles that draw it, in the basic frame [m]."""
+        return np.asarray(self.position_m + self.body.surface() @ self.axes)
 
     @property
     def inertia_kg_m2(self) -> FloatArray:
-        """Principal moments of inertia about the centre, [3], kg m²: ``M/12 (Ly² + Lz²)`` about x, and cyclic."""
-        squares = self.side_m**2
-        return np.asarray(self.mass_kg / 12.0 * (squares.sum() - squares))
+        """Tensor of inertia about the centre of mass along its axes, [3, 3], kg m²."""
+        return self.body.inertia_kg_m2(self.mass_kg)
+
+    def per_inertia(self, torque: FloatArray, axis: int = -1) -> FloatArray:
+        """``(I/M)⁻¹ T``: angular acceleration times mass by torque, whose components run along `axis`; unit 1/m²."""
+        return divided_by_inertia(self.inertia_kg_m2 / self.mass_kg, torque, axis)
 
 
 def to_test_mass_frame(tm: TestMass, points: ArrayLike) -> FloatArray:
@@ -76,8 +113,9 @@ def to_test_mass_frame(tm: TestMass, points: ArrayLike) -> FloatArray:
 
 
 def touch(first: TestMass, second: TestMass) -> bool:
-    """Whether two test masses have a point in common, as far as rounding can tell."""
-    return cuboid_gap(first.position_m, first.side_m, first.axes, second.position_m, second.side_m, second.axes) <= 0.0
+    """Whether the cuboids that hold two test masses have a point in common, as far as rounding can tell."""
+    gap = cuboid_gap(first.box_centre_m, first.side_m, first.axes, second.box_centre_m, second.side_m, second.axes)
+    return gap <= 0.0
 
 
 def cuboid_gap(

@@ -36,9 +36,9 @@ def check_test_masses(test_masses: Sequence[TestMass], position: FloatArray, *, 
             problems.append(
                 (f"test_mass[{i}].position_m", f"{tm.name} is {away:.4g} m away from a model of {size:.4g} m")
             )
-        density = tm.mass_kg / float(np.prod(tm.side_m))
+        density = tm.mass_kg / tm.body.volume_m3
         if not SOLID_KG_M3[0] <= density <= SOLID_KG_M3[1]:
-            problems.append((f"test_mass[{i}]", f"side_m and mass_kg of {tm.name} make {density:.4g} kg/m3"))
+            problems.append((f"test_mass[{i}]", f"size and mass of {tm.name} make {density:.4g} kg/m3"))
     if problems:
         raise ConfigError(
             problems, where=where, hint="lengths must be in metres, masses in kilograms, in the basic frame"

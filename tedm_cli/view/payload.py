@@ -72,13 +72,15 @@ class CaseView:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A cuboid: a test mass or a compensation mass. `corner` [8, 3] m, in binary order; `motion` [k, 8, 3] m/K of them,
-    0 of what stays where it is."""
+    """A compensation mass, which may move, or a test mass, which stays where it is.
+
+    `triangle` [t, 3, 3] m, its surface; `motion` [k, 3 t, 3] m/K of their corners, None of what stays.
+    """
 
     name: str
     kind: str
-    corner: FloatArray
-    motion: FloatArray
+    triangle: FloatArray
+    motion: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +193,7 @@ def _film(film: Film) -> dict[str, Any]:
 
 def _drawing(d: Drawing) -> dict[str, Any]:
     bench = quantised(planes(d.bench.motion))
-    carried = [np.zeros((len(d.motion.scale), 0, 3)), *(box.motion for box in d.boxes)]
+    carried = [np.zeros((len(d.motion.scale), 0, 3)), *(box.motion for box in d.boxes if box.motion is not None)]
     boxes = quantised(planes(np.concatenate(carried, axis=1)))
     return {
         "grids": d.grids,
@@ -217,7 +219,8 @@ def _drawing(d: Drawing) -> dict[str, Any]:
             "beams": list(BEAMS),
         },
         "boxes": [
-            {"name": b.name, "kind": b.kind, "corner": [[float(v) for v in p] for p in b.corner]} for b in d.boxes
+            {"name": b.name, "kind": b.kind, "corner": [[float(v) for v in p] for p in b.triangle.reshape(-1, 3)]}
+            for b in d.boxes
         ],
         "carried": {"scale": numbers(boxes.scale), "steps": steps(boxes.step)},
         "colour": [[round(float(v), 4) for v in rgb] for rgb in d.colour],

@@ -143,6 +143,25 @@ FULL: dict[str, tuple[type[Strict], dict[str, Any]]] = {
             mass_kg = 1.96
             axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
             model_parts = { elements = [1], properties = [1], grids = [1] }
+            [[test_mass]]
+            name = "TM2"
+            position_m = [0.4, 0.2, 0.3]
+            side_m = [0.046, 0.05, 0.04]
+            chamfer_m = 0.002
+            density_kg_m3 = 19800.0
+            pocket = [
+                { face = "+z", centre_m = [0.001, 0.002], diameter_m = 0.01, depth_m = 0.003 },
+                { face = "-x", size_m = [0.01, 0.02], depth_m = 0.003 },
+            ]
+            [[test_mass]]
+            name = "TM3"
+            position_m = [0.7, 0.2, 0.3]
+            shape = "cylinder"
+            radius_m = 0.02
+            inner_radius_m = 0.01
+            height_m = 0.05
+            axis = [0.0, 1.0, 0.0]
+            mass_kg = 1.0
             [gravity]
             gravitational_constant_m3_kg_s2 = 6.6743e-11
             quadrature_tolerance = 1e-4

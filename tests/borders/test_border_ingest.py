@@ -219,8 +219,8 @@ def test_a_scalar_point_with_nothing_on_it_is_no_hindrance(tiny: Project) -> Non
     ("old", "new", "piece"),
     [
         ("[0.1, 0.2, 0.0]", "[100.0, 200.0, 0.0]", "test_mass[0].position_m: TM1 is"),
-        ("side_m = 0.046", "side_m = 46.0", "test_mass[0]: side_m and mass_kg of TM1 make"),
-        ("mass_kg = 1.96", "mass_kg = 1960.0", "test_mass[0]: side_m and mass_kg of TM1 make"),
+        ("side_m = 0.046", "side_m = 46.0", "test_mass[0]: size and mass of TM1 make"),
+        ("mass_kg = 1.96", "mass_kg = 1960.0", "test_mass[0]: size and mass of TM1 make"),
     ],
 )
 def test_test_mass_in_other_units(tiny: Project, old: str, new: str, piece: str) -> None:

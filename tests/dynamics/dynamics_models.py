@@ -49,7 +49,7 @@ def controlled(plant: Plant) -> ScalarLoops:
 
 
 def askew_plant(seed: int = 0, stiffness: float = 3e-6, turn: float = 0.3) -> Plant:
-    """A satellite with products of inertia, two different cuboids that are turned, and full stiffness."""
+    """A satellite and two different test masses, all with products of inertia, turned, and full stiffness."""
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(40, 3))
     inertia = 180.0 * (np.trace(points.T @ points) * np.eye(3) - points.T @ points) / (points**2).sum()
@@ -57,7 +57,9 @@ def askew_plant(seed: int = 0, stiffness: float = 3e-6, turn: float = 0.3) -> Pl
     for name, x in (("TM1", -0.19), ("TM2", 0.18)):
         side = rng.uniform(0.04, 0.06, 3)
         mass = rng.uniform(1.5, 2.5)
-        moments = mass / 12.0 * ((side**2).sum() - side**2)
+        turned = Rotation.from_rotvec(turn * rng.normal(size=3)).as_matrix()
+        moments = turned @ np.diag(mass / 12.0 * ((side**2).sum() - side**2)) @ turned.T
+        moments = (moments + moments.T) / 2.0
         axes = Rotation.from_rotvec(turn * rng.normal(size=3)).as_matrix()
         masses.append(DynamicTestMass(name, mass, moments, np.array([x, *rng.normal(0, 0.01, 2)]), axes))
     fixed = stiffness * rng.normal(size=(2, 6, 6)) * np.outer([1, 1, 1, 30, 30, 30], [1, 1, 1, 0.03, 0.03, 0.03])

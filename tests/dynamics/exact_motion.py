@@ -54,7 +54,7 @@ class Motion:
         if k == 0:
             return self.plant.spacecraft.mass_kg, self.plant.spacecraft.inertia_kg_m2
         tm = self.plant.test_masses[k - 1]
-        return tm.mass_kg, np.diag(tm.inertia_kg_m2)
+        return tm.mass_kg, tm.inertia_kg_m2
 
     @property
     def momentum(self) -> FloatArray:
@@ -82,7 +82,7 @@ class Motion:
         energy = 0.0
         for i, tm in enumerate(self.plant.test_masses):
             q = np.concatenate(self.of_test_mass(i))
-            energy -= 0.5 * float(q @ (tm.generalised_mass * (self.plant.fixed[i] @ q)))
+            energy -= 0.5 * float(q @ (tm.generalised_mass @ self.plant.fixed[i] @ q))
         return energy
 
     def rate(self, wrench: FloatArray) -> FloatArray:
@@ -92,7 +92,7 @@ class Motion:
         torque = [b @ wrench[3:6], np.zeros(3), np.zeros(3)]
         for i, tm in enumerate(self.plant.test_masses):
             own = wrench[6 + 6 * i : 12 + 6 * i]
-            own = own + tm.generalised_mass * (self.plant.fixed[i] @ np.concatenate(self.of_test_mass(i)))
+            own = own + tm.generalised_mass @ self.plant.fixed[i] @ np.concatenate(self.of_test_mass(i))
             f, t = b @ tm.axes.T @ own[:3], b @ tm.axes.T @ own[3:]
             force[i + 1], torque[i + 1] = f, t
             force[0] = force[0] - f

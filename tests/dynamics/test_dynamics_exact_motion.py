@@ -30,7 +30,7 @@ def conservative() -> Plant:
     plant, fixed = alone(), np.zeros((2, 6, 6))
     for i, tm in enumerate(plant.test_masses):
         fixed[i, :3, :3] = plant.fixed[i, :3, :3] + plant.fixed[i, :3, :3].T
-        fixed[i, 3:, 3:] = np.diag(-2e-6 * tm.inertia_kg_m2.mean() / tm.inertia_kg_m2)
+        fixed[i, 3:, 3:] = -2e-6 * np.trace(tm.inertia_kg_m2) / 3 * np.linalg.inv(tm.inertia_kg_m2)
     return replace(plant, fixed=fixed)
 
 

@@ -62,7 +62,7 @@ def test_what_the_actuation_holds() -> None:
     for name, wanted in (
         ("actuation_TM2_Fx", 9e-10 * masses[1].mass_kg),
         ("actuation_TM1_Fy", 9e-10 * masses[0].mass_kg),
-        ("actuation_TM2_Lz", 60e-10 * masses[1].inertia_kg_m2[2]),
+        ("actuation_TM2_Lz", 60e-10 * masses[1].inertia_kg_m2[2, 2]),
     ):
         np.testing.assert_allclose(spectra[name].level, 2.0 * 3e-6 * wanted, rtol=1e-12)
     assert {(s.corner_hz, s.slope) for s in spectra.values()} == {(1e-3, 1.0)}

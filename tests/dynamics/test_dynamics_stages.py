@@ -106,7 +106,7 @@ def test_test_masses_are_those_of_the_sensitivities(built: Project) -> None:
     for i in (0, 1):
         for k in range(3):
             across = [squares[i, (k + 1) % 3], squares[i, (k + 2) % 3]]
-            np.testing.assert_allclose(moments[i, k], mass[i] / 12.0 * sum(across), rtol=1e-12)
+            np.testing.assert_allclose(moments[i, k], np.eye(3)[k] * mass[i] / 12.0 * sum(across), rtol=1e-12)
         pull = np.concatenate([linear[i].sum(axis=0), angular[i].sum(axis=0)])
         np.testing.assert_allclose(at_rest[6 * i : 6 * i + 6], pull, rtol=1e-12, atol=1e-30)
 

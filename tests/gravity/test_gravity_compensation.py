@@ -41,8 +41,8 @@ def test_action_and_reaction(mass):
     force = gravity.acceleration * tm.mass_kg
     force_back = mass.axes.T @ back.acceleration * mass.mass_kg
     assert np.abs(force + force_back).max() < 1e-9 * np.abs(force).max()
-    torque = gravity.angular_acceleration * tm.inertia_kg_m2 + np.cross(tm.position_m, force)
-    torque_back = mass.axes.T @ (back.angular_acceleration * as_test_mass.inertia_kg_m2)
+    torque = gravity.angular_acceleration * np.diag(tm.inertia_kg_m2) + np.cross(tm.position_m, force)
+    torque_back = mass.axes.T @ (back.angular_acceleration * np.diag(as_test_mass.inertia_kg_m2))
     torque_back = torque_back + np.cross(mass.centre_m, force_back)
     assert np.abs(torque + torque_back).max() < 1e-9 * np.linalg.norm(tm.position_m) * np.abs(force).max()
     # the gradient of a body is symmetric in the two as well: moving one is moving the other back

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from bodies import notched
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -37,11 +38,11 @@ def assert_close(left, right, tolerance):
 
 def test_moments_of_inertia_of_a_cube_and_a_brick():
     tm = cuboid()
-    assert tm.inertia_kg_m2 == pytest.approx(
+    assert np.diag(tm.inertia_kg_m2) == pytest.approx(
         [1.9 / 12 * (0.05**2 + 0.03**2), 1.9 / 12 * (0.04**2 + 0.03**2), 1.9 / 12 * (0.04**2 + 0.05**2)], rel=1e-14
     )
     cube = TestMass(name="c", position_m=np.zeros(3), side_m=np.full(3, 0.046), mass_kg=1.96)
-    assert cube.inertia_kg_m2 == pytest.approx([1.96 * 0.046**2 / 6] * 3, rel=1e-14)
+    assert np.diag(cube.inertia_kg_m2) == pytest.approx([1.96 * 0.046**2 / 6] * 3, rel=1e-14)
 
 
 def test_frame_of_the_test_mass_has_its_axes_in_the_rows():
@@ -64,12 +65,25 @@ def test_normalisation_is_by_mass_and_by_each_moment_of_inertia():
     tm = cuboid()
     point, mass = np.array([[0.06, 0.02, -0.05]]), 3.0
     field, gravity = cuboid_field(point, SIDES), self_gravity(point, [mass], tm, G=2.0)
-    per_inertia = 2.0 * mass * tm.mass_kg / tm.inertia_kg_m2
+    per_inertia = 2.0 * mass * tm.mass_kg / np.diag(tm.inertia_kg_m2)
     np.testing.assert_allclose(gravity.acceleration, 6.0 * field.force[0], rtol=1e-14)
     np.testing.assert_allclose(gravity.angular_acceleration, per_inertia * field.torque[0], rtol=1e-14)
     np.testing.assert_allclose(gravity.gamma_ang, 6.0 * field.gamma_ang[0], rtol=1e-14)
     np.testing.assert_allclose(gravity.omega_lin, per_inertia[:, None] * field.omega_lin[0], rtol=1e-14)
     np.testing.assert_allclose(gravity.omega_ang, per_inertia[:, None] * field.omega_ang[0], rtol=1e-14)
+
+
+def test_normalisation_by_a_tensor_of_inertia_with_products():
+    """A notched cuboid: angular accelerations times the whole tensor are the torques."""
+    body = notched()
+    tm = TestMass(name="TM1", position_m=np.zeros(3), body=body, mass_kg=1.3)
+    assert abs(tm.inertia_kg_m2[0, 2]) > 0.05 * tm.inertia_kg_m2[0, 0]
+    point, mass = np.array([[0.03, 0.02, -0.05]]), 2.0
+    field, gravity = body.field(point), self_gravity(point, [mass], tm, G=1.0)
+    for name, of in (("angular_acceleration", "torque"), ("omega_lin", "omega_lin"), ("omega_ang", "omega_ang")):
+        torque = tm.inertia_kg_m2 @ getattr(gravity, name)
+        wanted = mass * tm.mass_kg * getattr(field, of)[0]
+        np.testing.assert_allclose(torque, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max())
 
 
 @settings(deadline=None, max_examples=25, derandomize=True)

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from bodies import notched, tetrahedron
 from scipy.spatial.transform import Rotation
 
+from tedm_cli.gravity.body_source import field_of_other_test_mass
 from tedm_cli.gravity.compensation import CompensationMass, field_of_compensation_masses
-from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.testmass import TestMass
@@ -30,6 +31,10 @@ SKEWED = [
         axes=Rotation.from_rotvec([-0.1, 0.4, 0.2]).as_matrix(),
     ),
 ]
+OTHERS = [
+    TestMass(name=name, position_m=tm.position_m, body=body, mass_kg=tm.mass_kg, axes=tm.axes)
+    for name, tm, body in (("TM1", SKEWED[0], notched()), ("TM2", SKEWED[1], tetrahedron()))
+]
 POINTS = np.array([[0.12, 0.05, 0.01], [0.0, -0.09, 0.06], [-0.11, 0.02, -0.08]])
 MASSES = np.array([0.4, 0.7, 0.3])
 BLOCK = CompensationMass(
@@ -47,7 +52,7 @@ def moved(tm, motion):
     return TestMass(
         name=tm.name,
         position_m=tm.position_m + motion[:3] @ tm.axes,
-        side_m=tm.side_m,
+        body=tm.body,
         mass_kg=tm.mass_kg,
         # rows are the axes: turned in the nominal frame, written in the basic frame
         axes=turn.T @ tm.axes,
@@ -65,7 +70,8 @@ def outputs(nominal, motions):
                 field = field + field_of_other_test_mass(body, other, n=10)[0]
         back = tm.axes @ body.axes.T
         rows.append(back @ field.acceleration)
-        rows.append(back @ (field.angular_acceleration * body.inertia_kg_m2) / tm.inertia_kg_m2)
+        torque = back @ (body.inertia_kg_m2 @ field.angular_acceleration)
+        rows.append(np.linalg.solve(tm.inertia_kg_m2, torque))
     return np.concatenate(rows)
 
 
@@ -76,7 +82,7 @@ def matrix(nominal):
     return linearised_motion(nominal, [fixed_field(tm) for tm in nominal], mutual), mutual
 
 
-@pytest.mark.parametrize("nominal", [CUBES, SKEWED], ids=["cubes", "skewed cuboids"])
+@pytest.mark.parametrize("nominal", [CUBES, SKEWED, OTHERS], ids=["cubes", "skewed cuboids", "other bodies"])
 def test_every_column_is_the_derivative_of_the_motion(nominal):
     found, _ = matrix(nominal)
     step = 1e-4
@@ -129,11 +135,14 @@ def test_moving_everything_together_changes_nothing():
     )
     for i, tm in enumerate(SKEWED):
         field = mutual[i, 1 - i]
-        force, torque = tm.axes.T @ field.acceleration, tm.axes.T @ (field.angular_acceleration * tm.inertia_kg_m2)
+        force, torque = (
+            tm.axes.T @ field.acceleration,
+            tm.axes.T @ (field.angular_acceleration * np.diag(tm.inertia_kg_m2)),
+        )
         wanted = np.concatenate(
             [
                 tm.axes @ np.cross(np.eye(3), force).T,
-                (tm.axes @ np.cross(np.eye(3), torque).T) / tm.inertia_kg_m2[:, None],
+                (tm.axes @ np.cross(np.eye(3), torque).T) / np.diag(tm.inertia_kg_m2)[:, None],
             ]
         )
         turned = found[6 * i : 6 * i + 6] @ rotation

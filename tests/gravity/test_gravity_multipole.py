@@ -100,7 +100,7 @@ def test_expansion_converges_geometrically_to_the_closed_form():
     points = ratio * scale * DIRECTIONS
     distance, unit = ratio * scale, DIRECTIONS.T
     closed, field = np.empty((len(points), 9)), np.empty((len(points), 9))
-    edge_form(points, half_sides, closed)
+    edge_form(points, -half_sides, half_sides, closed)
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     point = np.array([*(unit / distance**2), *((3 * unit[i] * unit[j] - (i == j)) / distance**3 for i, j in pairs)]).T
     errors = []

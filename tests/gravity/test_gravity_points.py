@@ -60,7 +60,7 @@ def test_sources_add_up_and_action_is_reaction(project: Project, points: Path) -
             assert np.abs(each.sum(axis=0) - whole).max() <= 4e-16 * np.abs(each).sum(axis=0).max(), name
         # one source exerts no torque about itself: T = R x F
         r = done.sources.position - tm.position_m
-        torque = parts.angular_acceleration * tm.inertia_kg_m2
+        torque = parts.angular_acceleration * np.diag(tm.inertia_kg_m2)
         force = parts.acceleration * tm.mass_kg
         scale = np.linalg.norm(r, axis=1) * np.linalg.norm(force, axis=1)
         assert (np.abs(np.cross(r, force) - torque).max(axis=1) < 1e-15 * scale + 1e-12 * np.abs(torque).max()).all()

@@ -160,7 +160,7 @@ def test_everything_moved_together_changes_nothing():
     turned = np.concatenate(
         [
             np.cross(about, gravity.acceleration),
-            np.cross(about, inertia * gravity.angular_acceleration) / inertia,
+            np.linalg.solve(inertia, np.cross(about, inertia @ gravity.angular_acceleration)),
         ]
     )
     rest = by_block + by_mass - turned

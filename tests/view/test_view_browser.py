@@ -90,8 +90,7 @@ def test_corners_are_drawn_where_the_temperatures_put_them(page: Browser, built:
         np.testing.assert_allclose(given[first : first + len(moved), :3], moved, rtol=1e-6, atol=0)
         assert np.abs(moved).max() > 0
         first += len(moved)
-    assert (moved[:16] == 0).all()  # two test masses
-    assert (given[first:] == 0).all()  # what is left of the texture
+    assert (given[first:] == 0).all()  # test masses, and what is left of the texture
 
 
 @pytest.mark.parametrize("kind", ["area", "uniform", "typical", "worst", "play", "series"])

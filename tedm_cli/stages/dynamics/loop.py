@@ -108,10 +108,8 @@ def _not_two(project: Project, number: int) -> ConfigError:
 
 
 def _test_masses(file: Reader) -> list[DynamicTestMass]:
-    mass, side = file.array(KIND.TEST_MASS_MASS), file.array(KIND.TEST_MASS_SIDE)
+    mass, inertia = file.array(KIND.TEST_MASS_MASS), file.array(KIND.TEST_MASS_INERTIA)
     position, axes = file.array(KIND.TEST_MASS_POSITION), file.array(KIND.TEST_MASS_AXES)
-    squares = side**2
-    inertia = mass[:, None] / 12.0 * (squares.sum(axis=1, keepdims=True) - squares)
     return [
         DynamicTestMass(name, float(mass[i]), inertia[i], position[i], axes[i]) for i, name in enumerate(TEST_MASSES)
     ]

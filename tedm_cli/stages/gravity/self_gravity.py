@@ -15,7 +15,6 @@ from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.store import replacing
 from tedm_cli.gravity.field import SelfGravity, self_gravity, self_gravity_by_source
-from tedm_cli.gravity.kernel import first_inside, inside_fact
 from tedm_cli.gravity.testmass import TestMass, to_test_mass_frame
 from tedm_cli.quantities import FAR_COORDINATE, POINT_MASS
 from tedm_cli.tables.csv_table import Row, csv_line, read_table
@@ -85,9 +84,9 @@ def read_sources(path: Path, test_masses: list[TestMass]) -> PointSources:
     position = np.array([[row.number[c] for c in list(COLUMNS)[:3]] for row in rows])
     for tm in test_masses:
         local = to_test_mass_frame(tm, position)
-        inside = first_inside(local, tm.side_m)
+        inside = tm.body.first_inside(local)
         if inside is not None:
-            fact = inside_fact(local[inside], tm.side_m).replace("the test mass", f"test mass {tm.name!r}")
+            fact = tm.body.inside_fact(local[inside]).replace("the test mass", f"test mass {tm.name!r}")
             raise InputError(f"the source {fact}", where=f"{path}:{rows[inside].line}")
     return PointSources(path, _lines(rows), position, np.array([row.number["mass_kg"] for row in rows]))
 
@@ -106,7 +105,7 @@ def point_dict(done: PointField) -> dict[str, Any]:
             {
                 "name": tm.name,
                 "force_N": (field.acceleration * tm.mass_kg).tolist(),
-                "torque_N_m": (field.angular_acceleration * tm.inertia_kg_m2).tolist(),
+                "torque_N_m": (tm.inertia_kg_m2 @ field.angular_acceleration).tolist(),
                 **_quantities(field),
             }
             for tm, field in zip(done.test_masses, done.total, strict=True)
@@ -158,7 +157,7 @@ def totals(tm: TestMass, field: SelfGravity) -> list[tuple[str, str, FloatArray]
     """(quantity, unit, value) of everything on one test mass, force [N] and torque [N m] first."""
     return [
         ("force", "N", field.acceleration * tm.mass_kg),
-        ("torque", "N m", field.angular_acceleration * tm.inertia_kg_m2),
+        ("torque", "N m", tm.inertia_kg_m2 @ field.angular_acceleration),
         *((k, unit, getattr(field, k)) for k, (unit, _) in FIELD_UNITS.items()),
     ]
 

@@ -24,8 +24,8 @@ from tedm_cli.files.build_folder import (
     require_same_areas,
 )
 from tedm_cli.files.store import Reader, Writer, create, open_checked
+from tedm_cli.gravity.body_source import field_of_other_test_mass
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass, field_of_compensation_masses
-from tedm_cli.gravity.cuboid_source import field_of_other_test_mass
 from tedm_cli.gravity.field import COMPENSATION, OTHER_TEST_MASS, STRUCTURE, SelfGravity, self_gravity
 from tedm_cli.gravity.motion import linearised_motion, motion_labels
 from tedm_cli.gravity.operator import sensitivity_row_labels, sensitivity_row_units
@@ -91,7 +91,8 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
     blocks, block_file = compensation_masses(project, config), compensation_file(project, config)
     masses_file, distortion_file = project.build_dir / UNIT_LOADS_FILE, project.build_dir / DISTORTION_FILE
     out = out_path(project, SENSITIVITY_FILE, output)
-    trace = provenance([config_file], [masses_file, distortion_file, *([] if block_file is None else [block_file])])
+    files = [*([] if block_file is None else [block_file]), *map(project.resolve, config.body_files())]
+    trace = provenance([config_file], [masses_file, distortion_file, *dict.fromkeys(files)])
     with (
         open_checked(masses_file, UNIT_LOADS) as unit,
         open_checked(distortion_file, DISTORTION) as distortion,
@@ -102,6 +103,20 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
         require_plane(distortion, project, config)
         ties = require_ties(unit, blocks)
         return _build(config, blocks, ties, unit, distortion, writer, out, project.model, step)
+
+
+def _write_bodies(writer: Writer, test_masses: list[TestMass]) -> None:
+    writer.write(SENSITIVITY.TEST_MASS_POSITION, [t.position_m for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_SHAPE, [t.body.words for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_SIDE, [t.side_m for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_BOX_CENTRE, [t.box_centre_m for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_MASS, [t.mass_kg for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_INERTIA, [t.inertia_kg_m2 for t in test_masses])
+    writer.write(SENSITIVITY.TEST_MASS_AXES, [t.axes for t in test_masses])
+    surfaces = [t.surface() for t in test_masses]
+    writer.write(SENSITIVITY.TEST_MASS_SURFACE, np.concatenate(surfaces))
+    owner = np.repeat(np.arange(len(surfaces)), [len(surface) for surface in surfaces])
+    writer.write(SENSITIVITY.TEST_MASS_SURFACE_OWNER, owner)
 
 
 def _build(
@@ -121,10 +136,7 @@ def _build(
     copy_places(distortion, writer)
     writer.write(SENSITIVITY.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
     writer.write(SENSITIVITY.TEST_MASS_NAME, [t.name for t in test_masses])
-    writer.write(SENSITIVITY.TEST_MASS_POSITION, [t.position_m for t in test_masses])
-    writer.write(SENSITIVITY.TEST_MASS_SIDE, [t.side_m for t in test_masses])
-    writer.write(SENSITIVITY.TEST_MASS_MASS, [t.mass_kg for t in test_masses])
-    writer.write(SENSITIVITY.TEST_MASS_AXES, [t.axes for t in test_masses])
+    _write_bodies(writer, test_masses)
     model, tolerance = config.gravity.mass_model, config.gravity.quadrature_tolerance
     check_test_masses(test_masses, unit.array(UNIT_LOADS.GRID_POSITION), where=str(where))
     masses = mass_of(unit, lumped=model == "lumped")

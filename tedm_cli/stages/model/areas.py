@@ -219,7 +219,7 @@ def _draw(
         label=corner_areas(geometry, loads, element_owners(geometry, loads)),
         name=[str(n) for n in done.table.name[means]],
         group=[str(g) for g in done.table.group[means]],
-        boxes=[t.position_m + (signs * t.side_m) @ t.axes for t in test_masses],
+        boxes=[t.box_centre_m + (signs * t.side_m) @ t.axes for t in test_masses],
         gradient=gradient,
         centre=test_masses[0].position_m if test_masses else geometry.position_m.mean(axis=0),
     )

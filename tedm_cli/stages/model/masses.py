@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.model import ModelConfig, ModelParts
+from tedm_cli.config.body import ModelParts
+from tedm_cli.config.model import ModelConfig
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.gravity.mass_properties import MassProperties, mass_properties
 from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, mass_distribution
@@ -180,7 +181,7 @@ def check_grids_outside(test_masses: Sequence[TestMass], geometry: ModelGeometry
     heavy = geometry.lumped_kg > 0.0
     for tm in test_masses:
         local = to_test_mass_frame(tm, geometry.position_m[heavy])
-        inside = geometry.grid_id[heavy][(np.abs(local) < tm.side_m / 2.0).all(axis=1)]
+        inside = geometry.grid_id[heavy][tm.body.contains(local)]
         if inside.size:
             raise PhysicsError(
                 f"{inside.size} grids with mass are inside test mass {tm.name!r}: {id_list(inside)}",

@@ -90,7 +90,8 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("UNIT_DECK", "model.deck", [project.resolve(model.model.deck)])
     make.files("OP2", "model.op2", [project.resolve(p) for p in model.model.op2])
     make.word("SOLVED_BY_TEDM", "yes" if own else "")
-    make.files("GRAVITY_SOURCES", "gravity.compensation_masses", [compensation_file(project, model)])
+    bodies = map(project.resolve, model.body_files())
+    make.files("GRAVITY_SOURCES", "gravity.compensation_masses, stl", [compensation_file(project, model), *bodies])
     make.files("OPTICS_SOURCES", "imported", [] if project.optics is None else load_optics(project.optics).matrices)
     matrices = [SENSITIVITY_FILE] * halves.gravity + [OPTICS_FILE] * halves.read_out
     make.files("MATRICES", "the build folder", [project.build_dir / name for name in matrices])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from tedm_cli.figures.colours import area_colours
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader, open_checked, replacing
+from tedm_cli.gravity.bodies.solid import cuboid_mesh
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results, open_results
@@ -37,8 +37,10 @@ from tedm_cli.view.page import page
 from tedm_cli.view.payload import Box, Drawing, ViewModel, payload, planes
 
 VIEW_FILE = "view.html"
-_BINARY = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of VTK's hexahedron in binary order
+_BINARY = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of VTK's hexahedron in the order of `_CUBE`
+_CUBE, _BRICK = cuboid_mesh(np.full(3, -0.5), np.full(3, 0.5))
 MOST_NUMBERS = 6_000_000  # displacements in a page, of all areas: 12 MB before they are deflated
+_MOST_TRIANGLES = 5_000  # of a test mass; one with more is drawn as the cuboid that holds it
 
 
 @dataclass(frozen=True)
@@ -141,24 +143,23 @@ def _neighbours(mesh: DrawnMesh) -> set[tuple[int, int]]:
 
 
 def _boxes(sensitivity: Reader | None, areas: int) -> list[Box]:
-    """Test masses and compensation masses; none of a project without test masses."""
+    """Compensation masses, which may move, before test masses; none of a project without test masses."""
     if sensitivity is None:
         return []
-    signs = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1]
-    still = np.zeros((areas, 8, 3))
-    boxes = [
-        Box(name, "test mass", centre + (signs * size) @ axes, still)
-        for name, centre, size, axes in zip(
-            sensitivity.strings(SENSITIVITY.TEST_MASS_NAME),
-            sensitivity.array(SENSITIVITY.TEST_MASS_POSITION),
-            sensitivity.array(SENSITIVITY.TEST_MASS_SIDE),
-            sensitivity.array(SENSITIVITY.TEST_MASS_AXES),
-            strict=True,
-        )
-    ]
     blocks = read_blocks(sensitivity)
+    corner = blocks.corner[:, _BINARY][:, _BRICK]
     motion = np.array([blocks.motion(one)[0] for one in np.eye(areas)]).reshape(areas, -1, 8, 3)
-    return boxes + [
-        Box(name, "compensation mass", blocks.corner[i, _BINARY], motion[:, i, _BINARY])
+    boxes = [
+        Box(name, "compensation mass", corner[i], motion[:, i, _BINARY][:, _BRICK.ravel()])
         for i, name in enumerate(blocks.name)
     ]
+    surface = sensitivity.array(SENSITIVITY.TEST_MASS_SURFACE)
+    owner = sensitivity.array(SENSITIVITY.TEST_MASS_SURFACE_OWNER)
+    place = [sensitivity.array(d) for d in (SENSITIVITY.TEST_MASS_BOX_CENTRE, SENSITIVITY.TEST_MASS_SIDE)]
+    axes = sensitivity.array(SENSITIVITY.TEST_MASS_AXES)
+    for t, name in enumerate(sensitivity.strings(SENSITIVITY.TEST_MASS_NAME)):
+        triangles = surface[owner == t]
+        if len(triangles) > _MOST_TRIANGLES:
+            triangles = place[0][t] + _CUBE[_BRICK] * place[1][t] @ axes[t]
+        boxes.append(Box(name, "test mass", triangles))
+    return boxes

@@ -100,7 +100,7 @@ class Scene {
     this.meshCount = o / 2;
     for (let i = 0; i < triangle.length; i += 3) add(triangle.slice(i, i + 3), triangleColour[i / 3], 0);
     this.allCount = o / 2;
-    this.boxFirst = this.allCount - 36 * this.drawing.boxes;
+    this.boxFirst = this.allCount - this.drawing.boxCorners;
     this.faceArray = gl.createVertexArray();
     gl.bindVertexArray(this.faceArray);
     this._buffer(data.subarray(0, o), Object.assign([[0, 1, 0, 0], [1, 1, 4, 0]], { stride: 8 }));

@@ -41,19 +41,20 @@ async function unpackDrawing(packed) {
   const [n, b] = [meshAt.length / 3, benchAt.length / 3];
   const shifted = (array, by) => array.map((v) => v + by);
   const [benchFace, benchSegment] = [shifted(await whole(bench.face), n), shifted(await whole(bench.segment), n)];
-  const position = new Float32Array(3 * (n + b + 8 * boxes.length));
+  const boxCorners = boxes.reduce((sum, box) => sum + box.corner.length, 0);
+  const position = new Float32Array(3 * (n + b + boxCorners));
   position.set(meshAt);
   position.set(benchAt, 3 * n);
   const triangle = [...benchFace];
   const triangleColour = Array.from(await whole(bench.faceKind), (kind) => bench.kinds[kind]);
-  boxes.forEach((box, i) => {
-    const first = n + b + 8 * i;
-    box.corner.forEach((p, c) => position.set(p, 3 * (first + c)));
-    for (const [p, q, r, s] of [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]) {
-      triangle.push(...[p, q, r, p, r, s].map((c) => first + c));
-      triangleColour.push(box.kind, box.kind);
-    }
-  });
+  let next = n + b;
+  for (const box of boxes) {
+    box.corner.forEach((p, c) => {
+      position.set(p, 3 * next);
+      triangle.push(next++);
+      if (c % 3 === 0) triangleColour.push(box.kind);
+    });
+  }
   const quad = await whole(mesh.face);
   const quadColour = await whole(mesh.faceArea);
   const line = await whole(mesh.line);
@@ -74,7 +75,7 @@ async function unpackDrawing(packed) {
     drawing: {
       corners: position.length / 3, meshCorners: n, grids: packed.grids, cell: packed.cell, position, quad, quadColour,
       triangle, triangleColour, line, lineColour, segment: benchSegment, segmentColour,
-      boxes: boxes.length, areaOfCorner, box, kinds, colour: packed.colour.map((rgb) => rgb.map((v) => Math.round(255 * v))),
+      boxCorners, areaOfCorner, box, kinds, colour: packed.colour.map((rgb) => rgb.map((v) => Math.round(255 * v))),
     },
   };
 }

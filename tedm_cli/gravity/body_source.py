@@ -1,4 +1,4 @@
-"""The other test mass as a source: a homogeneous cuboid replaced by Gauss-Legendre quadrature points."""
+"""The other test mass as a source: a homogeneous body replaced by quadrature points."""
 
 from __future__ import annotations
 
@@ -15,23 +15,22 @@ from tedm_cli.gravity.testmass import TestMass, touch
 _POINTS_PER_AXIS = 8
 
 
-def cuboid_sources(tm: TestMass, n: int = _POINTS_PER_AXIS) -> tuple[FloatArray, FloatArray]:
-    """Point masses equivalent to a test mass by Gauss-Legendre product quadrature.
+def body_sources(tm: TestMass, n: int = _POINTS_PER_AXIS) -> tuple[FloatArray, FloatArray]:
+    """Point masses equivalent to a test mass by product quadrature over its body.
 
     Parameters
     ----------
     tm : the test mass acting as a source.
-    n : quadrature points per axis; moments up to degree 2n - 1 in each coordinate are exact.
+    n : quadrature points per axis (of each solid and pocket, each tetrahedron of a polyhedron); moments up to degree
+        2n - 1 in each coordinate are exact.
 
     Returns
     -------
-    points : [n³, 3], basic frame [m].
-    masses : [n³], kg, summing to the mass of `tm`.
+    points : [q, 3], basic frame [m]; n³ of a cuboid, one of a sphere.
+    masses : [q], kg, summing to the mass of `tm`; negative in pockets.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(n)  # type: ignore[no-untyped-call]
-    local = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 3) * tm.side_m / 2.0
-    masses = tm.mass_kg * np.einsum("i,j,k->ijk", weights, weights, weights).ravel() / 8.0
-    return tm.position_m + local @ tm.axes, masses
+    local, parts = tm.body.sources(n)
+    return tm.position_m + local @ tm.axes, tm.mass_kg * parts
 
 
 def field_of_other_test_mass(
@@ -64,9 +63,9 @@ def field_of_other_test_mass(
         raise PhysicsError(
             f"test masses {tm.name!r} and {other.name!r} overlap or touch: their centres are "
             f"{np.linalg.norm(other.position_m - tm.position_m):.6g} m apart",
-            hint="correct position_m, side_m or axes of one of them",
+            hint="correct position_m, size or axes of one of them",
         )
-    fine, coarse = (self_gravity(*cuboid_sources(other, order), tm, G=G) for order in (n, n - 2))
+    fine, coarse = (self_gravity(*body_sources(other, order), tm, G=G) for order in (n, n - 2))
     differences = quantity_differences(fine, coarse).values()
     error = max((difference / scale for difference, scale in differences if difference > 0.0), default=0.0)
     return fine, error
