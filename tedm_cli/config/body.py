@@ -213,7 +213,11 @@ class TestMassTable(Strict):
         base = Box(-half, half) if self.chamfer_m is None else chamfered_cuboid(side, self.chamfer_m)
         pockets = [table.pocket(half, table.name or f"pocket[{n}]") for n, table in enumerate(self.pocket)]
         check_pockets(base, pockets)
-        words = f"edge lengths {side.tolist()} m, chamfers {self.chamfer_m or 0.0:g} m, {len(pockets)} pockets"
+        words = f"edge lengths {side.tolist()} m"
+        if self.chamfer_m is not None:
+            words += f", chamfers {self.chamfer_m:g} m"
+        if pockets:
+            words += f", {len(pockets)} pocket" + "s" * (len(pockets) > 1)
         return Composite([base], pockets, words=words)
 
     def _cylinder(self) -> Body:

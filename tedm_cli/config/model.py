@@ -169,13 +169,15 @@ class ModelConfig(Strict):
         """Make the bodies of the test masses, from files in `folder` where they are in files; what is wrong."""
         made, problems = [], []
         for number, table in enumerate(self.test_mass):
-            where = f"test_mass[{number}]" + (f".stl ({table.stl})" if table.stl else "")
+            where, file = f"test_mass[{number}]", ""
+            if table.stl is not None:
+                where, file = f"{where}.stl", f"{folder / table.stl}: "
             try:
                 made.append(table.test_mass(table.body(folder)))
             except (PhysicsError, InputError) as error:
-                problems.append((where, error.args[0] + (f"; {error.hint}" if error.hint else "")))
+                problems.append((where, file + error.fact + (f"; {error.hint}" if error.hint else "")))
             except OSError as error:
-                problems.append((where, f"cannot read the file ({error.strerror})"))
+                problems.append((where, f"{file}cannot read the file ({error.strerror})"))
         self._test_masses = made
         return problems
 

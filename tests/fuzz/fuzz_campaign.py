@@ -36,6 +36,7 @@ FAMILIES: dict[str, dict[str, int]] = {
         "nodes.csv": 15, "r.csv": 20, "S_BW.csv": 15, "magnetic.csv": 10,
     },
     "NPZ and MAT": {"r.npz": 20, "optics.npz": 15, "controller.npz": 8, "optics.mat": 17},
+    "STL": {"body.stl": 10},
     "HDF5": {**dict.fromkeys(fuzz_hdf5_judge.READERS, 10), "dynamics.h5": 6, "case03.h5": 12},
 }  # fmt: skip
 WEIGHTS = {kind: weight for kinds in FAMILIES.values() for kind, weight in kinds.items()}

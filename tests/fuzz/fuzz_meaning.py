@@ -19,12 +19,16 @@ _APOSTROPHE = re.compile("'+[=+\\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
 
 
 def meaning(name: str, data: bytes) -> object:
-    """What the file says: the tables of a TOML, the cells of a CSV. ValueError or csv.Error where it says nothing.
+    """What the file says: the tables of a TOML, the cells of a CSV, the corners of an STL.
+
+    ValueError or csv.Error where it says nothing.
 
     Floats are held by their digits: two files say the same when these are equal, NaN or not.
     """
     if Path(name).suffix == ".toml":
         return json.dumps(_plain(tomllib.loads(data.decode("utf-8"))))
+    if Path(name).suffix == ".stl":
+        return _corners(data)
     text = io.StringIO(data.decode("utf-8-sig"), newline="")
     rows = [[_cell(cell) for cell in row] for row in csv.reader(text, strict=True)]
     return [row for row in rows if any(row)]
@@ -36,9 +40,22 @@ def written(name: str, data: bytes) -> bytes:
         return _toml(tomllib.loads(data.decode("utf-8"))).encode("utf-8")
     rows = meaning(name, data)
     assert isinstance(rows, list)
+    if Path(name).suffix == ".stl":
+        lines = ["solid plain"]
+        for n in range(0, len(rows), 3):
+            lines += ["facet normal 0 0 0", "outer loop", *(f"vertex {x} {y} {z}" for x, y, z in rows[n : n + 3])]
+            lines += ["endloop", "endfacet"]
+        return "\n".join([*lines, "endsolid plain", ""]).encode("utf-8")
     out = io.StringIO(newline="")
     csv.writer(out, lineterminator="\n").writerows([[_apostrophe(cell) for cell in row] for row in rows])
     return out.getvalue().encode("utf-8")
+
+
+def _corners(data: bytes) -> list[tuple[str, ...]]:
+    """The corners of the triangles of an ASCII STL file, word by word."""
+    words = data.decode("utf-8").split()
+    at = [n for n, word in enumerate(words) if word.lower() == "vertex"]
+    return [tuple(repr(float(word)) for word in words[n + 1 : n + 4]) for n in at]
 
 
 def _plain(value: Any) -> Any:

@@ -51,6 +51,7 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "dynamics.toml": ("dynamics.toml", DYNAMICS),
     "magnetic.csv": ("magnetic.csv", DYNAMICS),
     "controller.npz": ("controller.npz", DYNAMICS),
+    "body.stl": ("body.stl", [["build-sensitivity"]]),
 }
 ARCHIVES = ("r.npz", "optics.npz", "optics.mat", "controller.npz")
 LOOPS = ("dynamics.toml", "magnetic.csv", "controller.npz")
@@ -63,7 +64,10 @@ NAMED = {
         ("optics.npz", "optics.npz"),
         ("optics.mat", "optics.mat"),
     )
-} | {"controller.npz": ("dynamics.toml", None, '[controller]\nfile = "controller.npz"\n')}
+} | {
+    "controller.npz": ("dynamics.toml", None, '[controller]\nfile = "controller.npz"\n'),
+    "body.stl": ("model.toml", "side_m = 0.046", 'shape = "polyhedron"\nstl = "body.stl"\nstl_unit = "m"'),
+}
 #: Matrices of archives as results hold them.
 _READ = {
     "r.npz": ("casenpz.h5", {"R": "/correlation/real"}),

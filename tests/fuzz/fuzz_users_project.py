@@ -17,6 +17,7 @@ from fuzz_model import CONFIGS, fuzz_case
 from tedm_cli.cli import main
 from tedm_cli.config.project import load_project
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS
+from tedm_cli.gravity.bodies.solid import cuboid_triangles
 from tedm_cli.stages.dynamics.loop import project_loop
 
 SMALL = CONFIGS.parent / "sample_models" / "small"
@@ -167,6 +168,10 @@ def bricks(folder: Path) -> UserProject:
     (project.folder / "cases.toml").write_text(text, encoding="utf-8")
     for name, text in TEXTS.items():
         (project.folder / name).write_text(text)
+    cube = cuboid_triangles(np.full(3, -0.023), np.full(3, 0.023))
+    triangles = [[f"vertex {x} {y} {z}" for x, y, z in t] for t in cube]
+    facets = ["\n".join(["facet normal 0 0 1", "outer loop", *t, "endloop", "endfacet"]) for t in triangles]
+    (project.folder / "body.stl").write_text("\n".join(["solid cube", *facets, "endsolid cube", ""]))
     rows = "".join(f"{2.0 * n},{293.0 + 0.01 * np.sin(n):.6f},{293.0 + 1e-4 * n:.6f}\n" for n in range(900))
     (project.folder / "series.csv").write_text("time_s,TIP,all\n" + rows)
     nodes = "".join(f"{2.0 * n};{20.0 + 0.01 * np.sin(n):.6f};{20.0 + 1e-4 * n:.6f}\n" for n in range(900))

@@ -100,10 +100,11 @@ def points_outside(body, count, low=-5.0, high=2.5, seed=1):
 
 def _out_of(body, foot, way, most=0.02):
     """Where the ways [n, 3] from points of the drawn surface, which is inside where the body is round, leave it."""
-    inner, outer = np.zeros((len(foot), 1)), np.full((len(foot), 1), most)
-    leaves = body.contains(foot) & ~body.contains(foot + most * way)
-    for _ in range(45):
+    leaves = np.flatnonzero(body.contains(foot) & ~body.contains(foot + most * way))
+    inner, outer = np.zeros((leaves.size, 1)), np.full((leaves.size, 1), most)
+    for _ in range(45 if leaves.size else 0):
         middle = (inner + outer) / 2
-        inside = body.contains(foot + middle * way)[:, None]
+        inside = body.contains(foot[leaves] + middle * way[leaves])[:, None]
         inner, outer = np.where(inside, middle, inner), np.where(inside, outer, middle)
-    return np.where(leaves[:, None], foot + outer * way, foot)
+    foot[leaves] += outer * way[leaves]
+    return foot

@@ -51,6 +51,19 @@ def test_polyhedron_is_exact_from_its_surface_on(kind):
     assert_exact(worst(body, points, exact))
 
 
+def test_polyhedron_is_exact_in_the_planes_of_its_facets():
+    """Where rounding decides on which side of a facet a point is, and its solid angle is 0 or a little less."""
+    body = ALL["tetrahedron"]
+    solid = body.solids[0]
+    a, b, c = np.moveaxis(solid.surface(), 1, 0)
+    points = np.concatenate(
+        [a + s * (b - a) + t * (c - a) for s, t in ((1.3, 0.9), (-0.7, 1.1), (0.2, -1.6), (2.1, 2.3))]
+    )
+    centre = exact_centre(solid.corner_m, solid.triangle)
+    exact = [quantities(p, centre, *exact_polyhedron(p, solid.corner_m, solid.triangle)) for p in points]
+    assert_exact(worst(body, points, exact))
+
+
 @pytest.mark.parametrize(("radius", "half"), [(0.02, 0.03), (0.03, 0.002), (0.005, 0.04)])
 def test_cylinder_is_exact_from_its_surface_on(radius, half):
     body = cylinder(Z, radius, half)

@@ -56,6 +56,7 @@ def test_stl_is_read_as_it_was_written(write):
         (b"", "is no STL file"),
         (b"\x89PNG" + b"0" * 200, "says that it has"),
         (binary_stl(CUBE)[:-10], "says that it has 12 triangles, 684 bytes, but has 674"),
+        (ascii_stl(CUBE).replace(b"loop", b"l\xf5op", 1), "line 3 is no text"),
         (ascii_stl(CUBE)[:-300], "should have three each and end with 'endsolid'"),
         (ascii_stl(CUBE).replace(b"vertex 0.023 ", b"vertex ", 1), "line .*has not three coordinates"),
         (ascii_stl(CUBE).replace(b"vertex 0.023 ", b"vertex 0.0.23 ", 1), "a coordinate is no number"),

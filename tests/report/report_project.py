@@ -105,7 +105,7 @@ SIZES = {
     "laser_output": 12, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
     "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3, "block": 2, "block_edge": 3, "block_member": 3, "tie": 1,
-    "tie_edge": 2, "tie_member": 3, "area_element_member": 3,
+    "tie_edge": 2, "tie_member": 3, "area_element_member": 3, "surface_triangle": 24, "corner": 3,
 }  # fmt: skip
 
 
@@ -242,7 +242,9 @@ def write_matrices(
         "/source/mass_model": "quadrature",
         "/test_mass/mass": [1.928, 1.928],
         "/test_mass/side": np.full((2, 3), 0.046),
+        "/test_mass/inertia": np.array([np.eye(3) * 1.928 * 0.046**2 / 6.0] * 2),
         "/test_mass/position": np.array([[0.188, 0.0, 0.0], [-0.188, 0.0, 0.0]]),
+        "/test_mass/box_centre": np.array([[0.188, 0.0, 0.0], [-0.188, 0.0, 0.0]]),
         "/test_mass/axes": np.array([layout.axes, layout.axes]),
         **field_at_rest(rng),
         "/label/tm_output": MOTION_ROWS,

@@ -42,6 +42,11 @@ def _binary(content: bytes, count: int) -> FloatArray:
 
 
 def _ascii(content: bytes) -> FloatArray:
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        place = content[: error.start].count(b"\n") + 1
+        raise PhysicsError(f"line {place} is no text: it is not UTF-8", hint="the file is damaged") from error
     facets = len(re.findall(rb"^\s*endfacet\b", content, re.IGNORECASE | re.MULTILINE))
     lines = len(re.findall(rb"^\s*vertex\b", content, re.IGNORECASE | re.MULTILINE))
     found = _VERTEX.findall(content)

@@ -26,6 +26,7 @@ from tedm_cli.gravity.accuracy import (
     nodal_mesh,
     simpson_error,
 )
+from tedm_cli.gravity.bodies.cuboid import Cuboid
 from tedm_cli.gravity.compensation import field_of_compensation_masses
 from tedm_cli.gravity.field import self_gravity
 from tedm_cli.gravity.testmass import TestMass
@@ -101,9 +102,9 @@ def _csv_text(notes: list[str], columns: dict[str, FloatArray]) -> str:
 
 
 def _test_mass_note(tm: TestMass) -> str:
-    return (
-        f"test mass {tm.name}: edges {', '.join(f'{s:g}' for s in tm.side_m)} m; reference: exact kernel of the cuboid"
-    )
+    edges = f"edges {', '.join(f'{s:g}' for s in tm.side_m)} m"
+    held = "" if isinstance(tm.body, Cuboid) else "the cuboid that holds it, "
+    return f"test mass {tm.name}: {held}{edges}; reference: exact kernel of the cuboid"
 
 
 def _plane(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
