@@ -206,5 +206,5 @@ $(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMU
 $(BUILD)/report.html: $(BUILD)/figures.stamp $(PROJECT)
 	$(TEDM) report $(OPTIONS)
 
-$(BUILD)/view.html: $(CASE_FILES) $(SIMULATION_FILES) $(wildcard $(BUILD)/series_*.h5)
+$(BUILD)/view.html: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(wildcard $(BUILD)/series_*.h5)
 	$(TEDM) view $(OPTIONS)
