@@ -17,11 +17,11 @@ from tedm_cli.samples.shipped import sources
 class BuildSamples(Command):
     """A part of `build` (`setuptools.command.build.SubCommand`)."""
 
-    build_lib: str
+    build_lib: str | None
     editable_mode: bool
 
     def initialize_options(self) -> None:
-        self.build_lib = ""
+        self.build_lib = None
         self.editable_mode = False
 
     def finalize_options(self) -> None:
@@ -35,7 +35,7 @@ class BuildSamples(Command):
             self.copy_file(source, target)
 
     def get_output_mapping(self) -> dict[str, str]:
-        return {str(Path(self.build_lib, "tedm_cli", "samples", name)): name for name in sources()}
+        return {str(Path(self.build_lib or "", "tedm_cli", "samples", name)): name for name in sources()}
 
     def get_outputs(self) -> list[str]:
         return list(self.get_output_mapping())

@@ -7,8 +7,8 @@ import io
 import json
 import os
 import sys
+from io import FileIO
 from pathlib import Path
-from typing import IO
 
 import tedm_cli
 from tedm_cli.interrupts import Interrupts, leave_if_threads_run
@@ -27,7 +27,7 @@ def work() -> None:
     """Answer requests until there are no more. An interrupt ends the process: whoever asks tells of it."""
     interrupts = Interrupts()
     try:
-        with interrupts, os.fdopen(os.dup(0)) as requests, os.fdopen(os.dup(1), "w") as answers:
+        with interrupts, os.fdopen(os.dup(0)) as requests, os.fdopen(os.dup(1), "wb", buffering=0) as answers:
             _occupy_streams()
             for line in requests:
                 _answer(json.loads(line), answers)
@@ -38,7 +38,7 @@ def work() -> None:
     sys.exit(0 if interrupts.number is None else 128 + interrupts.number)
 
 
-def _answer(request: dict[str, object], answers: IO[str]) -> None:
+def _answer(request: dict[str, object], answers: FileIO) -> None:
     from tedm_cli.cli.run import outcome
     from tedm_cli.cli.streams import tell
 
@@ -49,9 +49,10 @@ def _answer(request: dict[str, object], answers: IO[str]) -> None:
     with contextlib.redirect_stdout(out), contextlib.nullcontext() if alone else contextlib.redirect_stderr(err):
         code, told = outcome()
         tell(told)
+    left = json.dumps({"code": code, "out": out.getvalue(), "err": err.getvalue()}).encode() + b"\n"
     with contextlib.suppress(BrokenPipeError):  # nobody wants to know any more
-        answers.write(json.dumps({"code": code, "out": out.getvalue(), "err": err.getvalue()}) + "\n")
-        answers.flush()
+        while left:
+            left = left[answers.write(left) :]
 
 
 def _occupy_streams() -> None:
