@@ -11,6 +11,7 @@ import typer
 from tedm_cli import __version__
 from tedm_cli.cli.nearest import nearest_project
 from tedm_cli.cli.streams import tell
+from tedm_cli.errors import InputError
 
 if TYPE_CHECKING:
     from tedm_cli.config.project import Project
@@ -31,8 +32,16 @@ app = typer.Typer(
 
 def _project_file(ctx: typer.Context, given: Path) -> Path:
     """The project file that was given, or else that of this folder or of the nearest one above that has one."""
-    found = None if was_given(ctx, "config") else nearest_project()
-    return given if found is None else found.file
+    if was_given(ctx, "config"):
+        return given
+    found = nearest_project()
+    if found is None:
+        raise InputError(
+            "there is no project, no tedm.toml, here or in a folder above",
+            where=str(Path.cwd()),
+            hint="begin one: tedm init demo; or name the file of one elsewhere with --config",
+        )
+    return found.file
 
 
 def _build_folder(ctx: typer.Context, given: Path) -> Path:

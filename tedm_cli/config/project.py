@@ -28,7 +28,6 @@ class ReportTable(Strict):
 
 
 OPTICS = "optics.toml"
-_NO_PROJECT = "`tedm init` begins a project; of one elsewhere, give the path of its file with --config"
 NO_OPTICS = "the project has no optics: its file names none, and there is no optics.toml beside it"
 
 
@@ -85,7 +84,7 @@ def load_project(path: Path, build_dir: Path) -> Project:
     InputError : there is no such file.
     ConfigError : what is wrong in it, and every file that it names and that is not there.
     """
-    file, table = load(ProjectTable, path, hint=_NO_PROJECT)
+    file, table = load(ProjectTable, path, hint="give the path of the project file with --config")
     folder = path.parent
     _require_named(table, path)
     optics = table.optics or (OPTICS if os.path.lexists(folder / OPTICS) else None)

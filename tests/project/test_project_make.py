@@ -21,7 +21,7 @@ from border_tools import heed_interrupts, tedm
 ROOT = Path(__file__).parents[2]
 
 CASES = ["1", "4b"]
-"""Cases of the workshop, whose files are named in two ways; that all twelve are asked for, the last test shows."""
+"""Cases of the workshop, whose files are named in two ways; that all twelve are asked for, a test below shows."""
 
 pytestmark = pytest.mark.slow
 
@@ -101,30 +101,8 @@ def test_second_make_does_nothing(workshop: Workshop) -> None:
     assert workshop.make("all") == []
 
 
-def test_touching_the_cases_reruns_cases_plots_report_and_view(workshop: Workshop) -> None:
-    """The last three by what Make would run."""
-    (workshop.configs / "cases.toml").touch()
-    assert workshop.make(str(workshop.build / "rules.mk")) == ["make-rules"]
-    assert set(workshop.make("-n", "all")) == {"run-case", "simulate", "plot", "report", "view"}
-    cases = [str(workshop.build / f"case{name}.h5") for name in ("01", "4b")]
-    assert workshop.make(*cases) == ["run-case"] * len(CASES)
-    assert workshop.make(*cases) == []
-    assert set(workshop.make("-n", "all")) == {"simulate", "plot", "report", "view"}
-
-
 def test_build_folder_is_up_to_date(workshop: Workshop) -> None:
-    tedm = [sys.executable, "-m", "tedm_cli.cli", "check", "-d", str(workshop.build)]
-    done = subprocess.run(tedm, capture_output=True, text=True, check=False, cwd=ROOT)
-    assert done.returncode == 0, done.stderr
-    assert "stale" not in done.stdout
-
-
-def test_touching_the_optics_leaves_ingest_and_gravity_alone(workshop: Workshop) -> None:
-    """By what Make would run."""
-    (workshop.configs / "optics.toml").touch()
-    commands = set(workshop.make("-n", "all"))
-    assert {"build-distortion", "build-optics", "run-case", "report"} <= commands
-    assert "ingest" not in commands
+    assert "stale" not in tedm("check", "-d", workshop.build).ok().out
 
 
 def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_path: Path) -> None:
