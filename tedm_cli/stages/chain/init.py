@@ -17,7 +17,7 @@ from tedm_cli.files.store import cannot_write, is_alive, replacing
 from tedm_cli.interrupts import whole
 from tedm_cli.samples.shipped import LAYOUT, PROJECT, SAMPLES, Script, root
 
-_STAGE = ".tedm-init."  # and the number of the process: where files are made before any has its name
+_ASIDE = ".tedm-init."  # and the number of the process: where files are made before any has its name
 _BUILT = '"{build_dir}/'  # before the names of models that Make makes in the build folder
 _SHOWN = 5
 
@@ -35,8 +35,8 @@ def begin_project(sample: str, folder: Path) -> list[str]:
     existed = os.path.lexists(folder)
     _clear_leftovers(folder)
     _require_empty(folder)
-    with _made(folder, existed=existed):
-        aside = folder / f"{_STAGE}{os.getpid()}"
+    aside = folder / f"{_ASIDE}{os.getpid()}"
+    with _made(aside, folder, existed=existed):
         aside.mkdir(parents=True)
         _write_sample(sample, aside)
         names = sorted(path.name for path in aside.iterdir())
@@ -81,13 +81,14 @@ def _put_in_place(aside: Path, folder: Path, names: Sequence[str]) -> None:
 
 
 @contextlib.contextmanager
-def _made(folder: Path, *, existed: bool) -> Iterator[None]:
+def _made(aside: Path, folder: Path, *, existed: bool) -> Iterator[None]:
     """Remove what has been made in a folder when the block ends by an exception."""
     try:
         yield
     except BaseException as exc:
         with contextlib.suppress(OSError):
-            _clear_leftovers(folder, of=os.getpid())
+            if aside.exists():
+                _remove(aside, folder)
             if not existed:
                 folder.rmdir()
         if isinstance(exc, OSError):
@@ -95,24 +96,39 @@ def _made(folder: Path, *, existed: bool) -> Iterator[None]:
         raise
 
 
-@whole
-def _clear_leftovers(folder: Path, of: int | None = None) -> None:
-    """Remove what killed runs have left, or this one: files made aside, and the copies of them in their places."""
-    for aside in folder.glob(f"{_STAGE}*"):
-        number = re.fullmatch(r"\d+", aside.name.removeprefix(_STAGE))
-        if number is None or (int(number[0]) != of and is_alive(int(number[0]))):
+def _clear_leftovers(folder: Path) -> None:
+    """Remove what killed runs have left, where nothing else is there: files made aside, and copies in their places."""
+    for aside in folder.glob(f"{_ASIDE}*"):
+        number = re.fullmatch(r"\d+", aside.name.removeprefix(_ASIDE))
+        if number is None or is_alive(int(number[0])):
             continue
-        for made in aside.iterdir():
-            placed = folder / made.name
-            if placed.is_file() and filecmp.cmp(made, placed, shallow=False):
-                placed.unlink()
-        shutil.rmtree(aside)
+        if set(_visible(folder)) <= set(_placed(aside, folder)):
+            _remove(aside, folder)
+
+
+@whole
+def _remove(aside: Path, folder: Path) -> None:
+    """Remove what was made aside, and the copies in their places unless they are all there: then it is a project."""
+    if not (folder / PROJECT).exists():
+        for name in _placed(aside, folder):
+            (folder / name).unlink()
+    shutil.rmtree(aside)
+
+
+def _placed(aside: Path, folder: Path) -> list[str]:
+    """The names of files that are in their places as they were made aside."""
+    pairs = [(path, folder / path.name) for path in aside.iterdir()]
+    return [made.name for made, there in pairs if there.is_file() and filecmp.cmp(made, there, shallow=False)]
+
+
+def _visible(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir() if path.name[0] != ".")
 
 
 def _require_empty(folder: Path) -> None:
     """Refuse what is no folder, and a folder that holds anything but names that begin with a dot."""
     try:
-        there = sorted(path.name for path in folder.iterdir() if path.name[0] != ".")
+        there = _visible(folder)
     except FileNotFoundError:
         return
     except OSError as exc:
