@@ -81,9 +81,9 @@ def run(
     another version. Killed or refused half way, it goes on from there when it is run again. Of what the stages print,
     warnings and notes are shown; with -v all of it.
     """
-    from tedm_cli.chain.graph import REPORT, VIEW, Step
+    from tedm_cli.chain.graph import Step
     from tedm_cli.cli.nearest import nearest_project
-    from tedm_cli.cli.printing.chain import ended_lines, noted_lines, plan_lines, step_line, up_to_date_line
+    from tedm_cli.cli.printing.chain import ended_line, noted_lines, plan_lines, step_line, up_to_date_line
     from tedm_cli.cli.streams import tell
     from tedm_cli.cli.worker import PROGRAM
     from tedm_cli.progress import progress
@@ -119,4 +119,4 @@ def run(
         refused = perform(plan, way, begin, end, of_all)
     if refused is not None:
         raise typer.Exit(refused.code)
-    say(quiet, *ended_lines(plan, [build_dir / name for name in (REPORT, VIEW)]))
+    say(quiet, ended_line(plan, build_dir))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from tedm_cli.chain.graph import Step
+from tedm_cli.chain.graph import REPORT, VIEW, Step
 from tedm_cli.results.wording import count
 from tedm_cli.stages.chain.plan import Plan
 
@@ -33,11 +33,10 @@ def noted_lines(lines: Sequence[str]) -> list[str]:
     return [f"  {line}" for line in lines if line.startswith(("warning: ", "note: "))]
 
 
-def ended_lines(plan: Plan, pages: Sequence[Path]) -> list[str]:
+def ended_line(plan: Plan, build_dir: Path) -> str:
     """The pages to open, where they have been made."""
-    made = {path for step in plan.stale for path in step.outputs}
-    names = [str(path) for path in pages if path in made]
-    return [f"open {' and '.join(names)}"] if names else []
+    made = [str(path) for step in plan.stale for path in step.outputs if path.name in (REPORT, VIEW)]
+    return f"open {' and '.join(made)}" if made else up_to_date_line(plan, build_dir)
 
 
 def _why(reasons: Sequence[str]) -> str:

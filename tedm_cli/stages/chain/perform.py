@@ -51,6 +51,7 @@ def perform(
     queue, of_command = Queue(plan.stale), {step.command: step for step in plan.stale}
     refused: Answer | None = None
     number = 0
+    progress(number, len(plan.stale), "steps")
     with Workers(way.worker, way.folder, min(way.jobs, len(plan.stale))) as workers:
         while True:
             while refused is None and workers.has_room and (step := queue.next()) is not None:
