@@ -149,6 +149,14 @@ def test_a_stage_that_is_refused_stops_the_chain(demo: Path) -> None:
     tedm("check").ok()
 
 
+def test_your_own_solver_is_told_to_solve_alone(demo: Path) -> None:
+    for name in ("unit_loads.bdf", "unit_loads.op2"):
+        replace(demo / "model.toml", f'"{name}"', f'"{{build_dir}}/{name}"')
+    outcome = tedm("run", "ingest", "--nastran", "no_such_solver {deck}")
+    outcome.refused(2, "there is no program 'no_such_solver'")
+    assert re.findall(r"(?m)^\[\d/3\] (\S+):", outcome.out) == ["write-deck", "solve"]
+
+
 def test_a_process_that_dies_is_told_of(tmp_path: Path) -> None:
     program = (sys.executable, "-c", "import os; input(); os.kill(os.getpid(), 9)")
     with (
