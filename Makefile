@@ -38,7 +38,7 @@ help: ## Show this help
 	@echo "make format   format the code"
 	@echo "make bench    run the benchmarks"
 	@echo "make fuzz     judge $(FUZZ_COUNT) damaged inputs (FUZZ_SEED=$(FUZZ_SEED), FUZZ_COUNT): half an hour"
-	@echo "make faults   kill every command and make all at many moments, fill the disk, run chains at once: ten minutes"
+	@echo "make faults   kill every command, make all and tedm run at many moments, fill the disk, run chains at once: ten minutes"
 	@echo "make clean    remove $(BUILD); make distclean removes $(VENV) as well"
 	@echo
 	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM (samples only; of the"
@@ -206,5 +206,5 @@ $(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMU
 $(BUILD)/report.html: $(BUILD)/figures.stamp $(PROJECT)
 	$(TEDM) report $(OPTIONS)
 
-$(BUILD)/view.html: $(CASE_FILES) $(SIMULATION_FILES) $(wildcard $(BUILD)/series_*.h5)
+$(BUILD)/view.html: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(wildcard $(BUILD)/series_*.h5)
 	$(TEDM) view $(OPTIONS)

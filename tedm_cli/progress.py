@@ -23,7 +23,9 @@ def progress(quiet: bool = False) -> Iterator[Step]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    # What is printed meanwhile goes above the bar, if it goes to the terminal at all.
+    screen = sys.stdout.isatty()
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=screen) as bar:
         tasks: dict[str, TaskID] = {}
 
         def step(done: int, total: int, what: str) -> None:

@@ -141,7 +141,7 @@ def check(
     Every HDF5 file of the build folder: its contract, its version, and whether its inputs are still the same.
     """
     from tedm_cli.errors import InputError
-    from tedm_cli.stages.reporting.check import check_folder
+    from tedm_cli.stages.chain.check import check_folder
 
     results = check_folder(build_dir)
     if as_json:
@@ -154,13 +154,13 @@ def check(
         raise InputError(
             f"{len(bad)} of {len(results)} files are not up to date: {', '.join(bad)}",
             where=str(build_dir),
-            hint="run make all",
+            hint="`tedm run` makes them anew",
         )
 
 
 @app.command("make-rules", hidden=True)
 def make_rules(config: Config = DEFAULT_CONFIG, build_dir: BuildDir = DEFAULT_BUILD, output: Output = None) -> None:
     """Write the Make variables of a project: its inputs and its cases."""
-    from tedm_cli.stages.reporting.make_rules import make_rules as stage
+    from tedm_cli.stages.chain.make_rules import make_rules as stage
 
     stage(open_project(config, build_dir, 0), output)

@@ -22,7 +22,7 @@ def run() -> None:
     interrupts = Interrupts()
     try:
         with interrupts:
-            code, told = _outcome()
+            code, told = outcome()
         if interrupts.number is not None:
             code, told = 128 + interrupts.number, [f"error: interrupted; {_KEPT}"]
         tell(told)
@@ -33,8 +33,8 @@ def run() -> None:
     sys.exit(code)
 
 
-def _outcome() -> tuple[int, list[str]]:
-    """Exit code, and what is to be said on standard error."""
+def outcome() -> tuple[int, list[str]]:
+    """Exit code of the command in `sys.argv`, and what is to be said on standard error."""
     with answers():
         try:
             # Imported here, so that an interrupt in the meantime is heeded.

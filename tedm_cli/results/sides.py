@@ -17,5 +17,5 @@ def require_plane(file: Reader, project: Project, config: ModelConfig) -> None:
         raise InputError(
             f"is stale: the sides of its areas are those of {used.words}; the symmetry plane is {now.plane.words} now",
             where=str(file.path),
-            hint="begin again with `tedm ingest`, or run make all",
+            hint="begin again with `tedm ingest`, or with `tedm run`",
         )

@@ -64,7 +64,7 @@ def test_internal_faults_are_told_apart(monkeypatch: pytest.MonkeyPatch, tmp_pat
     def fault(_: Path) -> None:
         raise ZeroDivisionError("by nought")
 
-    monkeypatch.setattr("tedm_cli.stages.reporting.check.check_folder", fault)
+    monkeypatch.setattr("tedm_cli.stages.chain.check.check_folder", fault)
     outcome = tedm("check", "-d", tmp_path)
     assert outcome.code == 1
     assert outcome.err.startswith("error: internal fault: ZeroDivisionError: by nought\nhint: ")

@@ -198,7 +198,7 @@ def test_check_names_the_file_and_its_input(small: Project, name: str) -> None:
 
 
 def test_check_of_an_empty_folder(tmp_path: Path) -> None:
-    tedm("check", "-d", tmp_path).refused(4, str(tmp_path), hint="make all")
+    tedm("check", "-d", tmp_path).refused(4, str(tmp_path), hint="tedm run")
 
 
 @pytest.mark.parametrize("name", ["there/is/none.h5", "tedm.toml"])

@@ -97,4 +97,4 @@ def test_sides_of_a_plane_that_is_gone_are_refused(turned: Project, tmp_path: Pa
         with pytest.raises(InputError, match=r"is stale: the sides .* the symmetry plane is y = 0") as caught:
             judge()
         assert caught.value.where.endswith("sensitivity.h5")
-        assert "make all" in caught.value.hint
+        assert "tedm run" in caught.value.hint

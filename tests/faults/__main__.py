@@ -12,12 +12,13 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from faults import COMMANDS, SIZES, Chain, at_once, fill, kill, kill_make
+from faults import COMMANDS, SIZES, Chain, at_once, fill, kill, kill_chain, kill_init
 
 KILLS = 8  # per command, half of them over old files
 MOMENTS = 7
 PROCESSES, TIMES = 4, 3
-PARTS = ("kills", "disk", "chains", "make")
+PARTS = ("kills", "disk", "chains", "make", "run", "init")
+OF_NO_CHAIN = {"make", "run", "init"}
 
 
 def main() -> None:
@@ -29,13 +30,13 @@ def main() -> None:
     options = parser.parse_args()
     parts, wrong = options.only or PARTS, 0
     with tempfile.TemporaryDirectory() as folder:
-        if set(parts) - {"make"}:
+        if set(parts) - OF_NO_CHAIN:
             chain = Chain(Path(folder) / "small")
         for part in parts:
             begin = time.monotonic()
             tried, found = (
-                make(Path(folder))
-                if part == "make"
+                whole(Path(folder), part)
+                if part in OF_NO_CHAIN
                 else {"kills": kills, "disk": disk, "chains": chains}[part](chain, options.seed)
             )
             for line in found:
@@ -68,9 +69,14 @@ def chains(chain: Chain, _: int) -> tuple[str, list[str]]:
     return f"{PROCESSES} chains of {len(COMMANDS)} commands at once in one folder, {TIMES} times", found
 
 
-def make(folder: Path) -> tuple[str, list[str]]:
-    killed, fact = kill_make(folder / "make", MOMENTS)
-    return f"make all killed at {killed} moments", [fact] if fact else []
+def whole(folder: Path, part: str) -> tuple[str, list[str]]:
+    """A whole chain, by Make or by `tedm run`, or a new project."""
+    if part == "init":
+        killed, fact = kill_init(folder / part, 2 * MOMENTS)
+    else:
+        killed, fact = kill_chain(folder / part, part, MOMENTS)
+    name = {"make": "make all", "run": "tedm run", "init": "tedm init"}[part]
+    return f"{name} killed at {killed} moments", [fact] if fact else []
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Faults from outside while commands write: kills, a full disk, several at once; `make all` killed and begun again.
+"""Faults from outside while commands write: kills, a full disk, several at once; whole chains killed and begun again.
 
 Every run is of the small sample with all its files made, whose bytes are known: the same inputs give the same bytes. So
 whatever happens to a command, every file is there as it was, or, where it was not, whole or not at all.
@@ -189,13 +189,14 @@ def at_once(chain: Chain, processes: int, commands: tuple[str, ...]) -> str:
     return "; ".join(wrong)
 
 
-# --- make all --------------------------------------------------------------------------------------------------------
+# --- whole chains: make all, tedm run --------------------------------------------------------------------------------
 
 
 class Making:
-    """`make all` of the small sample with three cases, in a folder of its own."""
+    """`make all`, or `tedm run`, of the small sample with three cases, in a folder of its own."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, program: str) -> None:
+        self.program = program
         self.configs, self.build = folder / "configs", folder / "build"
         self.configs.mkdir(parents=True)
         for name in ("model.toml", "ltp_small.bdf", "ltp_small_areas.csv", "unit_loads.bdf", "unit_loads.op2"):
@@ -208,8 +209,13 @@ class Making:
     def make(self, until: float = math.inf) -> Ended:
         """Run it, and kill it with all that it started after `until` seconds."""
         variables = [f"CONFIGS={self.configs}", f"BUILD={self.build}", f"VENV={sys.prefix}"]
+        options = ["-c", str(self.configs / "tedm.toml"), "-d", str(self.build)]
+        programs = {
+            "make": ["make", "-j2", "--no-print-directory", "all", *variables],
+            "run": [sys.executable, "-m", "tedm_cli.cli", "run", "-j", "2", *options],
+        }
         child = subprocess.Popen(
-            ["make", "-j2", "--no-print-directory", "all", *variables],
+            programs[self.program],
             cwd=ROOT,
             env={k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))},
             stdout=subprocess.DEVNULL,
@@ -229,14 +235,14 @@ class Making:
         return {str(p.relative_to(self.build)): hashlib.sha256(p.read_bytes()).hexdigest() for p in found}
 
 
-def kill_make(folder: Path, moments: int) -> tuple[int, str]:
+def kill_chain(folder: Path, program: str, moments: int) -> tuple[int, str]:
     """Build once, then once more, killed again and again; how often it was killed, and what is wrong at the end."""
-    making = Making(folder)
+    making = Making(folder, program)
     begun = time.monotonic()
     first = making.make()
     seconds = time.monotonic() - begun
     if first.code:
-        return 0, f"make all: {first.said}"
+        return 0, f"{program}: {first.said}"
     whole = making.snapshot()
     shutil.rmtree(making.build)
     killed = 0
@@ -254,3 +260,45 @@ def kill_make(folder: Path, moments: int) -> tuple[int, str]:
     found = making.snapshot()
     differ = sorted(n for n in {*found, *whole} if found.get(n) != whole.get(n))
     return killed, f"then other files: {', '.join(differ)}" if differ else ""
+
+
+# --- a new project ---------------------------------------------------------------------------------------------------
+
+
+def kill_init(folder: Path, moments: int) -> tuple[int, str]:
+    """Begin a project, killed over the whole time that it takes, in a new or an empty folder; what is wrong then."""
+
+    def act(target: Path) -> None:
+        sys.argv = ["tedm", "init", str(target), "--from", "lisa", "-q"]
+        try:
+            main()
+        except SystemExit as exc:
+            if exc.code:
+                raise
+
+    def files(target: Path) -> list[Path]:
+        return [p for p in target.rglob("*") if p.is_file()]
+
+    def snapshot(target: Path) -> Snapshot:
+        return {str(p.relative_to(target)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files(target)}
+
+    begun = time.monotonic()
+    if (first := in_process(lambda: act(folder / "whole"))).code:
+        return 0, f"init: {first.said}"
+    seconds, whole = time.monotonic() - begun, snapshot(folder / "whole")
+    for n in range(moments):
+        target = folder / f"killed{n}"
+        if n % 2:
+            target.mkdir()
+        in_process(lambda place=target: act(place), seconds * (n + 0.5) / moments)  # type: ignore[misc]
+        if (target / "tedm.toml").exists():  # it was done
+            found = snapshot(target)
+        else:
+            again = in_process(lambda place=target: act(place))  # type: ignore[misc]
+            if again.code:
+                return n, f"then refused: {again.said}"
+            found = snapshot(target)
+        found = {name: digest for name, digest in found.items() if not name.startswith(".tedm-init.")}
+        if found != whole:
+            return n, f"then other files: {', '.join(sorted(set(found) ^ set(whole)))}"
+    return moments, ""

@@ -15,9 +15,9 @@ from tedm_cli.config.project import Project, load_project
 from tedm_cli.errors import ConfigError
 from tedm_cli.parallel_axes import PARALLEL_RAD, MassAxis, why_no_difference
 from tedm_cli.progress import silent
+from tedm_cli.stages.chain.make_rules import make_rules
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.noise.series import run_series
-from tedm_cli.stages.reporting.make_rules import make_rules
 
 LISA = Path(__file__).parents[2] / "configs" / "lisa_like"
 REQUIREMENT = '[[requirement]]\nname = "{}"\noutputs = ["{}"]\napplies_to = "differential"\n\n'

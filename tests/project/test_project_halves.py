@@ -225,8 +225,10 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "report": ("--format", "md", "-o", "{out}/report.md"),
     "view": ("-o", "{out}/view.html"),
     "export-state-space": ("3", "-o", "{out}"),
+    "run": ("-n",),
 }
 OF_THE_FOLDER: dict[str, tuple[str, ...]] = {
+    "init": ("{out}/new",),
     "check": ("-d", "{build}"),
     "show": ("{build}/case03.h5",),
     "export": ("-d", "{build}", "-o", "{out}"),

@@ -1,20 +1,27 @@
-"""Make rebuilds what depends on a change and nothing else. Runs the real Makefile on the small model."""
+"""Make, and `tedm run`, rebuild what depends on a change and nothing else: the real Makefile, on the small model."""
 
 from __future__ import annotations
 
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+sys.path.append(str(Path(__file__).parents[1] / "borders"))
+
+from border_tools import heed_interrupts, tedm
+
 ROOT = Path(__file__).parents[2]
 
 CASES = ["1", "4b"]
-"""Cases of the workshop, whose files are named in two ways; that all twelve are asked for, the last test shows."""
+"""Cases of the workshop, whose files are named in two ways; that all twelve are asked for, a test below shows."""
 
 pytestmark = pytest.mark.slow
 
@@ -25,6 +32,7 @@ class Workshop:
     def __init__(self, folder: Path) -> None:
         self.configs = folder / "configs"
         self.build = folder / "build"
+        self.made = folder / "made"  # a copy of both as Make has left them
         self.configs.mkdir()
         small = ROOT / "sample_models" / "small"
         for name in (
@@ -82,6 +90,8 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
         "report",
         "view",
     }
+    for name in ("configs", "build"):
+        shutil.copytree(shop.configs.parent / name, shop.made / name)
     return shop
 
 
@@ -91,30 +101,8 @@ def test_second_make_does_nothing(workshop: Workshop) -> None:
     assert workshop.make("all") == []
 
 
-def test_touching_the_cases_reruns_cases_plots_report_and_view(workshop: Workshop) -> None:
-    """The last three by what Make would run."""
-    (workshop.configs / "cases.toml").touch()
-    assert workshop.make(str(workshop.build / "rules.mk")) == ["make-rules"]
-    assert set(workshop.make("-n", "all")) == {"run-case", "simulate", "plot", "report", "view"}
-    cases = [str(workshop.build / f"case{name}.h5") for name in ("01", "4b")]
-    assert workshop.make(*cases) == ["run-case"] * len(CASES)
-    assert workshop.make(*cases) == []
-    assert set(workshop.make("-n", "all")) == {"simulate", "plot", "report", "view"}
-
-
 def test_build_folder_is_up_to_date(workshop: Workshop) -> None:
-    tedm = [sys.executable, "-m", "tedm_cli.cli", "check", "-d", str(workshop.build)]
-    done = subprocess.run(tedm, capture_output=True, text=True, check=False, cwd=ROOT)
-    assert done.returncode == 0, done.stderr
-    assert "stale" not in done.stdout
-
-
-def test_touching_the_optics_leaves_ingest_and_gravity_alone(workshop: Workshop) -> None:
-    """By what Make would run."""
-    (workshop.configs / "optics.toml").touch()
-    commands = set(workshop.make("-n", "all"))
-    assert {"build-distortion", "build-optics", "run-case", "report"} <= commands
-    assert "ingest" not in commands
+    assert "stale" not in tedm("check", "-d", workshop.build).ok().out
 
 
 def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_path: Path) -> None:
@@ -136,3 +124,165 @@ def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_
     assert commands.count("simulate") == commands.count("run-case") == 12
     assert commands[-3:] == ["plot", "report", "view"]
     assert commands.index("build-dynamics") < commands.index("simulate")
+
+
+# --- tedm run: the same steps, and the same bytes --------------------------------------------------------------------
+
+
+def words_of_make(configs: Path, build: Path) -> list[str]:
+    """The commands that Make would run, without the options that name project and build folder."""
+    tedm("make-rules", "-c", configs / "tedm.toml", "-d", build).ok()
+    variables = [f"CONFIGS={configs}", f"BUILD={build}", f"VENV={sys.prefix}"]
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))}
+    make = ["make", "--no-print-directory", "-n", "all", *variables]
+    done = subprocess.run(make, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return sorted(m[1] for m in re.finditer(r"(?m)^\S*/bin/tedm (.+?) -c ", done.stdout))
+
+
+def steps_of_run(configs: Path, build: Path) -> dict[str, str]:
+    """The commands that `tedm run` would run, and why."""
+    lines = tedm("run", "-n", "-c", configs / "tedm.toml", "-d", build).ok().out.splitlines()
+    return dict(re.split(r"  +", line, maxsplit=1) for line in lines[1:-1])
+
+
+def touch(*names: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        for name in names:
+            os.utime(folder / name)
+
+    return change
+
+
+def edit(name: str, old: str, new: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        text = (folder / name).read_text(encoding="utf-8")
+        assert old in text
+        (folder / name).write_text(text.replace(old, new, 1), encoding="utf-8")
+        touch(name)(folder)
+
+    return change
+
+
+def remove(*names: str) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        for name in names:
+            (folder / name).unlink()
+
+    return change
+
+
+def loop_left_out(folder: Path) -> None:
+    """One test mass, and what is of the other left out: there is no drag-free loop."""
+    path = folder / "configs" / "model.toml"
+    text = path.read_text(encoding="utf-8")
+    second = text.index('[[test_mass]]\nname = "TM2"')
+    rest = text[text.index("[gravity]", second) :].replace(', TM2 = ["IS2"]', "")
+    path.write_text(text[:second] + rest.replace('name = "lpf"', 'name = "lpf"\napplies_to = "single"'))
+    touch("configs/model.toml")(folder)
+
+
+def with_series(folder: Path) -> None:
+    (folder / "configs" / "warm.csv").write_text("time_s,all\n0,1\n1,2\n", encoding="utf-8")
+    table = '\n[[series]]\nname = "warm"\nfile = "warm.csv"\nremove = "mean"\n'
+    edit("configs/cases.toml", "\n[frequency]", f"{table}\n[frequency]")(folder)
+
+
+def solved_here(folder: Path) -> None:
+    for name in ("unit_loads.bdf", "unit_loads.op2"):
+        edit("configs/model.toml", f'"{name}"', f'"{{build_dir}}/{name}"')(folder)
+
+
+LAST = {"plot", "report", "view"}
+CASES_RUN = {f"run-case {c}" for c in CASES}
+LOOP = {"build-dynamics", *(f"simulate {c}" for c in CASES)}
+JUDGED = CASES_RUN | LAST
+FROM_OPTICS = {"build-optics", *LOOP, *JUDGED}
+FROM_DISTORTION = {"build-distortion", "build-sensitivity", *FROM_OPTICS}
+ALL = {"ingest", *FROM_DISTORTION}
+#: What is done to a folder in which all is up to date; the commands that are run then; a reason that is given.
+STATES: dict[str, tuple[Callable[[Path], None], set[str], str]] = {
+    "nothing": (lambda _: None, set(), ""),
+    "fresh": (lambda folder: shutil.rmtree(folder / "build"), ALL, "unit_loads.h5 is not there"),
+    "cases touched": (touch("configs/cases.toml"), JUDGED | LOOP - {"build-dynamics"}, "cases.toml is newer"),
+    "optics changed": (
+        edit("configs/optics.toml", "wavelength_m = 1.064e-6", "wavelength_m = 1.063e-6"),
+        FROM_DISTORTION,
+        "optics.toml is newer",
+    ),
+    "frame moved": (
+        edit("configs/optics.toml", "origin_m = [0.0, 0.0, 0.0]", "origin_m = [0.5, 1e-5, 0.5]"),
+        ALL,
+        "the symmetry plane has changed",
+    ),
+    "deck touched": (touch("configs/unit_loads.bdf"), ALL, "unit_loads.bdf is newer"),
+    "results touched": (touch("configs/unit_loads.op2"), ALL, "unit_loads.op2 is newer"),
+    "areas touched": (touch("configs/ltp_small_areas.csv"), ALL, "ltp_small_areas.csv is newer"),
+    "model touched": (touch("configs/model.toml"), ALL, "model.toml is newer"),
+    "project touched": (touch("configs/tedm.toml"), ALL, "tedm.toml is newer"),
+    "optics gone": (remove("build/optics.h5"), FROM_OPTICS, "optics.h5 is not there"),
+    "a case gone": (remove("build/case01.h5"), {"run-case 1", *LAST}, "case01.h5 is made anew"),
+    "the loop gone": (remove("build/dynamics.h5"), LOOP | LAST, "dynamics.h5 is made anew"),
+    "figures gone": (remove("build/figures.stamp"), {"plot", "report"}, "figures.stamp is not there"),
+    "a sensitivity touched": (
+        touch("build/sensitivity.h5"),
+        CASES_RUN | LOOP | LAST,
+        "sensitivity.h5 is newer",
+    ),
+    "the page gone": (remove("build/view.html"), {"view"}, "view.html is not there"),
+    "no loop": (loop_left_out, ALL - LOOP, "model.toml is newer"),
+    "a series": (with_series, JUDGED | LOOP - {"build-dynamics"} | {"run-series warm", "simulate --series warm"}, ""),
+    "solved here": (solved_here, ALL | {"write-deck", "solve"}, "unit_loads.bdf is not there"),
+}
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_tedm_run_would_run_what_make_would(workshop: Workshop, tmp_path: Path, state: str) -> None:
+    change, commands, why = STATES[state]
+    shutil.copytree(workshop.made, tmp_path, dirs_exist_ok=True)
+    change(tmp_path)
+    found = steps_of_run(tmp_path / "configs", tmp_path / "build")  # first: make-rules writes what both go by
+    assert found.keys() == commands
+    assert any(why in reasons for reasons in found.values()) or not why
+    assert words_of_make(tmp_path / "configs", tmp_path / "build") == sorted(commands)
+
+
+def test_contents_tell_what_times_do_not(workshop: Workshop, tmp_path: Path) -> None:
+    """A file put back with an older date: Make sees nothing, the sums of the files made from it do."""
+    shutil.copytree(workshop.made, tmp_path, dirs_exist_ok=True)
+    edit("configs/cases.toml", "safety_factor = 2.0", "safety_factor = 3.0")(tmp_path)
+    os.utime(tmp_path / "configs" / "cases.toml", (0, 0))
+    found = steps_of_run(tmp_path / "configs", tmp_path / "build")
+    assert "cases.toml has changed since" in found["run-case 1"]
+    assert found.keys() == STATES["cases touched"][1]
+    assert words_of_make(tmp_path / "configs", tmp_path / "build") == []
+
+
+def test_tedm_run_killed_and_run_again_makes_the_bytes_of_make(workshop: Workshop, tmp_path: Path) -> None:
+    """All files but figures and report, in the folder of Make's: files say by which command they were made."""
+    theirs, ours = tmp_path / "make", workshop.build
+    ours.rename(theirs)
+    options = ["-c", str(workshop.configs / "tedm.toml"), "-d", str(ours)]
+    program = [sys.executable, "-m", "tedm_cli.cli", "run", "view", "-j", "2", *options]
+    try:
+        with subprocess.Popen(
+            program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heed_interrupts
+        ) as process:
+            while process.poll() is None and not (ours / "distortion.h5").exists():
+                time.sleep(0.02)
+            process.send_signal(signal.SIGTERM)
+            _, said = process.communicate(timeout=60)
+        assert process.returncode == 128 + signal.SIGTERM
+        assert said == "error: interrupted; finished files are kept, the unfinished one is removed\n"
+        assert not [path.name for path in ours.iterdir() if path.name.startswith(".")]
+        done = tedm("run", "view", "-j", "2", *options).ok()
+        began = re.findall(r"(?m)^\[ *\d+/\d+\] (.+?):", done.out)
+        assert not {"ingest", "build-distortion"}.intersection(began)
+        assert {"build-optics", "view", *CASES_RUN, *LOOP} <= set(began)
+        for path in sorted(theirs.iterdir()):
+            if path.suffix == ".h5" or path.name in ("view.html", "halves", "symmetry_plane"):
+                assert (ours / path.name).read_bytes() == path.read_bytes(), path.name
+        assert len(list(ours.glob("*.h5"))) == len(list(theirs.glob("*.h5")))
+    finally:
+        shutil.rmtree(ours, ignore_errors=True)
+        theirs.rename(ours)

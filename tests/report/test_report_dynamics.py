@@ -16,8 +16,8 @@ from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.dynamics import AT_READ_OUTS, ClosedLoop, LoopOutput, SimulatedCase, read_closed_loop
 from tedm_cli.results.titles import output_title, requirement_title
 from tedm_cli.results.wording import capital, percent, ratio_text
+from tedm_cli.stages.chain.check import check_folder
 from tedm_cli.stages.dynamics.build import build_dynamics
-from tedm_cli.stages.reporting.check import check_folder
 from tedm_cli.stages.reporting.report import report
 from tedm_cli.stages.reporting.show import show_dict
 

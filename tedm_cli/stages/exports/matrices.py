@@ -46,7 +46,7 @@ def export(build_dir: Path, what: Sequence[str], fmt: Format, output: Path | Non
         )
     kinds = list(dict.fromkeys(what)) or [name for name in TABLES if (build_dir / f"{name}.h5").exists()]
     if not kinds:
-        raise InputError("holds nothing to export", where=str(build_dir), hint="run make all")
+        raise InputError("holds nothing to export", where=str(build_dir), hint="`tedm run` makes what can be exported")
     by_kind: dict[str, list[NamedMatrix]] = {}
     for name in kinds:
         kind, matrices = TABLES[name]
@@ -56,7 +56,7 @@ def export(build_dir: Path, what: Sequence[str], fmt: Format, output: Path | Non
             if what and not by_kind[name]:
                 raise InputError("holds no optical elements to export", where=str(file.path))
     if not any(by_kind.values()):
-        raise InputError("holds nothing to export", where=str(build_dir), hint="run make all")
+        raise InputError("holds nothing to export", where=str(build_dir), hint="`tedm run` makes what can be exported")
     if output is not None and single:
         by_kind = {output.stem: [m for matrices in by_kind.values() for m in matrices]}
     folder = build_dir / "export" if output is None else output.parent if single else output

@@ -51,7 +51,7 @@ class Output:
             raise InputError(
                 f"the grids' parts of {self.label} add up to {total:.9g}, the matrix says {wanted:.9g}",
                 where=str(where),
-                hint="its matrices do not belong together: run make all",
+                hint="its matrices do not belong together: `tedm run` makes them anew",
             )
 
     def minus(self, other: Output) -> Output:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -42,12 +44,13 @@ def check_folder(folder: Path) -> list[FileCheck]:
     """
     files = sorted(folder.glob("*.h5"))
     if not files:
-        raise InputError("holds no HDF5 files", where=str(folder), hint="run make all")
-    return _with_ancestors([check_file(path) for path in files])
+        raise InputError("holds no HDF5 files", where=str(folder), hint="`tedm run` makes them")
+    sum_of = cache(sha256_of)
+    return _with_ancestors([check_file(path, sum_of) for path in files])
 
 
-def check_file(path: Path) -> FileCheck:
-    """Contract, version, and the hash of every input and configuration."""
+def check_file(path: Path, sum_of: Callable[[Path], str] = sha256_of) -> FileCheck:
+    """Contract, version, and the hash of every input and configuration, by `sum_of`."""
     try:
         kind = kind_of(path)
     except InputError as exc:
@@ -61,7 +64,7 @@ def check_file(path: Path) -> FileCheck:
         return FileCheck(path, kind.name, [exc.fact])
     problems = [] if made_with == __version__ else [f"made by tedm {made_with}, this is {__version__}"]
     items = [(c.path, c.sha256) for c in provenance.configs] + [(i.path, i.sha256) for i in provenance.inputs]
-    problems += [p for path_used, digest in items if (p := _compare(path_used, digest))]
+    problems += [p for path_used, digest in items if (p := _compare(path_used, digest, sum_of))]
     return FileCheck(path, kind.name, problems + turned, tuple(i.path for i in provenance.inputs))
 
 
@@ -96,9 +99,9 @@ def _turned(file: Reader) -> list[str]:
     return [] if now.is_same(used) else [f"its symmetry plane was {used.words}; by {layout} it is {now.words} now"]
 
 
-def _compare(path: Path, sha256: str) -> str:
+def _compare(path: Path, sha256: str, sum_of: Callable[[Path], str]) -> str:
     try:
-        now = sha256_of(path)
+        now = sum_of(path)
     except InputError:
         return f"its input {path} is gone"
     return "" if now == sha256 else f"its input {path} has changed since"

@@ -1,0 +1,122 @@
+"""Commands on a project as a whole: begin one, run its chain. Stages are imported inside, so that --help is quick."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tedm_cli.cli.app import (
+    DEFAULT_BUILD,
+    DEFAULT_CONFIG,
+    BuildDir,
+    Config,
+    Quiet,
+    Verbose,
+    app,
+    open_project,
+    say,
+    was_given,
+)
+
+
+class _Sample(Enum):
+    minimal = "minimal"
+    ltp = "ltp"
+    lisa = "lisa"
+
+
+@app.command()
+def init(
+    folder: Annotated[Path, typer.Argument(help="A new or empty folder.", show_default="this folder")] = Path(),
+    sample: Annotated[
+        _Sample,
+        typer.Option(
+            "--from",
+            help="minimal: a coarse model with its results, whose chain takes half a minute; ltp: a synthetic LISA"
+            " Technology Package of 9,000 nodes; lisa: two benches at 60 degrees.",
+        ),
+    ] = _Sample.minimal,
+    quiet: Quiet = False,
+) -> None:
+    """Begin a project: configuration files with comments, and a model.
+
+    All that `tedm run` needs is in the folder, to be changed or replaced by your own. Nothing is overwritten; names
+    that begin with a dot are left alone.
+    """
+    from tedm_cli.progress import waiting
+    from tedm_cli.stages.chain.init import begin_project
+
+    with waiting(quiet, f"{sample.value}: writing"):
+        names = begin_project(sample.value, folder)
+    go = "" if folder == Path() else f"cd {folder}; "
+    say(quiet, f"{folder}: {', '.join(names)}", f"now: {go}tedm run")
+
+
+@app.command()
+def run(
+    ctx: typer.Context,
+    stage: Annotated[
+        str | None,
+        typer.Argument(help="Stop after this stage (build-optics, run-case, ...); without it, the whole chain is run."),
+    ] = None,
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    jobs: Annotated[int, typer.Option("-j", "--jobs", min=1, help="Commands that may run at once.")] = 1,
+    dry_run: Annotated[
+        bool, typer.Option("-n", "--dry-run", help="Say what would be run and why, and run nothing.")
+    ] = False,
+    nastran: Annotated[
+        str | None,
+        typer.Option("--nastran", metavar="COMMAND", help="Your own solver, as in `tedm solve --run`."),
+    ] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Run what is not up to date.
+
+    Every stage whose files are not there, are older than what they are made of, or were made of other contents or by
+    another version. Killed or refused half way, it goes on from there when it is run again. Of what the stages print,
+    warnings and notes are shown; with -v all of it.
+    """
+    from tedm_cli.chain.graph import Step
+    from tedm_cli.cli.nearest import nearest_project
+    from tedm_cli.cli.printing.chain import ended_line, noted_lines, plan_lines, step_line, up_to_date_line
+    from tedm_cli.cli.streams import tell
+    from tedm_cli.cli.worker import PROGRAM
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.chain.perform import Way, perform
+    from tedm_cli.stages.chain.plan import plan_chain
+    from tedm_cli.stages.chain.workers import Answer
+
+    project = open_project(config, build_dir, verbose)
+    plan = plan_chain(project, stage)
+    say(quiet, f"{project.title} ({config})")
+    if not plan.stale:
+        say(quiet, up_to_date_line(plan, build_dir))
+        return
+    if dry_run:
+        say(quiet, *plan_lines(plan))
+        return
+    given = {"config": ("-c", str(config)), "build_dir": ("-d", str(build_dir))}
+    options = tuple(word for name, words in given.items() if was_given(ctx, name) for word in words)
+    found = None if options else nearest_project()
+    way = Way(PROGRAM, Path() if found is None else found.folder, options, nastran, jobs)
+    begun: list[Step] = []
+
+    def begin(step: Step) -> None:
+        begun.append(step)
+        say(quiet, step_line(len(begun), plan, step))
+
+    def end(step: Step, answer: Answer) -> None:
+        lines = answer.out.splitlines()
+        say(quiet, *(lines if verbose else noted_lines(lines)))
+        tell(answer.err.splitlines())
+
+    with progress(quiet or jobs == 1) as of_all:
+        refused = perform(plan, way, begin, end, of_all)
+    if refused is not None:
+        raise typer.Exit(refused.code)
+    say(quiet, ended_line(plan, build_dir))

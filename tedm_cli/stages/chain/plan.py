@@ -1,0 +1,92 @@
+"""What has to be run of a project's chain, and why."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from tedm_cli.chain.graph import HALVES, SYMMETRY_PLANE, TIES, ChainFiles, Step, chain_of, up_to
+from tedm_cli.chain.stale import missing_inputs, stale_steps
+from tedm_cli.config.project import Project
+from tedm_cli.errors import InputError
+from tedm_cli.files.seal import sha256_of
+from tedm_cli.stages.chain.check import check_file
+from tedm_cli.stages.chain.make_rules import changed
+from tedm_cli.stages.chain.project_files import chain_files
+from tedm_cli.stages.common import known_name
+
+_LATER = 2**63  # ns: no file is newer
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The steps of the chain that were asked for, and those that have to run.
+
+    Parameters
+    ----------
+    steps : all that were asked for, up to date or not.
+    stale : why a step has to run, in the order of the chain.
+    remembered : what the build folder remembers of the project (`ChainFiles.remembered`), to be written first.
+    """
+
+    steps: tuple[Step, ...]
+    stale: Mapping[Step, tuple[str, ...]]
+    remembered: Mapping[Path, str]
+
+
+def plan_chain(project: Project, stage: str | None) -> Plan:
+    """What has to run for the whole chain, or up to a stage. Nothing is written.
+
+    A step has to run where Make would run it: a file of its is not there, or older than one that it is made of. And
+    where a file of its tells by the sums of its inputs, or by its version, that it was made of others.
+
+    Raises
+    ------
+    UsageError : the chain of this project has no such stage.
+    ConfigError, InputError : what `chain_files` refuses; a file that is not there and that no stage makes.
+    """
+    files = chain_files(project)
+    steps = chain_of(files)
+    if stage is not None:
+        known_name("stage", stage, list(dict.fromkeys(step.stage for step in steps)))
+        steps = up_to(steps, stage)
+    remembered = files.remembered()
+    differ = set(changed(remembered))
+    sum_of = cache(sha256_of)
+
+    def time_of(path: Path) -> int | None:
+        return _LATER if path in differ else _time_of(path)
+
+    def wrong(path: Path) -> list[str]:
+        return check_file(path, sum_of).problems if path.suffix == ".h5" and path.parent == files.build_dir else []
+
+    missing = [path for path in missing_inputs(steps, time_of) if path not in remembered]
+    if missing:
+        where, *others = (str(path) for path in missing)
+        more = f", nor {', '.join(others)}" if others else ""
+        raise InputError(
+            f"no such file{more}", where=where, hint="the configuration names it, and no stage of the chain makes it"
+        )
+    found = stale_steps(steps, time_of, wrong)
+    return Plan(steps, {step: _worded(reasons, files) for step, reasons in found.items()}, remembered)
+
+
+def _time_of(path: Path) -> int | None:
+    try:
+        return os.stat(path).st_mtime_ns
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
+def _worded(reasons: tuple[str, ...], files: ChainFiles) -> tuple[str, ...]:
+    """Reasons with what a user knows in place of the files in which the chain remembers things."""
+    words = {
+        f"{HALVES} is newer": "the halves of the chain have changed",
+        f"{SYMMETRY_PLANE} is newer": "the symmetry plane has changed",
+        f"{TIES} is newer": "what compensation masses are tied to has changed",
+        f"{files.code.name} is newer": "tedm itself is newer",
+    }
+    return tuple(words.get(reason, reason) for reason in reasons)

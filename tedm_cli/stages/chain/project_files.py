@@ -1,0 +1,94 @@
+"""The files of a project's chain, by its configuration: for Make, and for `tedm run`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import tedm_cli
+from tedm_cli.areas.configured import area_csv
+from tedm_cli.chain.graph import ChainFiles, Named
+from tedm_cli.config.cases import load_cases
+from tedm_cli.config.compensation import compensation_file, compensation_masses
+from tedm_cli.config.differences import require_parallel
+from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.halves import halves_of
+from tedm_cli.config.model import load_model
+from tedm_cli.config.optics import load_optics
+from tedm_cli.config.project import Project
+from tedm_cli.config.symmetry_plane import project_plane
+from tedm_cli.config.temperature_tables import table_paths
+from tedm_cli.files.build_folder import (
+    DISTORTION_FILE,
+    DYNAMICS_FILE,
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
+    UNIT_LOADS_FILE,
+    case_file_name,
+    series_file_name,
+    simulated_series_file_name,
+    simulation_file_name,
+)
+from tedm_cli.results.no_loop import why_no_loop
+from tedm_cli.stages.temperature_series import series_files
+
+
+def chain_files(project: Project) -> ChainFiles:
+    """What the configuration of a project names.
+
+    Raises
+    ------
+    ConfigError : a configuration that cannot be read; a project with neither half of the chain, or with requirements
+        on the half that it has not, or on a difference of test masses that has no meaning.
+    InputError : a configuration file that is not there.
+    """
+    _, model = load_model(project.model)
+    _, cases = load_cases(project.cases)
+    halves = halves_of(project, model)
+    halves.require_judgeable(cases.applied_requirements(), where=project.cases)
+    require_parallel(project, cases.applied_requirements(), model)
+    dynamics = load_dynamics(project.dynamics)[1]
+    beside = Path() if project.dynamics is None else project.dynamics.parent
+    compensation = compensation_file(project, model)
+    closed = not why_no_loop(project, model)
+    build = project.build_dir
+    series = {table.name: tuple(series_files(project, table)) for table in cases.series}
+    return ChainFiles(
+        build_dir=build,
+        project=project.file.path,
+        model=project.model,
+        optics=project.optics,
+        cases=project.cases,
+        dynamics=project.dynamics,
+        bdf=None if model.model.bdf is None else project.resolve(model.model.bdf),
+        areas=area_csv(project, model),
+        deck=project.resolve(model.model.deck),
+        results=tuple(project.resolve(p) for p in model.model.op2),
+        solved_here=all("{build_dir}" in p for p in (model.model.deck, *model.model.op2)),
+        unit_loads=build / UNIT_LOADS_FILE,
+        distortion=build / DISTORTION_FILE,
+        sensitivity=build / SENSITIVITY_FILE if halves.gravity else None,
+        read_out=build / OPTICS_FILE if halves.read_out else None,
+        loop=build / DYNAMICS_FILE if closed else None,
+        gravity_sources=(*([] if compensation is None else [compensation]), *map(project.resolve, model.body_files())),
+        optics_sources=() if project.optics is None else tuple(load_optics(project.optics).matrices),
+        dynamics_sources=tuple(beside / name for name in dynamics.file_names()),
+        case_sources=(*cases.tables, *cases.matrices),
+        spectra=tuple(table_paths(project, cases)),
+        runs=tuple(Named(c, build / case_file_name(c)) for c in cases.ids),
+        simulations=tuple(Named(c, build / simulation_file_name(c)) for c in cases.ids if closed),
+        series=tuple(Named(n, build / series_file_name(n), tables) for n, tables in series.items()),
+        simulated_series=tuple(
+            Named(n, build / simulated_series_file_name(n), tables) for n, tables in series.items() if closed
+        ),
+        older_series=tuple(sorted(build.glob(series_file_name("*")))),
+        plane=project_plane(project, model).plane.key,
+        ties="".join(f"{b.name}: {b.tie.words}\n" for b in compensation_masses(project, model) if b.tie is not None),
+        code=_newest_code(),
+    )
+
+
+def _newest_code() -> Path:
+    """The file of the program that was changed last: modules, and what the report and the page are made with."""
+    package = Path(tedm_cli.__file__).parent
+    files = [p for p in package.rglob("*") if p.suffix == ".py" or p.parent.name in ("templates", "page")]
+    return max((p for p in files if p.is_file()), key=lambda p: p.stat().st_mtime_ns)
