@@ -70,7 +70,11 @@ def run(
     ] = False,
     nastran: Annotated[
         str | None,
-        typer.Option("--nastran", metavar="COMMAND", help="Your own solver, as in `tedm solve --run`."),
+        typer.Option(
+            "--nastran",
+            metavar="COMMAND",
+            help="Your own solver, as in `tedm solve --run`.",
+        ),
     ] = None,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -82,7 +86,6 @@ def run(
     warnings and notes are shown; with -v all of it.
     """
     from tedm_cli.chain.graph import Step
-    from tedm_cli.cli.nearest import nearest_project
     from tedm_cli.cli.printing.chain import ended_line, noted_lines, plan_lines, step_line, up_to_date_line
     from tedm_cli.cli.streams import tell
     from tedm_cli.cli.worker import PROGRAM
@@ -102,8 +105,7 @@ def run(
         return
     given = {"config": ("-c", str(config)), "build_dir": ("-d", str(build_dir))}
     options = tuple(word for name, words in given.items() if was_given(ctx, name) for word in words)
-    found = None if options else nearest_project()
-    way = Way(PROGRAM, Path() if found is None else found.folder, options, nastran, jobs)
+    way = Way(PROGRAM, options, nastran, jobs)
     begun: list[Step] = []
 
     def begin(step: Step) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import signal
@@ -152,20 +153,34 @@ def test_a_stage_that_is_refused_stops_the_chain(demo: Path) -> None:
 def test_your_own_solver_is_told_to_solve_alone(demo: Path) -> None:
     for name in ("unit_loads.bdf", "unit_loads.op2"):
         replace(demo / "model.toml", f'"{name}"', f'"{{build_dir}}/{name}"')
-    outcome = tedm("run", "ingest", "--nastran", "no_such_solver {deck}")
+    outcome = tedm("run", "ingest", "-j", "2", "--nastran", "no_such_solver {deck}")
     outcome.refused(2, "there is no program 'no_such_solver'")
     assert re.findall(r"(?m)^\[\d/3\] (\S+):", outcome.out) == ["write-deck", "solve"]
 
 
-def test_a_process_that_dies_is_told_of(tmp_path: Path) -> None:
+def test_a_process_that_dies_is_told_of() -> None:
     program = (sys.executable, "-c", "import os; input(); os.kill(os.getpid(), 9)")
     with (
         pytest.raises(TedmError, match=r"`tedm check` ended by signal 9 \(SIGKILL\); the system") as caught,
-        Workers(program, tmp_path, 1) as workers,
+        Workers(program, 1) as workers,
     ):
         workers.begin(("check",), [])
         workers.wait()
     assert "`tedm run` goes on from there" in caught.value.hint
+
+
+def test_an_interrupt_is_passed_on(tmp_path: Path) -> None:
+    """To a command that would not end by itself, and that has time to clean up."""
+    script = (
+        "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: (open('ended', 'w'), sys.exit()));"
+        "input(); open('begun', 'w'); time.sleep(600)"
+    )
+    with contextlib.chdir(tmp_path), pytest.raises(KeyboardInterrupt), Workers((sys.executable, "-c", script), 1) as of:
+        of.begin(("check",), [])
+        while not (tmp_path / "begun").exists():
+            time.sleep(0.01)
+        raise KeyboardInterrupt
+    assert (tmp_path / "ended").exists()
 
 
 def test_a_worker_ends_with_whoever_started_it(tmp_path: Path) -> None:

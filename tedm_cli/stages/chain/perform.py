@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from tedm_cli.chain.graph import Step
 from tedm_cli.chain.stale import Queue
@@ -22,14 +21,12 @@ class Way:
     Parameters
     ----------
     worker : the program that runs commands (`Workers`).
-    folder : where it works.
-    options : what every command is told of project and build folder.
+    options : what every command is told of project and build folder, where they are not found from here.
     solver : the user's own solver, as `tedm solve --run` takes it; None for the embedded one.
     jobs : how many commands may run at once.
     """
 
     worker: tuple[str, ...]
-    folder: Path
     options: tuple[str, ...]
     solver: str | None
     jobs: int
@@ -52,7 +49,7 @@ def perform(
     refused: Answer | None = None
     number = 0
     progress(number, len(plan.stale), "steps")
-    with Workers(way.worker, way.folder, min(way.jobs, len(plan.stale))) as workers:
+    with Workers(way.worker, min(way.jobs, len(plan.stale))) as workers:
         while True:
             while refused is None and workers.has_room and (step := queue.next()) is not None:
                 begun(step)

@@ -12,7 +12,6 @@ import signal
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
 from types import TracebackType
 
@@ -37,12 +36,11 @@ class Workers:
     Parameters
     ----------
     program : what starts a worker.
-    folder : where they work.
     number : with one, standard error is shared with this process, progress included; else it comes with the answers.
     """
 
-    def __init__(self, program: Sequence[str], folder: Path, number: int) -> None:
-        self._program, self._folder, self._number = program, folder, number
+    def __init__(self, program: Sequence[str], number: int) -> None:
+        self._program, self._number = program, number
         self._free: list[subprocess.Popen[bytes]] = []
         self._busy: dict[subprocess.Popen[bytes], tuple[str, ...]] = {}
 
@@ -94,7 +92,7 @@ class Workers:
         return command, Answer(**json.loads(line))
 
     def _start(self) -> subprocess.Popen[bytes]:
-        return subprocess.Popen(self._program, cwd=self._folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        return subprocess.Popen(self._program, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
 
     @whole
     def __exit__(self, kind: type[BaseException] | None, exc: BaseException | None, at: TracebackType | None) -> None:
