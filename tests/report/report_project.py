@@ -102,7 +102,7 @@ SIZES = {
     "area_member": 7, "element_edge": 5, "element_member": 12, "concentrated": 1, "ray_output": 40, "element_dof": 144,
     "laser_output": 12, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
-    "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3,
+    "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3, "surface_triangle": 24, "corner": 3,
 }  # fmt: skip
 
 
@@ -233,6 +233,8 @@ def write_matrices(project: Project, seed: int = 1, changed: Mapping[str, Any] |
         "/test_mass/mass": [1.928, 1.928],
         "/test_mass/side": np.full((2, 3), 0.046),
         "/test_mass/position": np.array([[0.188, 0.0, 0.0], [-0.188, 0.0, 0.0]]),
+        "/test_mass/box_centre": np.array([[0.188, 0.0, 0.0], [-0.188, 0.0, 0.0]]),
+        "/test_mass/inertia": np.tile(np.eye(3) * 1.928 * 0.046**2 / 6.0, (2, 1, 1)),
         "/test_mass/axes": np.array([layout.axes, layout.axes]),
         **field_at_rest(rng),
         "/label/tm_output": MOTION_ROWS,
