@@ -62,7 +62,7 @@ def test_a_face_that_is_bent_a_little_is_not_taken_for_a_plane():
         solid = Polyhedron(np.concatenate([corner, [[0.0, 0.0, HALF + raised]]]), np.concatenate([kept, lid]))
         facets.append(len(solid.facets.anchor))
         body = Composite([solid])
-        moved = body.solids[0]
+        moved = solid.moved(-body.centre_m)
         centre = exact_centre(moved.corner_m, moved.triangle)
         points = np.array([[0.01, 0.002, 0.0235], [-0.02, 0.03, 0.01]])
         exact = [quantities(p, centre, *exact_polyhedron(p, moved.corner_m, moved.triangle)) for p in points]
