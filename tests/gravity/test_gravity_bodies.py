@@ -51,6 +51,25 @@ def test_polyhedron_is_exact_from_its_surface_on(kind):
     assert_exact(worst(body, points, exact))
 
 
+def test_a_face_that_is_bent_a_little_is_not_taken_for_a_plane():
+    """The middle of the upper face raised by 1 µm and by 1e-12 m: its triangles are one facet only where it is flat."""
+    corner, triangle = cuboid_mesh(np.full(3, -HALF), np.full(3, HALF))
+    top = [1, 3, 7, 5] if corner[1, 2] > 0 else [4, 5, 7, 6]
+    kept = triangle[~np.isin(triangle, top).all(axis=1)]
+    lid = [(top[k], top[(k + 1) % 4], 8) for k in range(4)]
+    facets = []
+    for raised in (1e-6, 1e-12, 0.0):
+        solid = Polyhedron(np.concatenate([corner, [[0.0, 0.0, HALF + raised]]]), np.concatenate([kept, lid]))
+        facets.append(len(solid.facets.anchor))
+        body = Composite([solid])
+        moved = solid.moved(-body.centre_m)
+        centre = exact_centre(moved.corner_m, moved.triangle)
+        points = np.array([[0.01, 0.002, 0.0235], [-0.02, 0.03, 0.01]])
+        exact = [quantities(p, centre, *exact_polyhedron(p, moved.corner_m, moved.triangle)) for p in points]
+        assert_exact(worst(body, points, exact))
+    assert facets == [9, 9, 6]
+
+
 def test_polyhedron_is_exact_in_the_planes_of_its_facets():
     """Where rounding decides on which side of a facet a point is, and its solid angle is 0 or a little less."""
     body = ALL["tetrahedron"]

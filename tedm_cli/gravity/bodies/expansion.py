@@ -18,12 +18,14 @@ from tedm_cli.gravity.moments import derivative
 _LANES = 64
 _COMPONENTS = 8
 _TOGETHER = 4  # degrees
+_BLOCK = 256  # points of a surface
+_LOWEST = 8  # degrees that rounding may be seen in from afar
 # Moments below this part of the sum of the magnitudes they are made of are rounding: the body has none by symmetry.
 _ROUNDING = 64.0 * np.finfo(np.float64).eps
 
 
 def body_moments(points: FloatArray, weights: FloatArray, order: int) -> ComplexArray:
-    """Moments of a body from a rule over its surface, [order + 1, order + 1] by degree and order; 0 for degree 1.
+    """Moments of a body from a rule over its surface, [order + 1, order + 1] by degree and order.
 
     By Gauss's theorem ``∫ R_l^m dV = ∮ (x·n) R_l^m dA / (l + 3)``, R_l^m being homogeneous of degree l.
 
@@ -33,31 +35,48 @@ def body_moments(points: FloatArray, weights: FloatArray, order: int) -> Complex
     weights : [n], ``(x·n) dA`` over three times the volume: they add up to 1.
     order : highest degree.
     """
-    sums = np.zeros((order + 1, order + 1), dtype=np.complex128)
-    sizes = np.zeros((order + 1, order + 1))
-    _surface_sums(points, weights, sums, sizes)
-    sums[np.abs(sums) < _ROUNDING * sizes] = 0.0
-    moments = sums * (3.0 / (np.arange(order + 1) + 3.0))[:, None]
-    moments[1] = 0.0
-    return moments
+    sums, sizes = np.zeros((2, order + 1, order + 1)), np.zeros((order + 1, order + 1))
+    filled = -len(points) % _BLOCK
+    _surface_sums(np.pad(points, ((0, filled), (0, 0))), np.pad(weights, (0, filled)), sums, sizes)
+    moments = sums[0] + 1j * sums[1]
+    moments[np.abs(moments) < _ROUNDING * sizes] = 0.0
+    return np.asarray(moments * (3.0 / (np.arange(order + 1) + 3.0))[:, None])
 
 
 @compiled
-def _surface_sums(points: FloatArray, weights: FloatArray, sums: ComplexArray, sizes: FloatArray) -> None:
-    order = sums.shape[0] - 1
-    for n in range(points.shape[0]):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        square = x * x + y * y + z * z
-        azimuth = complex(weights[n], 0.0)
+def _surface_sums(points: FloatArray, weights: FloatArray, sums: FloatArray, sizes: FloatArray) -> None:
+    """Add real and imaginary parts of the harmonics to `sums`; to `sizes` their magnitudes, of the lowest degrees.
+
+    The number of points is a multiple of a block.
+    """
+    order = sums.shape[1] - 1
+    real, imaginary = np.empty(_BLOCK), np.empty(_BLOCK)
+    square = np.empty(_BLOCK)
+    a = np.empty((order + 1, _BLOCK))
+    for start in range(0, points.shape[0], _BLOCK):
+        part = points[start : start + _BLOCK]
+        x, y, z = part[:, 0], part[:, 1], part[:, 2]
+        for p in range(_BLOCK):
+            square[p] = x[p] * x[p] + y[p] * y[p] + z[p] * z[p]
+            real[p], imaginary[p] = weights[start + p], 0.0
         for m in range(order + 1):
-            size = abs(azimuth)
-            previous, current = 0.0, 1.0
-            for degree in range(m, order + 1):
-                sums[degree, m] += azimuth * current
-                sizes[degree, m] += size * abs(current)
-                following = ((2 * degree + 1) * z * current - square * previous) / ((degree + 1.0) ** 2 - m * m)
-                previous, current = current, following
-            azimuth *= complex(x, y) / (2.0 * m + 2.0)
+            for p in range(_BLOCK):
+                a[0, p] = 1.0
+            for k in range(1, order + 1 - m):
+                degree = m + k - 1
+                across = 1.0 / ((degree + 1.0) ** 2 - m * m)
+                for p in range(_BLOCK):
+                    before = a[k - 2, p] if k > 1 else 0.0
+                    a[k, p] = ((2 * degree + 1) * z[p] * a[k - 1, p] - square[p] * before) * across
+            sums[0, m:, m] += np.dot(a[: order + 1 - m], real)
+            sums[1, m:, m] += np.dot(a[: order + 1 - m], imaginary)
+            for k in range(max(0, min(_LOWEST, order + 1) - m)):
+                for p in range(_BLOCK):
+                    sizes[m + k, m] += math.hypot(real[p], imaginary[p]) * abs(a[k, p])
+            for p in range(_BLOCK):
+                even, odd = real[p], imaginary[p]
+                real[p] = (x[p] * even - y[p] * odd) / (2.0 * m + 2.0)
+                imaginary[p] = (x[p] * odd + y[p] * even) / (2.0 * m + 2.0)
 
 
 def general_weights(moments: ComplexArray) -> FloatArray:
