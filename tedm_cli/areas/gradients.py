@@ -35,6 +35,10 @@ def gradient_load(
         ids = id_list(m.element_id[others & (m.card == card)])
         problems.append((at, f"area '{name}': a gradient on {card} {ids}: {_reason(str(card))}"))
     use = shell | bar
+    if definition.plane is not None and use.any() and not bar.any():
+        problems.append(
+            (at, f"area '{name}': plane is that of bars, and it has shells alone: give a direction, or none")
+        )
     axes, d = m.axes[use], definition.direction
     if d is not None:
         part = axes @ (np.array(d) / np.linalg.norm(d))

@@ -164,7 +164,9 @@ class DefinitionTable(SelectionTable):
 
     def _require_gradient(self) -> None:
         if self.remainder:
-            raise ValueError("nothing is left over for gradients, which are loads beside those of the areas: select")
+            raise ValueError(
+                "nothing is left over for gradients, which are loads beside those of the areas: give criteria"
+            )
         if self.carrier == "grids" and "carrier" in self.model_fields_set:
             raise ValueError('a gradient is in elements: leave carrier = "grids" out')
         if self.direction is not None and self.plane is not None:

@@ -36,7 +36,11 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         "temperature step applied to the area in its unit load, in the unit of /area/unit",
     )
     AREA_MASS = Dataset(
-        "/area/mass", ("area",), "float", "kg", "mass of the area's elements, lumped mass of its grids; 0 of gradients"
+        "/area/mass",
+        ("area",),
+        "float",
+        "kg",
+        "mass of the area's elements, lumped mass of its grids; in no sum where a gradient",
     )
     AREA_MEAN_STEP = Dataset(
         "/area/mean_step",

@@ -336,6 +336,16 @@ def test_a_gradient_on_a_solid_is_an_error_of_the_configuration(tmp_path: Path, 
     assert "Traceback" not in done.err
 
 
+def test_gradients_alone_are_a_table_of_no_mean_and_an_error(tmp_path: Path) -> None:
+    """No area of a mean temperature: the table has a total of nothing, and says whose grids are left."""
+    made = project(tmp_path, deck(1), define("A", kind='"gradient"', property=1))
+    done = run(made, "areas")
+    assert done.code == 4, done.err
+    total = next(line.split() for line in done.out.splitlines() if line.startswith("total"))
+    assert total == ["total", "1", "K", "0", "0", "0"]
+    assert "126 structural grids are in no thermal area" in done.err
+
+
 def test_a_warning_says_what_to_do(tmp_path: Path) -> None:
     """A strut of one bar with one grid of its own, in the deck's words as in the configuration's."""
     strut = define("STRUT", element=5000, box="{ z_m = [0.05, inf] }")

@@ -314,6 +314,7 @@ REFUSED: list[tuple[str, str, str]] = [
     (define("A", property=1, direction="[0.0, 0.0, 1.0]"), "areas.define[0]", 'give kind = "gradient"'),
     (define("A", property=1, plane=1), "areas.define[0]", "plane is that of a gradient"),
     (define("A", property=2, plane=3, **GRADIENT), "areas.define[0].plane", "1 or 2"),
+    (define("A", property=1, plane=2, **GRADIENT), "areas.define[0]", "plane is that of bars, and it has shells alone"),
     (define("A", property=2, plane=1, direction="[1.0, 0.0, 0.0]", **GRADIENT), "areas.define[0]", "give one"),
     (
         define("A", property=1, direction="[0.0, 0.0, 0.0]", **GRADIENT),

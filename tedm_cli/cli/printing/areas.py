@@ -38,17 +38,13 @@ def area_lines(done: AreaSummary) -> list[str]:
     ]
     means = [load.gradient is None for load in done.loads]
     mass = float(done.mass_kg[means].sum())
-    counts = [
-        sum(len(ids) for ids in column)
-        for column in zip(
-            *((x.grid_id, x.element_id) for x, m in zip(done.loads, means, strict=True) if m), strict=True
-        )
-    ]
+    warmed = [load for load in done.loads if load.gradient is None]
+    grids, elements = (sum(map(len, ids)) for ids in ([x.grid_id for x in warmed], [x.element_id for x in warmed]))
     total = (
         "total",
         *([LOAD["mean"]] if gradients else []),
-        f"{counts[0]:,}",
-        *([f"{counts[1]:,}"] if own else []),
+        f"{grids:,}",
+        *([f"{elements:,}"] if own else []),
         f"{mass:.6g}",
         *[""] * 7,
     )
