@@ -55,7 +55,12 @@ def test_what_is_stale_and_why() -> None:
 
 def test_contents_are_looked_at_only_where_times_say_nothing() -> None:
     asked: list[str] = []
-    stale_steps(CHAIN, lambda path: (TIMES | {"a": None})[path.name], lambda path: asked.append(path.name) or [])
+
+    def wrong(path: Path) -> list[str]:
+        asked.append(path.name)
+        return []
+
+    stale_steps(CHAIN, lambda path: (TIMES | {"a": None})[path.name], wrong)
     assert asked == ["e"]
 
 
