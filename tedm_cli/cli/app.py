@@ -73,7 +73,7 @@ BuildDir = Annotated[
     typer.Option(
         "-d",
         "--build-dir",
-        help="Folder of the files between stages. Else build, beside the project file that was found.",
+        help="Folder of the files between stages. Else build, in the folder of the project that was found.",
         show_default=False,
         callback=_build_folder,
     ),

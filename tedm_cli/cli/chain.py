@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -51,7 +52,7 @@ def init(
 
     with waiting(quiet, f"{sample.value}: writing"):
         names = begin_project(sample.value, folder)
-    go = "" if folder == Path() else f"cd {folder}; "
+    go = "" if folder == Path() else f"cd {shlex.quote(str(folder))}; "
     say(quiet, f"{folder}: {', '.join(names)}", f"now: {go}tedm run")
 
 

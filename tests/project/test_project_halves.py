@@ -140,11 +140,14 @@ def whole(halves: dict[str, Half], tmp_path_factory: pytest.TempPathFactory) -> 
 
 
 @pytest.mark.parametrize("half", HALVES)
-def test_make_builds_what_there_is(halves: dict[str, Half], half: str) -> None:
+def test_make_and_run_build_what_there_is(halves: dict[str, Half], half: str, tmp_path: Path) -> None:
     matrices = {GRAVITY: "build-sensitivity", READ_OUT: "build-optics"}[half]
     made = ["make-rules", "ingest", "build-distortion", matrices, "run-case", "run-series"]
     assert sorted(halves[half].commands) == sorted([*made, "plot", "report", "view"])
     assert halves[half].make("all") == []
+    assert "all is up to date" in halves[half].run("run", "-n").ok().out
+    fresh = tedm("run", "-n", *halves[half].arguments[:2], "-d", tmp_path).ok().out.splitlines()[1:-1]
+    assert sorted(line.split()[0] for line in fresh) == sorted({*halves[half].commands} - {"make-rules"})
     files = {path.name for path in halves[half].build.glob("*.h5")}
     own = {GRAVITY: "sensitivity.h5", READ_OUT: "optics.h5"}[half]
     assert files == {"unit_loads.h5", "distortion.h5", own, "case03.h5", "series_warm.h5"}

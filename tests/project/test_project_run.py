@@ -163,6 +163,18 @@ def test_your_own_solver_is_told_to_solve_alone(demo: Path) -> None:
     assert re.findall(r"(?m)^\[\d/3\] (\S+):", outcome.out) == ["write-deck", "solve"]
 
 
+def test_results_of_a_solver_may_be_hdf5_of_its_own(demo: Path) -> None:
+    """Which says nothing of what it was made of: times alone tell."""
+    replace(demo / "model.toml", '"unit_loads.bdf"', '"{build_dir}/unit_loads.bdf"')
+    replace(demo / "model.toml", '"unit_loads.op2"', '"{build_dir}/unit_loads.msc.h5"')
+    (demo / "build").mkdir()
+    for name in ("unit_loads.bdf", "unit_loads.msc.h5"):
+        (demo / "build" / name).touch()
+    assert "all is up to date (2 steps)" in tedm("run", "-n", "solve").ok().out
+    os.utime(demo / "build" / "unit_loads.msc.h5", (0, 0))
+    assert "solve  unit_loads.bdf is newer\n" in tedm("run", "-n", "solve").ok().out
+
+
 def test_a_process_that_dies_is_told_of() -> None:
     program = (sys.executable, "-c", "import os; input(); os.kill(os.getpid(), 9)")
     with (
