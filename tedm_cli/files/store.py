@@ -38,7 +38,7 @@ from tedm_cli.files.contract_check import (
     shape_problem,
 )
 from tedm_cli.files.datasets import fixed_length, new_dataset
-from tedm_cli.files.held_file import HeldFile
+from tedm_cli.files.held_file import HeldFile, Sink
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
 from tedm_cli.files.seal import digests, identity_of, seal
 from tedm_cli.interrupts import unfinished, whole
@@ -53,7 +53,7 @@ _fitting: set[tuple[str, str]] = set()  # SHA-256 and kind of the files whose co
 class Writer:
     """A file under construction; made by `create`."""
 
-    def __init__(self, file: Any, kind: FileKind, target: Path, sink: HeldFile) -> None:
+    def __init__(self, file: Any, kind: FileKind, target: Path, sink: Sink) -> None:
         self._file = file
         self._kind = kind
         self._target = target
@@ -136,7 +136,8 @@ class Writer:
             self._scales[dim] = scale
         return self._scales[dim]
 
-    def _finish(self, provenance: Provenance) -> None:
+    def finish(self, provenance: Provenance) -> None:
+        """Say where the file is from, and check it against its contract."""
         self._attach_scales()
         attrs = self._file.attrs
         attrs["schema"] = f"tedm.{self._kind.name}"
@@ -241,7 +242,7 @@ def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Write
         with h5py.File(sink, "w", libver="v110", rdcc_nbytes=_NO_CACHE) as file:
             writer = Writer(file, kind, path, sink)
             yield writer
-            writer._finish(provenance)
+            writer.finish(provenance)
         sink.check()
         seal(temporary)
 
