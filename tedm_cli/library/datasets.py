@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tedm_cli.arrays import AnyArray
-from tedm_cli.contracts import Dataset, FileKind
+from tedm_cli.contracts import CASE, Dataset, FileKind
 from tedm_cli.files.store import Reader
 from tedm_cli.library.xarray_door import Variable, dataset, variable
 from tedm_cli.stages.common import known_name
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _BRACES = re.compile(r"{(\w+)}")
+_NO_COORDINATES = (CASE.OUTPUT_KIND,)  # the unit says as much, and titles of plots have room for few coordinates
 _OF_PATH = re.compile(r"see ((?:/\w+)+)")  # in units
 
 
@@ -40,7 +41,8 @@ def dataset_of(file: Reader, only: Sequence[str] = ()) -> xr.Dataset:
     UsageError : there is no variable of a name in `only`; the nearest is named.
     """
     kind = file.kind
-    there = {name_of(spec): spec for spec in kind.datasets.values() if _members(file, spec)}
+    members = {spec: _members(file, spec) for spec in kind.datasets.values()}
+    there = {name_of(spec): spec for spec, paths in members.items() if paths}
     labels = {kind.label_of(dim) for spec in there.values() for dim in dims_of(kind, spec)}
     wanted = set(only) or there.keys()
     for name in only:
@@ -51,9 +53,9 @@ def dataset_of(file: Reader, only: Sequence[str] = ()) -> xr.Dataset:
         if spec in labels:
             continue
         if _is_coordinate(kind, spec):
-            coordinates[name] = _read(file, spec)
+            coordinates[name] = _read(file, spec, members[spec])
         elif name in wanted:
-            variables[name] = _read(file, spec)
+            variables[name] = _read(file, spec, members[spec])
     used = {dim for dims, *_ in variables.values() for dim in dims}
     if not only:
         used |= {dim for spec in there.values() for dim in dims_of(kind, spec)}
@@ -63,7 +65,7 @@ def dataset_of(file: Reader, only: Sequence[str] = ()) -> xr.Dataset:
         if isinstance(label, tuple):
             coordinates[dim] = (dim,), list(label), {}
         elif label is not None and file.has(label):
-            _, values, attributes = _read(file, kind.datasets[label])
+            _, values, attributes = _read(file, kind.datasets[label], members[kind.datasets[label]])
             coordinates[dim] = variable((dim,), values, attributes.get("units", ""), attributes["long_name"])
     return dataset(variables, coordinates, dict(file.attributes))
 
@@ -81,7 +83,7 @@ def dims_of(kind: FileKind, spec: Dataset) -> tuple[str, ...]:
 
 def _is_coordinate(kind: FileKind, spec: Dataset) -> bool:
     """Whether it says something of the places along one dimension."""
-    if "{" in spec.path or len(spec.dims) != 1:
+    if "{" in spec.path or len(spec.dims) != 1 or spec.path in _NO_COORDINATES:
         return False
     label = kind.label_of(spec.dims[0])
     beside = isinstance(label, str) and label.rpartition("/")[0] == spec.path.rpartition("/")[0] != ""
@@ -95,8 +97,8 @@ def _members(file: Reader, spec: Dataset) -> dict[tuple[str, ...], str]:
     return {names: path for names, path in paths.items() if file.has(path)}
 
 
-def _read(file: Reader, spec: Dataset) -> Variable:
-    kind, members = file.kind, _members(file, spec)
+def _read(file: Reader, spec: Dataset, members: dict[tuple[str, ...], str]) -> Variable:
+    kind = file.kind
     if spec.dtype == "str":
         values: object = np.array(file.strings(spec.path), dtype=str) if spec.dims else file.string(spec.path)
         return variable(spec.dims, values, "", spec.long_name)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import tedm
 import xarray as xr
+from label_scales import is_scale_alone
 
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import KINDS
@@ -43,7 +44,7 @@ def held(path: Path) -> dict[str, Any]:
         kind = KINDS[str(file.attrs["schema"]).removeprefix("tedm.")]
 
         def visit(name: str, item: Any) -> None:
-            if isinstance(item, h5py.Dataset) and "units" in item.attrs and not name.startswith("provenance"):
+            if isinstance(item, h5py.Dataset) and "units" in item.attrs and not is_scale_alone(item):
                 text = item.dtype.kind == "S"
                 found["/" + name] = (item.asstr()[()] if text else item[()]), str(item.attrs["units"])
 
@@ -76,7 +77,7 @@ def test_every_number_of_a_file_is_there(small: Project, project: tedm.Project, 
     assert seen > 15
 
 
-@pytest.mark.parametrize("case_id", ["3", "4b", "10b"])
+@pytest.mark.parametrize("case_id", ["4b", "10b"])
 def test_a_case_in_memory_is_the_one_of_the_command(project: tedm.Project, case_id: str) -> None:
     made, written = project.run_case(case_id), project.build.case(case_id)
     assert made.attrs["schema"] == written.attrs["schema"]
