@@ -1,4 +1,4 @@
-"""docs/notebook.ipynb on the small sample. `python tests/library_notebook.py` runs it again and keeps what it prints."""
+"""docs/notebook.ipynb on the small sample. `python tests/library_notebook.py` runs it and keeps what it prints."""
 
 from __future__ import annotations
 
