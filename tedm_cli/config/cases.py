@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Bounded, Frequency, Strict, load, named_by_project
+from tedm_cli.config.base import Bounded, Frequency, Strict, named_by_project, read_toml, validate
 from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.config.series import RealisationTable, SeriesTable
@@ -116,14 +116,16 @@ class CasesConfig(Strict):
         return frequency_grid(self.frequency.min_hz, self.frequency.max_hz, self.frequency.points, bands)
 
 
-def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
-    """Read and check a cases file.
+def load_cases(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[ConfigFile, CasesConfig]:
+    """Read and check a cases file, with `changes` in place of what it has under the same keys.
 
     Raises `InputError` when it is not there and `ConfigError` with its problems: first those of single tables, then
     those between tables (an id used twice, an output judged twice by one requirement, a band outside the frequencies).
     Requirements given as tables are read for their bands. Paths of files are made relative to the current folder.
     """
-    file, config = load(CasesConfig, path, hint=named_by_project("cases"))
+    file, data = read_toml(path, hint=named_by_project("cases"))
+    where = f"{path}, with {', '.join(changes)} as given" if changes else str(path)
+    config = validate(CasesConfig, {**data, **(changes or {})}, where=where)
     config = _beside(path.parent, config)
     problems: list[tuple[str, str]] = []
     # Ids name files: 3 and 03, or 4b and 4B on some file systems, would be one file.
@@ -155,7 +157,7 @@ def load_cases(path: Path) -> tuple[ConfigFile, CasesConfig]:
             fact = f"{name!r} names the same file of a simulation as the case id '_{name}'"
             problems.append((f"series[{number}].name", fact))
     if problems:
-        raise ConfigError(problems, where=str(path))
+        raise ConfigError(problems, where=where)
     return file, config
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +24,20 @@ def table_paths(project: Project, config: CasesConfig) -> list[Path]:
     return [project.cases.parent / name for name in config.temperature.table_names()]
 
 
-def temperature_model(project: Project, config: CasesConfig, areas: AreaTable) -> TemperatureModel:
-    """The model of the thermal areas; raises what reading a table and `TemperatureTable.model` raise."""
+def temperature_model(
+    project: Project, config: CasesConfig, areas: AreaTable, tables: Mapping[str, SpectrumColumns] | None = None
+) -> TemperatureModel:
+    """The model of the thermal areas; raises what reading a table and `TemperatureTable.model` raise.
+
+    `tables`, by the names that the configuration has for them, are spectra that no file holds.
+    """
     quantities = config.temperature.table_quantities()
-    paths = table_paths(project, config)
-    tables = {n: _read(path, quantity) for (n, quantity), path in zip(quantities.items(), paths, strict=True)}
-    return config.temperature.model(areas, tables, where=str(project.cases))
+    held = tables or {}
+    read = {
+        name: held[name] if name in held else _read(path, quantity)
+        for (name, quantity), path in zip(quantities.items(), table_paths(project, config), strict=True)
+    }
+    return config.temperature.model(areas, read, where=str(project.cases))
 
 
 def _read(path: Path, quantity: Quantity) -> SpectrumColumns:

@@ -15,6 +15,12 @@ All files are HDF5 with netCDF-4 dimension scales: they open in h5py, MATLAB (`h
 `xarray.open_dataset(file, group="/dc", engine="h5netcdf")`. Every dataset MUST have the attributes `units` and
 `long_name`; vectors MUST name their `frame`. Arrays over grids are chunked along the grids.
 
+The scales hold labels: in every group, `area` the names of the areas, `output` those of the outputs, `frequency` the
+frequencies, `node` the ids of the grids, `xyz` the axes, so that `.sel(area="STRUT_5")` finds a place there. Where the
+root has a group of that name, the scale is called as its label: `/S` goes along `row_label` and `area_name`. Without
+labels a dimension is `n_rank`. A file MAY lack scales; where it has them they MUST say what the dataset says that they
+copy (`/area/name`). They are not in the tables. `import tedm` reads a file as one Dataset ([library.md](library.md)).
+
 The last line of a file is its seal: `tedm sha256` and the SHA-256 of all bytes before it, which `head -c -78 FILE |
 sha256sum` prints. It stands behind the end that HDF5 knows of; other programs pass over it. A reader MUST compare it
 before anything else: a flipped bit in a string is another string, and some damage makes the HDF5 library loop for ever.

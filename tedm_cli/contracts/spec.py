@@ -72,6 +72,21 @@ ACCELERATIONS = ("a_x", "a_y", "a_z", "omegadot_x", "omegadot_y", "omegadot_z")
 QUANTITIES = Values(words=("acceleration", "angular_acceleration", "displacement", "angle"))
 
 
+#: What labels dimensions where no rule finds it (`FileKind.label_of`): the words themselves, or a dataset.
+LABELS: dict[str, str | tuple[str, ...]] = {
+    "xyz": ("x", "y", "z"),
+    "band_edge": ("low", "high"),
+    "frequency": "/frequency",
+    "order": "/filter_sensitivity/order",
+    "corner": "/filter_sensitivity/corner",
+    "bin": "/realisation/frequency",
+    "sample": "/time",
+    "loop_frequency": "/loop/frequency",
+    "body": "/label/body_coordinate",
+    "tm_motion": "/label/tm_motion",
+}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Dataset(str):
     """The path of a dataset in its file, and what it must be: symbolic dimensions, type, unit, meaning, frame, values.
@@ -131,6 +146,21 @@ class FileKind:
     def __post_init__(self) -> None:
         for owner in reversed(type(self).__mro__):
             self.datasets.update({d: d for d in vars(owner).values() if isinstance(d, Dataset)})
+
+    def label_of(self, dim: str) -> str | tuple[str, ...] | None:
+        """What tells the places along a dimension apart: the path of a dataset, or the words themselves; None: nothing.
+
+        What `LABELS` says; else the dataset of names of which no two are the same; else that of numbers that ascend,
+        such as ids of grids. `area_column` has the labels of `area`. A file may lack the dataset where it is optional.
+        """
+        dim = dim.removesuffix("_column")
+        known = LABELS.get(dim)
+        if known is not None and (isinstance(known, tuple) or known in self.datasets):
+            return known
+        along = [d for path, d in self.datasets.items() if d.dims == (dim,) and "{" not in path]
+        names = [d for d in along if d.dtype == "str" and d.values.unique]
+        ids = [d for d in along if d.dtype == "int" and d.values.ascending and not d.values.rows_of]
+        return next((d.path for d in (*names, *ids)), None)
 
     def length_law(self, dim: str) -> str:
         """How a derived dimension follows from another."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tedm_cli.arrays import AnyArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.files.held_file import HeldFile
+from tedm_cli.files.held_file import Sink
 
 BLOCK_NODES = 16384  # grids in a chunk of the files
 _AT_ONCE = 4 * BLOCK_NODES  # grids of one area that a stage holds: few calls, and still in a processor's cache
@@ -26,7 +26,7 @@ class PrecisionLossError(Exception):
 class Allocated:
     """An empty dataset that is filled where it is indexed."""
 
-    def __init__(self, dataset: Any, sink: HeldFile, check: Callable[[AnyArray], None]) -> None:
+    def __init__(self, dataset: Any, sink: Sink, check: Callable[[AnyArray], None]) -> None:
         self._dataset, self._check = dataset, check
         self._single = dataset.dtype == np.float32
         self._sink = sink

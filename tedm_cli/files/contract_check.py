@@ -14,6 +14,7 @@ from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import Dataset, FileKind
 from tedm_cli.files.contract_values import value_problems
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
+from tedm_cli.files.scales import is_scale, scale_problems
 
 DTYPES = {"float": np.float64, "real": np.float64, "int": np.int64}
 _HELD = {"float": ("f8",), "real": ("f4", "f8"), "int": ("i8",)}
@@ -59,7 +60,7 @@ def contract_problems(file: Any, kind: FileKind, where: Path) -> list[str]:
     dims = dict(kind.fixed_dims)
     held: dict[str, Dataset] = {}
     for pattern, spec in kind.datasets.items():
-        paths = _paths(file, pattern)
+        paths = _paths(file, pattern, spec.dims)
         if not any(path in file for path in paths):
             problems += [] if spec.optional else [f"{pattern} is missing"]
             continue
@@ -71,11 +72,11 @@ def contract_problems(file: Any, kind: FileKind, where: Path) -> list[str]:
     for dim, (base, factor, addend) in kind.derived_dims.items():
         if dim in dims and base in dims and dims[dim] != factor * dims[base] + addend:
             problems.append(f"{dims[dim]} along {dim}, wanted {factor * dims[base] + addend} ({kind.length_law(dim)})")
-    return problems or value_problems(file, kind, held, dims, where)
+    return problems or value_problems(file, kind, held, dims, where) or scale_problems(file, kind, held)
 
 
-def _paths(file: Any, pattern: str) -> list[str]:
-    """The dataset of a path, or all of a family, one name for each pair of braces."""
+def _paths(file: Any, pattern: str, dims: tuple[str, ...]) -> list[str]:
+    """The dataset of a path, or all of a family, one name for each pair of braces; without the scales of its `dims`."""
     if "{" not in pattern:
         return [pattern]
     paths = [""]
@@ -85,6 +86,7 @@ def _paths(file: Any, pattern: str) -> list[str]:
             continue
         groups = [path for path in paths if path in file and hasattr(file[path], "keys")]
         paths = [f"{group}/{name}" for group in groups for name in file[group]]
+        paths = [p for p in paths if p.rpartition("/")[2] not in dims or not is_scale(file, p)]
     return paths
 
 

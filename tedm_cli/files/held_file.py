@@ -4,8 +4,16 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Protocol
 
 from tedm_cli.interrupts import whole
+
+
+class Sink(Protocol):
+    """What a file is written to: whoever writes asks it, often enough, whether that has failed."""
+
+    def check(self) -> None:
+        """Raise what went wrong, if anything did."""
 
 
 class HeldFile(io.RawIOBase):

@@ -38,8 +38,9 @@ from tedm_cli.files.contract_check import (
     shape_problem,
 )
 from tedm_cli.files.datasets import fixed_length, new_dataset
-from tedm_cli.files.held_file import HeldFile
+from tedm_cli.files.held_file import HeldFile, Sink
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
+from tedm_cli.files.scales import Scales, is_scale
 from tedm_cli.files.seal import digests, identity_of, seal
 from tedm_cli.interrupts import unfinished, whole
 
@@ -53,14 +54,13 @@ _fitting: set[tuple[str, str]] = set()  # SHA-256 and kind of the files whose co
 class Writer:
     """A file under construction; made by `create`."""
 
-    def __init__(self, file: Any, kind: FileKind, target: Path, sink: HeldFile) -> None:
+    def __init__(self, file: Any, kind: FileKind, target: Path, sink: Sink) -> None:
         self._file = file
         self._kind = kind
         self._target = target
         self._sink = sink
         self._dims: dict[str, int] = dict(kind.fixed_dims)
-        self._scaled: list[tuple[Any, tuple[str, ...]]] = []
-        self._scales: dict[str, Any] = {}
+        self._written: list[tuple[Any, Dataset]] = []
 
     def write(self, path: str, value: Any, *, units: str | None = None, single: bool = False) -> None:
         """Write a whole dataset. `units` is required where the contract leaves it open; `single` as for `allocate`."""
@@ -115,29 +115,16 @@ class Writer:
             dataset.attrs["frame"] = spec.frame
         if spec.dtype == "str":
             dataset.attrs["_Encoding"] = "utf-8"  # netCDF's: xarray makes strings of the bytes
-        self._scaled.append((dataset, spec.dims))
+        self._written.append((dataset, spec))
         return dataset
 
-    def _attach_scales(self) -> None:
-        """Tie all datasets to their dimensions, at the end.
+    def _chunked(self, path: str, values: Any) -> Any:
+        """An empty dataset for the labels of a dimension."""
+        return new_dataset(self._file, path, values.shape, values.dtype, (min(len(values), BLOCK_NODES),))
 
-        A dimension lists the datasets that have it, and HDF5 writes that list anew for each: between data it would
-        leave a hole every time, which made a file of many short datasets three times as large as what is in it.
-        """
-        for dataset, dims in self._scaled:
-            for axis, dim in enumerate(dims):
-                dataset.dims[axis].attach_scale(self._scale(dim, dataset.shape[axis]))
-
-    def _scale(self, dim: str, size: int) -> Any:
-        if dim not in self._scales:
-            # netCDF-4's form of a dimension without coordinates: an unwritten dataset of the right length.
-            scale = self._file.create_dataset(f"n_{dim}", shape=(size,), dtype="f4", track_times=False)
-            scale.make_scale(f"This is a netCDF dimension but not a netCDF variable. {size:10d}")
-            self._scales[dim] = scale
-        return self._scales[dim]
-
-    def _finish(self, provenance: Provenance) -> None:
-        self._attach_scales()
+    def finish(self, provenance: Provenance) -> None:
+        """Say where the file is from, and check it against its contract."""
+        Scales(self._file, self._kind, self._chunked).attach(self._written)
         attrs = self._file.attrs
         attrs["schema"] = f"tedm.{self._kind.name}"
         attrs["schema_version"] = self._kind.version
@@ -224,7 +211,8 @@ class Reader:
 
         def visit(name: str, item: Any) -> None:
             path = "/" + name
-            if isinstance(item, h5py.Dataset) and "units" in item.attrs:
+            labels = path not in self.kind.datasets and is_scale(self._file, path)
+            if isinstance(item, h5py.Dataset) and "units" in item.attrs and not labels:
                 with contextlib.suppress(KeyError):  # what a user has added is not of the contract
                     meaning = find_spec(self.kind, path).long_name
                     found.append((path, tuple(item.shape), attribute_text(item, "units") or "", meaning))
@@ -241,7 +229,7 @@ def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Write
         with h5py.File(sink, "w", libver="v110", rdcc_nbytes=_NO_CACHE) as file:
             writer = Writer(file, kind, path, sink)
             yield writer
-            writer._finish(provenance)
+            writer.finish(provenance)
         sink.check()
         seal(temporary)
 

@@ -12,7 +12,8 @@ import h5py
 import numpy as np
 import pytest
 import xarray
-from border_tools import STAGES, Project, replace, snapshot, tedm, untouched
+from border_tools import STAGES, Project, edited, replace, snapshot, tedm, untouched
+from label_scales import is_scale_alone
 
 from tedm_cli.contracts import KINDS
 
@@ -31,7 +32,7 @@ def datasets(path: Path) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
 
     def visit(name: str, item: object) -> None:
-        if isinstance(item, h5py.Dataset) and not name.startswith(("provenance/", "n_")):
+        if isinstance(item, h5py.Dataset) and not name.startswith("provenance/") and not is_scale_alone(item):
             found["/" + name] = dict(item.attrs)
 
     with h5py.File(path) as file:
@@ -78,11 +79,11 @@ def test_units_meaning_and_frame(chain: Project, name: str) -> None:
     for path, attributes in found.items():
         assert attributes["units"], path
         assert attributes["long_name"], path
-        scales = attributes.get("DIMENSION_LIST", [])
         with h5py.File(chain.build / name) as file:
-            dims = [file[references[0]].name for references in scales]
-            assert len(dims) == file[path].ndim
-            if "/n_xyz" in dims and file[path].dtype.kind == "f" and not path.startswith("/test_mass/side"):
+            scales = attributes.get("DIMENSION_LIST", [])
+            dims = [file[references[0]].name.rpartition("/")[2] for references in scales]
+            assert len(dims) == file[path].ndim or attributes["CLASS"] == b"DIMENSION_SCALE"
+            if "xyz" in dims and file[path].dtype.kind == "f" and not path.startswith("/test_mass/side"):
                 assert attributes["frame"], path
 
 
@@ -97,17 +98,55 @@ def test_opens_in_xarray(chain: Project, name: str) -> None:
                     continue
                 item = file[f"{group}/{variable}"]
                 assert values.attrs["units"] == item.attrs["units"]
-                assert all(str(dim).startswith("n_") for dim in values.dims), values.dims
+                for dim in values.dims:
+                    assert str(dim).startswith("n_") != (dim in opened.coords), dim
                 assert values.shape == item.shape
                 if item.dtype.kind == "f":
                     np.testing.assert_array_equal(values.values, item[()])
 
 
-def test_xarray_knows_the_dimensions(chain: Project) -> None:
+def test_xarray_knows_dimensions_and_labels(chain: Project) -> None:
+    """In any group, and under the name of the label where a group has that of the dimension."""
     with xarray.open_dataset(chain.build / "distortion.h5", group="/D", engine="h5netcdf") as opened:
-        assert opened["translation"].dims == ("n_area", "n_node", "n_xyz")
+        assert opened["translation"].dims == ("area", "node", "xyz")
+        with h5py.File(chain.build / "distortion.h5") as file:
+            area, node = list(file["/area/name"].asstr()[()]).index("STRUT_5"), list(file["/grid/id"]).index(12)
+            wanted = file["/D/translation"][area, node, 1]
+        assert opened["translation"].sel(area="STRUT_5", node=12, xyz="y").item() == wanted
     with xarray.open_dataset(chain.build / "sensitivity.h5", group="/stiffness", engine="h5netcdf") as opened:
-        assert opened["gamma_lin"].dims == ("n_test_mass", "n_source", "n_xyz", "n_xyz_column")
+        assert opened["gamma_lin"].dims == ("test_mass", "source", "xyz", "xyz_column")
+        assert opened["source"].values.tolist() == ["structure", "other test mass"]
+    with xarray.open_dataset(chain.build / "sensitivity.h5", engine="h5netcdf") as opened:
+        assert opened["S"].sel(row_label="TM2_a_y", area_name="STRUT_5").item() != 0.0
+    with xarray.open_dataset(chain.build / "case03.h5", group="/psd", engine="h5netcdf") as opened:
+        assert opened["frequency"].attrs["units"] == "Hz"
+        assert opened["TM1_a_x"].sel(frequency=1e-3, method="nearest").item() > 0.0
+    with xarray.open_dataset(chain.build / "case03.h5", group="/improvement", engine="h5netcdf") as opened:
+        assert opened["area"].dims == ("n_verdict", "n_rank")  # places without labels
+        assert opened["silenced"].dims == ("n_verdict", "count")
+
+
+@pytest.mark.parametrize("path", ["/D/area", "/D/node", "/D_opt/xyz"])
+def test_a_wrong_label_of_a_dimension_is_refused(small: Project, path: str) -> None:
+    """No stage reads it, but whoever opens the file elsewhere does."""
+    with edited(small.build / "distortion.h5") as file:
+        values = file[path][()]
+        file[path][:2] = values[1::-1]
+    small.run("build-sensitivity").refused(4, "distortion.h5", f"{path} labels")
+    with edited(small.build / "distortion.h5") as file:
+        file[path][:2] = values[:2]
+    small.run("build-sensitivity").ok()
+
+
+def test_a_file_without_labels_of_dimensions_is_read(small: Project) -> None:
+    """As tedm wrote it before, or another program does."""
+    with edited(small.build / "distortion.h5") as file:
+        scales: list[str] = []
+        file.visititems(lambda name, item: scales.append(name) if "CLASS" in item.attrs else None)
+        assert len(scales) > 10
+        for name in scales:
+            del file[name]
+    small.run("build-sensitivity").ok()
 
 
 def test_opens_in_xarray_without_requirements(small: Project) -> None:

@@ -25,7 +25,7 @@ def load(path: Path) -> dict[str, Any]:
 
 def case_psd(project: Project, case: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     with h5py.File(project.build / f"case{case}.h5") as file:
-        return file["/frequency"][()], {name: file[f"/psd/{name}"][()] for name in file["/psd"]}
+        return file["/frequency"][()], {name: file[f"/psd/{name}"][()] for name in file["/psd"] if name != "frequency"}
 
 
 @pytest.fixture(scope="session")

@@ -61,6 +61,7 @@ def test_pure_rooms_know_no_files(path: Path) -> None:
         ("matplotlib", "figures"),
         ("typer", "cli"),
         ("pydantic", "config"),
+        ("xarray", "library"),
     ],
 )
 def test_one_door_for_each_library(library: str, door: str) -> None:
@@ -68,15 +69,26 @@ def test_one_door_for_each_library(library: str, door: str) -> None:
     assert users == {door}
 
 
-def test_only_the_command_line_imports_the_stages() -> None:
-    assert users_of("stages") <= {"cli", "stages"}
+def test_only_the_two_doors_import_the_stages() -> None:
+    assert users_of("stages") <= {"cli", "library", "stages"}
     assert users_of("cli") <= {"cli"}
+    assert users_of("library") <= {"library"}
+
+
+def test_the_library_prints_nothing() -> None:
+    """It is a door by itself, without what the other one needs, and `import tedm` is all that comes before it."""
+    library = [p for p in MODULES if p.relative_to(PACKAGE).parts[0] == "library"]
+    assert len(library) > 5
+    for path in library:
+        assert not heads(path) & {"typer", "rich", "matplotlib", "jinja2", "h5py"}, path
+        assert "cli" not in rooms(path), path
+        assert not [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Name) and n.id == "print"]
 
 
 def test_the_report_is_made_of_results_not_of_figures() -> None:
     """Figures come to it drawn; types and words that both need are in `results`."""
     assert "report" not in users_of("figures")
-    assert users_of("results") <= {"cli", "results", "figures", "report", "exports", "stages"}
+    assert users_of("results") <= {"cli", "library", "results", "figures", "report", "exports", "stages"}
 
 
 ROOMS_WITH_TEXT = [p for p in MODULES if p.name == "__init__.py"]

@@ -9,6 +9,7 @@ from random import Random
 
 import h5py
 import numpy as np
+from label_scales import is_scale_alone
 
 from tedm_cli.files.seal import seal
 
@@ -110,7 +111,9 @@ def datasets(file: h5py.File, kinds: str, *, filled: bool = True) -> list[str]:
     found: list[str] = []
 
     def visit(name: str, item: object) -> None:
-        if isinstance(item, h5py.Dataset) and not name.startswith(("provenance/", "n_")) and item.dtype.kind in kinds:
+        if not isinstance(item, h5py.Dataset) or name.startswith("provenance/") or is_scale_alone(item):
+            return
+        if item.dtype.kind in kinds:
             found.extend([f"/{name}"] * bool(item.size or not filled))
 
     file.visititems(visit)

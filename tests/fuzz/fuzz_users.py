@@ -24,6 +24,7 @@ from fuzz_meaning import meaning, written
 from fuzz_text import Mutation
 from fuzz_users_project import Ran, UserProject, bricks, loop
 from fuzz_users_text import USERS_BINARY, USERS_TEXT
+from label_scales import is_scale_alone
 
 from tedm_cli.contracts import KINDS as CONTRACTS
 
@@ -281,7 +282,7 @@ def _contents(path: Path) -> Numbers:
     out: Numbers = {}
 
     def visit(name: str, item: object) -> None:
-        if isinstance(item, h5py.Dataset) and not name.startswith(("provenance/", "n_")):
+        if isinstance(item, h5py.Dataset) and not name.startswith("provenance/") and not is_scale_alone(item):
             out[f"{path.name}/{name}"] = item[()]
 
     with h5py.File(path) as file:
@@ -315,7 +316,7 @@ def not_finite(path: Path) -> list[str]:
         def visit(name: str, item: object) -> None:
             if isinstance(item, h5py.Dataset) and item.dtype.kind == "f" and f"/{name}" not in allowed and item.size:
                 values = item[()]
-                if not name.startswith("n_") and not np.isfinite(values).all():
+                if not is_scale_alone(item) and not np.isfinite(values).all():
                     out.append(f"{path.name}/{name}")
 
         file.visititems(visit)

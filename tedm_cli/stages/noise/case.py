@@ -2,30 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.arrays import BoolArray
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
+from tedm_cli.config.temperature import SpectrumColumns
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.files.build_folder import case_file_name, provenance
+from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import create
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, judged_outputs, run_case
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.noise.log_spectrum import require_speckit
+from tedm_cli.noise.requirements import Criteria
+from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
-from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
 
 _REFUSED_TOO = "; refused too: "
+
+
+@dataclass(frozen=True, eq=False)
+class CaseSetting:
+    """What all cases of a project share: `file`, the cases file, as `config`; the outputs, and what judges them.
+
+    `temperature` is of the areas of the outputs; frequency_hz : [F].
+    """
+
+    file: ConfigFile
+    config: CasesConfig
+    outputs: ModelOutputs
+    temperature: TemperatureModel
+    frequency_hz: FloatArray
+    criteria: Criteria
+
+    def run(self, case: CorrelationCase, found: Correlation) -> CaseResult:
+        """One case, whose correlation of the areas has been `found`."""
+        return run_case(case, self.outputs, self.temperature, self.frequency_hz, self.criteria, found)
+
+
+def case_setting(
+    project: Project, file: ConfigFile, config: CasesConfig, tables: Mapping[str, SpectrumColumns] | None = None
+) -> CaseSetting:
+    """Gather what cases need from the build folder and the configuration, and hold these against each other.
+
+    `tables` are spectra that the configuration names and that are in no file.
+
+    Raises
+    ------
+    ConfigError : a requirement that no output of the project fits, a temperature of areas that are not there.
+    InputError : a file of the build folder is missing or stale, a table of spectra does not fit the areas.
+    """
+    if config.realisation is not None and config.realisation.spectrum == "log":
+        require_speckit()
+    criteria = config.criteria()
+    model = load_model(project.model)[1]
+    halves_of(project, model).require_judgeable(criteria.requirements, where=project.cases)
+    require_parallel(project, criteria.requirements, model)
+    outputs = read_outputs(project).with_differences(criteria.requirements)
+    temperature = temperature_model(project, config, outputs.areas, tables)
+    frequency = config.frequency_hz()
+    try:  # what is wrong with requirements is wrong in every case
+        judged_outputs(criteria, outputs, frequency)
+    except ConfigError as error:
+        raise ConfigError(error.problems, where=str(project.cases)) from error
+    return CaseSetting(file, config, outputs, temperature, frequency, criteria)
 
 
 def run_cases(
@@ -41,28 +93,16 @@ def run_cases(
     All are held against the model before the first is run. Those that do not fit keep no other from being run: `tell`
     is told of all their problems at once, before, and the same is raised at the end.
     """
-    file, config = load_cases(project.cases)
-    if config.realisation is not None and config.realisation.spectrum == "log":
-        require_speckit()
-    criteria = config.criteria()
-    model = load_model(project.model)[1]
-    halves_of(project, model).require_judgeable(criteria.requirements, where=project.cases)
-    require_parallel(project, criteria.requirements, model)
-    outputs = read_outputs(project).with_differences(criteria.requirements)
-    temperature = temperature_model(project, config, outputs.areas)
-    frequency = config.frequency_hz()
-    try:  # what is wrong with requirements is wrong in every case
-        judged_outputs(criteria, outputs, frequency)
-    except ConfigError as error:
-        raise ConfigError(error.problems, where=str(project.cases)) from error
-    fitting, refused = _checked(config, case_ids, outputs.areas, temperature.heard, project.cases)
+    setting = case_setting(project, *load_cases(project.cases))
+    config, outputs, criteria = setting.config, setting.outputs, setting.criteria
+    fitting, refused = _checked(config, case_ids, outputs.areas, setting.temperature.heard, project.cases)
     known = len(refused)
     problem = _together(refused, project.cases) if refused else None
     if problem is not None and fitting:
         tell(problem)
     for number, (case, found) in enumerate(fitting):
         step(number, len(fitting), "running cases")
-        result = run_case(case, outputs, temperature, frequency, criteria, found)
+        result = setting.run(case, found)
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
             realised = realise_case(result, config, step, path)
@@ -71,7 +111,7 @@ def run_cases(
             continue
         matrix = config.case_table(case.id).matrix
         inputs = [*outputs.sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
-        with create(path, CASE, provenance([file], inputs)) as writer:
+        with create(path, CASE, provenance([setting.file], inputs)) as writer:
             write_case(writer, result, outputs.area_id, [r.requirement for r in criteria.requirements])
             if realised is not None:
                 write_realisation(writer, realised)

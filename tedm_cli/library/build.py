@@ -1,0 +1,130 @@
+"""A finished build folder, read file by file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tedm_cli.contracts import (
+    CASE,
+    DISTORTION,
+    DYNAMICS,
+    OPTICS,
+    SENSITIVITY,
+    SERIES,
+    SIMULATED_SERIES,
+    SIMULATION,
+    UNIT_LOADS,
+    FileKind,
+)
+from tedm_cli.errors import InputError
+from tedm_cli.files.build_folder import (
+    DISTORTION_FILE,
+    DYNAMICS_FILE,
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
+    UNIT_LOADS_FILE,
+    case_file_name,
+    require_up_to_date,
+    series_file_name,
+    simulated_series_file_name,
+    simulation_file_name,
+)
+from tedm_cli.files.store import kind_of, open_checked
+from tedm_cli.library.datasets import dataset_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def open_build(folder: str | PathLike[str] = "build") -> Build:
+    """A build folder that the commands have filled.
+
+    Raises
+    ------
+    InputError : there is no such folder.
+    """
+    path = Path(folder)
+    if not path.is_dir():
+        raise InputError(
+            "no such folder", where=str(path), hint="make it with `make all`, or with the commands; see the README"
+        )
+    return Build(path)
+
+
+@dataclass(frozen=True)
+class Build:
+    """The results in a build folder; made by `open_build`, or of a `Project`.
+
+    Each file is read when it is asked for, after its seal, contract and origin have been checked, and becomes one
+    Dataset (docs/library.md tells how, docs/files.md what is in each). All raise `InputError` for a file that is
+    missing, damaged, or stale: not made from what is there now.
+    """
+
+    folder: Path
+
+    @property
+    def files(self) -> list[str]:
+        """Names of the HDF5 files in the folder."""
+        return sorted(path.name for path in self.folder.glob("*.h5"))
+
+    def read(self, file: str, only: Sequence[str] = ()) -> xr.Dataset:
+        """One file by its name, `distortion.h5`; of a large one `only` the variables of these names.
+
+        Raises
+        ------
+        InputError : as of all files.
+        UsageError : there is no variable of that name.
+        """
+        return self._read(file, kind_of(self.folder / file), only)
+
+    def _read(self, file: str, kind: FileKind, only: Sequence[str] = ()) -> xr.Dataset:
+        with open_checked(self.folder / file, kind) as reader:
+            require_up_to_date(reader)
+            return dataset_of(reader, only)
+
+    @property
+    def unit_loads(self) -> xr.Dataset:
+        """The model and its displacements under the unit loads: grids, elements, masses, areas; basic frame, m."""
+        return self._read(UNIT_LOADS_FILE, UNIT_LOADS)
+
+    @property
+    def distortion(self) -> xr.Dataset:
+        """[D]: `D_translation` (area, node, xyz), m/K; `D_opt_rotation` (area, optical, xyz), rad/K; basic frame."""
+        return self._read(DISTORTION_FILE, DISTORTION)
+
+    @property
+    def sensitivity(self) -> xr.Dataset:
+        """[S_SG] and the field at rest, frames of the test masses.
+
+        `S` (row, area), m/s²/K and rad/s²/K as `row_unit` says; `dc_acceleration` (test_mass, source, xyz), m/s²;
+        `stiffness_gamma_lin` (test_mass, source, xyz, xyz_column), 1/s²; verdicts along `dc_verdict`.
+        """
+        return self._read(SENSITIVITY_FILE, SENSITIVITY)
+
+    @property
+    def optics(self) -> xr.Dataset:
+        """N: `N` (set, read_out, area), m/K and rad/K as `read_out_unit` says, and the matrices it is made of."""
+        return self._read(OPTICS_FILE, OPTICS)
+
+    @property
+    def dynamics(self) -> xr.Dataset:
+        """The drag-free loop: equations of motion, controller, margins, poles."""
+        return self._read(DYNAMICS_FILE, DYNAMICS)
+
+    def case(self, case: int | str) -> xr.Dataset:
+        """A correlation case as `tedm run-case` left it: what `run_case` returns."""
+        return self._read(case_file_name(str(case)), CASE)
+
+    def simulation(self, case: int | str) -> xr.Dataset:
+        """A correlation case in closed loop, of `tedm simulate`."""
+        return self._read(simulation_file_name(str(case)), SIMULATION)
+
+    def series(self, name: str, *, in_loop: bool = False) -> xr.Dataset:
+        """A temperature series, of `tedm run-series` or, `in_loop`, of `tedm simulate --series`."""
+        if in_loop:
+            return self._read(simulated_series_file_name(name), SIMULATED_SERIES)
+        return self._read(series_file_name(name), SERIES)
