@@ -109,7 +109,7 @@ def test_values_are_found_by_their_names(small: Project, project: tedm.Project, 
 
 def test_verdicts_are_a_table(project: tedm.Project, case: xr.Dataset) -> None:
     verdicts = tedm.table(case)
-    assert {"output", "requirement", "ratio", "passed"} <= set(verdicts.columns)
+    assert verdicts.columns[:4].tolist() == ["requirement", "output", "ratio", "binding_frequency"]
     assert verdicts.passed.dtype == bool
     assert (verdicts.passed == (verdicts.ratio <= 1.0)).all()
     assert verdicts.ratio.tolist() == case.verdict_ratio.values.tolist()
@@ -146,6 +146,24 @@ def test_changes_reach_the_noise_and_no_file(small: Project, project: tedm.Proje
     none = project.run_case(3, requirements=[])
     assert tedm.table(none).empty
     assert snapshot(small.build_dir) == before
+
+
+def test_keys_that_are_not_given_stay_as_the_file_has_them(small: Project, tmp_path: Path) -> None:
+    """Unless another preset is given: then the file's table is left aside."""
+    named = f'title = "t"\nmodel = "{small.model.resolve()}"\noptics = "{small.required_optics().resolve()}"\n'
+    (tmp_path / "tedm.toml").write_text(named, encoding="utf-8")
+    tables = small.cases.read_text(encoding="utf-8").split("\n[")
+    kept = [t for t in tables if not t.startswith(("temperature]", "[temperature"))]
+    own = 'temperature]\npreset = "white"\noutside_K = 3e-3\ninside_K = 2e-3\n'
+    (tmp_path / "cases.toml").write_text("\n[".join([*kept, own]), encoding="utf-8")
+    project = tedm.load_project(tmp_path, small.build_dir)
+
+    def levels(run: xr.Dataset) -> list[float]:
+        return sorted({float(a) for a in run.temperature_asd.sel(frequency=1e-3, method="nearest")})
+
+    assert levels(project.run_case(3)) == [2e-3, 3e-3]
+    assert levels(project.run_case(3, temperature={"outside_K": 5e-3})) == [2e-3, 5e-3]
+    assert levels(project.run_case(3, temperature={"preset": "white", "outside_K": 5e-3})) == [1e-4, 5e-3]
 
 
 def snapshot(folder: Path) -> dict[str, str]:
