@@ -101,7 +101,7 @@ def test_values_are_found_by_their_names(small: Project, project: tedm.Project, 
     assert case.correlation_real.sel(area="STRUT_1", area_column="STRUT_1") == 1.0
     distortion = project.build.read("distortion.h5", ["D_translation"])
     assert list(distortion.data_vars) == ["D_translation"]
-    assert distortion.D_translation.sel(area="STRUT_5", node=1, xyz="z").attrs["units"] == "m/K"
+    assert distortion.D_translation.sel(area="STRUT_5", node=1, xyz="z").attrs["units"] == "m/K; m/(K/m) of gradients"
     dc = project.build.sensitivity.dc_acceleration.sel(test_mass="TM1", source="structure", xyz="x")
     assert dc.attrs["units"] == "m/s^2"
     assert "test mass" in dc.attrs["frame"]
