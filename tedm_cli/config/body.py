@@ -31,9 +31,6 @@ from tedm_cli.gravity.bodies.box import Box
 from tedm_cli.gravity.bodies.composite import Composite, Pocket
 from tedm_cli.gravity.bodies.cuboid import Cuboid, Sphere
 from tedm_cli.gravity.bodies.cylinder import Cylinder
-from tedm_cli.gravity.bodies.mesh_check import checked_polyhedron
-from tedm_cli.gravity.bodies.pockets import check_pockets
-from tedm_cli.gravity.bodies.polyhedron import chamfered_cuboid
 from tedm_cli.gravity.bodies.stl import stl_triangles
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.quantities import DENSITY, LENGTH, MASS
@@ -209,6 +206,10 @@ class TestMassTable(Strict):
         side = np.array(self.side_m if isinstance(self.side_m, list) else [self.side_m] * 3, dtype=np.float64)
         if self.chamfer_m is None and not self.pocket:
             return Cuboid(side)
+        # Every command reads a configuration, and most have cuboids alone: what others need takes a while to load.
+        from tedm_cli.gravity.bodies.pockets import check_pockets
+        from tedm_cli.gravity.bodies.polyhedron import chamfered_cuboid
+
         half = side / 2.0
         base = Box(-half, half) if self.chamfer_m is None else chamfered_cuboid(side, self.chamfer_m)
         pockets = [table.pocket(half, table.name or f"pocket[{n}]") for n, table in enumerate(self.pocket)]
@@ -263,6 +264,8 @@ def _extents(body: Body) -> str:
 @lru_cache(maxsize=8)
 def _of_surface(content: bytes, unit: str) -> Body:
     """The body that an STL file holds: a configuration is read several times by one command."""
+    from tedm_cli.gravity.bodies.mesh_check import checked_polyhedron
+
     triangles = _UNIT_M[unit] * stl_triangles(content)
     extents = np.ptp(triangles.reshape(-1, 3), axis=0)
     if fact := LENGTH.fact(float(extents.max())) or LENGTH.fact(float(extents.min())):

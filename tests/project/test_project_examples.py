@@ -18,6 +18,7 @@ def test_example_finds_its_number(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", [str(path)])
     runpy.run_path(str(path), run_name="__main__")
     assert re.search(r"\d", capsys.readouterr().out), "it prints no number"
     assert not list(tmp_path.iterdir()), "it leaves files behind"
