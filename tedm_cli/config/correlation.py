@@ -45,12 +45,16 @@ class SelectorTable(Strict):
 
 
 class BlockTable(SelectorTable):
-    """Areas of one block, or of several that `partition` makes of them; `each_alone` is short for partition none."""
+    """Areas of one block, or of several that `partition` makes of them; `each_alone` is short for partition none.
+
+    `across_kinds`: a block holds mean temperatures and gradients together; without it, it is a block of each.
+    """
 
     each_alone: bool = False
     partition: Partition = "all"
     mirror_names: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=2, max_length=2)] | None = None
     rho: Coefficient | None = None
+    across_kinds: bool = False
 
     @model_validator(mode="after")
     def _divides_once(self) -> Self:
@@ -60,6 +64,8 @@ class BlockTable(SelectorTable):
             raise ValueError("mirror_names needs partition = 'mirror'")
         if self.rho is not None and (self.each_alone or self.partition == "none"):
             raise ValueError("rho is between the areas of a block, but each area is alone")
+        if self.across_kinds:
+            _require_joinable("none" if self.each_alone else self.partition)
         return self
 
     def selector(self, rho: float | None) -> BlockSelector:
@@ -70,7 +76,16 @@ class BlockTable(SelectorTable):
             partition="none" if self.each_alone else self.partition,
             mirror_names=tuple(self.mirror_names or ()),
             rho=1.0 if own is None else own,
+            across_kinds=self.across_kinds,
         )
+
+
+def _require_joinable(partition: Partition) -> None:
+    """Raise where blocks of a partition cannot hold means and gradients together."""
+    if partition == "none":
+        raise ValueError("across_kinds joins areas in a block, but each area is alone")
+    if partition == "mirror":
+        raise ValueError("across_kinds has no place beside mirror, which pairs two areas of one kind")
 
 
 class DelayTable(SelectorTable):
@@ -83,8 +98,9 @@ class CaseTable(Strict):
     """One correlation case: areas in no block are silent.
 
     Correlation is given by `blocks`, by a `partition` of the areas in `groups` (of all areas without), or by `matrix`,
-    a CSV or NPZ file. `rho` is the coefficient inside blocks that have none of their own (1 unless given). `role` and
-    `reason` say what the case is for; no number depends on them.
+    a CSV or NPZ file. `rho` is the coefficient inside blocks that have none of their own (1 unless given).
+    `across_kinds`, beside `partition`, is as in `BlockTable`. `role` and `reason` say what the case is for; no number
+    depends on them.
     """
 
     id: Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER)]
@@ -96,6 +112,7 @@ class CaseTable(Strict):
     groups: Names | None = None
     matrix: FileName | None = None
     rho: Coefficient | None = None
+    across_kinds: bool = False
     delays: list[DelayTable] = Field(default_factory=list)
 
     @model_validator(mode="after")
@@ -108,6 +125,10 @@ class CaseTable(Strict):
             raise ValueError("groups needs a partition")
         if self.rho is not None and (self.matrix is not None or self.partition == "none"):
             raise ValueError(f"rho has no place beside {given[0]}{' none' if self.partition else ''}")
+        if self.across_kinds:
+            if self.partition is None:
+                raise ValueError("across_kinds needs a partition; blocks have their own, and a matrix says it all")
+            _require_joinable(self.partition)
         return self
 
     def correlation_case(self, where: str) -> CorrelationCase:
@@ -116,7 +137,11 @@ class CaseTable(Strict):
         if self.partition is not None:
             rho = 1.0 if self.rho is None else self.rho
             groups, areas = tuple(self.groups or ()), () if self.groups else ("*",)
-            selectors = (BlockSelector(groups=groups, areas=areas, partition=self.partition, rho=rho),)
+            selectors = (
+                BlockSelector(
+                    groups=groups, areas=areas, partition=self.partition, rho=rho, across_kinds=self.across_kinds
+                ),
+            )
         return CorrelationCase(
             self.id,
             self.title,

@@ -82,7 +82,7 @@ class CaseFile(AreaDatasets, FileKind):
         ("frequency",),
         "float",
         None,
-        "largest PSD over all correlations of the active areas; between means and gradients there is none in any bound",
+        "largest PSD over all correlations of the active areas, also between means and gradients",
     )
     BOUNDS_MAXIMUM_NON_NEGATIVE = Dataset(
         "/bounds/maximum_non_negative/{output}",
@@ -113,8 +113,7 @@ class CaseFile(AreaDatasets, FileKind):
         ("output", "area", "plane"),
         "float",
         "1",
-        "vectors V at /contribution/frequency: R_ij = V_i . V_j reaches the bound (known blocks: between blocks);"
-        " 0 between means and gradients",
+        "vectors V at /contribution/frequency: R_ij = V_i . V_j reaches the bound (known blocks: between blocks)",
     )
     CONTRIBUTION_FREQUENCY = Dataset(
         "/contribution/frequency", ("output",), "float", "Hz", "frequency the contributions are given at"

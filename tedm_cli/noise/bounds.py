@@ -5,8 +5,8 @@ matrices R it runs from the smallest to the largest square of the vector sum of 
 (delays) widens neither end: h is real, so S = h Re(R) hᵀ, and Re(R) is a correlation matrix as well; the arrows of the
 minimum close in a plane, which real R = V Vᵀ with unit rows of V [k, 2] holds.
 
-Mean temperatures and gradients are uncorrelated in every case, and so in every bound: each is the sum of those of the
-two kinds by themselves.
+Mean temperatures and gradients are in the same sums: a panel's gradient may well follow its mean, whatever the case
+assumes of them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.arrays import AnyArray, BoolArray, ComplexArray, FloatArray
+from tedm_cli.arrays import AnyArray, ComplexArray, FloatArray
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.propagation import OutputNoise, psd_of_fields
 
@@ -46,15 +46,6 @@ BOUNDS = tuple(field.name for field in fields(Bounds))
 
 def correlation_bounds(noise: OutputNoise) -> Bounds:
     """Bounds on the noise of outputs over the correlations of the areas that are in a block."""
-    gradient = noise.temperature.gradient
-    if not gradient.any():
-        return _bounds_of_kind(noise)
-    kinds = [_bounds_of_kind(noise.of(np.where(mine, noise.rows, 0.0))) for mine in (~gradient, gradient)]
-    return Bounds(**{name: sum(getattr(kind, name) for kind in kinds) for name in BOUNDS})
-
-
-def _bounds_of_kind(noise: OutputNoise) -> Bounds:
-    """The same of areas that are all means or all gradients, but for rows that are zero."""
     temperature = noise.temperature
     shape = temperature.shape_values(noise.frequency_hz)
     # Shapes are never negative, so sums of sizes and of one sign need one term per shape.
@@ -104,19 +95,13 @@ def _block_amplitudes(noise: OutputNoise) -> tuple[FloatArray, FloatArray]:
 def extremal(noise: OutputNoise, amplitude: FloatArray, frequency_hz: FloatArray, bound: str) -> FloatArray:
     """Vectors V [n_out, k, 2] of a correlation that reaches one of `BOUNDS`, from contributions `amplitude` [n_out, k].
 
-    Each output has its own frequency [n_out]. V_i · V_j holds between areas of one kind; it is 0 between two kinds.
+    Each output has its own frequency [n_out].
     """
-    gradient = noise.temperature.gradient
-    found = np.zeros((*amplitude.shape, 2))
-    for mine in (~gradient, gradient) if gradient.any() else (~gradient,):
-        for o, f in enumerate(frequency_hz.tolist()):
-            h = np.where(mine, amplitude[o], 0.0)
-            if bound.startswith("known_blocks"):
-                smallest = bound == "known_blocks_minimum"
-                found[o, mine] = extremal_block_vectors(h, noise.correlation, f, smallest=smallest)[mine]
-            else:
-                found[o, mine] = extremal_vectors(h, bound)[mine]
-    return found
+    if not bound.startswith("known_blocks"):
+        return np.array([extremal_vectors(h, bound) for h in amplitude])
+    smallest = bound == "known_blocks_minimum"
+    pairs = zip(amplitude, frequency_hz.tolist(), strict=True)
+    return np.array([extremal_block_vectors(h, noise.correlation, f, smallest=smallest) for h, f in pairs])
 
 
 def extremal_vectors(h: FloatArray, bound: str) -> FloatArray:
@@ -153,20 +138,14 @@ def extremal_block_vectors(
 
 
 def extremal_matrix(
-    vectors: FloatArray,
-    block: NDArray[np.int_] | None = None,
-    inside: FloatArray | None = None,
-    gradient: BoolArray | None = None,
+    vectors: FloatArray, block: NDArray[np.int_] | None = None, inside: FloatArray | None = None
 ) -> FloatArray:
     """Real correlation matrix [k, k] of extremal `vectors` [k, 2].
 
-    Areas of zero vectors are uncorrelated to all others, and so are the areas `gradient` [k] to those that are none.
-    Where the blocks are known, `block` [k] is the number of each area's, and areas of the same block have the
-    correlation `inside` [k, k].
+    Areas of zero vectors are uncorrelated to all others. Where the blocks are known, `block` [k] is the number of each
+    area's, and areas of the same block have the correlation `inside` [k, k].
     """
     matrix: FloatArray = vectors @ vectors.T
-    if gradient is not None:
-        matrix = np.where(gradient[:, None] == gradient, matrix, 0.0)
     if block is not None and inside is not None:
         matrix = np.where(block[:, None] == block, inside, matrix)
     np.fill_diagonal(matrix, 1.0)

@@ -30,7 +30,7 @@ class Contributions:
     band_share : [n_out, k], each area's part of the power in that band.
     path_names : [p]; path_share, path_band_share : by label of an output that is a sum over these paths, the same.
     extremal : for each of `BOUNDS`, V [n_out, k, 2] whose V_i · V_j is a correlation that reaches it at `frequency_hz`
-        (for known blocks: between areas of different blocks; never between means and gradients); zero for silent areas.
+        (for known blocks: between areas of different blocks); zero for silent areas.
     """
 
     frequency_hz: FloatArray

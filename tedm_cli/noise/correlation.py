@@ -5,8 +5,8 @@ the correlation R = ρ J + (1 - ρ) I, with J all ones and ρ = 1 unless given (
 blocks they are uncorrelated; an area in no block is silent. Where areas follow with delays τ, ΔT_i(t - τ_i), the
 correlation becomes R_ij exp(-2πi f (τ_i - τ_j)): as coherent as before.
 
-Gradient areas follow the same rule among themselves and are never correlated with mean temperatures: what a block takes
-of both kinds is a block of each. Those that have no spectrum are in no block.
+What a block takes of means and gradients is a block of each, uncorrelated, unless it is `across_kinds`; a matrix may
+correlate the two kinds as it correlates any areas. Gradient areas that have no spectrum are in no block.
 """
 
 from __future__ import annotations
@@ -102,8 +102,7 @@ def correlation(case: CorrelationCase, areas: AreaTable, heard: BoolArray | None
     ConfigError : all of the case's problems with these areas at once: an unknown group, a pattern or a block that
         selects nothing, or nothing but silent gradient areas, an area in two blocks, an area on neither side that a
         choice of sides leaves out, an area without a mirror image, a coefficient that no block of that size can have,
-        an area with two delays, an area of the matrix that does not exist, a gradient that the matrix correlates with
-        a mean temperature.
+        an area with two delays, an area of the matrix that does not exist.
     PhysicsError : the matrix is not a correlation matrix.
     """
     problems: Facts = []
@@ -154,7 +153,7 @@ def correlation_matrix(case: CorrelationCase, areas: AreaTable) -> tuple[AnyArra
 
 
 def _blocks(case: CorrelationCase, areas: AreaTable, heard: BoolArray) -> tuple[list[IndexArray], list[float], Facts]:
-    """Blocks, those of mean temperatures first, their coefficients, and problems."""
+    """Blocks, those of gradients that are divided from means last, their coefficients, and problems."""
     problems: Facts = []
     of_kind: dict[bool, list[tuple[IndexArray, float]]] = {False: [], True: []}
     owner = np.full(len(areas), -1)
@@ -163,8 +162,9 @@ def _blocks(case: CorrelationCase, areas: AreaTable, heard: BoolArray) -> tuple[
         mask, facts = select(selector, areas)
         if not facts and not (mask & heard).any():
             facts = [("", f"{_are(areas, np.flatnonzero(mask))} {SILENT}")]
-        for gradient in (False, True) if not facts else ():
-            mine = mask & heard & (areas.gradient == gradient)
+        kinds = (False,) if selector.across_kinds else (False, True)
+        for gradient in kinds if not facts else ():
+            mine = mask & heard & ((areas.gradient == gradient) | selector.across_kinds)
             parts, found = divide(selector, mine, areas) if mine.any() else ([], [])
             of_kind[gradient] += [(part, selector.rho) for part in parts]
             facts += found + _impossible_coefficient(selector.rho, max(map(len, parts), default=1))
@@ -211,27 +211,14 @@ def _matrix_blocks(
         return [], [], problems
     check_correlation(matrix.value, names=matrix.names, where=matrix.where)
     place = np.array([names.index(n) for n in matrix.names])
-    problems = _across_kinds(matrix, areas.gradient[place])
-    if not problems and not heard[place].any():
-        problems = [("matrix", f"{matrix.where}: {_are(areas, place)} {SILENT}")]
-    if problems:
-        return [], [], problems
+    if not heard[place].any():
+        return [], [], [("matrix", f"{matrix.where}: {_are(areas, place)} {SILENT}")]
     order = np.argsort(place)
     order = order[heard[place[order]]]
     value, place = matrix.value[np.ix_(order, order)], place[order]
     number, label = connected_components(csr_array(np.abs(value) > 0.0), directed=False)
     members = [np.flatnonzero(label == b) for b in range(number)]
     return [place[m] for m in members], [correlation_factor(value[np.ix_(m, m)]) for m in members], []
-
-
-def _across_kinds(matrix: LabelledMatrix, gradient: BoolArray) -> Facts:
-    """The first entry that correlates a gradient, of the matrix's areas `gradient` [n], with a mean temperature."""
-    across = np.argwhere((matrix.value != 0.0) & gradient[:, None] & ~gradient)
-    if not len(across):
-        return []
-    one, other = across[0]
-    fact = f"{matrix.names[one]} is a gradient and {matrix.names[other]} a mean temperature, but their correlation is"
-    return [("matrix", f"{matrix.where}: {fact} {matrix.value[one, other]:g}; between the two kinds it must be 0")]
 
 
 def _delays(case: CorrelationCase, areas: AreaTable) -> tuple[FloatArray, Facts]:

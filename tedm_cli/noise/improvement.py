@@ -25,7 +25,7 @@ class Improvement:
     silenced, quieter : [6], ratio with the first `COUNTS` of them without noise, and with a `QUIETER`-th of it.
     match : [10], blocks of the correlation that lower the noise at the binding frequency most when they are matched:
         the best pair, then the best block to join those before it; -1 where none lowers it. An area that stands alone
-        is a block. Blocks of gradients are matched with none.
+        is a block. Blocks that hold a gradient are matched with none.
     matched : [6], ratio with the first `COUNTS` of these blocks matched: all their areas share one fluctuation of
         temperature, each with its own amplitude A_i(f) and none later than another, and the other blocks stay as they
         are: S = (Σ_matched g_i A_i)² + S of the others. Whole blocks are matched because an area taken out of one
@@ -71,7 +71,7 @@ def improvement(output: OutputNoise, binding: int, limit: FloatArray, groups: Se
     by_block = np.array([terms[b].sum(axis=0) for b in correlation.blocks]).reshape(
         len(correlation.blocks), len(terms.T)
     )
-    # Gradients are uncorrelated to means, and share no temperature: what is left out of both changes no relief.
+    # A gradient shares no temperature; blocks are uncorrelated, so that one left out changes no relief of the others.
     shareable = np.array([b for b, held in enumerate(correlation.blocks) if not temperature.gradient[held].any()], int)
     of_block = np.array([amplitude[b].sum() for b in correlation.blocks])
     match = shareable[_match(by_block[shareable], of_block[shareable], COUNTS[-1])]

@@ -29,6 +29,8 @@ class BlockSelector:
         value of that column; `mirror`: every area on +y with its mirror image on -y, areas in the middle alone.
     mirror_names : with `mirror`, the parts of the names that tell +y from -y; () matches centroids instead.
     rho : correlation coefficient of any two areas of a block: R = rho J + (1 - rho) I.
+    across_kinds : a block holds means and gradients together; otherwise it is a block of each. Not with `mirror`, where
+        both have one centroid.
     """
 
     groups: tuple[str, ...] = ()
@@ -38,6 +40,7 @@ class BlockSelector:
     partition: str = "all"
     mirror_names: tuple[str, ...] = ()
     rho: float = 1.0
+    across_kinds: bool = False
 
 
 def select(selector: BlockSelector, areas: AreaTable, *, ignore_side: bool = False) -> tuple[BoolArray, Facts]:

@@ -1,10 +1,10 @@
-"""Temperatures that stand for a correlation case: what its noise looks like when an output moves, and at its worst."""
+"""Temperatures that stand for a correlation case: what its noise looks like when an output moves."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from tedm_cli.arrays import BoolArray, FloatArray
+from tedm_cli.arrays import FloatArray
 
 
 def typical_pattern(row: FloatArray, amplitude: FloatArray, correlation: FloatArray, asd: float) -> FloatArray:
@@ -21,17 +21,4 @@ def typical_pattern(row: FloatArray, amplitude: FloatArray, correlation: FloatAr
     if asd == 0.0:
         return np.zeros(len(row))
     pattern: FloatArray = amplitude * (correlation @ (amplitude * row)) / asd
-    return pattern
-
-
-def worst_pattern(sign: FloatArray, amplitude: FloatArray, row: FloatArray, gradient: BoolArray) -> FloatArray:
-    """Temperatures [k], every area at its amplitude (K/√Hz) with the sign by which all contributions add up.
-
-    Gradients [k] are uncorrelated to means: where both have noise, each kind is what goes with one standard amplitude
-    of the output, and the output is the root of the sum of the two powers. `row` is g [k].
-    """
-    pattern: FloatArray = sign * amplitude
-    power = [float(pattern[kind] @ row[kind]) ** 2 for kind in (~gradient, gradient)]
-    if all(power):
-        pattern = pattern * np.sqrt(np.where(gradient, power[1], power[0]) / sum(power))
     return pattern

@@ -194,6 +194,9 @@ def test_partitions_of_groups(tmp_path, areas, text, sizes):
         ('blocks = [{ areas = ["*"], each_alone = true, rho = 0.5 }]', "each area is alone"),
         ('blocks = [{ areas = ["*"], each_alone = true, partition = "side" }]', "give one of the two"),
         ('blocks = [{ areas = ["*"], mirror_names = ["P", "M"] }]', "mirror_names needs partition = 'mirror'"),
+        ('blocks = [{ areas = ["*"], each_alone = true, across_kinds = true }]', "each area is alone"),
+        ('partition = "mirror"\nacross_kinds = true', "across_kinds has no place beside mirror"),
+        ('matrix = "r.csv"\nacross_kinds = true', "across_kinds needs a partition"),
         ('partition = "group"\ngroups = ["strut"]', "no thermal area has 'strut'; did you mean struts?"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Gradient areas in the noise of every case: silent unless they have a spectrum in K/m/√Hz, never with the means."""
+"""Gradient areas in the noise of every case: silent unless they have a spectrum in K/m/√Hz, apart from the means."""
 
 from pathlib import Path
 
@@ -9,12 +9,12 @@ from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.temperature import SpectrumColumns
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.bounds import BOUNDS, extremal_matrix
+from tedm_cli.noise.bounds import BOUNDS, correlation_bounds, extremal_matrix
 from tedm_cli.noise.case_run import run_case
 from tedm_cli.noise.columns import NodeWeights, parts_of_columns
 from tedm_cli.noise.correlation import CorrelationCase, LabelledMatrix, correlation
 from tedm_cli.noise.outputs import Outputs
-from tedm_cli.noise.propagation import TemperatureNoise
+from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.realisation import Plan, realise
 from tedm_cli.noise.requirement_presets import PRESETS
 from tedm_cli.noise.requirements import AppliedRequirement, Criteria
@@ -156,33 +156,93 @@ def test_blocks_of_gradients_are_matched_with_none(tmp_path: Path) -> None:
     assert (with_gradient.matched > without.matched).all()
 
 
-def test_bounds_are_of_each_kind_by_itself_and_are_reached_by_a_case_that_is_allowed(tmp_path: Path) -> None:
-    config = configured(tmp_path, WHITE)
-    names = np.array([*"ABCDEF"])
-    table = AreaTable(
-        names, np.array(["g", "h"] * 3), np.array(["inside", "outside"] * 3), np.array(["+y"] * 6),
+def six() -> AreaTable:
+    """Three means and three gradients, in turn."""
+    return AreaTable(
+        np.array([*"ABCDEF"]), np.array(["g", "h"] * 3), np.array(["inside", "outside"] * 3), np.array(["+y"] * 6),
         kind=np.array(["mean", "gradient"] * 3),
     )  # fmt: skip
+
+
+ONE_ROW = np.array([[3e-8, 2e-10, -6e-8, 3e-10, 4.5e-8, -4e-10]])
+
+
+def test_bounds_are_over_means_and_gradients_together_and_are_reached_by_a_matrix(tmp_path: Path) -> None:
+    config, table, f = configured(tmp_path, WHITE), six(), np.array([1e-3])
     model = config.temperature.model(table)
-    row = np.array([[1e-9, 2e-10, -2e-9, 3e-10, 1.5e-9, -4e-10]])
-    outputs = Outputs(table, row, ("TM1_a_x",), ("acceleration",))
+    outputs = Outputs(table, ONE_ROW, ("TM1_a_x",), ("acceleration",))
     result = run_case(config.case("1"), outputs, model, np.array([1e-3, 2e-3]))
-    h = row[0] * model.amplitudes(np.array([1e-3]))[:, 0]
-    sizes = [np.abs(h[table.gradient == kind]) for kind in (False, True)]
-    assert result.bounds.maximum[0, 0] == pytest.approx(sum(s.sum() ** 2 for s in sizes))
-    least = sum(max(0.0, 2.0 * s.max() - s.sum()) ** 2 for s in sizes)
-    assert result.bounds.minimum[0, 0] == pytest.approx(least, abs=1e-30)
+    h = ONE_ROW[0] * model.amplitudes(f)[:, 0]
+    size, kinds = np.abs(h), [h[table.gradient == kind] for kind in (False, True)]
+    blocks = np.abs([part.sum() for part in kinds])  # case 1 moves each kind as one
+    expected = {
+        "minimum": max(0.0, 2.0 * size.max() - size.sum()) ** 2,
+        "known_blocks_minimum": (blocks[0] - blocks[1]) ** 2,
+        "known_blocks": blocks.sum() ** 2,
+        "maximum_non_negative": h[h > 0.0].sum() ** 2 + h[h < 0.0].sum() ** 2,
+        "maximum": size.sum() ** 2,
+    }
+    assert result.psd[0, 0] == pytest.approx((blocks**2).sum())
+    assert expected["maximum"] > sum(np.abs(part).sum() ** 2 for part in kinds) * 1.1
     for bound in BOUNDS:
-        vectors = result.contributions.extremal[bound][0]
-        block, inside = None, None
-        if "known" in bound:
-            block, inside = table.gradient.astype(int), result.source.correlation.matrix()
-        matrix = extremal_matrix(vectors, block, inside, table.gradient)
-        assert not matrix[np.ix_(table.gradient, ~table.gradient)].any()
-        allowed = CorrelationCase("x", "", (), matrix=LabelledMatrix(tuple(names.tolist()), matrix))
-        source = TemperatureNoise(model, correlation(allowed, table, model.heard))
-        reached = source.psd(row, np.array([1e-3]))[0, 0]
-        assert reached == pytest.approx(getattr(result.bounds, bound)[0, 0], rel=1e-9, abs=1e-9 * least + 1e-33)
+        assert getattr(result.bounds, bound)[0, 0] == pytest.approx(expected[bound], rel=1e-12, abs=1e-33)
+        known = (table.gradient.astype(int), result.source.correlation.matrix()) if "known" in bound else ()
+        matrix = extremal_matrix(result.contributions.extremal[bound][0], *known)
+        assert np.abs(matrix[np.ix_(table.gradient, ~table.gradient)]).max() > 0.1
+        own = CorrelationCase("x", "", (), matrix=LabelledMatrix(tuple(table.name.tolist()), matrix))
+        reached = TemperatureNoise(model, correlation(own, table, model.heard)).psd(ONE_ROW, f)[0, 0]
+        assert abs(np.sqrt(reached) - np.sqrt(expected[bound])) < 1e-7 * size.sum(), bound
+
+
+def test_no_correlation_of_means_with_gradients_leaves_the_bounds(tmp_path: Path) -> None:
+    config, table, f = configured(tmp_path, WHITE), six(), np.array([1e-3])
+    model, rng = config.temperature.model(table), np.random.default_rng(11)
+    names = tuple(table.name.tolist())
+    bounds = correlation_bounds(
+        OutputNoise(ONE_ROW, TemperatureNoise(model, correlation(config.case("1"), table, model.heard)), f)
+    )
+    apart = sum(
+        (np.abs(ONE_ROW[0] * model.amplitudes(f)[:, 0])[table.gradient == kind]).sum() ** 2 for kind in (False, True)
+    )
+    beyond = 0
+    for rank in (1, 2, 6) * 20:
+        mixing = rng.normal(size=(6, rank))
+        mixing /= np.linalg.norm(mixing, axis=1, keepdims=True)
+        mixing[:, 0] = np.sign(ONE_ROW[0]) * np.abs(mixing[:, 0])
+        own = CorrelationCase("x", "", (), matrix=LabelledMatrix(names, mixing @ mixing.T))
+        psd = TemperatureNoise(model, correlation(own, table, model.heard)).psd(ONE_ROW, f)[0, 0]
+        assert bounds.minimum[0, 0] * (1 - 1e-9) <= psd <= bounds.maximum[0, 0] * (1 + 1e-9)
+        beyond += psd > apart
+    assert beyond > 0  # so that bounds of each kind by itself would fail here
+
+
+@pytest.mark.parametrize("rho", [1.0, 0.6, -0.2])
+def test_a_block_across_kinds_correlates_means_with_gradients(tmp_path: Path, rho: float) -> None:
+    text = f'[[case]]\nid = "own"\ntitle = "own"\nblocks = [{{ areas = ["*"], across_kinds = true, rho = {rho} }}]\n'
+    config, f = configured(tmp_path, WHITE + text), np.array([1e-3])
+    for heard in (True, False):
+        model = (config if heard else configured(tmp_path, text)).temperature.model(six())
+        found = correlation(config.case("own"), six(), model.heard)
+        assert [block.tolist() for block in found.blocks] == [np.flatnonzero(model.heard).tolist()]
+        wanted = np.where(np.eye(6, dtype=bool), 1.0, rho) * np.outer(model.heard, model.heard)
+        np.testing.assert_allclose(found.matrix(), wanted, atol=1e-15)
+        h = ONE_ROW[0] * model.amplitudes(f)[:, 0]
+        psd = TemperatureNoise(model, found).psd(ONE_ROW, f)[0, 0]
+        assert psd == pytest.approx(h @ wanted @ h)
+
+
+def test_a_partition_across_kinds_divides_both_alike(tmp_path: Path) -> None:
+    text = '[[case]]\nid = "own"\ntitle = "own"\npartition = "group"\n'
+    heard = np.ones(6, dtype=bool)
+    apart = correlation(configured(tmp_path, text).case("own"), six(), heard).blocks
+    assert [block.tolist() for block in apart] == [[0, 2, 4], [1, 3, 5]]
+    table = AreaTable(
+        six().name, np.array([*"ggghhh"]), six().shield, six().side, kind=six().kind
+    )  # each group has both kinds
+    apart = correlation(configured(tmp_path, text).case("own"), table, heard).blocks
+    assert [block.tolist() for block in apart] == [[0, 2], [4], [1], [3, 5]]
+    joined = configured(tmp_path, text + "across_kinds = true\n").case("own")
+    assert [block.tolist() for block in correlation(joined, table, heard).blocks] == [[0, 1, 2], [3, 4, 5]]
 
 
 def test_realisation_and_state_space_leave_out_the_silent_and_hold_the_heard(tmp_path: Path) -> None:
@@ -257,16 +317,19 @@ def test_tables_of_spectra_are_each_of_one_unit(tmp_path: Path) -> None:
         config.temperature.model(tiny(), {"g.csv": SpectrumColumns("g.csv", ["GA"], f, np.ones((2, 1)))})
 
 
-def test_a_matrix_may_not_correlate_the_two_kinds() -> None:
-    def case(names: tuple[str, ...], value: list[list[float]]) -> CorrelationCase:
+def test_a_matrix_may_correlate_the_two_kinds() -> None:
+    def case(names: tuple[str, ...], value: list[list[complex]]) -> CorrelationCase:
         return CorrelationCase("9", "", (), matrix=LabelledMatrix(names, np.array(value), "r.csv"))
 
-    with pytest.raises(ConfigError, match=r"GA is a gradient and B a mean temperature, but their correlation is 0\.3"):
-        correlation(case(("B", "GA"), [[1.0, 0.3], [0.3, 1.0]]), tiny())
     heard = np.ones(4, dtype=bool)
-    both = case(("GB", "A", "GA"), [[1.0, 0.0, 0.5], [0.0, 1.0, 0.0], [0.5, 0.0, 1.0]])
+    mixed = correlation(case(("GA", "B"), [[1.0, 0.3j], [-0.3j, 1.0]]), tiny(), heard)
+    assert [b.tolist() for b in mixed.blocks] == [[1, 2]]
+    np.testing.assert_allclose(mixed.matrix()[np.ix_([1, 2], [1, 2])], [[1.0, -0.3j], [0.3j, 1.0]], atol=1e-15)
+    both = case(("GB", "A", "GA"), [[1.0, 0.2, 0.5], [0.2, 1.0, 0.0], [0.5, 0.0, 1.0]])
     found = correlation(both, tiny(), heard)
-    np.testing.assert_allclose(found.matrix()[np.ix_([2, 3], [2, 3])], [[1.0, 0.5], [0.5, 1.0]], atol=1e-15)
+    assert [b.tolist() for b in found.blocks] == [[0, 2, 3]]
+    wanted = [[1.0, 0.0, 0.2], [0.0, 1.0, 0.5], [0.2, 0.5, 1.0]]
+    np.testing.assert_allclose(found.matrix()[np.ix_([0, 2, 3], [0, 2, 3])], wanted, atol=1e-15)
     np.testing.assert_array_equal(correlation(both, tiny()).active, [True, False, False, False])
     with pytest.raises(ConfigError, match="GA is of gradients without a spectrum, and silent"):
         correlation(case(("GA",), [[1.0]]), tiny())

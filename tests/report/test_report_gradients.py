@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from report_project import CASES, close_loop, make_project, sketch
 
 from tedm_cli.cli.printing.explain import explain_dict, explain_lines
+from tedm_cli.config.cases import load_cases
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, SENSITIVITY, UNIT_LOADS
@@ -23,22 +25,27 @@ from tedm_cli.figures.improvement import improvement_figure
 from tedm_cli.figures.pages import map_pages
 from tedm_cli.figures.spectra import temperature_figure
 from tedm_cli.files.store import open_checked
+from tedm_cli.noise.bounds import BOUNDS
+from tedm_cli.noise.correlation import correlation
+from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.layout import MassExpansion
 from tedm_cli.progress import silent
 from tedm_cli.results.areas import maps_by_kind, read_areas
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case, read_temperature
+from tedm_cli.results.outputs import read_outputs
 from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.unit_loads import area_of_elements, area_of_grids
 from tedm_cli.results.wording import sci
+from tedm_cli.stages.exports.extremal import export_extremal
 from tedm_cli.stages.exports.mesh import UNIFORM, _of_load, _weights
 from tedm_cli.stages.exports.state_space import Wanted, export_state_space
 from tedm_cli.stages.noise.series import run_series
 from tedm_cli.stages.optics.explain import explain
 from tedm_cli.stages.reporting.plot import figure_specs
 from tedm_cli.stages.reporting.report import report
-from tedm_cli.view.patterns import worst_pattern
+from tedm_cli.stages.reporting.view_cases import case_views
 
 KINDS = ("mean", "mean", "mean", "gradient", "gradient")
 MEANS = np.array([True, True, True, False, False])
@@ -164,6 +171,27 @@ def test_exported_matrices_have_the_unit_of_each_column(project: Project, text: 
     assert held["C_T.row_units"].tolist() == units
 
 
+def test_bounds_of_means_and_gradients_are_reached_by_the_matrices_that_are_exported(
+    project: Project, tmp_path: Path
+) -> None:
+    """As a user does it: export, append to a copy of the cases, and load each case with its matrix."""
+    done = export_extremal(project.build_dir, "1", ["TM1_a_x"], tmp_path)
+    assert len(done) == len(BOUNDS)
+    cases = tmp_path / "all.toml"
+    cases.write_text(HEARD + (tmp_path / "cases.toml").read_text())
+    config, outputs = load_cases(cases)[1], read_outputs(project)
+    model = config.temperature.model(outputs.areas)
+    row = outputs.rows[outputs.labels.index("TM1_a_x")]
+    between = []
+    for one in done:
+        found = correlation(config.case(one.id), outputs.areas, model.heard)
+        between.append(np.abs(found.matrix()[np.ix_(MEANS, ~MEANS)]).max())
+        psd = TemperatureNoise(model, found).psd(row[None], np.array([one.frequency_hz]))[0, 0]
+        most = max(other.amplitude for other in done)
+        assert abs(np.sqrt(psd) - one.amplitude) < 1e-7 * most, one.bound
+    assert max(between) == pytest.approx(1.0)
+
+
 def test_a_uniform_load_of_the_mesh_is_of_means(project: Project) -> None:
     with open_checked(project.build_dir / "distortion.h5", DISTORTION) as file:
         areas = read_areas(file)
@@ -201,12 +229,19 @@ def test_a_series_feeds_a_gradient_by_its_own_column_in_kelvin_per_metre(project
     np.testing.assert_allclose(y, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())
 
 
-def test_a_pattern_at_its_worst_has_each_kind_by_itself() -> None:
-    row, amplitude = np.array([3.0, -1.0, 2.0]), np.array([1.0, 2.0, 5.0])
-    gradient = np.array([False, False, True])
-    pattern = worst_pattern(np.sign(row), amplitude, row, gradient)
-    assert row @ pattern == pytest.approx(np.hypot(3.0 + 2.0, 10.0))
-    np.testing.assert_array_equal(worst_pattern(np.sign(row), amplitude, row, np.zeros(3, bool)), [1.0, -2.0, 5.0])
+def test_a_pattern_at_its_worst_moves_the_output_by_the_bound_over_means_and_gradients(project: Project) -> None:
+    with open_results(project) as results, open_checked(project.build_dir / "case02.h5", CASE) as file:
+        outputs = read_outputs(project)
+        views = case_views(project, results, outputs, silent)
+        shown = next(view for view in views if view.id == "2").verdicts
+        frequency = file.array(CASE.FREQUENCY)
+        assert shown
+        for verdict in shown:
+            most = file.array(CASE.BOUNDS_MAXIMUM.of(outputs.labels[verdict.output]))
+            row = outputs.rows[verdict.output]
+            assert np.abs((row * verdict.worst)[~MEANS]).max() > 0.0
+            reached = (row @ verdict.worst) ** 2
+            assert reached == pytest.approx(most[np.abs(frequency - verdict.pattern_hz).argmin()], rel=1e-9)
 
 
 def test_a_test_mass_does_not_expand_by_a_gradient(project: Project) -> None:

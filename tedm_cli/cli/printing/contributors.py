@@ -11,7 +11,6 @@ from tedm_cli.cli.printing.table import table
 from tedm_cli.results.wording import the_bench
 
 if TYPE_CHECKING:
-    from tedm_cli.arrays import FloatArray
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.noise.requirements import Verdict
 
@@ -144,16 +143,8 @@ def _percent(share: float, band: float) -> str:
 
 
 def _signs(r: CaseResult, o: int) -> str:
-    """Areas that the correlation of the maximum turns against the others, the largest contributions first; gradients,
-    which it does not correlate with the others, by themselves."""
-    amplitude, gradient = r.contributions.amplitude[o], r.areas.gradient
-    said = [_signs_of(r, np.where(gradient, 0.0, amplitude))]
-    if amplitude[gradient].any():
-        said.append("gradients: " + _signs_of(r, np.where(gradient, amplitude, 0.0)))
-    return "; ".join(said)
-
-
-def _signs_of(r: CaseResult, amplitude: FloatArray) -> str:
+    """Areas that the correlation of the maximum turns against the others, the largest contributions first."""
+    amplitude = r.contributions.amplitude[o]
     order = np.argsort(-np.abs(amplitude), kind="stable")
     shown = [f"{'+' if amplitude[i] > 0 else '-'}{r.areas.name[i]}" for i in order[: 2 * _TOP] if amplitude[i]]
     up, down = int((amplitude > 0).sum()), int((amplitude < 0).sum())

@@ -17,7 +17,6 @@ from tedm_cli.files.build_folder import case_file_name, require_up_to_date
 from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
 from tedm_cli.noise.differences import no_output
-from tedm_cli.results.areas import read_areas
 from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
 
 CASES = "cases.toml"
@@ -88,12 +87,12 @@ def _describe(file: Reader, case_id: str, o: int, label: str, bound: str, folder
 
 def _matrix(file: Reader, o: int, bound: str, frequency_hz: float) -> FloatArray:
     """Correlation [k, k] that reaches the bound of output `o`; rows of silent areas mean nothing."""
-    vectors, gradient = file.array(CASE.EXTREMAL.of(bound))[o], read_areas(file).gradient
+    vectors = file.array(CASE.EXTREMAL.of(bound))[o]
     if not bound.startswith("known_blocks"):
-        return extremal_matrix(vectors, gradient=gradient)
+        return extremal_matrix(vectors)
     found = read_correlation(file)
     inside = matrix_at(found.matrix.astype(np.complex128), found.delay_s, frequency_hz)
-    return extremal_matrix(vectors, found.block, inside, gradient)
+    return extremal_matrix(vectors, found.block, inside)
 
 
 def _case_text(e: Extremal, case_id: str) -> str:

@@ -24,7 +24,7 @@ from tedm_cli.results.build_folder import Results
 from tedm_cli.results.case_file import read_case, read_correlation
 from tedm_cli.results.noise import CaseNoise, titled
 from tedm_cli.results.wording import mhz_text
-from tedm_cli.view.patterns import typical_pattern, worst_pattern
+from tedm_cli.view.patterns import typical_pattern
 from tedm_cli.view.payload import CaseView, Film, Limits, VerdictView
 
 SAMPLES = 256
@@ -91,7 +91,7 @@ def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs) -> list[VerdictVi
                 asd=judged.asd,
                 pattern_hz=float(case.frequency_hz[f]),
                 typical=typical_pattern(outputs.rows[output], amplitude, real, float(judged.asd[f])),
-                worst=worst_pattern(sign, amplitude, outputs.rows[output], outputs.areas.gradient),
+                worst=sign * amplitude,  # all contributions add up: the bound
             )
         )
     return views
