@@ -176,6 +176,10 @@ def write_unit_loads(
             "/mass/inertia": _inertia(model.position, np.asarray(lumped, dtype=np.float64)),
             "/mass/total": MASS_KG,
             "/results/precision": "single",
+            "/tie/block": [],
+            "/tie/to": [],
+            "/tie/node_offset": [0],
+            "/tie/node_index": [],
             "/mass/centre_of_gravity": lumped @ model.position / MASS_KG,
         }.items():
             writer.write(name, value)

@@ -1,4 +1,4 @@
-"""optics.h5: the optical matrices and the read-out per kelvin."""
+"""optics.h5: the optical matrices and the read-out by each area."""
 
 from __future__ import annotations
 

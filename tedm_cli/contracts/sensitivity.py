@@ -9,7 +9,9 @@ from tedm_cli.contracts.spec import (
     DOFS,
     FLAG,
     NAMES,
+    PER_AREA,
     TM_FRAME,
+    TURN_PER_AREA,
     AreaDatasets,
     AreaPlaces,
     Dataset,
@@ -263,16 +265,16 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         "/compensation/translation",
         ("area", "block", "xyz"),
         "float",
-        "m/K",
-        "translation of the centre of each block per kelvin of an area",
+        PER_AREA,
+        "translation of the centre of each block per /area/unit of an area",
         BASIC,
     )
     COMPENSATION_ROTATION = Dataset(
         "/compensation/rotation",
         ("area", "block", "xyz"),
         "float",
-        "rad/K",
-        "rotation of each block per kelvin of an area",
+        TURN_PER_AREA,
+        "rotation of each block per /area/unit of an area",
         BASIC,
     )
     AREA_CONTRIBUTION_ACCELERATION = Dataset(
@@ -353,7 +355,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
 
 SENSITIVITY = SensitivityFile(
     "sensitivity",
-    6,
+    7,
     "tedm build-sensitivity",
     derived_dims={
         "row": ("test_mass", 6, 0),

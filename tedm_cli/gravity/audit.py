@@ -36,8 +36,8 @@ class MeshAudit:
 
     element_id, card : [E]; size : [E], longest extent, m; gap : [T, E], lower bound of the distance from each test
     mass, m.
-    label, unit : [Q]. Sensitivities are judged by their norm over the areas (over all grids, moved in the worst way by
-    a metre, where no displacements are given).
+    label, unit : [Q]. Sensitivities are judged by their norm over the areas of `motion` (over all grids,
+    moved in the worst way by a metre, where no displacements are given).
     value : [Q], by the finer quadrature. requirement : [Q], nan where there is none. reference : [Q], the requirement,
     or the largest value of its kind on the test mass where there is none (of sensitivities the value itself).
     error : [2, Q, E], of `MODELS`, each less the finer quadrature; norms, without sign, for sensitivities.

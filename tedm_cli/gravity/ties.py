@@ -61,7 +61,15 @@ def follower(position: FloatArray, at: FloatArray) -> Follower:
 
 def needs_rotations(position: FloatArray) -> bool:
     """Whether the rotation of a body that follows grids at `position` [n, 3] (m) takes their own rotations."""
-    return bool(_rotation_of(position - position.mean(axis=0))[1].any())
+    return bool(own_rotation(position).any())
+
+
+def own_rotation(position: FloatArray) -> FloatArray:
+    """Projection [3, 3] on the axes about which a body turns as its grids at `position` [n, 3] (m) turn themselves.
+
+    Basic frame; all of one grid, the line of grids in a line, none (0) of others.
+    """
+    return _rotation_of(position - position.mean(axis=0))[1]
 
 
 def _rotation_of(arm: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from border_tools import Project, edited, tedm, untouched
 
+from tedm_cli.contracts import KINDS
 from tedm_cli.contracts.unit_loads import ELEMENTS
 from tedm_cli.errors import InputError
 from tedm_cli.fem.shapes import CARDS
@@ -328,6 +329,15 @@ def test_kelvins_of_a_gradient(small: Project) -> None:
     with edited(small.build / "distortion.h5") as file:
         set_text("/area/kind", 1, "gradient")(file)
     small.stage("build-optics").refused(4, "distortion.h5: /area/unit: FLANGE_1 is in K, wanted K/m", hint="again with")
+
+
+def test_no_dataset_by_area_is_of_kelvins_alone() -> None:
+    """Areas may be under a gradient: a unit says both, or is left to /area/unit."""
+    by_area = [
+        (p, d.units) for kind in KINDS.values() for p, d in kind.datasets.items() if "area" in d.dims and d.units
+    ]
+    assert len(by_area) > 20
+    assert [(p, u) for p, u in by_area if "/K" in u and not u.endswith(" of gradients")] == []
 
 
 def test_units_that_are_an_array(small: Project) -> None:

@@ -252,6 +252,62 @@ def test_members_that_a_set_names_and_the_deck_lacks_are_remarked_upon(
     assert deck[1].grid_id[found.rows("CM2")].tolist() == [GRID]
 
 
+def panel(at: int, *cards: str) -> str:
+    """Four quads of 0.1 m in the x-y plane around grid `at` + 4, and cards with @n for grid `at` + n."""
+    lines = [f"GRID,{at + 3 * j + i},,{2.0 + 0.1 * i:.1f},{0.1 * j:.1f},0.\n" for j in range(3) for i in range(3)]
+    lines += [
+        f"CQUAD4,{at + k},99,{at + n},{at + n + 1},{at + n + 4},{at + n + 3}\n" for k, n in enumerate((0, 1, 3, 4))
+    ]
+    return "".join(lines) + "".join(re.sub("@([0-9]+)", lambda m: str(at + int(m[1])), card) + "\n" for card in cards)
+
+
+PANELS = (
+    panel(900100, "GRID,@9,,2.1,.1,.1", "GRID,@10,,2.3,.1,.01", "CROD,@9,98,@4,@9", "CTRIA3,@10,99,@5,@8,@10"),
+    panel(900200, "GRID,@9,,2.1,.2,.1", "GRID,@10,,2.1,.1,.1", "CQUAD4,@9,99,@4,@7,@9,@10"),
+    panel(900300, "GRID,@9,,2.1,.1,.1", "CBAR,@9,97,@4,@9,1.,0.,0."),
+    panel(900400, "GRID,@9,,2.1,.1,.1", "RBE2,@9,@4,123456,@9", "GRID,@10,,2.,.3,0.", "CTRIAR,@10,99,@6,@7,@10"),
+    panel(900500, "GRID,@9,,2.1,.1,.1", "RBE3,@9,,@9,123456,1.,123,@4,@5,+", "+,@7"),
+    # over the first: a line along the normal
+    panel(900600).replace(",0.\n", ",0.2\n"),
+)
+OF_PANELS = "MAT1,99,7.+10,,.3,2700.,2.-5\nPSHELL,99,99,.01,99\nPROD,98,99,1.-4\nPBAR,97,99,1.-4,1.-9,1.-9,1.-9\n"
+
+
+@pytest.fixture(scope="module")
+def panels(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, ModelGeometry]:
+    path = changed_small(tmp_path_factory.mktemp("panels"), OF_PANELS + "".join(PANELS)).resolve("unit_loads.bdf")
+    model = read_deck(path)
+    return model, model_geometry(model, [path])
+
+
+@pytest.mark.parametrize(
+    ("tie", "soft"),
+    [
+        ("grid = 900104", "grid 900104"),  # a rod on it holds no rotation
+        ("grid = [900104, 900604]", "grids 900104, 900604"),  # in a line along the normal
+        ("grid = 900105", "grid 900105"),  # a facet of 6 degrees holds next to nothing
+        ("grid = 900504", "grid 900504"),  # an RBE3 takes its mean
+        ("grid = [900304, 900604]", "grid 900604"),  # the other is of a bar
+        ("grid = [900103, 900104, 900105]", ""),  # the line lies in the shell, which bends about it
+        ("grid = [900100, 900104, 900105]", ""),  # off a line
+        ("grid = 900204", ""),  # a fold
+        ("grid = 900304", ""),  # a bar
+        ("grid = 900404", ""),  # a rigid element
+        ("grid = 900407", ""),  # a CTRIAR, which has a stiffness about its normal
+        ("grid = 900509", ""),  # what an RBE3 gives
+    ],
+)
+def test_blocks_that_turn_as_shells_alone_let_them_are_remarked_upon(
+    tmp_path: Path, panels: tuple[Any, ModelGeometry], tie: str, soft: str
+) -> None:
+    """About the normal of smooth shells K6ROT decides: not where anything else holds the grid, or off a line."""
+    project = changed_small(tmp_path, "", block("CM1", tie))
+    config = load_model(project.model)[1]
+    _, notes = ties_on(compensation_masses(project, config), config, *panels)
+    assert len(notes) == bool(soft)
+    assert not soft or (f": CM1 ({soft}). " in notes[0] and "three grids or more" in notes[0])
+
+
 def test_a_grid_of_a_test_mass_carries_no_block(tmp_path: Path) -> None:
     project = changed_small(tmp_path, "", block("CM1", f"grid = {GRID}"))
     text = project.model.read_text(encoding="utf-8")

@@ -113,7 +113,7 @@ def audit_lines(done: AuditSummary, most: int) -> list[str]:
         *table(head, rows, right=tuple(range(2, 11))),
         "lumped, quadr.: error of the sum; linear, rss: sum of the elements' errors in magnitude, and root of their",
         "squares (q: by quadrature); l/1%, q/1%: error of the sum against 1 % of the limit, or of the value",
-        "S: norm over the areas"
+        "S: norm over the areas of a mean temperature"
         if done.per_kelvin
         else "S: every grid moved by a metre the worst way (no distortion.h5)",
         "",

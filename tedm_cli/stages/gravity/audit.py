@@ -23,6 +23,7 @@ from tedm_cli.gravity.masses import MassDistribution
 from tedm_cli.gravity.requirements import narrowest
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
+from tedm_cli.results.areas import read_areas
 from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.stages.common import check_test_masses
 from tedm_cli.tables.csv_table import csv_line
@@ -116,11 +117,12 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
         masses = mass_of(unit)
         elements = sum(len(block.id) for block in masses.elements)
         advance = counter(step, len(test_masses) * elements, "auditing elements")
+        means = np.flatnonzero(~read_areas(unit).gradient)
         ids, properties = unit.array(UNIT_LOADS.ELEMENT_ID), unit.array(UNIT_LOADS.ELEMENT_PROPERTY_ID)
     if moves.exists():
         with open_checked(moves, DISTORTION) as distortion:
             require_input(distortion, input_files([source])[0])
-            motion = element_motion(distortion, masses)
+            motion = element_motion(distortion, masses, means)
             found = audit_mesh(masses, test_masses, motion, tolerance=tolerance, limits=limits, G=g, advance=advance)
     else:
         found = audit_mesh(masses, test_masses, None, tolerance=tolerance, limits=limits, G=g, advance=advance)
@@ -144,8 +146,11 @@ def _draw(done: AuditSummary, path: Path, source: Path) -> None:
         temporary.write_bytes(data)
 
 
-def element_motion(distortion: Reader, masses: MassDistribution) -> Motion:
-    """Displacements, read for a few elements at a time; the last ones are kept, since they are asked for again."""
+def element_motion(distortion: Reader, masses: MassDistribution, areas: IntArray) -> Motion:
+    """Displacements by these areas, read for a few elements at a time.
+
+    The last ones are kept, since they are asked for again. All areas are of one unit, kelvin: norms are over them.
+    """
     d, rotation = distortion.dataset(DISTORTION.D_TRANSLATION), distortion.dataset(DISTORTION.D_ROTATION)
     kept: list[tuple[IntArray, FloatArray, FloatArray]] = []
 
@@ -153,10 +158,10 @@ def element_motion(distortion: Reader, masses: MassDistribution) -> Motion:
         if kept and np.array_equal(kept[0][0], nodes) and np.array_equal(kept[0][1], lever):
             return kept[0][2]
         kept.clear()
-        move = _at(d, nodes)
+        move = _at(d, areas, nodes)
         on = np.any(lever != 0.0, axis=-1)
         if on.any():
-            turn = _at(rotation, np.searchsorted(masses.lever_node, nodes[on]))
+            turn = _at(rotation, areas, np.searchsorted(masses.lever_node, nodes[on]))
             move[:, on] += np.cross(turn, lever[on])
         kept.append((nodes, lever, move))
         return move
@@ -164,11 +169,11 @@ def element_motion(distortion: Reader, masses: MassDistribution) -> Motion:
     return motion
 
 
-def _at(dataset: Blocks, rows: IntArray) -> FloatArray:
-    """Some rows of a dataset [k,N,3], area by area: [k, *rows, 3]."""
+def _at(dataset: Blocks, areas: IntArray, rows: IntArray) -> FloatArray:
+    """Some rows of a dataset [k,N,3], area by area: [areas, *rows, 3]."""
     wanted, place = np.unique(rows, return_inverse=True)
     some = SomeNodes(wanted)
-    return np.stack([some.read(dataset, area)[place.reshape(rows.shape)] for area in range(dataset.shape[0])])
+    return np.stack([some.read(dataset, int(area))[place.reshape(rows.shape)] for area in areas])
 
 
 def _write_csv(done: AuditSummary, path: Path) -> None:

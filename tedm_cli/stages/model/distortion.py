@@ -156,7 +156,7 @@ class _Reductions:
     """What one pass over the unit loads leaves besides [D], all per kelvin, or kelvin per metre.
 
     means : [k], the areas of a mean temperature: sums are over these, and make the uniform load.
-    optical_translation, optical_rotation : [k,E,3]; largest : [k], largest component of any translation;
+    optical_translation, optical_rotation : [k,E,3]; largest : [k], length of the largest translation of any grid;
     rigid_translation, rigid_rotation : [k,3]; total : [N,3], sum over areas, and size : [N], of the lengths;
     lever_rows : [L], grids with a lever, total_turn : [L,3] and turn_size : [L] the same of their rotations; stiff :
     rows of those that move and never turn.
@@ -202,12 +202,13 @@ def _stream(unit: Reader, writer: Writer, rows: IntArray, step: Step, means: Boo
         for block in node_blocks(n_nodes):
             held = source.held((i, block)) if as_held else source[i, block] / load[i]
             move = held.astype(np.float64, copy=False)
-            largest[i] = np.maximum(largest[i], np.maximum(held.max(), -held.min()))  # keeps what is not a number
+            length = np.sqrt(np.einsum("ni,ni->n", move, move))
+            largest[i] = np.maximum(largest[i], length.max())  # keeps what is not a number
             target[i, block] = held
             moments[i] += fit.moments(block, move)
             if means[i]:
                 total[block] += move
-                size[block] += np.sqrt(np.einsum("ni,ni->n", move, move))
+                size[block] += length
             at, local = optics.within(block)
             optical_t[i, at] = move[local]
             at, local = levers.within(block)
