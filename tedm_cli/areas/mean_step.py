@@ -11,6 +11,7 @@ from scipy.sparse import csc_array
 from tedm_cli.areas.places import corner_areas, element_owners
 from tedm_cli.arrays import IntArray
 from tedm_cli.nastran.area_loads import AreaLoad, none
+from tedm_cli.nastran.element_temperatures import LINES, SHELLS
 from tedm_cli.nastran.geometry import ModelGeometry
 from tedm_cli.nastran.node_volumes import node_volumes
 
@@ -22,12 +23,13 @@ LEAST = 0.8
 class MeanStep:
     """Mean over the elements of an area of the step that they get, by volume; 1: all of it. NaN: it has no elements.
 
-    elements : ids, ascending.
+    elements : ids, ascending. carriers : how many of them may have a temperature of their own: shells, bars and rods.
     """
 
     area: str
     share: float
     elements: IntArray
+    carriers: int
 
 
 def mean_steps(
@@ -58,11 +60,12 @@ def mean_steps(
         table.sum_duplicates()
     most = grids.max(axis=1).toarray().reshape(-1)
     evenly = np.bincount(grids.indices, grids.data == most[grids.indices], len(e.id))
+    may_carry = np.isin(e.type, (*SHELLS, *LINES))
     got = np.zeros(len(e.id))
     out = []
     for number, (name, load) in enumerate(loads.items()):
         if load.gradient is not None:
-            out.append(MeanStep(name, float("nan"), load.element_id))
+            out.append(MeanStep(name, float("nan"), load.element_id, len(load.element_id)))
             continue
         column = slice(grids.indptr[number], grids.indptr[number + 1])
         rows = grids.indices[column]
@@ -73,6 +76,8 @@ def mean_steps(
         own, weight = next(((r, expands[r] * w) for r, w in choices if expands[r].any()), (rows[:0], np.zeros(0)))
         got[rows] = warmed.data[column]
         whole = float(weight @ size[own])
-        out.append(MeanStep(name, float(weight @ got[own]) / whole if whole else float("nan"), e.id[own[weight > 0.0]]))
+        share = float(weight @ got[own]) / whole if whole else float("nan")
+        own = own[weight > 0.0]
+        out.append(MeanStep(name, share, e.id[own], int(may_carry[own].sum())))
         got[rows] = 0.0
     return out

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
 from tedm_cli.area_names import area_name_fact
 from tedm_cli.config.base import ID_RANGE, Bounded, Direction, Id, LengthOrZero, Place, Strict
@@ -50,7 +51,17 @@ End = Annotated[float, Field(allow_inf_nan=True), Bounded(COORDINATE, or_infinit
 Interval = Annotated[list[End], Field(min_length=2, max_length=2)]
 Angles = Annotated[list[Annotated[float, Bounded(ANGLE_DEG)]], Field(min_length=2, max_length=2)]
 IdOrRange = Id | Annotated[str, Field(pattern=ID_RANGE)]
-Ids = IdOrRange | Annotated[list[IdOrRange], Field(min_length=1)]
+
+
+def _like_ids(value: Any) -> Any:
+    """What may be ids; what has none of their forms is refused in one sentence instead of one for each form."""
+    is_range = isinstance(value, str) and re.search(ID_RANGE, value)
+    if is_range or isinstance(value, int) or (isinstance(value, list) and value):
+        return value
+    raise ValueError(f"must be an id, a range of ids such as '1:99', or a list of these (found {value!r:.60})")
+
+
+Ids = Annotated[IdOrRange | Annotated[list[IdOrRange], Field(min_length=1)], BeforeValidator(_like_ids)]
 
 
 def id_ranges(ids: Ids | None) -> list[tuple[int, int]]:

@@ -174,7 +174,7 @@ def _problems(model: type[BaseModel], data: Mapping[str, Any], exc: ValidationEr
             # Where the value has one of the forms and only breaks its bounds, the other forms are beside the point.
             if path in fitting:
                 continue
-            if error["type"] == "value_error":
+            if error["type"] in ("value_error", "too_short", "too_long"):
                 fitting.add(path)
                 found.pop(path, None)
         found.setdefault(path, []).append(
@@ -227,7 +227,8 @@ def _fact(model: type[BaseModel], error: Any) -> str:
         return f"must be {_PATTERNS[error['ctx']['pattern']]} (found {error['input']!r:.60})"
     if kind in ("dict_type", "model_type"):
         return f"must be a table (found {error['input']!r:.60})"
-    message = str(error["msg"]).removeprefix("Value error, ").replace("Input should", "must")
+    message = re.sub("^(Input|List|String) should", "must", str(error["msg"]).removeprefix("Value error, "))
+    message = message.replace(" after validation", "")
     shown = repr(error["input"])
     return message if kind == "value_error" or len(shown) > 60 else f"{message} (found {shown})"
 

@@ -63,10 +63,10 @@ def read_table(path: Path, columns: Mapping[str, Quantity | None], optional: Seq
     if lines and len(lines[0][1]) == 1:
         require_no_tabs(lines[0][1][0], f"{path}:1")
     if not lines or lines[0][1] != header:
-        found = ",".join(lines[0][1]) if lines else ""
-        missing = [c for c in header if not lines or c not in lines[0][1]]
-        what = f"misses {', '.join(missing)}" if missing else f"found {found[:80]!r}"
-        raise InputError(f"must begin with the header {wanted}; {what}", where=f"{path}:1")
+        more = [name for name in optional if name not in header]
+        follow = f", which {', '.join(more)} may follow" if more else ""
+        fact = _header_fact(lines[0][1] if lines else [], header)
+        raise InputError(f"must begin with the header {wanted}{follow}; {fact}", where=f"{path}:1")
     rows = []
     for number, fields in lines[1:]:
         if not any(fields):
@@ -89,6 +89,18 @@ def read_table(path: Path, columns: Mapping[str, Quantity | None], optional: Seq
     if not rows:
         raise InputError("holds a header and nothing else", where=str(path))
     return rows
+
+
+def _header_fact(found: Sequence[str], header: Sequence[str]) -> str:
+    """What is wrong with a header: columns that it misses, columns that nothing reads, or the first out of place."""
+    unknown = [f"{name[:40]!r}" for name in found if name not in header]
+    if missing := [name for name in header if name not in found]:
+        return f"misses {', '.join(missing)}" + (f", has {', '.join(unknown[:3])}" if unknown and found != [""] else "")
+    if unknown:
+        return f"has {', '.join(unknown[:3])} besides"
+    pairs = enumerate(zip(found, header, strict=False), start=1)
+    place, name = next(((i, is_) for i, (is_, should) in pairs if is_ != should), (len(header) + 1, found[-1]))
+    return f"column {place} is {name!r}"
 
 
 def csv_lines(path: Path, *, delimiter: str = ",") -> list[tuple[int, list[str]]]:

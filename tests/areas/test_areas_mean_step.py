@@ -122,9 +122,28 @@ def test_volumes_of_solids_are_their_masses(tmp_path: Path, card: str) -> None:
 
 def test_warning_names_the_areas_and_the_least_first() -> None:
     ids = np.array([7, 8])
-    lines = mean_step_lines([MeanStep("A", 0.9, ids), MeanStep("B", 0.5, ids[:1]), MeanStep("C", 0.79, ids)])
+    lines = mean_step_lines([MeanStep("A", 0.9, ids, 0), MeanStep("B", 0.5, ids[:1], 1), MeanStep("C", 0.79, ids, 2)])
     assert lines[0].endswith("50 % (B) to 90 % (A)")
     assert "B 50 % (element 7); C 79 % (2 elements)" in lines[1]
     assert lines[1].startswith("warning: the own elements of 2 areas get less")
-    assert len(mean_step_lines([MeanStep("A", 0.8, ids)])) == 1
-    assert mean_step_lines([MeanStep("A", float("nan"), ids[:0])]) == []
+    assert len(mean_step_lines([MeanStep("A", 0.8, ids, 2)])) == 1
+    assert mean_step_lines([MeanStep("A", float("nan"), ids[:0], 0)]) == []
+
+
+def test_the_remedy_is_one_that_the_elements_have(tmp_path: Path) -> None:
+    """Two solids and a bar from border to border: solids have no temperatures of their own."""
+    corners = [(x, y, z) for z in (0, 1, 2) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    bulk = grids(*corners, (0, 0, 3)) + "PSOLID,1,1\nPBAR,2,1,1.-4,1.-9,1.-9,2.-9\nCBAR,3,2,9,13,1.,0.,0.\n"
+    for k in (0, 1):
+        n = [4 * k + i for i in range(1, 9)]
+        bulk += f"CHEXA,{k + 1},1,{','.join(map(str, n[:6]))}\n,{n[6]},{n[7]}\n"
+    model = geometry_of(tmp_path / "solids.bdf", bulk)
+    loads = {"LOW": area(*range(1, 9)), "TOP": area(*range(9, 13)), "TIP": area(13)}
+    _, top, tip = mean_steps(model, loads, {"TOP": np.array([2]), "TIP": np.array([3])})
+    assert [(s.share, s.carriers) for s in (top, tip)] == [(pytest.approx(0.5), 0), (pytest.approx(0.5), 1)]
+    solids, bars, both = (mean_step_lines(steps)[1] for steps in ([top], [tip], [top, tip]))
+    assert solids.endswith("(element 2); refine the mesh between the borders")
+    assert bars.endswith('; give such an area carrier = "elements", or refine the mesh between the borders')
+    assert both.endswith(
+        'shells, bars and rods of such an area carrier = "elements"; refine solids between the borders'
+    )

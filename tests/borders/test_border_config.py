@@ -25,7 +25,13 @@ def refuse(project: Project, command: str, *pieces: str, code: int = 3, hint: st
         ("mass_kg = 1.96", "mass_kg = -1.96", "test_mass[0].mass_kg: mass -1.96 is outside 1e-18 to 1e+06 kg"),
         ("mass_kg = 1.96", "mass_kg = nan", "test_mass[0].mass_kg: must be a finite number"),
         ("mass_kg = 1.96", "mass_kg = true", "test_mass[0].mass_kg: must be a valid number (found True)"),
-        ("[0.1, 0.2, 0.0]", "[0.1, 0.2]", "test_mass[0].position_m: "),
+        ("[0.1, 0.2, 0.0]", "[0.1, 0.2]", "test_mass[0].position_m: must have at least 3 items, not 2 (found [0.1"),
+        ("side_m = 0.046", "side_m = [0.1, 0.2]", "test_mass[0].side_m: must have at least 3 items, not 2 (found"),
+        (
+            "[areas]",
+            '[areas]\ndefine = [{ name = "A", element = "" }]',
+            "areas.define[0].element: must be an id, a range of ids such as '1:99', or a list of these (found '')",
+        ),
         ("[0.1, 0.2, 0.0]", '[0.1, "0.2", 0.0]', "test_mass[0].position_m[1]: must be a valid number (found '0.2')"),
         (
             "side_m = 0.046",

@@ -58,7 +58,7 @@ def test_what_is_refused_leaves_all_as_it_was(msc: tuple[Project, Path]) -> None
     shutil.copy(project.build / "unit_loads.h5", path)
     refused(4, "loads.h5: is tedm's own file (tedm.unit_loads)", hint="MDLPRM,HDF5")
     path.unlink()
-    refused(4, "loads.h5: no such result file")
+    refused(4, "loads.h5: no such result file", hint='`tedm solve --run "nastran {deck}"`')
 
 
 def test_the_place_of_our_own_file(tiny: Project) -> None:

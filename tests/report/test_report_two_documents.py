@@ -274,7 +274,7 @@ def test_the_title_block_is_the_users(copy: Project) -> None:
         ("date = 2031-02-28T10:00:00", "report.date: must be a valid string or must be a valid date"),
         ('mission = " "', "report.mission: must not be blank"),
         ('prepared_by = "a\\nb"', "report.prepared_by: must be one line of printable text"),
-        (f'title = "{"x" * 201}"', "report.title: String should have at most 200 characters"),
+        (f'title = "{"x" * 201}"', "report.title: must have at most 200 characters"),
         ('dat = "x"', "report.dat: unknown key; did you mean date?"),
     ],
 )

@@ -99,10 +99,19 @@ def mean_step_lines(steps: Sequence[MeanStep]) -> list[str]:
         whose = "the own elements of 1 area" if len(poor) == 1 else f"the own elements of {len(poor)} areas"
         lines.append(
             f"warning: {whose} get less than {share_text(LEAST)} of the step, because grids on their border belong to a"
-            f" neighbour and are warmed with it: {listed}; give shells, bars and rods of such an area"
-            ' carrier = "elements", or refine the mesh between the borders'
+            f" neighbour and are warmed with it: {listed}; {_remedy(poor)}"
         )
     return lines
+
+
+def _remedy(poor: Sequence[MeanStep]) -> str:
+    """What raises these steps: solids have no temperatures of their own."""
+    carriers, elements = sum(s.carriers for s in poor), sum(len(s.elements) for s in poor)
+    if not carriers:
+        return "refine the mesh between the borders"
+    if carriers == elements:
+        return 'give such an area carrier = "elements", or refine the mesh between the borders'
+    return 'give shells, bars and rods of such an area carrier = "elements"; refine solids between the borders'
 
 
 def share_text(share: float) -> str:

@@ -22,9 +22,10 @@ def require_records(path: Path) -> None:
     """
     require_regular_file(path)
     if not path.is_file():
-        raise InputError(
-            "no such result file", where=str(path), hint="run `tedm solve`, or Nastran on the unit-load deck"
-        )
+        hint = "run `tedm solve`, or Nastran on the unit-load deck"
+        if path.suffix.lower() == ".h5":  # the embedded solver writes OP2
+            hint = 'let MSC Nastran write it, as `tedm solve --run "nastran {deck}"` does, or copy its results there'
+        raise InputError("no such result file", where=str(path), hint=hint)
     if not path.stat().st_size:
         raise InputError("empty file, neither OP2 nor HDF5", where=str(path))
     with open(path, "rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
