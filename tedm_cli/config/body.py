@@ -248,9 +248,11 @@ class TestMassTable(Strict):
                 f" {by_density:.6g} kg, and mass_kg is {mass:.6g}: give one of them"
             )
         if fact := MASS.fact(mass) or DENSITY.fact(mass / body.volume_m3):
-            hint = f"; is stl_unit {self.stl_unit!r} right?" if self.stl_unit else ""
+            hint = "lengths must be in metres, masses in kilograms"
+            if self.stl_unit:
+                hint = f"is stl_unit {self.stl_unit!r} right?"
             raise PhysicsError(
-                f"{fact}, of a volume of {body.volume_m3:.6g} m^3 and extents of {_extents(body)} m{hint}"
+                f"{fact}, of a volume of {body.volume_m3:.6g} m^3 and extents of {_extents(body)} m; {hint}"
             )
         axes = np.eye(3) if self.axes is None else np.array(self.axes)
         position = np.array(self.position_m) + body.centre_m @ axes

@@ -216,16 +216,17 @@ def test_a_scalar_point_with_nothing_on_it_is_no_hindrance(tiny: Project) -> Non
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "piece"),
+    ("old", "new", "piece", "hint"),
     [
-        ("[0.1, 0.2, 0.0]", "[100.0, 200.0, 0.0]", "test_mass[0].position_m: TM1 is"),
-        ("side_m = 0.046", "side_m = 46.0", "test_mass[0]: size and mass of TM1 make"),
-        ("mass_kg = 1.96", "mass_kg = 1960.0", "test_mass[0]: size and mass of TM1 make"),
+        ("[0.1, 0.2, 0.0]", "[100.0, 200.0, 0.0]", "test_mass[0].position_m: TM1 is", "metres"),
+        ("mass_kg = 1.96", "mass_kg = 19.6", "test_mass[0]: size and mass of TM1 make", "metres"),
+        ("side_m = 0.046", "side_m = 46.0", "46 x 46 x 46 m; lengths must be in metres", ""),
+        ("mass_kg = 1.96", "mass_kg = 1960.0", "test_mass[0]: density 2.01364e+07 is outside", ""),
     ],
 )
-def test_test_mass_in_other_units(tiny: Project, old: str, new: str, piece: str) -> None:
+def test_test_mass_in_other_units(tiny: Project, old: str, new: str, piece: str, hint: str) -> None:
     replace(tiny.model, old, new)
-    refuse(tiny, 3, piece, hint="metres")
+    refuse(tiny, 3, piece, hint=hint)
 
 
 def test_weight_densities_need_wtmass(tiny: Project) -> None:
