@@ -23,6 +23,7 @@ def executed(notebook: nbformat.NotebookNode, build: Path, folder: Path) -> nbfo
         (folder / place).symlink_to(target.resolve())
     (folder / "docs").mkdir()
     own = {name: str(folder / name.lower()) for name in ("IPYTHONDIR", "JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR")}
+    own["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # whatever the tests before have chosen
     path = os.pathsep.join([str(ROOT), str(ROOT / "tedm_cli" / "library" / "top_level")])
     copy = nbformat.from_dict(notebook)
     client = NotebookClient(

@@ -151,7 +151,7 @@ class ModelConfig(Strict):
     gravity: GravityTable = GravityTable()
     compensation_mass: list[CompensationMassTable] = Field(default_factory=list)
     requirement_at_rest: list[AtRestTable] = Field(default_factory=list)
-    _test_masses: list[TestMass] = PrivateAttr(default_factory=list)
+    _test_masses: list[TestMass] | None = PrivateAttr(default=None)
 
     @field_validator("test_mass")
     @classmethod
@@ -163,6 +163,7 @@ class ModelConfig(Strict):
 
     def test_masses(self) -> list[TestMass]:
         """The test masses as the gravity room takes them, of a configuration that `load_model` has read."""
+        assert self._test_masses is not None, "their bodies have not been made: they may be in files"
         return self._test_masses
 
     def make_test_masses(self, folder: Path) -> list[tuple[str, str]]:

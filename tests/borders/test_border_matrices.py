@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import scipy.io
 from border_tools import CONFIGS, Project, replace, snapshot, tedm
+from label_scales import is_scale_alone
 
 from tedm_cli.config.optics import load_layout
 from tedm_cli.errors import InputError
@@ -32,7 +33,7 @@ def use(project: Project, **keys: object) -> None:
 
 def read_out(project: Project) -> dict[str, np.ndarray]:
     with h5py.File(project.build / "optics.h5") as file:
-        return {name: file[f"/N/{name}"][()] for name in file["/N"]}
+        return {name: item[()] for name, item in file["/N"].items() if not is_scale_alone(item)}
 
 
 @pytest.fixture(scope="session")

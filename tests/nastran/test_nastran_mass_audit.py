@@ -196,7 +196,9 @@ side_m = 0.046
 mass_kg = 1.96
 {parts}
 """
-    return validate(ModelConfig, tomllib.loads(text), where="model.toml")
+    found = validate(ModelConfig, tomllib.loads(text), where="model.toml")
+    assert not found.make_test_masses(Path())
+    return found
 
 
 @pytest.mark.parametrize(
