@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_array
+import scipy
 
 from tedm_cli.areas.places import corner_areas, element_owners
 from tedm_cli.arrays import IntArray
@@ -55,7 +55,7 @@ def mean_steps(
     owner = element_owners(geometry, loads.values())
     area = corner_areas(geometry, loads.values(), owner)
     place, shape = (element, np.where(area < 0, len(loads), area)), (len(e.id), len(loads) + 1)
-    grids, warmed = (csc_array((v, place), shape=shape) for v in (np.ones(len(element)), volume))
+    grids, warmed = (scipy.sparse.csc_array((v, place), shape=shape) for v in (np.ones(len(element)), volume))
     for table in (grids, warmed):
         table.sum_duplicates()
     most = grids.max(axis=1).toarray().reshape(-1)

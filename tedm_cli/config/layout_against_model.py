@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.testmass import TestMass
@@ -79,7 +79,7 @@ def _compare(layout: OpticalLayout, e: Element, tm: TestMass, number: int, name:
         (ROUNDING_M, LARGEST_GAP_M),
     )
     axes = layout.test_mass_axes_basic[layout.test_masses.index(e)]
-    turn = float(Rotation.from_matrix(axes @ tm.axes.T).magnitude())
+    turn = float(scipy.spatial.transform.Rotation.from_matrix(axes @ tm.axes.T).magnitude())
     found.add(
         f"{at}.axes",
         f"x, y, z of {e.name} are along {_points(axes)} of the basic frame, by {name} ({there}.axes) along"

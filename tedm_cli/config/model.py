@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
+import scipy
 from pydantic import Field, PrivateAttr, field_validator, model_validator
-from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.areas import AreasTable, Ids, id_ranges, ranges_increase
@@ -120,7 +120,7 @@ class CompensationMassTable(Strict):
 
 def axes_of_rotation(rotation_rad: list[float]) -> FloatArray:
     """Edges (rows) of a body turned from the basic frame by a rotation vector."""
-    turned: FloatArray = Rotation.from_rotvec(rotation_rad).as_matrix()
+    turned: FloatArray = scipy.spatial.transform.Rotation.from_rotvec(rotation_rad).as_matrix()
     return turned.T
 
 

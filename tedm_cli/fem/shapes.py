@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import roots_jacobi
+import scipy
 
 from tedm_cli.arrays import FloatArray
 
@@ -189,7 +189,7 @@ def gauss_rule(counts: tuple[int, ...], exponents: tuple[int, ...]) -> tuple[Flo
     """
     axes = []
     for n, a in zip(counts, exponents, strict=True):
-        node, weight = roots_jacobi(n, a, 0.0)
+        node, weight = scipy.special.roots_jacobi(n, a, 0.0)
         axes.append(((node + 1.0) / 2.0, weight / 2.0 ** (a + 1)))
     points = np.stack(np.meshgrid(*(x for x, _ in axes), indexing="ij"), axis=-1).reshape(-1, len(counts))
     weights = np.ones(1)

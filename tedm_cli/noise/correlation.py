@@ -16,8 +16,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import ConfigError
@@ -216,7 +215,9 @@ def _matrix_blocks(
     order = np.argsort(place)
     order = order[heard[place[order]]]
     value, place = matrix.value[np.ix_(order, order)], place[order]
-    number, label = connected_components(csr_array(np.abs(value) > 0.0), directed=False)
+    number, label = scipy.sparse.csgraph.connected_components(
+        scipy.sparse.csr_array(np.abs(value) > 0.0), directed=False
+    )
     members = [np.flatnonzero(label == b) for b in range(number)]
     return [place[m] for m in members], [correlation_factor(value[np.ix_(m, m)]) for m in members], []
 

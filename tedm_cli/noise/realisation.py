@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import InputError
@@ -82,7 +82,7 @@ def output_blocks(rows: FloatArray, source: TemperatureNoise, plan: Plan) -> Ite
     filter_of[heard] = of_heard.reshape(-1)
     taps = 2 * (int(np.ceil(_FILTER_PERIODS * plan.rate_hz / plan.lowest_hz)) // 2)
     block = max(taps, _BLOCK_NUMBERS // len(factor))
-    length = fft.next_fast_len(block + taps, real=True)
+    length = scipy.fft.next_fast_len(block + taps, real=True)
     block = length - taps
     _require_room(len(columns), len(rows), longest + taps, length, plan)
     in_phase, quadrature = _responses(temperature, plan, filters, taps, length)
@@ -101,14 +101,14 @@ def output_blocks(rows: FloatArray, source: TemperatureNoise, plan: Plan) -> Ite
             for late in np.unique(lag):
                 driving = factor[lag == late, part].any(axis=0)
                 start = longest - late
-                spectrum = fft.rfft(white[driving, start : start + length], axis=1)
+                spectrum = scipy.fft.rfft(white[driving, start : start + length], axis=1)
                 for number, (even, odd) in enumerate(zip(in_phase, quadrature, strict=True)):
                     index = np.flatnonzero((filter_of == number) & (lag == late))
                     weights = factor[index, part][:, driving]
                     for weight, response in ((weights.real, even), (weights.imag, odd)):
                         used = np.flatnonzero(weight.any(axis=0))
                         if used.size:
-                            driven = fft.irfft(spectrum[used] * response, length, axis=1)[:, taps : taps + wanted]
+                            driven = scipy.fft.irfft(spectrum[used] * response, length, axis=1)[:, taps : taps + wanted]
                             out += (gain[:, index] @ weight[:, used]) @ driven
         yield out
         left -= wanted
@@ -199,8 +199,8 @@ def _responses(
     for phase in (1.0, 1.0j):
         response = shape[filters[:, 0].astype(np.intp)] * late * phase
         response[:, [0, -1]] = response[:, [0, -1]].real
-        taps_of = fft.irfft(response, taps, axis=1) * window  # centred on sample 0
-        out.append(fft.rfft(np.roll(taps_of, taps // 2, axis=1), length, axis=1))
+        taps_of = scipy.fft.irfft(response, taps, axis=1) * window  # centred on sample 0
+        out.append(scipy.fft.rfft(np.roll(taps_of, taps // 2, axis=1), length, axis=1))
     return out[0], out[1]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import ConfigError, InputError
@@ -104,7 +104,7 @@ class PolyphaseResampler:
         self._up, self._down = ratio.numerator, ratio.denominator
         slow = max(self._up, self._down)
         self._half = _HALF_TAPS * slow
-        taps = signal.firwin(2 * self._half + 1, _PASS / slow, window=("kaiser", _KAISER_BETA))
+        taps = scipy.signal.firwin(2 * self._half + 1, _PASS / slow, window=("kaiser", _KAISER_BETA))
         self._taps: FloatArray = taps * self._up
         self._held: FloatArray = np.empty((0, 0))
         self._offset = 0  # input samples before those held
@@ -127,7 +127,7 @@ class PolyphaseResampler:
         places = np.arange(self._made, stop) * self._down + self._half - self._offset * self._up
         shift = -int(places[0]) % self._down  # brings the places onto those that upfirdn keeps
         taps = np.concatenate([np.zeros(shift), self._taps])
-        out = signal.upfirdn(taps, held, self._up, self._down, axis=0)[(places + shift) // self._down]
+        out = scipy.signal.upfirdn(taps, held, self._up, self._down, axis=0)[(places + shift) // self._down]
         self._made = stop
         keep = max(0, (stop * self._down - self._half) // self._up - self._offset)
         self._held, self._offset = held[keep:].copy(), self._offset + keep

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import trapezoid
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.requirements import Requirement, Verdict, judge
@@ -98,5 +98,7 @@ def judge_estimate(
     psd = np.exp(np.interp(np.log(grid), np.log(f), np.log(np.maximum(estimate.psd[o], floor))))
     part = replace(requirement, band_hz=(first, last))
     verdict = judge(np.sqrt(psd), grid, part, safety_factor, kind=kind, output=output)
-    rms, limit_rms = (float(np.sqrt(trapezoid(power, grid))) for power in (psd, requirement.amplitude(grid) ** 2))
+    rms, limit_rms = (
+        float(np.sqrt(scipy.integrate.trapezoid(power, grid))) for power in (psd, requirement.amplitude(grid) ** 2)
+    )
     return SeriesVerdict(verdict, rms, limit_rms, (first, last), (low, high))

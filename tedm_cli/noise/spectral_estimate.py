@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, special
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
@@ -40,7 +40,7 @@ class Estimate:
         """Factors [F] on a PSD between which, with this probability, the expectation of its estimate lies."""
         nu = self.degrees_of_freedom
         # quantiles of χ² as scipy.stats has them, which takes half a second of every command to load
-        low, high = (2.0 * special.gammaincinv(nu / 2.0, (1.0 + side * confidence) / 2.0) for side in (-1.0, 1.0))
+        low, high = (2.0 * scipy.special.gammaincinv(nu / 2.0, (1.0 + side * confidence) / 2.0) for side in (-1.0, 1.0))
         return nu / high, nu / low
 
 
@@ -81,7 +81,7 @@ class Welch:
         self._held = np.concatenate([self._held, block], axis=1)
         start = 0
         while start + self.segment <= self._held.shape[1]:
-            spectrum = fft.rfft(self._held[:, start : start + self.segment] * self._window, axis=1)
+            spectrum = scipy.fft.rfft(self._held[:, start : start + self.segment] * self._window, axis=1)
             self._sum += spectrum.real**2 + spectrum.imag**2
             self.segments += 1
             start += self._hop
@@ -162,7 +162,7 @@ def averages_wanted(tolerance: float, confidence: float) -> float:
 
     Normal approximation of χ²: its relative standard deviation is 1/√averages.
     """
-    quantile = float(special.ndtri(0.5 + confidence / 2.0))
+    quantile = float(scipy.special.ndtri(0.5 + confidence / 2.0))
     return (quantile / tolerance) ** 2
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy import special
+import scipy
 
 from tedm_cli.arrays import FloatArray
 
@@ -15,7 +15,7 @@ _ROUNDING = 1e-17
 @lru_cache(maxsize=64)
 def gauss(n: int, power: int) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights [n] on 0 to 1 for the weight (1 - t)^power, adding up to 1/(power + 1)."""
-    t, w = special.roots_jacobi(n, power, 0.0)
+    t, w = scipy.special.roots_jacobi(n, power, 0.0)
     return (1.0 + t) / 2.0, w / 2.0 ** (power + 1)
 
 
@@ -57,7 +57,7 @@ def triangle_rule(triangle: FloatArray, order: int, radius: float) -> tuple[Floa
     counts = np.full(len(triangle), most)
     growth = np.log(np.maximum(order * extent / (4.0 * radius), 1e-30))
     for n in range(most - 1, 0, -1):
-        counts[2 * n * growth - special.gammaln(2 * n + 1.0) < np.log(_ROUNDING)] = n
+        counts[2 * n * growth - scipy.special.gammaln(2 * n + 1.0) < np.log(_ROUNDING)] = n
     points, areas = [], []
     for n in np.unique(counts):
         some = triangle[counts == n]
