@@ -25,8 +25,8 @@ from benchmarks import synthetic
 from benchmarks.timing import Result, timed
 from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import model_geometry
+from tedm_cli.nastran.loads.unit_loads import UnitLoads
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.nastran.unit_loads import UnitLoads
 
 CELLS = (64, 38, 26)  # 68,000 grids
 

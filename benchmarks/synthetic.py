@@ -21,9 +21,9 @@ from tedm_cli.files.provenance import Provenance
 from tedm_cli.files.store import create
 from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry
+from tedm_cli.nastran.loads.unit_loads import UnitLoad, UnitLoads
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.positions import Frames
-from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads
 from tedm_cli.progress import Step, silent
 from tedm_cli.stages.model.ingest import write_motions
 

@@ -14,8 +14,8 @@ from tedm_cli.arrays import IntArray
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.area_loads import GRADIENT_DIGITS, AreaLoad
 from tedm_cli.nastran.geometry import Grids, id_list
+from tedm_cli.nastran.loads.area_loads import GRADIENT_DIGITS, AreaLoad
 from tedm_cli.nastran.membership import membership
 
 

@@ -12,8 +12,8 @@ from tedm_cli.areas.selection import Met, Selector
 from tedm_cli.arrays import BoolArray, IntArray
 from tedm_cli.config.areas import AreasTable, DefinitionTable
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.nastran.area_loads import AreaLoad
 from tedm_cli.nastran.geometry import id_list, rows_of
+from tedm_cli.nastran.loads.area_loads import AreaLoad
 from tedm_cli.nastran.membership import Membership
 
 _OWN = "whose temperature is their own, in areas of elements"

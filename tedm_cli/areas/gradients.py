@@ -8,10 +8,10 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, IntArray
 from tedm_cli.config.areas import DefinitionTable
-from tedm_cli.nastran.area_loads import SOLIDS, AreaLoad, none, parallel
-from tedm_cli.nastran.element_axes import BENDING_LINES
-from tedm_cli.nastran.element_temperatures import SHELLS
 from tedm_cli.nastran.geometry import id_list
+from tedm_cli.nastran.loads.area_loads import SOLIDS, AreaLoad, none, parallel
+from tedm_cli.nastran.loads.element_axes import BENDING_LINES
+from tedm_cli.nastran.loads.element_temperatures import SHELLS
 from tedm_cli.nastran.membership import Membership
 
 _ALONG = 0.1  # a direction has at least this part along an element's gradient

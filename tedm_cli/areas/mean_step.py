@@ -10,9 +10,9 @@ import scipy
 
 from tedm_cli.areas.places import corner_areas, element_owners
 from tedm_cli.arrays import IntArray
-from tedm_cli.nastran.area_loads import AreaLoad, none
-from tedm_cli.nastran.element_temperatures import LINES, SHELLS
 from tedm_cli.nastran.geometry import ModelGeometry
+from tedm_cli.nastran.loads.area_loads import AreaLoad, none
+from tedm_cli.nastran.loads.element_temperatures import LINES, SHELLS
 from tedm_cli.nastran.node_volumes import node_volumes
 
 LEAST = 0.8

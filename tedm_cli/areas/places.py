@@ -7,8 +7,8 @@ from collections.abc import Collection
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.nastran.area_loads import AreaLoad
 from tedm_cli.nastran.geometry import ModelGeometry
+from tedm_cli.nastran.loads.area_loads import AreaLoad
 
 
 def element_owners(geometry: ModelGeometry, loads: Collection[AreaLoad]) -> IntArray:

@@ -15,7 +15,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.card_names import ELEMENT_TEMPERATURES, REFUSED, WITHOUT_INFLUENCE
 from tedm_cli.nastran.comments import has_lost_fields
 from tedm_cli.nastran.deck_lines import ends_data
-from tedm_cli.nastran.element_temperatures import TemperatureCard, temperature_card
+from tedm_cli.nastran.loads.element_temperatures import TemperatureCard, temperature_card
 
 _MOST_IDS = 10_000_000  # a range is written out as it is read
 _LARGEST_EXPONENT = 300

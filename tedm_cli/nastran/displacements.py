@@ -12,9 +12,9 @@ from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.frames import displacement_axes, rounded_off_axis
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
+from tedm_cli.nastran.loads.unit_loads import UnitLoad
 from tedm_cli.nastran.result_files import open_result_file
 from tedm_cli.nastran.subcase_table import GridMotion, SubcaseTable, clean_label
-from tedm_cli.nastran.unit_loads import UnitLoad
 
 _LABEL_KEPT = 64  # Nastran writes no more than this of a LABEL
 

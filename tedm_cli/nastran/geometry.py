@@ -12,7 +12,7 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.area_loads import Mesh
+from tedm_cli.nastran.loads.area_loads import Mesh
 from tedm_cli.nastran.masses.concentrated import Concentrated, concentrated_masses
 from tedm_cli.nastran.masses.elements import Elements, element_nodes, model_elements
 from tedm_cli.nastran.masses.matrices import refuse_matrices

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.nastran.area_loads import Mesh
-from tedm_cli.nastran.element_axes import gradient_axes
 from tedm_cli.nastran.frames import local_coordinates
 from tedm_cli.nastran.geometry import Grids, rows_of
+from tedm_cli.nastran.loads.area_loads import Mesh
+from tedm_cli.nastran.loads.element_axes import gradient_axes
 from tedm_cli.nastran.positions import Frames, frames_of, grid_positions
 from tedm_cli.nastran.units import frames_in_si, units_of
 

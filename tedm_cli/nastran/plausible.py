@@ -16,9 +16,9 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.deck_units import AREA, DENSITY, EXPANSION, LENGTH, MASS, SYSTEMS, DeckUnits
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.loads.temperatures import expansion_coefficients
 from tedm_cli.nastran.masses.elements import Elements
 from tedm_cli.nastran.parameter_values import number_parameter
-from tedm_cli.nastran.temperatures import expansion_coefficients
 
 _EXTENT_M = (1e-3, 1e2)
 _DENSEST = (1e2, 3e4)  # kg/m3; every structure has some solid metal, glass or laminate

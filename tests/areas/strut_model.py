@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.nastran.area_loads import AreaLoad
+from tedm_cli.nastran.loads.area_loads import AreaLoad
 
 LENGTH, ALPHA = 0.1, 8.6e-6  # of the struts: m, 1/K
 AREA, INERTIA = np.pi * 0.006**2, np.pi * 0.006**4 / 4.0  # rods of 12 mm

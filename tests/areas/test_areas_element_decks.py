@@ -17,10 +17,10 @@ from tedm_cli.areas.configured import configured_areas, require_agreement
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.element_cards import element_cards, real
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.loads.element_cards import element_cards, real
+from tedm_cli.nastran.loads.unit_loads import UnitLoads, deck_unit_loads
 from tedm_cli.nastran.reading import deck_files, read_deck
-from tedm_cli.nastran.unit_loads import UnitLoads, deck_unit_loads
 from tedm_cli.progress import silent
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.distortion import build_distortion

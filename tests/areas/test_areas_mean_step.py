@@ -9,8 +9,8 @@ import pytest
 
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.cli.printing.areas import mean_step_lines
-from tedm_cli.nastran.area_loads import AreaLoad, none
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.loads.area_loads import AreaLoad, none
 from tedm_cli.nastran.node_volumes import node_volumes
 from tedm_cli.nastran.reading import deck_files, read_deck
 

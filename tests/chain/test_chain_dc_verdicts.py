@@ -189,7 +189,7 @@ OWN = '[[requirement_at_rest]]\nname = "own"\nquantity = "a_y"\nmagnitude = 1e-9
         (IS, 'IS = ["IS1"]\nB = ["IS1"]', "B: group 'IS1' belongs to IS already"),
         (IS, 'IS = "rest"', "LTP: IS is the rest already"),
         (IS, '"a+b" = ["IS1"]', r"subsystems.a\+b: names of subsystems are made of letters"),
-        (IS, 'IS = []', "subsystems.IS: must be 'rest' or "),
+        (IS, 'IS = []', "subsystems.IS: must have at least 1 item, not 0"),
         (IS, 'all = ["IS1"]', "all is everything in the model"),
         (LPF, LPF + OWN.replace("a_y", "a_w"), "quantity: must be 'gamma_xx'"),
         (LPF, LPF + OWN + 'subsystem = "SC"\n', "subsystem: there is no subsystem 'SC'; there are: IS, LTP, all"),

@@ -20,9 +20,9 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.errors import PhysicsError
 from tedm_cli.files.store import open_checked
+from tedm_cli.nastran.loads.temperature_sets import plain
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.op2.writer import write_op2
-from tedm_cli.nastran.temperature_sets import plain
 from tedm_cli.progress import silent
 from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity

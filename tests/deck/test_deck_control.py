@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tedm_cli.errors import InputError
+from tedm_cli.nastran.loads.temperature_sets import free_set_ids, temperature_cards
+from tedm_cli.nastran.loads.temperature_sets import plain as real
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.nastran.temperature_sets import free_set_ids, temperature_cards
-from tedm_cli.nastran.temperature_sets import plain as real
 from tedm_cli.stages.model.solve import solve_deck
 
 LONG = """\

@@ -169,7 +169,7 @@ def test_the_deck_is_not_written_over_the_model(tmp_path: Path) -> None:
 
 def test_a_deck_that_does_not_read_back_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The old deck stays when the new one has lost a card on the way."""
-    from tedm_cli.nastran import unit_deck
+    from tedm_cli.nastran.loads import unit_deck
 
     _, done = written(tmp_path, plain(bricks()))
     before = done.path.read_bytes()
@@ -189,7 +189,7 @@ def test_a_deck_whose_temperatures_are_rounded_is_not_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str
 ) -> None:
     """A step must read back as one kelvin to the last digit, and the rest as the reference."""
-    from tedm_cli.nastran import unit_deck
+    from tedm_cli.nastran.loads import unit_deck
 
     cards = unit_deck.temperature_cards
     monkeypatch.setattr(

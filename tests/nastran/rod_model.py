@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.loads.unit_loads import UnitLoad
 from tedm_cli.nastran.reading import deck_files, read_deck
-from tedm_cli.nastran.unit_loads import UnitLoad
 
 Grid = tuple[int, int, Sequence[float], int]  # id, CP, coordinates, CD
 

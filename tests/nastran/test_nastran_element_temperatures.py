@@ -11,9 +11,9 @@ import pytest
 from tedm_cli.deck_units import SYSTEMS, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import ElementTemperatures
-from tedm_cli.nastran.element_temperatures import element_temperature_sets, element_temperatures
+from tedm_cli.nastran.loads.element_temperatures import element_temperature_sets, element_temperatures
+from tedm_cli.nastran.loads.temperature_sets import free_set_ids
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.nastran.temperature_sets import free_set_ids
 
 CARDS = """GRID,1,,0.,0.,0.
 GRID,2,,1.,0.,0.

@@ -17,10 +17,10 @@ from rod_model import one_load, read, rod_cards
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.loads.unit_loads import deck_unit_loads
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.result_files import open_result_file
-from tedm_cli.nastran.unit_loads import deck_unit_loads
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "nastran.md"
 OUTCOMES = dict(re.findall(r"^\| (\S+\.(?:bdf|op2|h5)) \| (.+) \|$", DOCUMENT.read_text(encoding="utf-8"), re.M))

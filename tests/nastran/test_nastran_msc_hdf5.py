@@ -20,10 +20,10 @@ from tedm_cli.errors import InputError
 from tedm_cli.files import record_tables
 from tedm_cli.nastran.displacements import Findings, unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry
+from tedm_cli.nastran.loads.unit_loads import UnitLoad
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.result_files import open_result_file, require_whole
-from tedm_cli.nastran.unit_loads import UnitLoad
 
 GRIDS = [(i, 0, (0.1 * i, 0.01 * i, 0.0), 0) for i in range(1, 8)]
 IDS = np.arange(1, 8)

@@ -28,10 +28,10 @@ from rod_model import read, write_deck
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.displacements import unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry
+from tedm_cli.nastran.loads.unit_loads import UnitLoad
 from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.subcase_table import clean_label
-from tedm_cli.nastran.unit_loads import UnitLoad
 
 GRIDS = [(i, 0, (0.1 * i, 0.01 * i, 0.0), 0) for i in range(1, 7)]
 IDS = np.arange(1, 7)

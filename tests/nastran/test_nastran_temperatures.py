@@ -9,8 +9,8 @@ import pytest
 from rod_model import read, write_deck
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.temperatures import Field, step
-from tedm_cli.nastran.unit_loads import UnitLoads, deck_unit_loads
+from tedm_cli.nastran.loads.temperatures import Field, step
+from tedm_cli.nastran.loads.unit_loads import UnitLoads, deck_unit_loads
 
 GRIDS = [(i, 0, (0.1 * i, 0.01 * i, 0.0), 0) for i in range(1, 7)]
 TWO = "SUBCASE 1\n LABEL = A\n {key} = 1\nSUBCASE 2\n LABEL = B\n {key} = 2"

@@ -22,7 +22,7 @@ from tedm_cli.files.provenance import Provenance, input_files
 from tedm_cli.files.seal import seal
 from tedm_cli.files.store import create, open_checked
 from tedm_cli.nastran.displacements import unit_load_displacements
-from tedm_cli.nastran.unit_loads import UnitLoad
+from tedm_cli.nastran.loads.unit_loads import UnitLoad
 from tedm_cli.progress import silent
 from tedm_cli.stages.model.ingest import ingest
 

@@ -9,7 +9,7 @@ from tedm_cli.deck_units import SI
 
 if TYPE_CHECKING:
     from tedm_cli.deck_units import DeckUnits
-    from tedm_cli.nastran.unit_loads import UnitLoad
+    from tedm_cli.nastran.loads.unit_loads import UnitLoad
     from tedm_cli.stages.model.ingest import MassSummary
     from tedm_cli.stages.model.solve import SolveReport
 

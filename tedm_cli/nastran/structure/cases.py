@@ -14,8 +14,8 @@ from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import ElementTemperatures, LoadCase
 from tedm_cli.nastran.control_words import LOADS, NOT_LINEAR, check_selections, read_statements
 from tedm_cli.nastran.deck_lines import read_head
-from tedm_cli.nastran.element_temperatures import element_temperatures
-from tedm_cli.nastran.unit_load_control import check_parameters
+from tedm_cli.nastran.loads.element_temperatures import element_temperatures
+from tedm_cli.nastran.loads.unit_load_control import check_parameters
 
 # Case control that selects a load, a constraint or a matrix that is not modelled.
 _REFUSED = (*LOADS, *NOT_LINEAR, "SUPORT1", "SUPORT", "K2GG", "BGSET")

@@ -23,11 +23,11 @@ from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.errors import UsageError
 from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import replacing
-from tedm_cli.nastran.area_loads import AreaLoad, none
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.loads.area_loads import AreaLoad, none
+from tedm_cli.nastran.loads.unit_loads import deck_unit_loads
 from tedm_cli.nastran.membership import membership
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
-from tedm_cli.nastran.unit_loads import deck_unit_loads
 from tedm_cli.noise.areas import AreaTable
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import model_geometry
-from tedm_cli.nastran.unit_deck import read_source, unit_deck
-from tedm_cli.nastran.unit_deck_check import verify_unit_deck
+from tedm_cli.nastran.loads.unit_deck import read_source, unit_deck
+from tedm_cli.nastran.loads.unit_deck_check import verify_unit_deck
 from tedm_cli.regular_file import require_regular_file
 
 

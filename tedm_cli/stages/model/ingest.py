@@ -30,13 +30,13 @@ from tedm_cli.files.store import Writer, create
 from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.displacements import Findings, unit_load_displacements
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.loads.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.nastran.masses.audit import SampleCheck, check_sample
 from tedm_cli.nastran.parameter_values import number_parameter
 from tedm_cli.nastran.plausible import is_mass_tensor, light_elements
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
-from tedm_cli.nastran.unit_loads import UnitLoad, UnitLoads, deck_unit_loads
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import write_areas
 from tedm_cli.results.ties import Ties

@@ -11,10 +11,10 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.deck_units import TEMPERATURE_GRADIENT
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.area_loads import GRADIENT_DIGITS, none
-from tedm_cli.nastran.element_temperatures import element_temperatures
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
-from tedm_cli.nastran.temperatures import Field, Selection, error_in_single_precision, step
+from tedm_cli.nastran.loads.area_loads import GRADIENT_DIGITS, none
+from tedm_cli.nastran.loads.element_temperatures import element_temperatures
+from tedm_cli.nastran.loads.temperatures import Field, Selection, error_in_single_precision, step
 
 
 @dataclass(frozen=True, eq=False)

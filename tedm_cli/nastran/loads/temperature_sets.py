@@ -10,8 +10,8 @@ from typing import Any
 
 from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.element_temperatures import element_temperature_sets
 from tedm_cli.nastran.geometry import id_list
+from tedm_cli.nastran.loads.element_temperatures import element_temperature_sets
 from tedm_cli.nastran.units import units_of
 
 MAX_ID = 99_999_999

@@ -14,16 +14,16 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.area_loads import AreaLoad, none, uniform_load
 from tedm_cli.nastran.bulk_lines import kept_bulk
 from tedm_cli.nastran.cards import no_end, refuse_card_after_end
 from tedm_cli.nastran.case_control import Control, unit_control
 from tedm_cli.nastran.deck_lines import Line, Sections, read_sections
-from tedm_cli.nastran.element_cards import element_cards
-from tedm_cli.nastran.element_temperatures import SHELLS
 from tedm_cli.nastran.geometry import Grids, grids, id_list
+from tedm_cli.nastran.loads.area_loads import AreaLoad, none, uniform_load
+from tedm_cli.nastran.loads.element_cards import element_cards
+from tedm_cli.nastran.loads.element_temperatures import SHELLS
+from tedm_cli.nastran.loads.temperature_sets import free_set_ids, reference_temperature, temperature_cards
 from tedm_cli.nastran.reading import passed_over, read_deck
-from tedm_cli.nastran.temperature_sets import free_set_ids, reference_temperature, temperature_cards
 from tedm_cli.nastran.units import units_of
 
 

@@ -13,7 +13,7 @@ from decimal import Decimal
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.nastran.temperature_sets import MAX_ID, plain
+from tedm_cli.nastran.loads.temperature_sets import MAX_ID, plain
 
 _RUN = 5  # consecutive ids from which on a range is written
 _LISTED = 8  # further ids of a card, those of one continuation in small fields

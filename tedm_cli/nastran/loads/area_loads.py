@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.nastran.element_temperatures import LINES, SHELLS
+from tedm_cli.nastran.loads.element_temperatures import LINES, SHELLS
 
 WITH_CARD = (*SHELLS, *LINES)
 SOLIDS = ("CTETRA", "CPYRAM", "CPENTA", "CHEXA")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.nastran.element_temperatures import SHELLS
+from tedm_cli.nastran.loads.element_temperatures import SHELLS
 from tedm_cli.nastran.masses.lines import line_frame
 from tedm_cli.nastran.positions import Frames, basis_at
 

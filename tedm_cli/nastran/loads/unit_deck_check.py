@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.area_loads import AreaLoad
-from tedm_cli.nastran.element_temperatures import element_temperatures
 from tedm_cli.nastran.geometry import id_list
+from tedm_cli.nastran.loads.area_loads import AreaLoad
+from tedm_cli.nastran.loads.element_temperatures import element_temperatures
+from tedm_cli.nastran.loads.unit_deck import SourceModel, UnitDeck
 from tedm_cli.nastran.reading import read_deck
-from tedm_cli.nastran.unit_deck import SourceModel, UnitDeck
 from tedm_cli.nastran.units import units_of
 
 _OWN = ("TEMP", "TEMPD", "TEMPP1", "TEMPRB", "PARAM", "ENDDATA")

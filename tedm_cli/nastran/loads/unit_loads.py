@@ -10,10 +10,10 @@ import numpy as np
 from tedm_cli.area_names import area_name_fact
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError
-from tedm_cli.nastran.area_loads import GRADIENT_DIGITS, AreaLoad
-from tedm_cli.nastran.element_steps import ElementSteps, check_superposition, element_steps, owned_elements
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
-from tedm_cli.nastran.temperatures import (
+from tedm_cli.nastran.loads.area_loads import GRADIENT_DIGITS, AreaLoad
+from tedm_cli.nastran.loads.element_steps import ElementSteps, check_superposition, element_steps, owned_elements
+from tedm_cli.nastran.loads.temperatures import (
     Field,
     error_in_single_precision,
     reference_temperatures,
@@ -22,7 +22,7 @@ from tedm_cli.nastran.temperatures import (
     temperature_dependent,
     temperature_field,
 )
-from tedm_cli.nastran.unit_load_control import check_unit_load_control
+from tedm_cli.nastran.loads.unit_load_control import check_unit_load_control
 from tedm_cli.nastran.units import units_of
 
 _RENAME = "change the LABEL; the label in the results need not change where model.subcases gives their numbers"
