@@ -75,7 +75,8 @@ def test_realisation_is_stationary_and_streamed() -> None:
     after = whole.c @ (phi @ factor @ factor.T @ phi.T + kick @ kick.T) @ whole.c.T
     scale = np.sqrt(np.diag(start))
     assert (scale > 0.0).all()
-    np.testing.assert_allclose(after / np.outer(scale, scale), start / np.outer(scale, scale), atol=1e-7)
+    # how many digits the slowest poles leave depends on LAPACK: 3e-7 with the one of SciPy for Python 3.13
+    np.testing.assert_allclose(after / np.outer(scale, scale), start / np.outer(scale, scale), atol=1e-6)
     loop = time_loop(example_plant(), controlled(example_plant()), ["TM1_x"])
     blocks = list(realise(loop, drive, 1.0, 10_000, 1))
     assert [b.shape[1] for b in blocks] == [4096, 4096, 1808]
