@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from benchmarks.timing import Result, timed
 from tedm_cli.arrays import FloatArray
@@ -13,7 +12,7 @@ from tedm_cli.gravity.bodies.body import Body
 from tedm_cli.gravity.bodies.composite import Composite, Pocket
 from tedm_cli.gravity.bodies.cuboid import Cuboid, Sphere
 from tedm_cli.gravity.bodies.cylinder import Cylinder
-from tedm_cli.gravity.bodies.polyhedron import Polyhedron, chamfered_cuboid
+from tedm_cli.gravity.bodies.polyhedron import Polyhedron, chamfered_cuboid, convex_hull
 
 SIDES, Z = np.full(3, 0.046), np.array([0.0, 0.0, 1.0])
 NEAR, FAR = (1.02, 1.45), (2.0, 12.0)  # distances over the radius of the body: closed form, and expansion
@@ -30,12 +29,7 @@ def ball(corners: int = 642) -> Polyhedron:
     n = np.arange(corners) + 0.5
     polar, turn = np.arccos(1.0 - 2.0 * n / corners), np.pi * (1.0 + np.sqrt(5.0)) * n
     corner = 0.03 * np.stack([np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)], axis=1)
-    hull = ConvexHull(corner)
-    triangle = hull.simplices.astype(np.int64)
-    a, b, c = np.moveaxis(corner[triangle], 1, 0)
-    turned = np.einsum("ti,ti->t", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
-    triangle[turned] = triangle[turned][:, ::-1]
-    return Polyhedron(corner, triangle)
+    return convex_hull(corner)
 
 
 def pocketed() -> Body:

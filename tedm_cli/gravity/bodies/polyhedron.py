@@ -122,7 +122,11 @@ def chamfered_cuboid(sides: FloatArray, chamfer: float) -> Polyhedron:
         # where each face ends, and where the three cuts of a corner meet
         corners += [sign * np.where(np.arange(3) == k, half, half - chamfer) for k in range(3)]
         corners.append(sign * (half - chamfer / 2.0))
-    corner = np.array(corners)
+    return convex_hull(np.array(corners))
+
+
+def convex_hull(corner: FloatArray) -> Polyhedron:
+    """The convex body of these corners [n, 3] (m), its triangles counter-clockwise seen from outside."""
     hull = ConvexHull(corner)
     triangle = hull.simplices.astype(np.int64)
     a, b, c = np.moveaxis(corner[triangle], 1, 0)
