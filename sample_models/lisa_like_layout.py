@@ -33,7 +33,7 @@ HEAD = """\
 # change it there, or take this file for your own.
 #
 # Layout frame: x along the bisector of the two arms, z out of the benches. Metres and radians. The test masses have
-# axes of their own: x towards the far spacecraft, z out of the bench. Every key: docs/optics.md.
+# axes of their own: x towards the far spacecraft, z out of the bench. Every key: docs/how-to/optics.md.
 #
 # On each bench the measurement beam (FIT) passes a pick-off (BST) and the polarising beam-splitter (PBS), meets the
 # test mass at normal incidence through the window (W), and is reflected by the PBS to the recombiner (BSR). The local

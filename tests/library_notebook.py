@@ -1,4 +1,4 @@
-"""docs/notebook.ipynb on the small sample. `python tests/library_notebook.py` runs it and keeps what it prints."""
+"""The notebook of the tutorial on the small sample. `python tests/library_notebook.py` runs it and keeps what it prints."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ import nbformat
 from nbclient import NotebookClient
 
 ROOT = Path(__file__).parents[1]
-NOTEBOOK = ROOT / "docs" / "notebook.ipynb"
+NOTEBOOK = ROOT / "docs" / "tutorial" / "notebook.ipynb"
 SAMPLE = ROOT / "sample_models" / "small"
 
 
 def executed(notebook: nbformat.NotebookNode, build: Path, folder: Path) -> nbformat.NotebookNode:
-    """A copy of the notebook, run in `folder`/docs beside the sample and the results that it names."""
+    """A copy of the notebook, run in `folder`/docs/tutorial beside the sample and the results that it names."""
     for place, target in (("sample_models/small", SAMPLE), ("build/small", build)):
         (folder / place).parent.mkdir(parents=True, exist_ok=True)
         (folder / place).symlink_to(target.resolve())
-    (folder / "docs").mkdir()
+    (folder / "docs" / "tutorial").mkdir(parents=True)
     own = {name: str(folder / name.lower()) for name in ("IPYTHONDIR", "JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR")}
     own["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # whatever the tests before have chosen
     path = os.pathsep.join([str(ROOT), str(ROOT / "tedm_cli" / "library" / "top_level")])
     copy = nbformat.from_dict(notebook)
     client = NotebookClient(
-        copy, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(folder / "docs")}}
+        copy, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(folder / "docs" / "tutorial")}}
     )
     with mock.patch.dict(os.environ, {**own, "PYTHONPATH": path}):
         client.execute()

@@ -37,7 +37,7 @@ def write_deck(
     """Write the unit-load deck for any Nastran.
 
     One subcase of +1 K per thermal area (+1 K/m of one under a gradient), and one that warms all areas together, on the
-    model's own bulk data and constraints. What is dropped from its case control is listed. See docs/write-deck.md.
+    model's own bulk data and constraints. What is dropped from its case control is listed (docs/how-to/write-deck.md).
     """
     from tedm_cli.cli.printing.areas import mean_step_lines
     from tedm_cli.stages.model.deck import write_deck as stage

@@ -2,7 +2,7 @@
 
 A dataset's path is written here alone: `file.array(CASE.VERDICT_RATIO)`, `CASE.PSD.of(output)`.
 
-The reader and the writer in `tedm_cli.files.store` check against them; `docs/files.md` is printed from them.
+The reader and the writer in `tedm_cli.files.store` check against them; `docs/reference/files.md` is printed from them.
 A path with a name in braces (`/psd/{output}`) stands for one dataset per name. A unit of `None` is given by the writer.
 Changing one in a way that older files do not fit raises the kind's `version`.
 """
@@ -54,5 +54,5 @@ KINDS = {
 
 
 def markdown() -> str:
-    """The tables as the text of docs/files.md."""
+    """The tables as the text of docs/reference/files.md."""
     return document(KINDS.values())

@@ -1,4 +1,4 @@
-"""Print docs/files.md."""
+"""Print docs/reference/files.md."""
 
 from tedm_cli.contracts import markdown
 

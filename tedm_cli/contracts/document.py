@@ -1,4 +1,4 @@
-"""The contracts as the text of docs/files.md."""
+"""The contracts as the text of docs/reference/files.md."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tedm_cli.contracts.spec import FileKind
 _PREFACE = """\
 # Files between the stages
 
-Printed from `tedm_cli/contracts/` by `python -m tedm_cli.contracts > docs/files.md`.
+Printed from `tedm_cli/contracts/` by `python -m tedm_cli.contracts > docs/reference/files.md`.
 
 All files are HDF5 with netCDF-4 dimension scales: they open in h5py, MATLAB (`h5read`) and, group by group, in
 `xarray.open_dataset(file, group="/dc", engine="h5netcdf")`. Every dataset MUST have the attributes `units` and
@@ -51,12 +51,12 @@ file. There is no time stamp: the same inputs MUST give the same bytes. A reader
 version, and writers replace the old file only when the new one is complete.
 
 Accelerations are force over mass and torque over moment of inertia, component by component; stiffnesses are their
-derivatives by motion of the test mass, normalised the same way. Signs are in [method.md](method.md).
+derivatives by motion of the test mass, normalised the same way. Signs are in [method.md](../explanation/method.md).
 """
 
 
 def document(kinds: Iterable[FileKind]) -> str:
-    """The tables as the text of docs/files.md."""
+    """The tables as the text of docs/reference/files.md."""
     lines = _PREFACE.splitlines()
     for kind in kinds:
         lines += ["", f"## {kind.name}", "", f"Version {kind.version}, made by `{kind.made_by}`.", ""]

@@ -60,8 +60,8 @@ class Build:
     """The results in a build folder; made by `open_build`, or of a `Project`.
 
     Each file is read when it is asked for, after its seal, contract and origin have been checked, and becomes one
-    Dataset (docs/library.md tells how, docs/files.md what is in each). All raise `InputError` for a file that is
-    missing, damaged, or stale: not made from what is there now.
+    Dataset (docs/reference/library.md tells how, docs/reference/files.md what is in each). All raise `InputError` for a
+    file that is missing, damaged, or stale: not made from what is there now.
     """
 
     folder: Path

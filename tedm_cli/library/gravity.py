@@ -40,7 +40,7 @@ _PER_UNIT = {
 
 
 def cuboid_field(points_m: ArrayLike, side_m: ArrayLike) -> xr.Dataset:
-    """Field of point sources on a homogeneous cuboid by the exact kernel, per unit G M m (docs/method.md).
+    """Field of point sources on a homogeneous cuboid by the exact kernel, per unit G M m (docs/explanation/method.md).
 
     Parameters
     ----------

@@ -145,7 +145,7 @@ def run_case(
     -------
     What `Build.case` returns: `psd` (output, frequency), `contribution_share` (output, area), `bounds_maximum` (output,
     frequency), `temperature_asd`, verdicts along `verdict` (`tedm.table` makes a table of them), and the rest of the
-    case file (docs/files.md). The attribute `changed` names what was given.
+    case file (docs/reference/files.md). The attribute `changed` names what was given.
 
     Raises
     ------

@@ -225,7 +225,9 @@ def _arranged(matrix: LabelledMatrix, rows: Labels, columns: Labels) -> tuple[Fl
         *_label_problems("column", matrix.columns, columns),
     ]
     if problems:
-        raise InputError("; ".join(problems), hint="labels and units must be those of the layout; see docs/optics.md")
+        raise InputError(
+            "; ".join(problems), hint="labels and units must be those of the layout; see docs/how-to/optics.md"
+        )
     if not np.isfinite(matrix.values).all():
         i, j = np.argwhere(~np.isfinite(matrix.values))[0]
         raise InputError(f"row {matrix.rows.names[i]}, column {matrix.columns.names[j]} is not a finite number")
@@ -270,7 +272,7 @@ def _mass_axes(layout: OpticalLayout, motions: MotionConventions) -> FloatArray:
     if motions.test_mass_axes is None and layout.has_own_axes:
         raise InputError(
             "the test masses have axes of their own; which axes their columns are along is not declared",
-            hint='declare test_mass_axes = "own", or "frame" for those of all other elements; see docs/optics.md',
+            hint='declare test_mass_axes = "own", or "frame" for those of all other elements (docs/how-to/optics.md)',
         )
     return (
         own_axes(layout, motions.frame) if motions.test_mass_axes == "own" else np.eye(N_MOTIONS * len(layout.elements))

@@ -274,7 +274,7 @@ def test_refused(row: Membership, tables: list[dict[str, Any]], place: str, fact
 
 
 def test_the_documented_examples_are_some() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "areas.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs" / "how-to" / "areas.md").read_text(encoding="utf-8")
     blocks = re.findall(r"(?m)(?:^    .*\n|^\n(?=    ))+", text)
     example = "\n".join(line[4:] for b in blocks if "[[areas.define]]" in b for line in b.splitlines())
     shown = tomllib.loads(example)["areas"]["define"]

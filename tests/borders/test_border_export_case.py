@@ -216,12 +216,12 @@ def test_without_a_case_file_the_exact_spectra_are_compared(mine: Project) -> No
 
 
 def test_the_documented_example_runs(mine: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (ROOT / "docs" / "export.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "how-to" / "export.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"```python\n(.*?)```", text, flags=re.S)
     mine.run("export-state-space", "3", "--rate-hz", "1").ok()
     monkeypatch.chdir(mine.folder)
     scope: dict[str, Any] = {}
-    exec(compile(example, os.fspath(ROOT / "docs" / "export.md"), "exec"), scope)
+    exec(compile(example, os.fspath(ROOT / "docs" / "how-to" / "export.md"), "exec"), scope)
     X0, C = scope["m"]["X0"]["value"], scope["C"]
     sigma = np.linalg.norm(C @ X0, axis=1)
     assert set(scope["noise"]) == set(scope["m"]["C"]["rows"])

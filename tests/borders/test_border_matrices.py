@@ -303,8 +303,8 @@ def test_matlab_files_have_their_limit(tmp_path: Path) -> None:
 
 
 def test_the_documented_example_is_accepted(outside: Project) -> None:
-    """The declaration in docs/optics.md, with numbers printed in mm and urad and the elements about their ref_m."""
-    text = (CONFIGS.parent / "docs" / "optics.md").read_text(encoding="utf-8")
+    """That of docs/how-to/optics.md, with numbers printed in mm and urad and the elements about their ref_m."""
+    text = (CONFIGS.parent / "docs" / "how-to" / "optics.md").read_text(encoding="utf-8")
     example = re.findall(r"```toml\n(# S_BW.csv.*?)```", text, flags=re.S)[0]
     layout = load_layout(outside.folder / "optics.toml")[1]
     rows, columns = output_labels(layout), input_labels(layout)

@@ -13,7 +13,7 @@ import tedm
 from tedm_cli.config.project import Project
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "reference" / "library.md").read_text(encoding="utf-8")
 
 
 def blocks(document: str) -> list[str]:
@@ -29,7 +29,7 @@ def folder(small: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> P
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/library.md"])
+@pytest.mark.parametrize("name", ["README.md", "docs/reference/library.md"])
 def test_what_a_document_shows_runs(folder: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     """One block after the other, as a reader types them."""
     matplotlib.use("Agg")

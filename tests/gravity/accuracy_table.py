@@ -1,6 +1,6 @@
 """Worst relative errors of the kernel by shape and distance, against corner sums at 50 digits.
 
-``python tests/gravity/accuracy_table.py`` prints the tables of docs/accuracy.md.
+``python tests/gravity/accuracy_table.py`` prints the tables of docs/reference/accuracy.md.
 """
 
 from functools import lru_cache

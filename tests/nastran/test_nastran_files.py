@@ -1,4 +1,4 @@
-"""Decks and results of commercial solvers: each is read and right, or refused by name, as docs/nastran.md says."""
+"""Decks and results of commercial solvers: each is read and right, or refused by name, as docs/reference says."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tedm_cli.nastran.op2.reader import open_op2
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.result_files import open_result_file
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "nastran.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "reference" / "nastran.md"
 OUTCOMES = dict(re.findall(r"^\| (\S+\.(?:bdf|op2|h5)) \| (.+) \|$", DOCUMENT.read_text(encoding="utf-8"), re.M))
 SINGLE = 2e-7
 

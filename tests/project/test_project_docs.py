@@ -11,8 +11,8 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_file_documentation_is_printed_from_the_contracts() -> None:
-    assert (ROOT / "docs" / "files.md").read_text(encoding="utf-8") == markdown(), (
-        "run python -m tedm_cli.contracts > docs/files.md"
+    assert (ROOT / "docs" / "reference" / "files.md").read_text(encoding="utf-8") == markdown(), (
+        "run python -m tedm_cli.contracts > docs/reference/files.md"
     )
 
 

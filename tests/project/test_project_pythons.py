@@ -77,7 +77,7 @@ def test_make_without_a_python_says_what_it_needs(path_of, tmp_path: Path) -> No
 def test_the_promise_is_the_same_everywhere() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert project["requires-python"] == ">=3.11,<3.14"
-    for text in ("README.md", "docs/install.md", ".ci/run", "Makefile"):
+    for text in ("README.md", "docs/how-to/install.md", ".ci/run", "Makefile"):
         words = (ROOT / text).read_text(encoding="utf-8")
         assert all(version in words for version in PROMISED), text
 

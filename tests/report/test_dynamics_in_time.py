@@ -67,7 +67,7 @@ def test_a_figure_for_each_realisation_and_each_series(project: Project) -> None
                 box = figure.get_tightbbox()
             width, tall = figure.get_size_inches()
             assert (box.x0 >= 0, box.y0 >= 0, box.x1 <= width, box.y1 <= tall) == (True,) * 4, spec.name
-    docs = (Path(__file__).parents[2] / "docs" / "figures.md").read_text(encoding="utf-8")
+    docs = (Path(__file__).parents[2] / "docs" / "reference" / "figures.md").read_text(encoding="utf-8")
     assert "`closed_loop_realised_caseNN.svg`" in docs
     assert "`simulation_NAME.svg`" in docs
 

@@ -72,7 +72,7 @@ def test_all_figures_of_the_results(figures: dict[str, Figure]) -> None:
 
 def test_every_figure_is_documented_by_its_name(figures: dict[str, Figure]) -> None:
     docs = Path(__file__).parents[2] / "docs"
-    text = "".join((docs / name).read_text(encoding="utf-8") for name in ("figures.md", "optics.md"))
+    text = "".join((docs / name).read_text(encoding="utf-8") for name in ("reference/figures.md", "how-to/optics.md"))
     stands_for = {"QUANTITY": f"({'|'.join(QUANTITIES)}|angle)", "NN": r"\w+", "NAME": r"\w+", "OUTPUT": r"\w+"}
     forms = [re.escape(name) for name in re.findall(r"`(\w+\.svg)`", text)]
     for word, pattern in stands_for.items():

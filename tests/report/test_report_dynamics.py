@@ -206,7 +206,7 @@ def test_a_report_without_the_loop_says_so(copy: Project) -> None:
 
 
 def test_show_and_check_know_every_file_of_the_folder(finished: Project, closed: ClosedLoop) -> None:
-    """`docs/dynamics.md` says that `show` lists the noise sources with where they are from."""
+    """`docs/explanation/dynamics.md` says that `show` lists the noise sources with where they are from."""
     shown = {path.name: show_dict(path) for path in sorted(finished.build_dir.glob("*.h5"))}
     assert {d["kind"] for d in shown.values()} >= {"dynamics", "simulation", "case"}
     assert all(d["main"] for d in shown.values())

@@ -83,7 +83,8 @@ def check_weight_tables(results: Sequence[Path], geometry: ModelGeometry, wtmass
 
 def _compare(table: WeightTable, spread: MassProperties, lumped: MassProperties, wtmass: float) -> None:
     factor = min((1.0, wtmass), key=lambda f: abs(f * table.mass.mean() - spread.mass_kg))
-    where, hint = str(table.file), "are these the results of this deck? see docs/masses.md for what each card weighs"
+    where = str(table.file)
+    hint = "are these the results of this deck? see docs/reference/masses.md for what each card weighs"
     mass = factor * table.mass
     if np.abs(mass - spread.mass_kg).max() > _MASS * spread.mass_kg:
         found = ", ".join(f"{m:.7g}" for m in mass)

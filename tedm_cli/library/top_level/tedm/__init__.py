@@ -4,7 +4,7 @@
     case = project.run_case(3)
     case.psd.sel(output="TM1_a_x")
 
-Results are xarray Datasets with named dimensions, in SI. docs/library.md is the guide.
+Results are xarray Datasets with named dimensions, in SI. docs/reference/library.md is the guide.
 """
 
 from tedm_cli import __version__
