@@ -1,4 +1,4 @@
-"""The notebook of the tutorial on the small sample. `python tests/library_notebook.py` runs it and keeps what it prints."""
+"""The notebook of the tutorial on the small sample. `python tests/library_notebook.py` runs it again and keeps it."""
 
 from __future__ import annotations
 
