@@ -91,6 +91,11 @@ def identity_of(path: Path) -> Identity:
     return _identity(os.stat(path))
 
 
+def of_another_file(now: Identity, before: Identity) -> bool:
+    """Whether a whole other file has been put in the place of one; otherwise it was written into, if they differ."""
+    return now[:2] != before[:2]
+
+
 def sha256_of(path: Path) -> str:
     """SHA-256 of a file; `InputError` when it cannot be read."""
     try:

@@ -39,14 +39,16 @@ from tedm_cli.files.contract_check import (
 )
 from tedm_cli.files.datasets import fixed_length, new_dataset
 from tedm_cli.files.held_file import HeldFile, Sink
+from tedm_cli.files.processes import is_alive
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
 from tedm_cli.files.scales import Scales, is_scale
-from tedm_cli.files.seal import digests, identity_of, seal
+from tedm_cli.files.seal import digests, identity_of, of_another_file, seal
 from tedm_cli.interrupts import unfinished, whole
 
 _NO_CACHE = 0  # chunks are read and written whole: HDF5's cache of them would only copy them once more
 _SHOWN = 5  # problems of one file that a message lists
 _NAME_BYTES = 200  # of a target's name in that of its temporary, which must not be too long where the target's is not
+_REPLACED = 20  # times that a file may be replaced between its sum and its opening, before we give up
 _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
 _fitting: set[tuple[str, str]] = set()  # SHA-256 and kind of the files whose contents this process has found to fit
 
@@ -278,17 +280,6 @@ def _alive(temporary: Path) -> bool:
     return match is None or is_alive(int(match.group(1)))
 
 
-def is_alive(process: int) -> bool:
-    """Whether there is a process of this number."""
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:
-        return True
-    return True
-
-
 def cannot_write(path: Path, exc: OSError) -> InputError:
     """The error for a file that could not be made."""
     full = exc.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
@@ -332,17 +323,28 @@ def _sealed(path: Path, hint: str) -> Iterator[tuple[Any, str]]:
     """A file that is as it was sealed, open for reading, and its SHA-256; HDF5 sees no other."""
     where = str(path)
     try:
-        summed = digests(path)
-        summed.refuse_unsealed(path, hint)
-        file = h5py.File(path, "r", rdcc_nbytes=_NO_CACHE)
+        file, sha256 = _opened(path, hint)
     except FileNotFoundError as exc:
         raise InputError("no such file", where=where, hint=hint) from exc
     except OSError as exc:
         raise InputError(f"cannot be read ({exc.strerror or exc})", where=where, hint=hint) from exc
     with file:
-        if identity_of(path) != summed.identity:
-            raise InputError("was changed while it was read", where=where, hint="run again when nothing writes it")
-        yield file, summed.whole
+        yield file, sha256
+
+
+def _opened(path: Path, hint: str) -> tuple[Any, str]:
+    """As `_sealed`: where another run of a command puts a new file in its place meanwhile, that one is taken."""
+    for _ in range(_REPLACED):
+        summed = digests(path)
+        summed.refuse_unsealed(path, hint)
+        file = h5py.File(path, "r", rdcc_nbytes=_NO_CACHE)
+        now = identity_of(path)
+        if now == summed.identity:
+            return file, summed.whole
+        file.close()
+        if not of_another_file(now, summed.identity):
+            break
+    raise InputError("was changed while it was read", where=str(path), hint="run again when nothing writes it")
 
 
 def kind_of(path: Path) -> FileKind:

@@ -18,7 +18,8 @@ from typing import IO
 
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError, UsageError
-from tedm_cli.files.store import is_alive, replacing
+from tedm_cli.files.processes import is_alive
+from tedm_cli.files.store import replacing
 from tedm_cli.interrupts import whole
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.reading import read_deck

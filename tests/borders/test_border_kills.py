@@ -118,6 +118,21 @@ def test_no_room_in_a_process_of_its_own(small: Project) -> None:
     assert snapshot(small.folder) == before
 
 
+def test_a_temporary_of_a_process_that_no_one_has_asked_for_its_end(tmp_path: Path) -> None:
+    """Its number is still taken, but it does not run: of a killed chain the first process of the machine may be late."""
+    ended = os.fork()
+    if ended == 0:
+        os._exit(0)
+    os.waitid(os.P_PID, ended, os.WEXITED | os.WNOWAIT)
+    os.kill(ended, 0)  # as if it ran
+    left = tmp_path / f".table.csv.{ended}.tmp"
+    left.write_text("half")
+    with store.replacing(tmp_path / "table.csv") as temporary:
+        temporary.write_text("whole")
+    os.waitpid(ended, 0)
+    assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
+
+
 def test_a_foreign_temporary_of_a_living_process_stays(small: Project) -> None:
     """Another run may be writing the same target: only what dead processes left is removed."""
     alive = small.build / f".distortion.h5.{os.getppid()}.tmp"

@@ -14,7 +14,7 @@ import pytest
 import xarray
 from border_tools import STAGES, Project, replace, tedm, untouched
 
-from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.errors import InputError
 from tedm_cli.files import seal
 from tedm_cli.files.store import open_checked
@@ -107,14 +107,40 @@ def test_a_file_that_changes_under_the_reader(small: Project, monkeypatch: pytes
 
     def late(*args: object, **options: object) -> h5py.File:
         file = opened(*args, **options)
-        other = path.with_suffix(".new")
-        shutil.copy(path, other)
-        other.replace(path)
+        path.write_bytes(path.read_bytes())
         return file
 
     monkeypatch.setattr("tedm_cli.files.store.h5py.File", late)
     with pytest.raises(InputError, match="was changed while it was read"), open_checked(path, UNIT_LOADS):
         pass
+
+
+@pytest.mark.parametrize("times", [1, 3, 1000])
+def test_of_a_file_that_is_replaced_under_the_reader_the_new_one_is_read(
+    chain: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int
+) -> None:
+    """Another run of the command that makes it may end at any moment, with a whole file."""
+    path, other = tmp_path / "distortion.h5", tmp_path / "other.h5"
+    shutil.copy(chain.build / "optics.h5", path)
+    opened, left = h5py.File, times
+
+    def late(*args: object, **options: object) -> h5py.File:
+        nonlocal left
+        file = opened(*args, **options)
+        if left:
+            left -= 1
+            shutil.copy(chain.build / "distortion.h5", other)
+            other.replace(path)
+        return file
+
+    monkeypatch.setattr("tedm_cli.files.store.h5py.File", late)
+    if times == 1000:  # without end
+        with pytest.raises(InputError, match="was changed while it was read"), open_checked(path, DISTORTION):
+            pass
+    else:
+        with open_checked(path, DISTORTION) as file:
+            assert file.kind is DISTORTION
+    assert left in (0, 1000 - 20)
 
 
 # --- strings ---------------------------------------------------------------------------------------------------------

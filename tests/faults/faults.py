@@ -50,6 +50,15 @@ class Ended:
 
 def in_process(action: Callable[[], None], until: float = math.inf) -> Ended:
     """Run `action` in a forked process; kill it after `until` seconds."""
+    child, stream = start(action)
+    if until < math.inf:
+        time.sleep(until)
+        os.kill(child, signal.SIGKILL)
+    return end(child, stream)
+
+
+def start(action: Callable[[], None]) -> tuple[int, int]:
+    """Run `action` in a forked process: its number, and where what it says on stderr can be read."""
     ours, theirs = os.pipe()
     child = os.fork()
     if child == 0:
@@ -68,12 +77,14 @@ def in_process(action: Callable[[], None], until: float = math.inf) -> Ended:
         finally:
             os._exit(code)
     os.close(theirs)
-    if until < math.inf:
-        time.sleep(until)
-        os.kill(child, signal.SIGKILL)
-    with os.fdopen(ours, "rb") as stream:
-        said = stream.read().decode()
-    return Ended(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), said)
+    return child, ours
+
+
+def end(child: int, stream: int) -> Ended:
+    """Wait for a process of `start`."""
+    with os.fdopen(stream, "rb") as said:
+        text = said.read().decode()
+    return Ended(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), text)
 
 
 class Chain:
@@ -169,20 +180,17 @@ def fill(chain: Chain, command: str, share: float) -> str:
 
 
 def at_once(chain: Chain, processes: int, commands: tuple[str, ...]) -> str:
-    """Run a chain several times at once in one folder; what is wrong then."""
-    children = []
-    for _ in range(processes):
-        child = os.fork()
-        if child == 0:
-            code = 99
-            try:
-                code = max(chain.run(command).code for command in commands)
-            finally:
-                os._exit(code)
-        children.append(child)
-    codes = [os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child in children]
+    """Run a chain several times at once in one folder; what is wrong then, and of which command."""
+
+    def act() -> None:
+        failed = [(c, ended) for c in commands if (ended := chain.run(c)).code]
+        sys.stderr.write("; ".join(f"{c} ended with {ended.code}: {ended.said.strip()}" for c, ended in failed))
+        sys.exit(bool(failed))
+
+    children = [start(act) for _ in range(processes)]
+    found = [end(*child) for child in children]
     wrong = [
-        *([f"exit codes {codes}"] if any(codes) else []),
+        *(f"chain {n}: {e.said or f'exit code {e.code}'}" for n, e in enumerate(found, 1) if e.code),
         *([f"temporaries left: {', '.join(chain.temporaries())}"] if chain.temporaries() else []),
         *(["other bytes"] if chain.snapshot() != chain.sound else []),
     ]

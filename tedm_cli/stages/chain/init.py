@@ -13,7 +13,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from tedm_cli.errors import InputError
-from tedm_cli.files.store import cannot_write, is_alive, replacing
+from tedm_cli.files.processes import is_alive
+from tedm_cli.files.store import cannot_write, replacing
 from tedm_cli.interrupts import whole
 from tedm_cli.samples.shipped import LAYOUT, PROJECT, SAMPLES, Script, root
 
