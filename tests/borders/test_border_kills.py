@@ -119,7 +119,7 @@ def test_no_room_in_a_process_of_its_own(small: Project) -> None:
 
 
 def test_a_temporary_of_a_process_that_no_one_has_asked_for_its_end(tmp_path: Path) -> None:
-    """Its number is still taken, but it does not run: of a killed chain the first process of the machine may be late."""
+    """Its number is still taken, but it does not run: of a killed chain the first process of the machine is late."""
     ended = os.fork()
     if ended == 0:
         os._exit(0)
