@@ -1,6 +1,6 @@
 """Links from the pages to files of the repository that are no pages: in the site, each such file is a page as well.
 
-So a link has one form, which a browser of the repository follows too. Such a page is under `repository/`, as the file is.
+So a link has one form, which a browser of the repository follows too. Such a page is under `repository/`.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ _ROOM = "repository/"
 _PROJECT = ("CHANGELOG.md", "CONTRIBUTING.md", "README.md")  # pages whether or not another page names them
 _LINK = re.compile(r"(\]\()([^)#\s]+)((?:#[^)\s]*)?\))")
 _KEPT = (".md", ".ipynb", ".svg", ".png")  # what is itself in the site, where it is in docs/
+_LIST = re.compile(r"(?<=\n\n)([A-Za-z].*)\n(?=[-*] )")  # behind a line of text, where Python's Markdown sees none
 _LANGUAGES = {".py": "python", ".toml": "toml", ".csv": "text", ".json": "text"}
 
 
@@ -67,7 +68,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Turn links between files of the repository into links between pages of the site."""
+    """Turn links between files of the repository into links between pages of the site, and let lists begin anywhere."""
     origin, here = _origin(page.file.src_uri), dirname(page.file.src_uri)
 
     def turned(match: re.Match[str]) -> str:
@@ -76,4 +77,4 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         address = _address(normpath(join(dirname(origin), match[2])))
         return f"{match[1]}{relpath(address, here or '.')}{match[3]}"
 
-    return _LINK.sub(turned, markdown)
+    return _LINK.sub(turned, _LIST.sub(r"\1\n\n", markdown))

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
 from tedm_cli.area_names import area_name_fact
-from tedm_cli.config.base import ID_RANGE, Bounded, Direction, Id, LengthOrZero, Place, Strict
+from tedm_cli.config.base import ID_RANGE, Bounded, Direction, Form, Id, LengthOrZero, Place, Strict
 from tedm_cli.quantities import ANGLE_DEG, COORDINATE, FRAME_ID
 
 
@@ -61,7 +61,11 @@ def _like_ids(value: Any) -> Any:
     raise ValueError(f"must be an id, a range of ids such as '1:99', or a list of these (found {value!r:.60})")
 
 
-Ids = Annotated[IdOrRange | Annotated[list[IdOrRange], Field(min_length=1)], BeforeValidator(_like_ids)]
+Ids = Annotated[
+    IdOrRange | Annotated[list[IdOrRange], Field(min_length=1)],
+    BeforeValidator(_like_ids),
+    Form('id, "low:high", or list of these'),
+]
 
 
 def id_ranges(ids: Ids | None) -> list[tuple[int, int]]:
@@ -148,7 +152,7 @@ class DefinitionTable(SelectionTable):
     Ids are `7`, `"4:9"` or a list of these.
     """
 
-    name: Annotated[str, AfterValidator(_area_name)] = Field(
+    name: Annotated[str, AfterValidator(_area_name), Form("name of an area")] = Field(
         description="Name of the area, which becomes the LABEL of its subcase."
     )
     also: list[SelectionTable] = Field(

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from tedm_cli.config.base import Bounded, OneLine, Strict
+from tedm_cli.config.base import Bounded, Form, OneLine, Strict
 from tedm_cli.config.correlation import Names
 from tedm_cli.gravity.field import COMPENSATION, OTHER_TEST_MASS
 from tedm_cli.gravity.requirement_presets import PRESETS, lpf_limits
@@ -36,7 +36,9 @@ def _subsystem_name(name: str) -> str:
 
 SubsystemName = Annotated[str, AfterValidator(_subsystem_name)]
 #: Groups of areas and sources, the same for every test mass or by test mass; or whatever no other subsystem has.
-Subsystem = Literal["rest"] | Names | dict[str, Names]
+Subsystem = Annotated[
+    Literal["rest"] | Names | dict[str, Names], Form('list of texts, table of such lists by test mass, or "rest"')
+]
 Problems = list[tuple[str, str]]
 
 _PARALLEL_RAD = 1e-4  # a difference leaves this part of the other components, far less than any limit resolves

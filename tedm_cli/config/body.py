@@ -152,7 +152,7 @@ class TestMassTable(Strict):
     axis: Direction | None = Field(
         default=None,
         validate_default=True,
-        description="Axis of a cylinder, in the frame of the test mass and of any length; z as if left out.",
+        description="Axis of a cylinder, in the frame of the test mass and of any length; z where left out.",
     )
     stl: FileName | None = Field(
         default=None,
@@ -172,7 +172,7 @@ class TestMassTable(Strict):
     )
     axes: OrthonormalAxes | None = Field(
         default=None,
-        description="Unit vectors of the test mass as rows, basic frame. Along the basic frame as if left out.",
+        description="Unit vectors of the test mass as rows, basic frame. Along the basic frame where left out.",
     )
     model_parts: ModelParts = Field(
         default=ModelParts(),

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from tedm_cli.config.base import IDENTIFIER, Bounded, Coefficient, FileName, Strict
+from tedm_cli.config.base import IDENTIFIER, Bounded, Coefficient, FileName, Form, Strict
 from tedm_cli.config.correlation_file import read_matrix
 from tedm_cli.noise.correlation import CorrelationCase, Role
 from tedm_cli.noise.selection import BlockSelector
@@ -33,7 +33,7 @@ class SelectorTable(Strict):
     side: Annotated[list[Literal["+y", "-y", "mid"]], Field(min_length=1)] | None = Field(
         default=None, description="Areas on these sides of the symmetry plane."
     )
-    areas: Names | None = Field(default=None, description='Areas whose names match these patterns; ["*"] is all.')
+    areas: Names | None = Field(default=None, description='Areas whose names match these patterns; `["*"]` is all.')
 
     @model_validator(mode="after")
     def _selects(self) -> Self:
@@ -65,7 +65,7 @@ class BlockTable(SelectorTable):
     mirror_names: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=2, max_length=2)] | None = (
         Field(
             default=None,
-            description='Parts of the names that tell an area from its mirror image, as ["_PLUS_Y", "_MINUS_Y"]. '
+            description='Parts of the names that tell an area from its mirror image, as `["_PLUS_Y", "_MINUS_Y"]`. '
             "Left out, images are found by centroids.",
         )
     )
@@ -120,7 +120,7 @@ class DelayTable(SelectorTable):
 class CaseTable(Strict):
     """One correlation case: `blocks`, a `partition` of the areas, or a `matrix`."""
 
-    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER)] = Field(
+    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER), Form("text or whole number")] = Field(
         description="Id of the case, by which commands and files name it."
     )
     title: str = Field(min_length=1, description="Title of the case.")
@@ -145,7 +145,7 @@ class CaseTable(Strict):
         "`area` and `R`.",
     )
     rho: Coefficient | None = Field(
-        default=None, description="Correlation coefficient inside blocks that have none of their own; 1 as if left out."
+        default=None, description="Correlation coefficient inside blocks that have none of their own; 1 where left out."
     )
     across_kinds: bool = Field(default=False, description="As in a block, beside `partition`.")
     delays: list[DelayTable] = Field(default_factory=list, description="Areas that follow later.")

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import Field
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Bounded, Length, Place, Strict, validate
+from tedm_cli.config.base import Bounded, Form, Length, Place, Strict, validate
 from tedm_cli.errors import ConfigError
 from tedm_cli.optics.imported import Conventions, Frame, LabelledMatrix, MassAxes, MotionConventions, Slopes
 from tedm_cli.optics.labels import Labels
@@ -16,6 +16,9 @@ from tedm_cli.quantities import MATRIX_ACCURACY
 
 Units = list[str] | dict[str, str]
 Point = Literal["layout", "grid"]
+Points = Annotated[
+    Point | dict[str, Point | Place], Form('"layout", "grid", or table of these and of coordinates by element')
+]
 
 
 class BeamsTable(Strict):
@@ -26,7 +29,7 @@ class BeamsTable(Strict):
 
 
 class LawTable(Strict):
-    """What must be declared of an imported P."""
+    """What an imported P has to declare. What its own file says need not be here."""
 
     rows: list[str] = Field(description="Labels of the rows, in any order.")
     columns: list[str] = Field(description="Labels of the columns, in any order.")
@@ -42,10 +45,10 @@ class LawTable(Strict):
 
 
 class SensitivityTable(LawTable):
-    """What must be declared of an imported S_BW."""
+    """What an imported S_BW has to declare. What its own file says need not be here."""
 
     frame: Frame = Field(description="Axes of the motions, and of reference points given as coordinates.")
-    reference_points: Point | dict[str, Point | Place] = Field(
+    reference_points: Points = Field(
         description='What elements turn about: "layout" (`ref_m`), "grid", or by element one of these or coordinates.'
     )
     rotations: Literal["small_angle"] = Field(

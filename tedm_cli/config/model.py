@@ -160,7 +160,7 @@ class GravityTable(Strict):
     """How the structure's mass is represented, the other test mass, compensation masses, subsystems."""
 
     gravitational_constant_m3_kg_s2: Annotated[float, Bounded(GRAVITATIONAL_CONSTANT)] = Field(
-        default=G_CODATA_2018, description="The gravitational constant; CODATA 2018 as if left out."
+        default=G_CODATA_2018, description="The gravitational constant; CODATA 2018 where left out."
     )
     mass_model: Literal["quadrature", "lumped"] = Field(
         default="quadrature",

@@ -76,7 +76,7 @@ class ElementTable(Strict):
     front_offset_m: Offset | None = Field(
         default=None,
         description="The front plane passes through `ref_m + front_offset_m * normal`. A test mass needs it; "
-        "of others 0 as if left out.",
+        "of others 0 where left out.",
     )
     thickness_m: LengthOrZero | None = Field(
         default=None,
@@ -97,7 +97,7 @@ class ElementTable(Strict):
         "is not checked.",
     )
     opl_offset_m: OpticalPath | None = Field(
-        default=None, description="Optical path before an injector; 0 as if left out."
+        default=None, description="Optical path before an injector; 0 where left out."
     )
     grid: Id | None = Field(
         default=None,
@@ -109,7 +109,7 @@ class ElementTable(Strict):
     )
     axes: OrthonormalAxes | None = Field(
         default=None,
-        description="Unit vectors of a test mass as rows, layout frame. Those of the layout as if left out.",
+        description="Unit vectors of a test mass as rows, layout frame. Those of the layout where left out.",
     )
     bench: Name | None = Field(
         default=None, description="Name of the bench that the element is on. Else elements that beams join are on one."
@@ -137,7 +137,7 @@ class PathTable(Strict):
     wavefront_radius_m: Annotated[float, Bounded(RADIUS_OF_CURVATURE)] | None = Field(
         default=None,
         description="Radius of curvature of the wave front at the photodiode, positive where it diverges. A "
-        "plane wave as if left out.",
+        "plane wave where left out.",
     )
 
 
@@ -168,7 +168,7 @@ class TolerancesTable(Strict):
     )
     beam_angle_rad: AngleTolerance = Field(default=1e-4, description="Largest angle between its two beams.")
     path_mismatch_m: LengthTolerance | None = Field(
-        default=None, description="Largest difference of their optical paths. Not judged as if left out."
+        default=None, description="Largest difference of their optical paths. Not judged where left out."
     )
 
 
@@ -188,7 +188,7 @@ class ImportedTable(Strict):
     largest_difference: Annotated[float, Bounded(MATRIX_DIFFERENCE)] | None = Field(
         default=None,
         description="Largest difference from the layout's own trace, relative, above which the S_BW is "
-        "refused. Not judged as if left out.",
+        "refused. Not judged where left out.",
     )
 
 

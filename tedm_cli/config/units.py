@@ -18,7 +18,7 @@ class UnitsTable(Strict):
 
     units: str | None = Field(
         default=None,
-        description='A system of units by name, of `bdf`, `deck` and `op2` alike: "m-kg-s" (as if left out), "mm-t-s", '
+        description='A system of units by name, of `bdf`, `deck` and `op2` alike: "m-kg-s" (where left out), "mm-t-s", '
         '"mm-kg-s" or "in-lbf-s".',
     )
     length_m: Length | None = Field(
