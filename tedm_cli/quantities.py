@@ -26,11 +26,16 @@ class Quantity:
     high: float
     least: float = 0.0
 
+    @property
+    def range(self) -> str:
+        """Both bounds with the unit, in words."""
+        return f"{_shown(self.low)} to {_shown(self.high)}" + (f" {self.unit}" if self.unit else "")
+
     def fact(self, value: float) -> str:
         """What is wrong with a value, in words; empty where nothing is."""
         unit = f" {self.unit}" if self.unit else ""
         if not self.low <= value <= self.high:  # not a number compares as false
-            return f"{self.name} {_shown(value)} is outside {_shown(self.low)} to {_shown(self.high)}{unit}"
+            return f"{self.name} {_shown(value)} is outside {self.range}"
         if value != 0 and abs(value) < self.least:
             return f"{self.name} {_shown(value)} is neither 0 nor at least {_shown(self.least)}{unit}"
         return ""

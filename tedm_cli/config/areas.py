@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
 from tedm_cli.area_names import area_name_fact
-from tedm_cli.config.base import ID_RANGE, Bounded, Direction, Id, LengthOrZero, Place, Strict
+from tedm_cli.config.base import ID_RANGE, Bounded, Direction, Form, Id, LengthOrZero, Place, Strict
 from tedm_cli.quantities import ANGLE_DEG, COORDINATE, FRAME_ID
 
 
@@ -61,7 +61,11 @@ def _like_ids(value: Any) -> Any:
     raise ValueError(f"must be an id, a range of ids such as '1:99', or a list of these (found {value!r:.60})")
 
 
-Ids = Annotated[IdOrRange | Annotated[list[IdOrRange], Field(min_length=1)], BeforeValidator(_like_ids)]
+Ids = Annotated[
+    IdOrRange | Annotated[list[IdOrRange], Field(min_length=1)],
+    BeforeValidator(_like_ids),
+    Form('id, "low:high", or list of these'),
+]
 
 
 def id_ranges(ids: Ids | None) -> list[tuple[int, int]]:
@@ -72,19 +76,23 @@ def id_ranges(ids: Ids | None) -> list[tuple[int, int]]:
 
 
 class BoxTable(Strict):
-    """Closed ranges of coordinates in a coordinate system of the deck (0: the basic frame); one left out is open.
+    """Closed ranges of coordinates in a coordinate system of the deck. One that is left out is open."""
 
-    x_m, y_m, z_m in rectangular systems; r_m, theta_deg, z_m in cylindrical ones; r_m, theta_deg (from the z axis),
-    phi_deg in spherical ones. `inf` and `-inf` are open ends of lengths. Angles are in degrees and modulo 360.
-    """
-
-    frame: Annotated[int, Bounded(FRAME_ID)] = 0
-    x_m: Interval | None = None
-    y_m: Interval | None = None
-    z_m: Interval | None = None
-    r_m: Interval | None = None
-    theta_deg: Angles | None = None
-    phi_deg: Angles | None = None
+    frame: Annotated[int, Bounded(FRAME_ID)] = Field(
+        default=0, description="Id of a coordinate system of the deck; 0 is the basic frame."
+    )
+    x_m: Interval | None = Field(
+        default=None, description="Range of x in a rectangular system. `inf` and `-inf` are open ends."
+    )
+    y_m: Interval | None = Field(default=None, description="Range of y in a rectangular system.")
+    z_m: Interval | None = Field(default=None, description="Range of z in a rectangular or cylindrical system.")
+    r_m: Interval | None = Field(default=None, description="Range of the radius in a cylindrical or spherical system.")
+    theta_deg: Angles | None = Field(
+        default=None,
+        description="Range of the azimuth in a cylindrical system, or of the angle from the z axis in a "
+        "spherical one. Angles are modulo 360.",
+    )
+    phi_deg: Angles | None = Field(default=None, description="Range of the azimuth in a spherical system.")
 
     _order = field_validator("x_m", "y_m", "z_m", "r_m", "theta_deg", "phi_deg")(_increasing)
 
@@ -101,17 +109,22 @@ class BoxTable(Strict):
 
 
 class SelectionTable(Strict):
-    """What meets every criterion given. Ids are `7`, `"4:9"` or a list of these; any box of a list will do.
+    """What meets every criterion given. Ids are `7`, `"4:9"` or a list of these."""
 
-    `property`, `material` and `element` choose elements, and their grids; `set` the members of SET1, SET3 or a SET of
-    the case control. An element is in a box if its centre is, and in a set of grids if all of its grids are.
-    """
-
-    set: Ids | None = None
-    property: Ids | None = None
-    material: Ids | None = None
-    element: Ids | None = None
-    box: BoxTable | Annotated[list[BoxTable], Field(min_length=1)] | None = None
+    set: Ids | None = Field(
+        default=None,
+        description="Members of these sets: SET1, SET3, or a SET of the case control. An element is in a set of grids "
+        "if all of its grids are.",
+    )
+    property: Ids | None = Field(default=None, description="Elements with these properties, and their grids.")
+    material: Ids | None = Field(
+        default=None, description="Elements with these materials, in any layer of a laminate, and their grids."
+    )
+    element: Ids | None = Field(default=None, description="These elements, and their grids.")
+    box: BoxTable | Annotated[list[BoxTable], Field(min_length=1)] | None = Field(
+        default=None,
+        description="What is inside the box, or inside any of a list of boxes. An element is inside if its centre is.",
+    )
 
     _order = field_validator("set", "property", "material", "element")(ranges_increase)
 
@@ -134,22 +147,41 @@ class SelectionTable(Strict):
 
 
 class DefinitionTable(SelectionTable):
-    """One thermal area: what meets the criteria, and each selection in `also`; or all that is left.
+    """One thermal area: what meets every criterion given, and each selection in `also`; or all that is left.
 
-    `carrier`: "grids" warms grids, and elements take the temperatures of theirs; "elements" warms the shells, bars and
-    rods that the criteria select by cards of their own, whatever their grids have, and solids through their grids.
-    `kind`: "mean" is a step of 1 K; "gradient" is 1 K/m through the shells and bars selected, whose mean stays.
-    `direction`: basic frame, any length, towards the warm side of a gradient; left out, it is along the shells' own
-    normals. `plane`: of bars, the plane of their element axes (1 or 2) with the gradient, in place of a direction.
+    Ids are `7`, `"4:9"` or a list of these.
     """
 
-    name: Annotated[str, AfterValidator(_area_name)]
-    also: list[SelectionTable] = Field(default_factory=list)
-    remainder: bool = False
-    kind: Literal["mean", "gradient"] = "mean"
-    carrier: Literal["grids", "elements"] = "grids"
-    direction: Direction | None = None
-    plane: Literal[1, 2] | None = None
+    name: Annotated[str, AfterValidator(_area_name), Form("name of an area")] = Field(
+        description="Name of the area, which becomes the LABEL of its subcase."
+    )
+    also: list[SelectionTable] = Field(
+        default_factory=list, description="Selections whose grids or elements are in the area as well."
+    )
+    remainder: bool = Field(
+        default=False,
+        description="Whether the area is all that is left, in place of criteria. It must be the last definition.",
+    )
+    kind: Literal["mean", "gradient"] = Field(
+        default="mean",
+        description='"mean" is a step of 1 K; "gradient" is 1 K/m through the shells and bars selected, whose '
+        "mean temperature stays.",
+    )
+    carrier: Literal["grids", "elements"] = Field(
+        default="grids",
+        description='"grids" warms grids, and elements take the temperatures of theirs; "elements" warms the '
+        "shells, bars and rods selected by cards of their own, with sharp borders, and solids "
+        "through their grids.",
+    )
+    direction: Direction | None = Field(
+        default=None,
+        description="Towards the warm side of a gradient, basic frame and any length. Left out, it is along "
+        "the shells' own normals.",
+    )
+    plane: Literal[1, 2] | None = Field(
+        default=None,
+        description="Plane of the element axes of bars that their gradient is in, in place of `direction`.",
+    )
 
     _no_zero = field_validator("direction")(_not_zero)
 
@@ -185,37 +217,51 @@ class DefinitionTable(SelectionTable):
 
 
 class AreaRule(Strict):
-    """Attributes of the thermal areas whose name matches; the first rule that matches an area holds."""
+    """Attributes of the thermal areas whose name matches."""
 
-    match: str
-    group: str
-    shield: Literal["inside", "outside"]
-    side: Literal["+y", "-y", "mid"] | None = None
+    match: str = Field(description='Pattern of area names, such as "STRUT_*".')
+    group: str = Field(description="The group of these areas.")
+    shield: Literal["inside", "outside"] = Field(description="The side of the thermal shield that they are on.")
+    side: Literal["+y", "-y", "mid"] | None = Field(
+        default=None, description="Their side of the symmetry plane. Left out, it is that of the centroid."
+    )
 
 
 class SymmetryPlaneTable(Strict):
-    """A plane of the basic frame; its normal, of any length, points to the side that is called +y."""
+    """A plane of the basic frame."""
 
-    point_m: Place
-    normal: Direction
+    point_m: Place = Field(description="A point of the plane, basic frame.")
+    normal: Direction = Field(
+        description="Normal of the plane, basic frame and any length. It points to the side that is called +y."
+    )
 
     _no_zero = field_validator("normal")(_not_zero)
 
 
 class AreasTable(Strict):
-    """Definitions of the areas, and rules for their attributes.
+    """Definitions of the areas, and rules for their attributes. No element may be in two areas of elements."""
 
-    A grid belongs to the first definition that it meets; with `strict` no grid may meet two. No element may be in two
-    areas of elements. `symmetry_plane`: what
-    sides and mirror pairs refer to; left out, it is the x-z plane of the optical layout's frame, or basic y = 0 without
-    a layout. `mid_half_width_m`: an area whose centroid is closer than this to it is on neither side.
-    """
-
-    symmetry_plane: SymmetryPlaneTable | None = None
-    mid_half_width_m: LengthOrZero = 1e-3
-    rule: Annotated[list[AreaRule], Field(min_length=1)]
-    strict: bool = False
-    define: list[DefinitionTable] = Field(default_factory=list)
+    symmetry_plane: SymmetryPlaneTable | None = Field(
+        default=None,
+        description="The plane that sides and mirror pairs refer to. Else the x-z plane of the optical "
+        "layout's frame, or y = 0 of the basic frame without a layout.",
+    )
+    mid_half_width_m: LengthOrZero = Field(
+        default=1e-3, description="An area whose centroid is nearer than this to the symmetry plane is on neither side."
+    )
+    rule: Annotated[list[AreaRule], Field(min_length=1)] = Field(
+        description="Attributes of the areas by name. The first rule that matches an area holds."
+    )
+    strict: bool = Field(
+        default=False,
+        description="Whether definitions that share grids are refused. Else a grid belongs to the first "
+        "definition that it meets.",
+    )
+    define: list[DefinitionTable] = Field(
+        default_factory=list,
+        description="Definitions of areas, in this order. Without any, and without `areas_csv`, the "
+        "temperature cards of the unit-load deck say what the areas are.",
+    )
 
     @field_validator("define")
     @classmethod

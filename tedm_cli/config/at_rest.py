@@ -8,9 +8,9 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from tedm_cli.config.base import Bounded, OneLine, Strict
+from tedm_cli.config.base import Bounded, Form, OneLine, Strict
 from tedm_cli.config.correlation import Names
 from tedm_cli.gravity.field import COMPENSATION, OTHER_TEST_MASS
 from tedm_cli.gravity.requirement_presets import PRESETS, lpf_limits
@@ -36,7 +36,9 @@ def _subsystem_name(name: str) -> str:
 
 SubsystemName = Annotated[str, AfterValidator(_subsystem_name)]
 #: Groups of areas and sources, the same for every test mass or by test mass; or whatever no other subsystem has.
-Subsystem = Literal["rest"] | Names | dict[str, Names]
+Subsystem = Annotated[
+    Literal["rest"] | Names | dict[str, Names], Form('list of texts, table of such lists by test mass, or "rest"')
+]
 Problems = list[tuple[str, str]]
 
 _PARALLEL_RAD = 1e-4  # a difference leaves this part of the other components, far less than any limit resolves
@@ -44,22 +46,32 @@ _POINTLIKE = (OTHER_TEST_MASS, COMPENSATION)  # what pulls and is in no area
 
 
 class AtRestTable(Strict):
-    """A limit on one quantity of the field at rest, or, without `quantity`, all limits of the preset `name`.
+    """A limit on one quantity of the field at rest, or, without `quantity`, all limits of the preset `name`."""
 
-    `subsystem`: one of `[gravity.subsystems]`, several together, or "all", everything in the model. `test_mass`: one,
-    several, or "all". `applies_to`: "single", each test mass by itself, or "difference", the second minus the first.
-    The range is `lower` to `upper`, or plus and minus `magnitude`.
-    """
-
-    quantity: Quantity | None = None
-    name: OneLine
-    subsystem: str | Names = ALL
-    lower: Limit | None = None
-    upper: Limit | None = None
-    magnitude: Limit | None = None
-    test_mass: str | Names = ALL
-    applies_to: Literal["single", "difference"] | None = None
-    source: OneLine | None = None
+    quantity: Quantity | None = Field(
+        default=None,
+        description="The quantity that is limited: a stiffness, acceleration or angular acceleration. Without "
+        "it `name` is that of a preset.",
+    )
+    name: OneLine = Field(description='Name of the limit, or of a preset: "lpf" has all limits of LISA Pathfinder.')
+    subsystem: str | Names = Field(
+        default=ALL,
+        description='The subsystem whose field is limited, several together, or "all", everything in the model.',
+    )
+    lower: Limit | None = Field(
+        default=None, description="Lower end of the range, in the SI unit of the quantity, with `upper`."
+    )
+    upper: Limit | None = Field(default=None, description="Upper end of the range.")
+    magnitude: Limit | None = Field(
+        default=None, description="Half width of a range about 0, in place of `lower` and `upper`."
+    )
+    test_mass: str | Names = Field(default=ALL, description='The test masses: one, several, or "all".')
+    applies_to: Literal["single", "difference"] | None = Field(
+        default=None,
+        description='"single" judges each test mass by itself, "difference" the second minus the first. Left '
+        'out: "single", and of a preset as it was published.',
+    )
+    source: OneLine | None = Field(default=None, description="Where the limit is from, for the report.")
 
     @field_validator("name")
     @classmethod

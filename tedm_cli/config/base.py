@@ -27,7 +27,7 @@ IDENTIFIER = r"^[A-Za-z0-9_-]{1,64}$"  # what may be part of a file's name anywh
 LABEL = r"^[A-Za-z][A-Za-z0-9]*$"  # what _ may join to others
 OPTICAL_NAME = r"^[A-Za-z][A-Za-z0-9_.-]*$"
 ID_RANGE = r"^[1-9][0-9]{0,8}:[1-9][0-9]{0,8}$"
-_PATTERNS = {
+PATTERNS = {
     IDENTIFIER: "made of letters without accents, digits, _ and -, at most 64",
     LABEL: "made of letters without accents and digits, a letter first",
     OPTICAL_NAME: "made of letters without accents, digits, _ . and -, a letter first",
@@ -58,6 +58,13 @@ class Bounded:
         return value
 
 
+@dataclass(frozen=True)
+class Form:
+    """Says what the values of a type look like, where that does not follow from the type."""
+
+    words: str
+
+
 def _one_line(text: str) -> str:
     """A text that is seen, in one line."""
     if not text.strip():
@@ -67,7 +74,7 @@ def _one_line(text: str) -> str:
     return text
 
 
-OneLine = Annotated[str, Field(max_length=200), AfterValidator(_one_line)]
+OneLine = Annotated[str, Field(max_length=200), AfterValidator(_one_line), Form("text in one line")]
 Length = Annotated[float, Bounded(q.LENGTH)]
 LengthOrZero = Annotated[float, Bounded(q.LENGTH_OR_ZERO)]
 LengthTolerance = Annotated[float, Bounded(q.LENGTH_TOLERANCE)]
@@ -85,7 +92,7 @@ Duration = Annotated[float, Bounded(q.DURATION)]
 Probability = Annotated[float, Bounded(q.PROBABILITY)]
 Coefficient = Annotated[float, Bounded(q.CORRELATION)]
 Id = Annotated[int, Bounded(q.ID)]
-FileName = Annotated[str, Field(min_length=1)]  # no name would be the folder itself
+FileName = Annotated[str, Field(min_length=1), Form("file name")]  # no name would be the folder itself
 Place = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Direction = Annotated[list[Annotated[float, Bounded(q.DIRECTION)]], Field(min_length=3, max_length=3)]
 Axes = Annotated[list[Direction], Field(min_length=3, max_length=3)]
@@ -116,7 +123,7 @@ def _orthonormal(value: list[list[float]]) -> list[list[float]]:
     )
 
 
-OrthonormalAxes = Annotated[Axes, AfterValidator(_orthonormal)]
+OrthonormalAxes = Annotated[Axes, AfterValidator(_orthonormal), Form("3 unit vectors, as rows")]
 
 
 T = TypeVar("T", bound=Strict)
@@ -205,7 +212,7 @@ def _dotted(error: Any, data: Any) -> tuple[str, bool]:
 def _brackets(model: type[BaseModel], error: Any, path: str) -> str:
     """What to write where a table stands for an array of tables, or an array for a table; "" where it is not that."""
     name = re.sub(r"\[\d+\]", "", path)
-    holds_tables = any(_models_in(kind) for key, kind in _fields(model) if (key,) == error["loc"][-1:])
+    holds_tables = any(models_in(kind) for key, kind in _fields(model) if (key,) == error["loc"][-1:])
     if error["type"] == "list_type" and isinstance(error["input"], Mapping) and holds_tables:
         return f"there may be several of these tables: write [[{name}]], in double brackets"
     if error["type"] == "model_type" and isinstance(error["input"], list) and not path.endswith("]"):
@@ -224,7 +231,7 @@ def _fact(model: type[BaseModel], error: Any) -> str:
         choices = _choices(model, str(error["loc"][-1]))
         return f"missing; wanted one of {', '.join(map(repr, choices))}" if choices else "missing"
     if kind == "string_pattern_mismatch":
-        return f"must be {_PATTERNS[error['ctx']['pattern']]} (found {error['input']!r:.60})"
+        return f"must be {PATTERNS[error['ctx']['pattern']]} (found {error['input']!r:.60})"
     if kind in ("dict_type", "model_type"):
         return f"must be a table (found {error['input']!r:.60})"
     message = re.sub("^(Input|List|String) should", "must", str(error["msg"]).removeprefix("Value error, "))
@@ -244,7 +251,7 @@ def _known_keys(model: type[BaseModel], place: Sequence[int | str]) -> list[str]
     tables: list[type[BaseModel]] = [model]
     for part in place:  # one that is no key is a number in a list, or the name of a form
         of_key = [f.annotation for m in tables for name, f in m.model_fields.items() if (f.alias or name) == part]
-        tables = [table for annotation in of_key for table in _models_in(annotation)] or tables
+        tables = [table for annotation in of_key for table in models_in(annotation)] or tables
     return list(dict.fromkeys(f.alias or name for m in tables for name, f in m.model_fields.items()))
 
 
@@ -265,17 +272,17 @@ def _fields(model: type[BaseModel]) -> list[tuple[str, Any]]:
         seen[m] = None
         for name, field in m.model_fields.items():
             fields.append((field.alias or name, field.annotation))
-            for arg in _models_in(field.annotation):
+            for arg in models_in(field.annotation):
                 visit(arg)
 
     visit(model)
     return fields
 
 
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
+def models_in(annotation: Any) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     out: list[type[BaseModel]] = []
     for arg in getattr(annotation, "__args__", ()):
-        out += _models_in(arg)
+        out += models_in(arg)
     return out

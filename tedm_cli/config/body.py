@@ -50,26 +50,33 @@ _CLOSED, _DIAGONAL = (False, False, False), 1e-12
 
 
 class ModelParts(Strict):
-    """Parts of a finite-element model: element ids (concentrated masses among them), property ids, grid ids."""
+    """Parts of the finite-element model that stand for the test mass, and are no part of the structure's mass."""
 
-    elements: list[Id] = Field(default_factory=list)
-    properties: list[Id] = Field(default_factory=list)
-    grids: list[Id] = Field(default_factory=list)
+    elements: list[Id] = Field(default_factory=list, description="Ids of elements, concentrated masses among them.")
+    properties: list[Id] = Field(default_factory=list, description="Ids of properties, all of whose elements count.")
+    grids: list[Id] = Field(
+        default_factory=list, description="Ids of grids; an element counts whose grids are all listed."
+    )
 
 
 class PocketTable(Strict):
-    """What is cut into a face of a cuboid, straight down: round (`diameter_m`) or a cuboid (`size_m`).
+    """What is cut into a face of a cuboid, straight down: round (`diameter_m`) or rectangular (`size_m`)."""
 
-    `centre_m`: of its opening, from the middle of the face along the other two axes in the order x, y, z. `size_m`:
-    along these axes. `depth_m`: of the whole edge, it goes through.
-    """
-
-    face: Literal["+x", "-x", "+y", "-y", "+z", "-z"]
-    centre_m: PlaceOnFace = Field(default_factory=lambda: [0.0, 0.0])
-    diameter_m: Length | None = None
-    size_m: Sides | None = None
-    depth_m: Length
-    name: OneLine | None = None
+    face: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
+        description="The face that the pocket is cut into, straight down."
+    )
+    centre_m: PlaceOnFace = Field(
+        default_factory=lambda: [0.0, 0.0],
+        description="Centre of the opening from the middle of the face, along the other two axes in the order x, y, z.",
+    )
+    diameter_m: Length | None = Field(default=None, description="Diameter of a round pocket. Either this or `size_m`.")
+    size_m: Sides | None = Field(
+        default=None,
+        description="Sides of a rectangular pocket, along the axes of `centre_m`; one number is a square. "
+        "Either this or `diameter_m`.",
+    )
+    depth_m: Length = Field(description="Depth of the pocket. Of the whole edge, it goes through.")
+    name: OneLine | None = Field(default=None, description="Name of the pocket in messages.")
 
     @model_validator(mode="after")
     def _round_or_not(self) -> Self:
@@ -110,35 +117,68 @@ class PocketTable(Strict):
 
 
 class TestMassTable(Strict):
-    """A homogeneous test mass; axes along the basic frame unless `axes` (rows: its unit vectors) says otherwise.
-
-    `position_m`: the origin of the frame that its geometry is given in, which is the middle of a cuboid, cylinder or
-    sphere, pockets or not, and the origin of an STL file. The frame of the test mass is about its centre of mass.
-
-    `shape`: "cuboid" of edges `side_m`, with all its edges cut at 45 degrees by `chamfer_m` along both faces, and with
-    `pocket`s; "cylinder" about `axis` (of the test mass), hollow with `inner_radius_m`; "sphere"; "polyhedron", the
-    closed surface in the file `stl`, in `stl_unit`. Either `mass_kg` or `density_kg_m3`, or both if they agree.
-    `model_parts`: what stands for the test mass in the finite-element model, and is left out of the structure's mass.
-    """
+    """A homogeneous test mass. Which keys it has depends on its shape; its frame is about its centre of mass."""
 
     __test__ = False
 
-    name: Annotated[str, Field(pattern=LABEL)]
-    shape: Shape = "cuboid"
-    position_m: Place
-    side_m: Edges | None = Field(default=None, validate_default=True)
-    chamfer_m: Length | None = Field(default=None, validate_default=True)
-    pocket: list[PocketTable] = Field(default_factory=list)
-    radius_m: Length | None = Field(default=None, validate_default=True)
-    inner_radius_m: Length | None = Field(default=None, validate_default=True)
-    height_m: Length | None = Field(default=None, validate_default=True)
-    axis: Direction | None = Field(default=None, validate_default=True)
-    stl: FileName | None = Field(default=None, validate_default=True)
-    stl_unit: Literal["m", "cm", "mm", "um", "in"] | None = Field(default=None, validate_default=True)
-    density_kg_m3: Annotated[float, Bounded(DENSITY)] | None = None
-    mass_kg: Mass | None = Field(default=None, validate_default=True)
-    axes: OrthonormalAxes | None = None
-    model_parts: ModelParts = ModelParts()
+    name: Annotated[str, Field(pattern=LABEL)] = Field(
+        description="Name of the test mass, of which the labels of its outputs are made (TM1 in TM1_a_x)."
+    )
+    shape: Shape = Field(default="cuboid", description="Shape of its body.")
+    position_m: Place = Field(
+        description="Origin of the frame that its geometry is given in, basic frame: the middle of a cuboid "
+        "(pockets or not), cylinder or sphere, the origin of an STL file."
+    )
+    side_m: Edges | None = Field(
+        default=None,
+        validate_default=True,
+        description="Full edge lengths of a cuboid, which needs them; one number is a cube.",
+    )
+    chamfer_m: Length | None = Field(
+        default=None,
+        validate_default=True,
+        description="Width, along both faces, by which all edges of a cuboid are cut at 45 degrees.",
+    )
+    pocket: list[PocketTable] = Field(default_factory=list, description="Pockets of a cuboid.")
+    radius_m: Length | None = Field(
+        default=None, validate_default=True, description="Radius of a cylinder or sphere, which need it."
+    )
+    inner_radius_m: Length | None = Field(
+        default=None, validate_default=True, description="Radius of the bore of a hollow cylinder."
+    )
+    height_m: Length | None = Field(
+        default=None, validate_default=True, description="Height of a cylinder, which needs it."
+    )
+    axis: Direction | None = Field(
+        default=None,
+        validate_default=True,
+        description="Axis of a cylinder, in the frame of the test mass and of any length; z where left out.",
+    )
+    stl: FileName | None = Field(
+        default=None,
+        validate_default=True,
+        description="STL file with the closed surface of a polyhedron, which needs it.",
+    )
+    stl_unit: Literal["m", "cm", "mm", "um", "in"] | None = Field(
+        default=None,
+        validate_default=True,
+        description="Unit of the coordinates in the STL file; a polyhedron needs it.",
+    )
+    density_kg_m3: Annotated[float, Bounded(DENSITY)] | None = Field(
+        default=None, description="Density. Either this or `mass_kg`, or both where they agree to a thousandth."
+    )
+    mass_kg: Mass | None = Field(
+        default=None, validate_default=True, description="Mass. It counts where the density is given too."
+    )
+    axes: OrthonormalAxes | None = Field(
+        default=None,
+        description="Unit vectors of the test mass as rows, basic frame. Along the basic frame where left out.",
+    )
+    model_parts: ModelParts = Field(
+        default=ModelParts(),
+        description="What stands for the test mass in the finite-element model, and is left out of the "
+        "structure's mass.",
+    )
 
     @field_validator(*(key for keys in (*_NEEDED.values(), *_ALLOWED.values()) for key in keys))
     @classmethod

@@ -28,11 +28,15 @@ _RATE = 2.5  # samples per period of the highest frequency, where the rate is no
 
 
 class FrequencyTable(Strict):
-    """Logarithmic frequency grid; band edges of the requirements and 1 mHz are added to it."""
+    """The frequencies of all spectra, evenly spaced in the logarithm."""
 
-    min_hz: Frequency = 1e-4
-    max_hz: Frequency = 0.1
-    points: Annotated[int, Bounded(GRID_POINTS)] = 301
+    min_hz: Frequency = Field(default=1e-4, description="Lowest frequency.")
+    max_hz: Frequency = Field(default=0.1, description="Highest frequency.")
+    points: Annotated[int, Bounded(GRID_POINTS)] = Field(
+        default=301,
+        description="Number of frequencies, evenly spaced in the logarithm. Band edges of the requirements "
+        "and 1 mHz are added.",
+    )
 
     @model_validator(mode="after")
     def _increasing(self) -> FrequencyTable:
@@ -42,15 +46,26 @@ class FrequencyTable(Strict):
 
 
 class CasesConfig(Strict):
-    """A whole cases file. `safety_factor` multiplies noise amplitudes in verdicts (Montemurro 2004, section 3.5)."""
+    """Temperature noise, frequencies, correlation cases, requirements. Paths are relative to this file."""
 
-    safety_factor: Annotated[float, Bounded(SAFETY_FACTOR)] = 2.0
-    temperature: TemperatureTable = TemperatureTable()
-    frequency: FrequencyTable = FrequencyTable()
-    cases: list[CaseTable] = Field(alias="case", min_length=1)
-    requirements: list[RequirementTable] = Field(alias="requirement", default_factory=list)
-    realisation: RealisationTable | None = None
-    series: list[SeriesTable] = Field(default_factory=list)
+    safety_factor: Annotated[float, Bounded(SAFETY_FACTOR)] = Field(
+        default=2.0,
+        description="Multiplies noise amplitudes before they are compared to a requirement (Montemurro 2004, "
+        "section 3.5).",
+    )
+    temperature: TemperatureTable = Field(default=TemperatureTable(), description="Temperature noise of the areas.")
+    frequency: FrequencyTable = Field(default=FrequencyTable(), description="The frequencies of all spectra.")
+    cases: list[CaseTable] = Field(alias="case", min_length=1, description="The correlation cases.")
+    requirements: list[RequirementTable] = Field(
+        alias="requirement", default_factory=list, description="The requirements. Without any, nothing is judged."
+    )
+    realisation: RealisationTable | None = Field(
+        default=None,
+        description="A realisation of the noise in time, beside the exact spectra. Without it there is none.",
+    )
+    series: list[SeriesTable] = Field(
+        default_factory=list, description="Temperature series for `tedm run-series` and `tedm simulate --series`."
+    )
 
     @property
     def ids(self) -> list[str]:

@@ -25,16 +25,24 @@ Rows = list[list[Annotated[float, Bounded(q.MATRIX_ENTRY)]]]
 
 
 class ControllerFile(Strict):
-    """u = C x + D y, x' = A x + B y. `dt_s`: of a sampled controller, whose commands are held; `delay_s`: of all."""
+    """A controller u = C x + D y, x' = A x + B y (or, sampled, its next x)."""
 
-    inputs: list[str] = Field(min_length=1)
-    outputs: list[str] = Field(min_length=1)
-    A: Rows = Field(default_factory=list)
-    B: Rows = Field(default_factory=list)
-    C: Rows = Field(default_factory=list)
-    D: Rows
-    delay_s: Annotated[float, Bounded(q.CONTROL_DELAY)] = 0.0
-    dt_s: Annotated[float, Bounded(q.DURATION)] | None = None
+    inputs: list[str] = Field(
+        min_length=1, description="Names of what it measures, in the order of the columns of B and D."
+    )
+    outputs: list[str] = Field(
+        min_length=1, description="Names of the forces that it commands, in the order of the rows of C and D."
+    )
+    A: Rows = Field(default_factory=list, description="State by state. Without states it is left out.")
+    B: Rows = Field(default_factory=list, description="State by input.")
+    C: Rows = Field(default_factory=list, description="Output by state.")
+    D: Rows = Field(description="Output by input.")
+    delay_s: Annotated[float, Bounded(q.CONTROL_DELAY)] = Field(default=0.0, description="Delay of all commands.")
+    dt_s: Annotated[float, Bounded(q.DURATION)] | None = Field(
+        default=None,
+        description="Step of a sampled controller, whose commands are held between. Without it the controller "
+        "is continuous.",
+    )
 
 
 def read_controller(path: Path) -> StateSpaceController:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from tedm_cli.config.base import IDENTIFIER, Bounded, Coefficient, FileName, Strict
+from tedm_cli.config.base import IDENTIFIER, Bounded, Coefficient, FileName, Form, Strict
 from tedm_cli.config.correlation_file import read_matrix
 from tedm_cli.noise.correlation import CorrelationCase, Role
 from tedm_cli.noise.selection import BlockSelector
@@ -24,12 +24,16 @@ def _identifier(value: Any) -> Any:
 
 
 class SelectorTable(Strict):
-    """Some areas: each key given narrows the choice, any of its values will do; `areas` are name patterns."""
+    """Some areas: each key given narrows the choice, any of its values will do."""
 
-    groups: Names | None = None
-    shield: Annotated[list[Literal["inside", "outside"]], Field(min_length=1)] | None = None
-    side: Annotated[list[Literal["+y", "-y", "mid"]], Field(min_length=1)] | None = None
-    areas: Names | None = None
+    groups: Names | None = Field(default=None, description="Areas of these groups.")
+    shield: Annotated[list[Literal["inside", "outside"]], Field(min_length=1)] | None = Field(
+        default=None, description="Areas on these sides of the thermal shield."
+    )
+    side: Annotated[list[Literal["+y", "-y", "mid"]], Field(min_length=1)] | None = Field(
+        default=None, description="Areas on these sides of the symmetry plane."
+    )
+    areas: Names | None = Field(default=None, description='Areas whose names match these patterns; `["*"]` is all.')
 
     @model_validator(mode="after")
     def _selects(self) -> Self:
@@ -45,16 +49,33 @@ class SelectorTable(Strict):
 
 
 class BlockTable(SelectorTable):
-    """Areas of one block, or of several that `partition` makes of them; `each_alone` is short for partition none.
+    """Areas of one block, or of several that `partition` makes of them.
 
-    `across_kinds`: a block holds mean temperatures and gradients together; without it, it is a block of each.
+    Each key that selects areas narrows the choice, any of its values will do.
     """
 
-    each_alone: bool = False
-    partition: Partition = "all"
-    mirror_names: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=2, max_length=2)] | None = None
-    rho: Coefficient | None = None
-    across_kinds: bool = False
+    each_alone: bool = Field(
+        default=False, description='Whether every area is a block of its own; short for `partition = "none"`.'
+    )
+    partition: Partition = Field(
+        default="all",
+        description='How the areas are divided into blocks: not at all ("all"), each alone ("none"), by '
+        "group, by shield, by side, or each with its mirror image.",
+    )
+    mirror_names: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=2, max_length=2)] | None = (
+        Field(
+            default=None,
+            description='Parts of the names that tell an area from its mirror image, as `["_PLUS_Y", "_MINUS_Y"]`. '
+            "Left out, images are found by centroids.",
+        )
+    )
+    rho: Coefficient | None = Field(
+        default=None, description="Correlation coefficient of any two areas of the block. Else that of the case."
+    )
+    across_kinds: bool = Field(
+        default=False,
+        description="Whether a block holds mean temperatures and gradients together. Else it is a block of each.",
+    )
 
     @model_validator(mode="after")
     def _divides_once(self) -> Self:
@@ -89,31 +110,45 @@ def _require_joinable(partition: Partition) -> None:
 
 
 class DelayTable(SelectorTable):
-    """Areas that follow `delay_s` later than those without a delay, as coherent as before."""
+    """Areas that follow later. Each key that selects areas narrows the choice, any of its values will do."""
 
-    delay_s: Annotated[float, Bounded(DELAY)]
+    delay_s: Annotated[float, Bounded(DELAY)] = Field(
+        description="How much later than areas without a delay these follow, as coherent as before."
+    )
 
 
 class CaseTable(Strict):
-    """One correlation case: areas in no block are silent.
+    """One correlation case: `blocks`, a `partition` of the areas, or a `matrix`."""
 
-    Correlation is given by `blocks`, by a `partition` of the areas in `groups` (of all areas without), or by `matrix`,
-    a CSV or NPZ file. `rho` is the coefficient inside blocks that have none of their own (1 unless given).
-    `across_kinds`, beside `partition`, is as in `BlockTable`. `role` and `reason` say what the case is for; no number
-    depends on them.
-    """
-
-    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER)]
-    title: str = Field(min_length=1)
-    role: Role = "possible"
-    reason: str = ""
-    blocks: Annotated[list[BlockTable], Field(min_length=1)] | None = None
-    partition: Partition | None = None
-    groups: Names | None = None
-    matrix: FileName | None = None
-    rho: Coefficient | None = None
-    across_kinds: bool = False
-    delays: list[DelayTable] = Field(default_factory=list)
+    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER), Form("text or whole number")] = Field(
+        description="Id of the case, by which commands and files name it."
+    )
+    title: str = Field(min_length=1, description="Title of the case.")
+    role: Role = Field(
+        default="possible",
+        description="How to read the case: likely in flight, possible, or diagnostic, which isolates a part "
+        "and is not physical. No number depends on it.",
+    )
+    reason: str = Field(default="", description="Why the case is there, for prints and the report.")
+    blocks: Annotated[list[BlockTable], Field(min_length=1)] | None = Field(
+        default=None,
+        description="Blocks of areas that move together. Blocks are uncorrelated with each other, and areas "
+        "in no block are silent. One of `blocks`, `partition` and `matrix` is needed.",
+    )
+    partition: Partition | None = Field(
+        default=None, description="One block of `groups`, or of all areas, divided as in a block."
+    )
+    groups: Names | None = Field(default=None, description="Groups of areas that `partition` divides. Else all areas.")
+    matrix: FileName | None = Field(
+        default=None,
+        description="The correlation itself: a CSV whose header is `area` and names, or an NPZ with arrays "
+        "`area` and `R`.",
+    )
+    rho: Coefficient | None = Field(
+        default=None, description="Correlation coefficient inside blocks that have none of their own; 1 where left out."
+    )
+    across_kinds: bool = Field(default=False, description="As in a block, beside `partition`.")
+    delays: list[DelayTable] = Field(default_factory=list, description="Areas that follow later.")
 
     @model_validator(mode="after")
     def _one_correlation(self) -> Self:

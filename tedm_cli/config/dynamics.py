@@ -11,26 +11,20 @@ from pydantic import Field, field_validator, model_validator
 
 from tedm_cli import quantities as q
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import IDENTIFIER, Bounded, Direction, FileName, Place, Strict, load, named_by_project
+from tedm_cli.config.base import IDENTIFIER, Bounded, FileName, Place, Strict, load, named_by_project
+from tedm_cli.config.dynamics_noise import NoiseTable
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
 from tedm_cli.dynamics.controller import LOOPS
-from tedm_cli.dynamics.judging import THERMAL
 from tedm_cli.dynamics.loops import INTEGRAL, LEAD, ROLL_OFF, Loop, LoopShape
 from tedm_cli.dynamics.presets import (
-    ACTUATION_STABILITY,
     TOTAL_STIFFNESS_S2,
-    lpf_sources,
     lpf_spacecraft,
-    thruster_sources,
 )
-from tedm_cli.dynamics.signals import DISTURBANCES, OUTPUTS, TEST_MASSES
-from tedm_cli.dynamics.sources import NoiseSource, PowerLaw, SpectrumTable
+from tedm_cli.dynamics.signals import OUTPUTS, TEST_MASSES
 from tedm_cli.dynamics.stiffness import electrostatic_to_total
-from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.noise.requirements import AppliedRequirement
-from tedm_cli.tables.csv_table import read_table
 
 Moment = Annotated[float, Bounded(q.INERTIA)]
 Moments = Annotated[list[Moment], Field(min_length=3, max_length=3)]
@@ -38,21 +32,25 @@ Stiffness = Annotated[float, Bounded(q.STIFFNESS)]
 Six = Annotated[list[Stiffness], Field(min_length=6, max_length=6)]
 CornerRatio = Annotated[float, Bounded(q.CORNER_RATIO)]
 Coefficient = Annotated[float, Bounded(q.TRANSFER_COEFFICIENT)]
-_DISTURBED = ("w_ and an input (w_SC_Fx)", "n_ and a coordinate (n_TM1_x)", "s_ and an acceleration (s_TM1_a_x)")
-_SPECTRUM = {"frequency_hz": q.FREQUENCY, "amplitude": q.NOISE_LEVEL}
 
 
 class SpacecraftTable(Strict):
-    """The spacecraft without its test masses; what is left out is LISA Pathfinder's, around the test masses.
+    """The spacecraft without its test masses. What is left out is LISA Pathfinder's."""
 
-    About the centre of mass, basic frame: `inertia_kg_m2`, three moments without products of inertia, or
-    `inertia_matrix_kg_m2` [3, 3]. `centre_of_mass_m`: basic frame.
-    """
-
-    mass_kg: Annotated[float, Bounded(q.SPACECRAFT_MASS)] | None = None
-    inertia_kg_m2: Moments | None = None
-    inertia_matrix_kg_m2: Annotated[list[Moments], Field(min_length=3, max_length=3)] | None = None
-    centre_of_mass_m: Place | None = None
+    mass_kg: Annotated[float, Bounded(q.SPACECRAFT_MASS)] | None = Field(
+        default=None, description="Mass without the test masses. Else LISA Pathfinder's, 422.7 kg."
+    )
+    inertia_kg_m2: Moments | None = Field(
+        default=None,
+        description="Moments of inertia about the centre of mass and the basic axes, without products. Else "
+        "LISA Pathfinder's: 202.5, 209.7, 191.7.",
+    )
+    inertia_matrix_kg_m2: Annotated[list[Moments], Field(min_length=3, max_length=3)] | None = Field(
+        default=None, description="The whole tensor, in place of `inertia_kg_m2`."
+    )
+    centre_of_mass_m: Place | None = Field(
+        default=None, description="Centre of mass, basic frame. Else LISA Pathfinder's, around the test masses."
+    )
 
     @model_validator(mode="after")
     def _one_inertia(self) -> SpacecraftTable:
@@ -76,17 +74,19 @@ class SpacecraftTable(Strict):
 
 
 class StiffnessTable(Strict):
-    """Electrostatic stiffness per mass and moment, 1/s² along the diagonal, positive where it destabilises.
+    """Electrostatic stiffness per mass and moment, 1/s² along the diagonal, positive where it destabilises."""
 
-    `preset = "ltpda"` fills the gravity's up to the totals of LISA Pathfinder (x y z theta eta phi); "none" has none.
-    `electrostatic` gives the six numbers of each test mass by name in place of the preset, `electrostatic_matrix` all
-    [6, 6] of them.
-    """
-
-    preset: Literal["ltpda", "none"] = "ltpda"
-    electrostatic: dict[str, Six] = Field(default_factory=dict)
+    preset: Literal["ltpda", "none"] = Field(
+        default="ltpda",
+        description='"ltpda" fills the stiffness of gravity up to the totals of LISA Pathfinder; "none" is '
+        "gravity alone.",
+    )
+    electrostatic: dict[str, Six] = Field(
+        default_factory=dict,
+        description="By test mass six numbers of the diagonal (x, y, z, theta, eta, phi), in place of the preset.",
+    )
     electrostatic_matrix: dict[str, Annotated[list[Six], Field(min_length=6, max_length=6)]] = Field(
-        default_factory=dict
+        default_factory=dict, description="By test mass the whole matrix, in place of the preset."
     )
 
     @model_validator(mode="after")
@@ -117,29 +117,41 @@ class StiffnessTable(Strict):
 class ReadOutTable(Strict):
     """Which redundant set of read-outs the controller hears."""
 
-    set: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
+    set: Annotated[str, Field(pattern=IDENTIFIER)] | None = Field(
+        default=None, description="The redundant set of read-outs that the controller hears. Else the first."
+    )
 
 
 class ShapeTable(Strict):
     """Corner frequencies of the default loops, relative to their crossover."""
 
-    integral: CornerRatio = INTEGRAL
-    lead: CornerRatio = LEAD
-    roll_off: CornerRatio = ROLL_OFF
+    integral: CornerRatio = Field(default=INTEGRAL, description="Crossover over the corner of the integral part.")
+    lead: CornerRatio = Field(default=LEAD, description="Crossover over the corner of the lead.")
+    roll_off: CornerRatio = Field(default=ROLL_OFF, description="Corner of the roll-off over the crossover.")
 
 
 class LoopTable(Strict):
-    """One of the default loops with another crossover, delay or shape, or a transfer function of one's own.
+    """One of the default loops with another crossover, delay or shape, or a transfer function of one's own."""
 
-    `numerator` and `denominator`: highest power of s first; acceleration demand per m or rad, 1/s².
-    """
-
-    name: str
-    crossover_hz: Annotated[float, Bounded(q.CROSSOVER)] | None = None
-    delay_s: Annotated[float, Bounded(q.CONTROL_DELAY)] | None = None
-    shape: ShapeTable | None = None
-    numerator: Annotated[list[Coefficient], Field(min_length=1, max_length=12)] | None = None
-    denominator: Annotated[list[Coefficient], Field(min_length=1, max_length=12)] | None = None
+    name: str = Field(
+        description="Which of the default loops: TM1_x, x12, SC_theta and so on; another name is refused with "
+        "the list of them."
+    )
+    crossover_hz: Annotated[float, Bounded(q.CROSSOVER)] | None = Field(
+        default=None, description="Crossover frequency. Else that of the default loop."
+    )
+    delay_s: Annotated[float, Bounded(q.CONTROL_DELAY)] | None = Field(
+        default=None, description="Delay of the loop. Else that of the default loop."
+    )
+    shape: ShapeTable | None = Field(default=None, description="Corners of this loop. Else those of the controller.")
+    numerator: Annotated[list[Coefficient], Field(min_length=1, max_length=12)] | None = Field(
+        default=None,
+        description="Numerator of a transfer function of your own, highest power of s first: acceleration "
+        "demand per m or rad.",
+    )
+    denominator: Annotated[list[Coefficient], Field(min_length=1, max_length=12)] | None = Field(
+        default=None, description="Denominator of that transfer function."
+    )
 
     @field_validator("name")
     @classmethod
@@ -165,14 +177,14 @@ class LoopTable(Strict):
 
 
 class ControllerTable(Strict):
-    """The default controller, changed loop by loop, or one of one's own.
+    """The default controller, changed loop by loop, or one of one's own."""
 
-    `file`: A, B, C, D with `inputs` and `outputs` in MAT, NPZ or TOML, relative to this file.
-    """
-
-    file: FileName | None = None
-    shape: ShapeTable = ShapeTable()
-    loop: list[LoopTable] = Field(default_factory=list)
+    file: FileName | None = Field(
+        default=None,
+        description="A controller of your own: A, B, C, D with `inputs` and `outputs` in NPZ, MAT or TOML.",
+    )
+    shape: ShapeTable = Field(default=ShapeTable(), description="Corners of all default loops.")
+    loop: list[LoopTable] = Field(default_factory=list, description="Default loops that are changed.")
 
     @model_validator(mode="after")
     def _one_of_both(self) -> ControllerTable:
@@ -185,135 +197,12 @@ class ControllerTable(Strict):
         return self
 
 
-class SpectrumFields(Strict):
-    """PSD level² (1 + (corner/f)^slope), or the amplitudes of a CSV (`frequency_hz,amplitude`)."""
-
-    level: Annotated[float, Bounded(q.NOISE_LEVEL)] | None = None
-    corner_hz: Annotated[float, Bounded(q.CORNER)] = 0.0
-    slope: Annotated[float, Bounded(q.SPECTRAL_SLOPE)] = 0.0
-    table: FileName | None = None
-
-    @model_validator(mode="after")
-    def _one_spectrum(self) -> SpectrumFields:
-        if (self.level is None) == (self.table is None):
-            raise ValueError("needs either level or table")
-        if self.table is not None and (self.corner_hz or self.slope):
-            raise ValueError("has a table: corner_hz and slope belong to a level")
-        return self
-
-    def spectrum(self, folder: Path) -> PowerLaw | SpectrumTable:
-        """The spectrum; raises `InputError` for its table."""
-        if self.table is None:
-            return PowerLaw(float(self.level or 0.0), self.corner_hz, self.slope)
-        rows = read_table(folder / self.table, _SPECTRUM)
-        frequency, amplitude = (tuple(row.number[c] for row in rows) for c in _SPECTRUM)
-        return SpectrumTable(frequency, amplitude, str(folder / self.table))
-
-
-class SourceTable(SpectrumFields):
-    """A noise source of one's own, or, by the name of one of the preset, another spectrum for it.
-
-    `gains`: what it adds to which disturbances, by name: `w_` inputs (N, N m), `n_` read-outs (m, rad), `s_`
-    accelerations (m/s², rad/s²).
-    """
-
-    name: Annotated[str, Field(pattern=IDENTIFIER)]
-    group: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
-    gains: dict[str, Annotated[float, Bounded(q.NOISE_GAIN)]] = Field(default_factory=dict)
-    origin: str = "configured"
-
-    @field_validator("gains")
-    @classmethod
-    def _known(cls, value: dict[str, float]) -> dict[str, float]:
-        unknown = [name for name in value if name not in DISTURBANCES]
-        if unknown:
-            raise ValueError(f"{unknown[0]!r} is no disturbance: {', '.join(_DISTURBED)}")
-        return value
-
-    @model_validator(mode="after")
-    def _not_the_temperatures(self) -> SourceTable:
-        if (self.group or self.name) == THERMAL:
-            raise ValueError(f"the group {THERMAL!r} is of the temperatures of a case; give it another name")
-        return self
-
-
-class ThrusterTable(SpectrumFields):
-    """A thruster: where it is, along what it pushes the spacecraft (basic frame), and the noise of its force, N/√Hz."""
-
-    position_m: Place
-    direction: Direction
-
-    @field_validator("direction")
-    @classmethod
-    def _not_zero(cls, value: list[float]) -> list[float]:
-        if not any(value):
-            raise ValueError("is zero")
-        return value
-
-
-class NoiseTable(Strict):
-    """Noise sources: those of a preset less what is omitted, thrusters in place of its six, and own ones."""
-
-    preset: Literal["lpf", "none"] = "lpf"
-    omit: list[str] = Field(default_factory=list)
-    actuation_stability: Annotated[float, Bounded(q.RELATIVE_NOISE)] = ACTUATION_STABILITY
-    source: list[SourceTable] = Field(default_factory=list)
-    thruster: list[ThrusterTable] = Field(default_factory=list)
-
-    @model_validator(mode="after")
-    def _each_once(self) -> NoiseTable:
-        names = [source.name for source in self.source]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"source {twice[0]} is there twice")
-        return self
-
-    def sources(
-        self, spacecraft: Spacecraft, test_masses: list[DynamicTestMass], at_rest: FloatArray, folder: Path, where: str
-    ) -> list[NoiseSource]:
-        """All sources; `at_rest` [12] as `lpf_sources` takes it. Raises `ConfigError` for names that are not known."""
-        sources = {} if self.preset == "none" else {
-            s.name: s for s in lpf_sources(test_masses, at_rest, self.actuation_stability)
-        }  # fmt: skip
-        problems = []
-        if self.omit and not sources:
-            problems.append(("noise.omit", 'there is nothing to leave out: the preset is "none"'))
-        for k, wanted in enumerate(self.omit if sources else []):
-            gone = [name for name, s in sources.items() if wanted in (name, s.group)]
-            if not gone:
-                groups = ", ".join(dict.fromkeys(s.group for s in sources.values()))
-                problems.append(
-                    (f"noise.omit[{k}]", f"{wanted!r} is no source or group of the preset; groups: {groups}")
-                )
-            for name in gone:
-                del sources[name]
-        if self.thruster:
-            sources = {name: s for name, s in sources.items() if s.group != "thruster"}
-            position, direction = (
-                np.array([getattr(t, key) for t in self.thruster]) for key in ("position_m", "direction")
-            )
-            spectra = [t.spectrum(folder) for t in self.thruster]
-            made = thruster_sources(position, direction, spectra, spacecraft.centre_of_mass_m)
-            sources |= {s.name: s for s in made}
-        for k, own in enumerate(self.source):
-            before = sources.get(own.name)
-            if before is None and not own.gains:
-                problems.append((f"noise.source[{k}]", f"{own.name!r} is no source of the preset, and has no gains"))
-                continue
-            group = own.group or (before.group if before else own.name)
-            gains = own.gains or (before.gains if before else {})
-            sources[own.name] = NoiseSource(own.name, group, gains, own.spectrum(folder), own.origin)
-        if problems:
-            raise ConfigError(problems, where=where)
-        return list(sources.values())
-
-
 class TimeTable(Strict):
-    """The realisation in time: samples per second, how many, and the seed of its random numbers."""
+    """Realisations of the loop in time."""
 
-    rate_hz: Annotated[float, Bounded(q.CROSSOVER)] = 0.5
-    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = 2**20
-    seed: Annotated[int, Bounded(q.SEED)] = 1
+    rate_hz: Annotated[float, Bounded(q.CROSSOVER)] = Field(default=0.5, description="Samples per second.")
+    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = Field(default=2**20, description="Number of samples.")
+    seed: Annotated[int, Bounded(q.SEED)] = Field(default=1, description="Seed of the random numbers.")
 
 
 def _default_requirements() -> list[RequirementTable]:
@@ -326,15 +215,21 @@ def _default_requirements() -> list[RequirementTable]:
 
 
 class DynamicsConfig(Strict):
-    """One dynamics file; without it, the defaults: LISA Pathfinder's spacecraft around the project's test masses."""
+    """Spacecraft, stiffness, controller and noise of the drag-free loop. Everything may be left out."""
 
-    spacecraft: SpacecraftTable = SpacecraftTable()
-    stiffness: StiffnessTable = StiffnessTable()
-    read_out: ReadOutTable = ReadOutTable()
-    controller: ControllerTable = ControllerTable()
-    noise: NoiseTable = NoiseTable()
-    time: TimeTable = TimeTable()
-    requirements: list[RequirementTable] = Field(alias="requirement", default_factory=_default_requirements)
+    spacecraft: SpacecraftTable = Field(default=SpacecraftTable(), description="The spacecraft.")
+    stiffness: StiffnessTable = Field(default=StiffnessTable(), description="Electrostatic stiffness.")
+    read_out: ReadOutTable = Field(default=ReadOutTable(), description="What the controller hears.")
+    controller: ControllerTable = Field(default=ControllerTable(), description="The controller.")
+    noise: NoiseTable = Field(default=NoiseTable(), description="Noise sources beside the temperatures.")
+    time: TimeTable = Field(default=TimeTable(), description="Realisations in time.")
+    requirements: list[RequirementTable] = Field(
+        alias="requirement",
+        default_factory=_default_requirements,
+        description="Requirements on outputs of the closed loop. Else lpf_acceleration and "
+        "lisa_acceleration_differential on delta_g, lisa_acceleration on both test masses, "
+        "lpf_jitter on TM1_x.",
+    )
 
     def file_names(self) -> list[str]:
         """Files beside this one: the controller and the spectra of noise sources."""

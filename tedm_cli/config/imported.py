@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeVar
 
+from pydantic import Field
+
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.base import Bounded, Length, Place, Strict, validate
+from tedm_cli.config.base import Bounded, Form, Length, Place, Strict, validate
 from tedm_cli.errors import ConfigError
 from tedm_cli.optics.imported import Conventions, Frame, LabelledMatrix, MassAxes, MotionConventions, Slopes
 from tedm_cli.optics.labels import Labels
@@ -14,35 +16,53 @@ from tedm_cli.quantities import MATRIX_ACCURACY
 
 Units = list[str] | dict[str, str]
 Point = Literal["layout", "grid"]
+Points = Annotated[
+    Point | dict[str, Point | Place], Form('"layout", "grid", or table of these and of coordinates by element')
+]
 
 
 class BeamsTable(Strict):
     """What the labels call the two beams."""
 
-    meas: str
-    ref: str
+    meas: str = Field(description="What the labels call the measurement beam.")
+    ref: str = Field(description="What the labels call the reference beam.")
 
 
 class LawTable(Strict):
-    """Of P; units by label, or by what stands behind the last underscore of the labels."""
+    """What an imported P has to declare. What its own file says need not be here."""
 
-    rows: list[str]
-    columns: list[str]
-    row_units: Units
-    column_units: Units
-    beams: BeamsTable
-    slopes: Slopes
-    pupil_radius_m: Length | None = None
+    rows: list[str] = Field(description="Labels of the rows, in any order.")
+    columns: list[str] = Field(description="Labels of the columns, in any order.")
+    row_units: Units = Field(
+        description="Units of the rows: a list, or by what stands behind the last underscore of the labels."
+    )
+    column_units: Units = Field(description="Units of the columns, in the same way.")
+    beams: BeamsTable = Field(description="What the labels call the two beams.")
+    slopes: Slopes = Field(description="Whether z1, z2 are slopes, or lengths: Zernike tilts R z, or Noll's R z / 2.")
+    pupil_radius_m: Length | None = Field(
+        default=None, description='Pupil radius R of "zernike" and "noll", which need it.'
+    )
 
 
 class SensitivityTable(LawTable):
-    """Of S_BW."""
+    """What an imported S_BW has to declare. What its own file says need not be here."""
 
-    frame: Frame
-    reference_points: Point | dict[str, Point | Place]
-    rotations: Literal["small_angle"]
-    test_mass_axes: MassAxes | None = None
-    accuracy: Annotated[float, Bounded(MATRIX_ACCURACY)] | None = None
+    frame: Frame = Field(description="Axes of the motions, and of reference points given as coordinates.")
+    reference_points: Points = Field(
+        description='What elements turn about: "layout" (`ref_m`), "grid", or by element one of these or coordinates.'
+    )
+    rotations: Literal["small_angle"] = Field(
+        description="Rotations are small angles about the axes of the frame; nothing else is taken."
+    )
+    test_mass_axes: MassAxes | None = Field(
+        default=None,
+        description="Axes of the columns of test masses: their own, or those of the frame. Needed where test "
+        "masses have `axes`.",
+    )
+    accuracy: Annotated[float, Bounded(MATRIX_ACCURACY)] | None = Field(
+        default=None,
+        description="Error of the entries where it is larger than their digits tell, as a fraction of the largest.",
+    )
 
 
 T = TypeVar("T", bound=LawTable)

@@ -52,43 +52,75 @@ RotationVector = Annotated[list[Angle], Field(min_length=3, max_length=3)]
 
 
 class ModelTable(UnitsTable):
-    """Where the finite-element model and its unit-load results are; `{build_dir}` stands for the build folder.
+    """Where the finite-element model and its unit-load results are.
 
-    The units are those of `bdf`, `deck` and `op2` alike (`UnitsTable`).
-    `bdf` is what `write-deck` reads; `areas_csv` (node_id,area) defines areas, before those of `[[areas.define]]`.
-    `deck` and `op2` are the unit-load deck and its results (OP2, or MSC Nastran's HDF5), the user's own where Nastran
-    solved them; left out, they are made in the build folder.
-    `reference_temperature_K`: where unit loads start instead of TREF. `constraints_of_subcase`: the subcase of `bdf`
-    whose constraints all unit loads have, where its subcases differ. `allow_missing_enddata`: decks may end without
-    ENDDATA, as those that were cut off do.
+    Paths are relative to this file, and `{build_dir}` in them stands for the build folder.
     """
 
-    bdf: FileName | None = None
-    areas_csv: FileName | None = None
-    deck: FileName = "{build_dir}/unit_loads.bdf"
-    op2: list[FileName] = Field(min_length=1, default_factory=lambda: ["{build_dir}/unit_loads.op2"])
-    uniform_label: str = "UNIFORM"
-    reference_temperature_K: AbsoluteTemperature | None = None
-    constraints_of_subcase: Id | None = None
-    allow_missing_enddata: bool = False
-    subcases: dict[str, Id] = Field(default_factory=dict)
+    bdf: FileName | None = Field(
+        default=None, description="The finite-element model from which `tedm write-deck` makes the unit-load deck."
+    )
+    areas_csv: FileName | None = Field(
+        default=None,
+        description="A CSV `node_id,area` that puts grids into thermal areas, before the definitions of "
+        "`[[areas.define]]`.",
+    )
+    deck: FileName = Field(
+        default="{build_dir}/unit_loads.bdf",
+        description="The unit-load deck: your own where your Nastran solved it, else the one that `tedm "
+        "write-deck` writes.",
+    )
+    op2: list[FileName] = Field(
+        min_length=1,
+        default_factory=lambda: ["{build_dir}/unit_loads.op2"],
+        description="Results of that deck: OP2 files, or MSC Nastran's HDF5. Else the one that `tedm solve` writes.",
+    )
+    uniform_label: str = Field(
+        default="UNIFORM",
+        description="LABEL of the subcase that warms all areas together. It checks superposition, and the "
+        "deck may lack it.",
+    )
+    reference_temperature_K: AbsoluteTemperature | None = Field(
+        default=None,
+        description="Temperature from which the unit loads start, in place of TREF. Materials with MATTi need it.",
+    )
+    constraints_of_subcase: Id | None = Field(
+        default=None,
+        description="The subcase of `bdf` whose constraints all unit loads have. Needed where those of its "
+        "subcases differ.",
+    )
+    allow_missing_enddata: bool = Field(
+        default=False, description="Whether decks may end without ENDDATA, as one does that was cut off."
+    )
+    subcases: dict[str, Id] = Field(
+        default_factory=dict, description="Subcase id of each area, by name, where the results carry no labels."
+    )
 
 
 class CompensationMassTable(Strict):
-    """A cuboid block; edges along the basic frame unless turned by a rotation vector or `axes` (rows: its edges).
+    """A cuboid block. Its edges are along the basic frame unless it is turned. It stays still, or follows grids."""
 
-    It stays still, or follows a grid, several (`4711`, `"4800:4810"`, or a list of these) or the members of sets.
-    """
-
-    name: Annotated[str, Field(min_length=1)]
-    centre_m: Place
-    size_m: Edges
-    mass_kg: Mass | None = None
-    density_kg_m3: Annotated[float, Bounded(DENSITY)] | None = None
-    rotation_rad: RotationVector | None = None
-    axes: OrthonormalAxes | None = None
-    grid: Ids | None = None
-    set: Ids | None = None
+    name: Annotated[str, Field(min_length=1)] = Field(description="Name of the block, in prints and results.")
+    centre_m: Place = Field(description="Centre of the block, basic frame.")
+    size_m: Edges = Field(description="Full edge lengths; one number is a cube.")
+    mass_kg: Mass | None = Field(default=None, description="Mass of the block. Either this or `density_kg_m3`.")
+    density_kg_m3: Annotated[float, Bounded(DENSITY)] | None = Field(
+        default=None, description="Density of the block. Either this or `mass_kg`."
+    )
+    rotation_rad: RotationVector | None = Field(
+        default=None, description="Rotation vector that turns the block from the basic frame. This or `axes`."
+    )
+    axes: OrthonormalAxes | None = Field(
+        default=None, description="Unit vectors along the edges, as rows, basic frame. This or `rotation_rad`."
+    )
+    grid: Ids | None = Field(
+        default=None,
+        description="The grid that the block follows, or several of them, as an RBE3 would. Left out, with "
+        "`set`, the block stays still.",
+    )
+    set: Ids | None = Field(
+        default=None, description="Sets of the deck whose members the block follows, in place of `grid`."
+    )
 
     _order = field_validator("grid", "set")(ranges_increase)
 
@@ -125,32 +157,54 @@ def axes_of_rotation(rotation_rad: list[float]) -> FloatArray:
 
 
 class GravityTable(Strict):
-    """The gravitational constant, how the structure's mass is represented, the other test mass, compensation masses.
+    """How the structure's mass is represented, the other test mass, compensation masses, subsystems."""
 
-    `mass_model`: "quadrature" spreads every element's mass over it, to `quadrature_tolerance` (relative error of each
-    element's field); "lumped" shares it among the element's grids, the published method. `other_test_mass_points`:
-    Gauss points per edge. `compensation_masses` is a CSV of blocks; `[[compensation_mass]]` tables add to it.
-    `subsystems`: by name the groups of thermal areas that make each, for every test mass or by test mass, or "rest".
-    """
-
-    gravitational_constant_m3_kg_s2: Annotated[float, Bounded(GRAVITATIONAL_CONSTANT)] = G_CODATA_2018
-    mass_model: Literal["quadrature", "lumped"] = "quadrature"
-    quadrature_tolerance: Annotated[float, Bounded(QUADRATURE_TOLERANCE)] = 1e-4
-    other_test_mass_points: Annotated[int, Bounded(GAUSS_POINTS)] = 8
-    compensation_masses: FileName | None = None
-    compensation_tolerance: Annotated[float, Bounded(COMPENSATION_TOLERANCE)] = DEFAULT_TOLERANCE
-    subsystems: dict[SubsystemName, Subsystem] = Field(default_factory=dict)
+    gravitational_constant_m3_kg_s2: Annotated[float, Bounded(GRAVITATIONAL_CONSTANT)] = Field(
+        default=G_CODATA_2018, description="The gravitational constant; CODATA 2018 where left out."
+    )
+    mass_model: Literal["quadrature", "lumped"] = Field(
+        default="quadrature",
+        description='"quadrature" spreads the mass of every element over it; "lumped" shares it among the '
+        "element's grids, the published method.",
+    )
+    quadrature_tolerance: Annotated[float, Bounded(QUADRATURE_TOLERANCE)] = Field(
+        default=1e-4, description='Relative error of the field of each element, to which "quadrature" cuts it.'
+    )
+    other_test_mass_points: Annotated[int, Bounded(GAUSS_POINTS)] = Field(
+        default=8, description="Gauss points along each edge of the other test mass."
+    )
+    compensation_masses: FileName | None = Field(
+        default=None, description="A CSV of compensation masses; `[[compensation_mass]]` tables add to it."
+    )
+    compensation_tolerance: Annotated[float, Bounded(COMPENSATION_TOLERANCE)] = Field(
+        default=DEFAULT_TOLERANCE, description="Estimated relative error of the field of each compensation mass."
+    )
+    subsystems: dict[SubsystemName, Subsystem] = Field(
+        default_factory=dict,
+        description="Subsystems whose field at rest is limited, by name: groups of thermal areas, the same "
+        'for every test mass or by test mass, or "rest", all that no other subsystem has. "other '
+        'test mass" and "compensation masses" count as groups.',
+    )
 
 
 class ModelConfig(Strict):
-    """One model configuration file; without test masses there is no self-gravity, and read-outs alone."""
+    """Model, thermal areas, test masses, and limits on the field at rest."""
 
-    model: ModelTable
-    areas: AreasTable
-    test_mass: list[TestMassTable] = Field(default_factory=list)
-    gravity: GravityTable = GravityTable()
-    compensation_mass: list[CompensationMassTable] = Field(default_factory=list)
-    requirement_at_rest: list[AtRestTable] = Field(default_factory=list)
+    model: ModelTable = Field(description="Decks, results and their units.")
+    areas: AreasTable = Field(description="Thermal areas and their attributes.")
+    test_mass: list[TestMassTable] = Field(
+        default_factory=list,
+        description="The test masses. Without any there is no self-gravity, and the project is of read-outs alone.",
+    )
+    gravity: GravityTable = Field(default=GravityTable(), description="How self-gravity is computed.")
+    compensation_mass: list[CompensationMassTable] = Field(
+        default_factory=list,
+        description="Compensation masses, one block each. They have no mass in the deck, where a CONM2 would "
+        "count twice.",
+    )
+    requirement_at_rest: list[AtRestTable] = Field(
+        default_factory=list, description="Limits on the field at rest. Without any, nothing is judged at rest."
+    )
     _test_masses: list[TestMass] | None = PrivateAttr(default=None)
 
     @field_validator("test_mass")

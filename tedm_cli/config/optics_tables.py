@@ -63,82 +63,162 @@ OPTIONAL_KEYS = (
 
 
 class ElementTable(Strict):
-    """One `[[element]]`; which of the optional keys belong to it depends on its kind, and on S_BW being imported."""
+    """One optical element. Which of the keys belong to it depends on its kind, and on S_BW being imported."""
 
-    name: Name
-    kind: Kind
-    ref_m: Place
-    normal: Direction | None = None
-    front_offset_m: Offset | None = None
-    thickness_m: LengthOrZero | None = None
-    index: Annotated[float, Bounded(REFRACTIVE_INDEX)] | None = None
-    local_y: Direction | None = None
-    aperture_m: Length | HalfSizes | None = None
-    opl_offset_m: OpticalPath | None = None
-    grid: Id | None = None
-    lever_ok: bool | None = None
-    axes: OrthonormalAxes | None = None
-    bench: Name | None = None
-    read_out: ReadOut | None = None
-    beam_overlap_m: LengthTolerance | None = None
-    beam_angle_rad: AngleTolerance | None = None
-    path_mismatch_m: LengthTolerance | None = None
+    name: Name = Field(description="Name of the element.")
+    kind: Kind = Field(description="What it is.")
+    ref_m: Place = Field(description="Reference point, about which the element turns; of a test mass its centre.")
+    normal: Direction | None = Field(
+        default=None,
+        description="Unit vector towards the reflecting side; of an injector the direction of the beam, of a "
+        "photodiode towards the light.",
+    )
+    front_offset_m: Offset | None = Field(
+        default=None,
+        description="The front plane passes through `ref_m + front_offset_m * normal`. A test mass needs it; "
+        "of others 0 where left out.",
+    )
+    thickness_m: LengthOrZero | None = Field(
+        default=None,
+        description="Distance of the back plane behind the front, which carries the coating. Windows and beam "
+        "splitters need it.",
+    )
+    index: Annotated[float, Bounded(REFRACTIVE_INDEX)] | None = Field(
+        default=None, description="Refractive index of the substrate. Windows and beam splitters need it."
+    )
+    local_y: Direction | None = Field(
+        default=None,
+        description="Unit vector of the y axis; x is `local_y` × `normal`. Photodiodes and rectangular "
+        "apertures need it.",
+    )
+    aperture_m: Length | HalfSizes | None = Field(
+        default=None,
+        description="Clear radius, or half sizes [a, b] along x and y, about `ref_m`. Without it the aperture "
+        "is not checked.",
+    )
+    opl_offset_m: OpticalPath | None = Field(
+        default=None, description="Optical path before an injector; 0 where left out."
+    )
+    grid: Id | None = Field(
+        default=None,
+        description="Grid of the finite-element model whose motion the element follows. Needed for all but "
+        "test masses, here or in `[grids]`.",
+    )
+    lever_ok: bool | None = Field(
+        default=None, description="Whether the distance of the element from its grid is meant, however long."
+    )
+    axes: OrthonormalAxes | None = Field(
+        default=None,
+        description="Unit vectors of a test mass as rows, layout frame. Those of the layout where left out.",
+    )
+    bench: Name | None = Field(
+        default=None, description="Name of the bench that the element is on. Else elements that beams join are on one."
+    )
+    read_out: ReadOut | None = Field(
+        default=None, description="What is measured of this test mass, in place of the layout's `read_out`."
+    )
+    beam_overlap_m: LengthTolerance | None = Field(
+        default=None, description="Tolerance of this photodiode in place of that of `[tolerances]`."
+    )
+    beam_angle_rad: AngleTolerance | None = Field(default=None, description="The same of the angle.")
+    path_mismatch_m: LengthTolerance | None = Field(default=None, description="The same of the optical paths.")
 
 
 class PathTable(Strict):
-    """One `[[path]]`: the ordered steps of one beam to one photodiode."""
+    """One beam to one photodiode."""
 
-    photodiode: str
-    beam: Beam
-    steps: Annotated[list[str], Field(min_length=2)] | None = None
-    wavefront_radius_m: Annotated[float, Bounded(RADIUS_OF_CURVATURE)] | None = None
+    photodiode: str = Field(description="Name of the photodiode.")
+    beam: Beam = Field(description="Which of its two beams: measurement or reference.")
+    steps: Annotated[list[str], Field(min_length=2)] | None = Field(
+        default=None,
+        description="Injector, then `NAME:R` (reflected) or `NAME:T` (transmitted) of every element that is "
+        "met, last the photodiode. An imported S_BW needs none.",
+    )
+    wavefront_radius_m: Annotated[float, Bounded(RADIUS_OF_CURVATURE)] | None = Field(
+        default=None,
+        description="Radius of curvature of the wave front at the photodiode, positive where it diverges. A "
+        "plane wave where left out.",
+    )
 
 
 class FrameTable(Strict):
     """The layout frame in the model's basic frame."""
 
-    origin_m: Place
-    axes: OrthonormalAxes
+    origin_m: Place = Field(description="Origin of the layout frame.")
+    axes: OrthonormalAxes = Field(description="Unit vectors of the layout frame as rows.")
 
 
 class TolerancesTable(Strict):
-    """What the checks of the layout allow; see `optics.layout.Tolerances` and `Recombination`."""
+    """What the checks of the layout allow."""
 
-    clearance_m: LengthOrZero = 0.0
-    reference_point_m: LengthTolerance = 0.01
-    lever_m: LengthTolerance = 0.02
-    beam_overlap_m: LengthTolerance = 1e-4
-    beam_angle_rad: AngleTolerance = 1e-4
-    path_mismatch_m: LengthTolerance | None = None
+    clearance_m: LengthOrZero = Field(
+        default=0.0,
+        description="Distance that the axis of a beam keeps from edges of apertures and from bodies it shall "
+        "not meet. Three beam radii are a good value.",
+    )
+    reference_point_m: LengthTolerance = Field(
+        default=0.01,
+        description="Distance of a reference point from its substrate or surface, above which there is a warning.",
+    )
+    lever_m: LengthTolerance = Field(
+        default=0.02, description="Distance of an element from its grid, above which there is a warning."
+    )
+    beam_overlap_m: LengthTolerance = Field(
+        default=1e-4, description="Largest distance of the two spots on a photodiode."
+    )
+    beam_angle_rad: AngleTolerance = Field(default=1e-4, description="Largest angle between its two beams.")
+    path_mismatch_m: LengthTolerance | None = Field(
+        default=None, description="Largest difference of their optical paths. Not judged where left out."
+    )
 
 
 class ExpansionTable(Strict):
-    """One `[[test_mass_expansion]]`: a test mass that follows the temperature of a thermal area."""
+    """A test mass that expands with the temperature of a thermal area."""
 
-    test_mass: str
-    expansion_per_K: Annotated[float, Bounded(EXPANSION)]
-    area: str
+    test_mass: str = Field(description="Name of the test mass.")
+    expansion_per_K: Annotated[float, Bounded(EXPANSION)] = Field(description="Its coefficient of linear expansion.")
+    area: str = Field(description="The thermal area whose temperature it has.")
 
 
 class ImportedTable(Strict):
-    """Matrices made elsewhere, relative to the layout file, in place of those that follow from the layout."""
+    """Matrices made elsewhere. Names of files are relative to this one."""
 
-    S_BW: FileName | None = None
-    P: FileName | None = None
-    largest_difference: Annotated[float, Bounded(MATRIX_DIFFERENCE)] | None = None
+    S_BW: FileName | None = Field(default=None, description="File of a matrix S_BW made elsewhere: CSV, NPZ or MAT.")
+    P: FileName | None = Field(default=None, description="File of a matrix P made elsewhere.")
+    largest_difference: Annotated[float, Bounded(MATRIX_DIFFERENCE)] | None = Field(
+        default=None,
+        description="Largest difference from the layout's own trace, relative, above which the S_BW is "
+        "refused. Not judged where left out.",
+    )
 
 
 class OpticsTables(Strict):
-    """The whole layout file."""
+    """The optical layout. Vectors are in the layout frame unless another is named."""
 
-    title: str
-    wavelength_m: Annotated[float, Bounded(WAVELENGTH)]
-    read_out: ReadOut
-    frame: FrameTable
-    tolerances: TolerancesTable = TolerancesTable()
-    grids: Grids = Field(default_factory=dict)
-    sets: Sets
-    element: Annotated[list[ElementTable], Field(min_length=1)]
-    path: Annotated[list[PathTable], Field(min_length=1)]
-    test_mass_expansion: list[ExpansionTable] = Field(default_factory=list)
-    imported: ImportedTable = ImportedTable()
+    title: str = Field(description="Name of the bench.")
+    wavelength_m: Annotated[float, Bounded(WAVELENGTH)] = Field(description="Wavelength in vacuum.")
+    read_out: ReadOut = Field(
+        description="What is measured of every test mass along and about its own axes; theta, eta, phi turn "
+        "about x, y, z."
+    )
+    frame: FrameTable = Field(description="The layout frame in the basic frame of the model.")
+    tolerances: TolerancesTable = Field(default=TolerancesTable(), description="What the checks of the layout allow.")
+    grids: Grids = Field(
+        default_factory=dict, description="Grid of each element by its name, in place of the elements' own `grid`."
+    )
+    sets: Sets = Field(
+        description="Redundant sets of read-outs, by name: photodiodes that read all test masses. One is enough."
+    )
+    element: Annotated[list[ElementTable], Field(min_length=1)] = Field(
+        description="The optical elements, in the order of the columns of S_BW."
+    )
+    path: Annotated[list[PathTable], Field(min_length=1)] = Field(
+        description="The beams, one measurement and one reference for each photodiode, in the order of the "
+        "rows of S_BW."
+    )
+    test_mass_expansion: list[ExpansionTable] = Field(
+        default_factory=list, description="Test masses that expand with a thermal area."
+    )
+    imported: ImportedTable = Field(
+        default=ImportedTable(), description="Matrices made elsewhere, in place of those that follow from the layout."
+    )

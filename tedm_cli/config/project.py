@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from pydantic import Field
+
 from tedm_cli.config.base import Bounded, FileName, OneLine, Strict, load
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
@@ -15,16 +17,19 @@ from tedm_cli.quantities import ISSUE
 
 
 class ReportTable(Strict):
-    """What the title block of the report says.
+    """What the title block of the report says."""
 
-    A date is given, never taken from a clock: the same results give the same report.
-    """
-
-    title: OneLine | None = None
-    mission: OneLine | None = None
-    issue: OneLine | Annotated[int, Bounded(ISSUE)] | None = None
-    date: OneLine | datetime.date | None = None
-    prepared_by: OneLine | None = None
+    title: OneLine | None = Field(default=None, description="Title of the report. Else one that says what it judges.")
+    mission: OneLine | None = Field(default=None, description="Name of the mission.")
+    issue: OneLine | Annotated[int, Bounded(ISSUE)] | None = Field(
+        default=None, description='Issue of the document: a number, or text such as "2.1 draft".'
+    )
+    date: OneLine | datetime.date | None = Field(
+        default=None,
+        description="Date of the document, as a TOML date or as text. It is never taken from a clock: the "
+        "same results give the same report.",
+    )
+    prepared_by: OneLine | None = Field(default=None, description="Who made it.")
 
 
 OPTICS = "optics.toml"
@@ -32,14 +37,28 @@ NO_OPTICS = "the project has no optics: its file names none, and there is no opt
 
 
 class ProjectTable(Strict):
-    """Paths are relative to the project file. Without `optics`, the layout is optics.toml, where there is one."""
+    """The project: which file describes what. Paths are relative to this file."""
 
-    title: str
-    model: FileName = "model.toml"
-    optics: FileName | None = None
-    cases: FileName = "cases.toml"
-    dynamics: FileName | None = None
-    report: ReportTable = ReportTable()
+    title: str = Field(description="Name of the project, in prints and in the report.")
+    model: FileName = Field(
+        default="model.toml", description="The file that describes the model, the thermal areas and the test masses."
+    )
+    optics: FileName | None = Field(
+        default=None,
+        description="The optical layout. Else optics.toml beside the project file, where there is one; "
+        "without both the project has no optics.",
+    )
+    cases: FileName = Field(
+        default="cases.toml", description="The file that describes temperatures, correlation cases and requirements."
+    )
+    dynamics: FileName | None = Field(
+        default=None,
+        description="The file that describes the drag-free loop. Without it the default loop is taken, where "
+        "there can be one.",
+    )
+    report: ReportTable = Field(
+        default=ReportTable(), description="Title block of the report. What is left out is shown as not given."
+    )
 
 
 @dataclass(frozen=True)

@@ -21,21 +21,30 @@ COLUMNS = {"frequency_hz": FREQUENCY, "amplitude": REQUIREMENT}
 
 
 class RequirementTable(Strict):
-    """A requirement and the labels of the outputs it judges; `TM1_a_x-TM2_a_x` is the difference of two outputs.
+    """A requirement, a preset by its name or a table of your own, and the outputs that it judges."""
 
-    Without `table` the name is that of a preset. `table` is a CSV with the columns `frequency_hz` and `amplitude` (in
-    the unit of `quantity` per √Hz), straight between its points in log-log; its band is all of them unless given.
-    `title` is what the report calls it.
-    """
-
-    table: FileName | None = None
-    name: str = Field(min_length=1)
-    outputs: Names
-    applies_to: Literal["single", "differential"] = "single"
-    quantity: Literal["acceleration", "angular_acceleration", "displacement", "angle"] | None = None
-    band_hz: Annotated[list[Frequency], Field(min_length=2, max_length=2)] | None = None
-    source: str | None = None
-    title: OneLine | None = None
+    table: FileName | None = Field(
+        default=None,
+        description="A CSV `frequency_hz,amplitude`, per √Hz, straight between its points in log-log. Without "
+        "it `name` is that of a preset.",
+    )
+    name: str = Field(min_length=1, description="Name of a preset, or of the requirement that `table` holds.")
+    outputs: Names = Field(
+        description="Labels of the outputs that it judges; `TM1_a_x-TM2_a_x` is the difference of two."
+    )
+    applies_to: Literal["single", "differential"] = Field(
+        default="single",
+        description="Whether the limit is on one test mass or on a difference. A difference is judged by "
+        '"differential" requirements alone.',
+    )
+    quantity: Literal["acceleration", "angular_acceleration", "displacement", "angle"] | None = Field(
+        default=None, description="What `table` limits, which it needs."
+    )
+    band_hz: Annotated[list[Frequency], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="Lowest and highest frequency that are judged. Else all of the table."
+    )
+    source: str | None = Field(default=None, description="Where the table is from, for the report.")
+    title: OneLine | None = Field(default=None, description="What the report calls it.")
 
     @field_validator("name")
     @classmethod

@@ -17,17 +17,33 @@ Spectrum = Literal["welch", "log"]
 class RealisationTable(Strict):
     """A realisation of the temperature noise in the time domain, beside the exact spectra of every case.
 
-    By default it is long enough for the PSD at `lowest_hz` to be within ±`tolerance` with probability `confidence`,
-    estimated by Welch's method.
+    It is as long as `tolerance` and `confidence` take, unless `samples` says otherwise.
     """
 
-    seed: Annotated[int, Bounded(SEED)]
-    rate_hz: Frequency | None = None
-    lowest_hz: Frequency | None = None
-    tolerance: Annotated[float, Bounded(SPECTRAL_TOLERANCE)] = 0.1
-    confidence: Probability = 0.95
-    samples: Annotated[int, Bounded(SAMPLES)] | None = None
-    spectrum: Spectrum = "welch"
+    seed: Annotated[int, Bounded(SEED)] = Field(
+        description="Seed of the random numbers: the same seed gives the same realisation."
+    )
+    rate_hz: Frequency | None = Field(
+        default=None, description="Samples per second. Else 2.5 times the highest frequency."
+    )
+    lowest_hz: Frequency | None = Field(
+        default=None,
+        description="Lowest frequency of the estimated spectra. Else the lowest band edge of the requirements.",
+    )
+    tolerance: Annotated[float, Bounded(SPECTRAL_TOLERANCE)] = Field(
+        default=0.1,
+        description="Half width of the interval of a PSD at `lowest_hz`, relative, from which the number of "
+        "samples follows.",
+    )
+    confidence: Probability = Field(
+        default=0.95, description="Probability with which that interval holds the expectation."
+    )
+    samples: Annotated[int, Bounded(SAMPLES)] | None = Field(
+        default=None, description="Number of samples, in place of `tolerance`."
+    )
+    spectrum: Spectrum = Field(
+        default="welch", description="The estimate: Welch's method, or log-spaced frequencies by speckit."
+    )
 
     @model_validator(mode="after")
     def _one_length(self) -> RealisationTable:
@@ -37,24 +53,44 @@ class RealisationTable(Strict):
 
 
 class SeriesTable(Strict):
-    """A measured or simulated temperature series: `time_s`, and a column for each area, group or shield, or `all`.
+    """A measured or simulated temperature series."""
 
-    `unit` of its temperatures, of which only differences count. `weights`: a CSV node,area,weight that makes the
-    temperature of areas from columns of nodes.
-    """
-
-    name: Annotated[str, Field(pattern=IDENTIFIER)]
-    file: FileName
-    remove: Literal["nothing", "mean", "linear"]
-    unit: Literal["K", "degC"] = "K"
-    weights: FileName | None = None
-    constant: Names | None = None
-    resample_s: Duration | None = None
-    method: Literal["linear", "polyphase"] | None = None
-    max_gap_s: Duration | None = None
-    lowest_hz: Frequency | None = None
-    spectrum: Spectrum = "welch"
-    confidence: Probability = 0.95
+    name: Annotated[str, Field(pattern=IDENTIFIER)] = Field(
+        description="Name of the series, by which commands and files name it."
+    )
+    file: FileName = Field(
+        description="CSV or HDF5 with `time_s`, and a column for each area, group or shield, or `all`."
+    )
+    remove: Literal["nothing", "mean", "linear"] = Field(
+        description="What is taken off each column: nothing where it holds deviations, else its mean, or mean "
+        "and straight line."
+    )
+    unit: Literal["K", "degC"] = Field(
+        default="K",
+        description="Unit of the temperatures, of which only differences count. Gradients are in K/m whatever it is.",
+    )
+    weights: FileName | None = Field(
+        default=None, description="A CSV `node,area,weight` that makes temperatures of areas from columns of nodes."
+    )
+    constant: Names | None = Field(
+        default=None, description="Name patterns of areas that keep their temperature and need no column."
+    )
+    resample_s: Duration | None = Field(default=None, description="Step to which the series is taken, with `method`.")
+    method: Literal["linear", "polyphase"] | None = Field(
+        default=None,
+        description='How: "linear" takes irregular stamps to straight lines between them, "polyphase" regular '
+        "ones through a low-pass.",
+    )
+    max_gap_s: Duration | None = Field(default=None, description='Longest gap that "linear" crosses. Else three steps.')
+    lowest_hz: Frequency | None = Field(
+        default=None, description="Lowest frequency of Welch's spectra. Else the lowest band edge of the requirements."
+    )
+    spectrum: Spectrum = Field(
+        default="welch", description="The estimate: Welch's method, or log-spaced frequencies by speckit."
+    )
+    confidence: Probability = Field(
+        default=0.95, description="Probability of the intervals that are told of the estimate."
+    )
 
     @model_validator(mode="after")
     def _fits_together(self) -> SeriesTable:

@@ -54,11 +54,23 @@ class _SpectrumTable(Strict):
     """What a spectrum may be; keys that its preset does not use are refused."""
 
     quantity: ClassVar[Quantity] = TEMPERATURE_ASD
-    preset: Literal["thesis", "white", "lpf_flight", "table"] = "thesis"
-    reference_hz: Frequency = REFERENCE_HZ
-    order: Annotated[float, Bounded(FILTER_ORDER)] = DEFAULT_ORDER
-    corner_hz: Frequency = DEFAULT_CORNER_HZ
-    table: FileName | None = None
+    preset: Literal["thesis", "white", "lpf_flight", "table"] = Field(
+        default="thesis",
+        description='"thesis" is low-pass shaped, "white" has its level at every frequency, "lpf_flight" is '
+        'an upper limit from flight and the same everywhere, "table" is read from a file.',
+    )
+    reference_hz: Frequency = Field(default=REFERENCE_HZ, description='Frequency at which "thesis" has its level.')
+    order: Annotated[float, Bounded(FILTER_ORDER)] = Field(
+        default=DEFAULT_ORDER,
+        description='Order of the low-pass of "thesis". The published one is not known: this is an '
+        "assumption, and decides verdicts.",
+    )
+    corner_hz: Frequency = Field(
+        default=DEFAULT_CORNER_HZ, description='Corner frequency of the low-pass of "thesis". It is an assumption, too.'
+    )
+    table: FileName | None = Field(
+        default=None, description='File with amplitude spectral densities, CSV or HDF5, for "table".'
+    )
 
     @model_validator(mode="after")
     def _no_idle_keys(self) -> _SpectrumTable:
@@ -111,9 +123,11 @@ class _SelectingTable(_SpectrumTable):
 
     of_gradients: ClassVar[bool]
     other_table: ClassVar[str]
-    groups: Names | None = None
-    shield: Annotated[list[Literal["inside", "outside"]], Field(min_length=1)] | None = None
-    areas: Names | None = None
+    groups: Names | None = Field(default=None, description="Areas of these groups.")
+    shield: Annotated[list[Literal["inside", "outside"]], Field(min_length=1)] | None = Field(
+        default=None, description="Areas on these sides of the thermal shield."
+    )
+    areas: Names | None = Field(default=None, description="Areas whose names match these patterns.")
 
     def select(self, areas: AreaTable) -> BoolArray:
         """Mask [k] of the areas it is for."""
@@ -148,11 +162,11 @@ class _SelectingTable(_SpectrumTable):
 
 
 class OverrideTable(_SelectingTable):
-    """Another spectrum for some areas of mean temperatures."""
+    """Another spectrum for the areas of mean temperatures that meet every key given, each by any of its values."""
 
     of_gradients = False
     other_table = "[[temperature.gradient]], in K/m/sqrt(Hz)"
-    level_K: TemperatureLevel | None = None
+    level_K: TemperatureLevel | None = Field(default=None, description='Level of "thesis" and "white", which need it.')
 
     @model_validator(mode="before")
     @classmethod
@@ -171,15 +185,14 @@ class OverrideTable(_SelectingTable):
 
 
 class GradientTable(_SelectingTable):
-    """The spectrum of gradient areas, of all of them where no key selects; without one they are silent.
-
-    `level_K_per_m` is in K/m/√Hz: no level is published, so each table that has a shape needs one.
-    """
+    """The spectrum of gradient areas, of all of them where no key selects."""
 
     quantity = GRADIENT_ASD
     of_gradients = True
     other_table = "[temperature] and [[temperature.override]], in K/sqrt(Hz)"
-    level_K_per_m: GradientLevel | None = None
+    level_K_per_m: GradientLevel | None = Field(
+        default=None, description='Level of "thesis" and "white", which need it: none is published.'
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -199,18 +212,22 @@ class GradientTable(_SelectingTable):
 
 
 class TemperatureTable(_SpectrumTable):
-    """Temperature noise of all areas; `outside_K` and `inside_K` are levels in K/√Hz either side of the thermal shield.
+    """Temperature noise of all areas. Keys that the preset does not use are refused."""
 
-    `thesis` is low-pass shaped with these levels at `reference_hz`, `white` has them at every frequency, `lpf_flight`
-    is an upper limit from flight and the same everywhere, `table` is read from a file. The order and corner of the
-    published filter are not known: the defaults are an assumption and decide verdicts. Of overrides the last counts,
-    and so of `gradients`, which are for gradient areas alone.
-    """
-
-    outside_K: TemperatureLevel = OUTSIDE_LEVEL_K
-    inside_K: TemperatureLevel = INSIDE_LEVEL_K
-    overrides: list[OverrideTable] = Field(alias="override", default_factory=list)
-    gradients: list[GradientTable] = Field(alias="gradient", default_factory=list)
+    outside_K: TemperatureLevel = Field(
+        default=OUTSIDE_LEVEL_K, description="Level of areas outside the thermal shield."
+    )
+    inside_K: TemperatureLevel = Field(default=INSIDE_LEVEL_K, description="Level of areas inside the thermal shield.")
+    overrides: list[OverrideTable] = Field(
+        alias="override",
+        default_factory=list,
+        description="Other spectra for some areas of mean temperatures. The last one that selects an area counts.",
+    )
+    gradients: list[GradientTable] = Field(
+        alias="gradient",
+        default_factory=list,
+        description="Spectra of gradient areas, which are silent without. The last one that selects an area counts.",
+    )
 
     def filter_problems(self, low_hz: float, high_hz: float) -> list[tuple[str, str]]:
         """(dotted path, fact) of the low-pass shapes that are implausible between two frequencies."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from typing import Literal
 
-from pydantic import field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from tedm_cli.config.base import Duration, Length, Mass, Strict
 from tedm_cli.deck_units import SYSTEMS, DeckUnits
@@ -14,17 +14,22 @@ _KEYS = ("length_m", "mass_kg", "time_s")
 
 
 class UnitsTable(Strict):
-    """Units of the decks and their results; SI unless said.
+    """Units of the decks and their results; SI unless said."""
 
-    `units` names a system; `length_m`, `mass_kg` and `time_s` give its units one by one. `temperature`: the scale of
-    TEMP, TEMPD and TREF, per degree of which expansions are.
-    """
-
-    units: str | None = None
-    length_m: Length | None = None
-    mass_kg: Mass | None = None
-    time_s: Duration | None = None
-    temperature: Literal["K", "degC", "degF"] = "K"
+    units: str | None = Field(
+        default=None,
+        description='A system of units by name, of `bdf`, `deck` and `op2` alike: "m-kg-s" (where left out), "mm-t-s", '
+        '"mm-kg-s" or "in-lbf-s".',
+    )
+    length_m: Length | None = Field(
+        default=None,
+        description="The unit of length of the decks, in metres. With `mass_kg` and `time_s`, in place of `units`.",
+    )
+    mass_kg: Mass | None = Field(default=None, description="The unit of mass of the decks, in kilograms.")
+    time_s: Duration | None = Field(default=None, description="The unit of time of the decks, in seconds.")
+    temperature: Literal["K", "degC", "degF"] = Field(
+        default="K", description="Scale of TEMP, TEMPD and TREF, per degree of which expansions are."
+    )
 
     @field_validator("units")
     @classmethod
