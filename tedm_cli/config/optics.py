@@ -121,7 +121,7 @@ def _element(e: ElementTable, tables: OpticsTables) -> Element:
         front_offset_m=e.front_offset_m or 0.0,
         thickness_m=e.thickness_m or 0.0,
         index=1.0 if e.index is None else e.index,
-        local_y=None if e.local_y is None else _vec3(_normalised(e.local_y)),
+        local_y=None if e.local_y is None else _vec3(_across(e.local_y, e.normal)),
         opl_offset_m=e.opl_offset_m or 0.0,
         grid=tables.grids.get(e.name) if e.grid is None else e.grid,
         aperture_m=tuple(e.aperture_m) if isinstance(e.aperture_m, list) else e.aperture_m,
@@ -160,6 +160,13 @@ def _vec3(v: Sequence[float]) -> Vec3:
 def _axes(rows: Sequence[Sequence[float]]) -> Axes:
     x, y, z = (_vec3(row) for row in rows)
     return x, y, z
+
+
+def _across(local_y: Sequence[float], normal: Sequence[float] | None) -> list[float]:
+    """The unit vector of local_y at right angles to the normal, from which printed digits may be off."""
+    y = np.array(_normalised(local_y))
+    n = np.zeros(3) if normal is None else np.array(_normalised(normal))
+    return _normalised(y - (y @ n) * n)
 
 
 def _normalised(v: Sequence[float]) -> list[float]:

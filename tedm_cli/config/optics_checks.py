@@ -21,7 +21,8 @@ from tedm_cli.config.optics_tables import (
 )
 from tedm_cli.optics.layout import N_LASER
 
-UNIT_TOLERANCE = 1e-9  # of the length of a unit vector
+#: By how much the length of a unit vector of seven decimals may be off; so may what is at right angles to it.
+ROUNDED = 1e-7
 
 Problems = list[tuple[str, str]]
 T = TypeVar("T", bound=Strict)
@@ -140,14 +141,14 @@ def _grid_problems(grids: Mapping[str, Any], known: Mapping[str, ElementTable | 
 def _vector_problems(at: str, e: ElementTable) -> Problems:
     out: Problems = []
     for key, vector in (("normal", e.normal), ("local_y", e.local_y)):
-        if vector is not None and abs((length := float(np.linalg.norm(vector))) - 1.0) > UNIT_TOLERANCE:
+        if vector is not None and abs((length := float(np.linalg.norm(vector))) - 1.0) > ROUNDED:
             unit = [float(c) for c in np.array(vector) / length] if length > 0.0 else None
             meant = f"; {e.name} may mean {unit}" if unit else ""
             out.append((f"{at}.{key}", f"not a unit vector: its length is {length:.12g}{meant}"))
     if (
         e.local_y is not None
         and e.normal is not None
-        and abs(cosine := float(np.dot(e.local_y, e.normal))) > UNIT_TOLERANCE
+        and abs(cosine := float(np.dot(e.local_y, e.normal))) > ROUNDED
     ):
         out.append((f"{at}.local_y", f"not perpendicular to normal: their product is {cosine:.3g}"))
     return out

@@ -71,6 +71,27 @@ def test_axes_of_rounded_digits_are_read_as_the_nearest() -> None:
                 assert np.abs(axes - exact).max() <= (0.0 if digits == 16 else 1.01 * 10.0**-digits)
 
 
+def test_unit_vectors_of_seven_decimals_are_read(layout: OpticalLayout, text: str, tmp_path: Path) -> None:
+    """They are of unit length and at right angles again, as near as their digits; four are too few."""
+    exact = np.linalg.qr(np.array([[0.6, -0.4], [0.5, -0.2], [0.6, 0.7]]))[0].T
+    old = "normal = [0.0, -1.0, 0.0]\nlocal_y = [0.0, 0.0, 1.0]"
+    assert old in text
+
+    def written(digits: int) -> Path:
+        normal, local_y = exact.round(digits).tolist()
+        file = tmp_path / "optics.toml"
+        file.write_text(text.replace(old, f"normal = {normal}\nlocal_y = {local_y}", 1))
+        return file
+
+    found = next(e for e in load_layout(written(7))[1].elements if e.name == "PD1A")
+    assert found.local_y is not None
+    vectors = np.array([found.normal, found.local_y])
+    assert np.abs(vectors @ vectors.T - np.eye(2)).max() < 1e-15
+    assert 1e-9 < np.abs(vectors - exact).max() < 2e-7
+    with pytest.raises(ConfigError, match="not a unit vector|not perpendicular"):
+        load_layout(written(4))
+
+
 def test_axes_that_are_off_name_the_nearest() -> None:
     with pytest.raises(
         ValidationError, match=r"off by 2e-05, more than rounded digits leave .*nearest are \[\[1.0, 0.0, 0.0\], \[0"

@@ -90,4 +90,6 @@ def _worded(reasons: tuple[str, ...], files: ChainFiles) -> tuple[str, ...]:
         f"{TIES} is newer": "what compensation masses are tied to has changed",
         f"{files.code.name} is newer": "tedm itself is newer",
     }
-    return tuple(words.get(reason, reason) for reason in reasons)
+    unknown = {f"{path.name} is newer" for path in files.remembered() if not path.exists()}
+    new = "no `tedm run` has run here yet"  # where files are there, commands by themselves have made them
+    return tuple(dict.fromkeys(new if reason in unknown else words.get(reason, reason) for reason in reasons))
