@@ -135,17 +135,18 @@ def command_lines(page: str) -> Iterator[tuple[str, str, bool]]:
     for block in blocks(page):
         if block.kind == "session":
             for shown in session(block):
-                yield from ((f"{page}:{shown.line}", words, True) for words in _tedm_in(shown.command))
+                yield from ((f"{page}:{shown.line}", found, True) for found in _tedm_in(shown.command))
         elif block.kind == "commands":
             joined = block.text.replace("\\\n", " ").splitlines()
             for number, line in enumerate(joined):
-                yield from ((f"{page}:{block.line + number + 1}", words, True) for words in _tedm_in(line))
+                yield from ((f"{page}:{block.line + number + 1}", found, True) for found in _tedm_in(line))
         rest[block.line : block.line + len(block.lines)] = [""] * len(block.lines)
-    for paragraph in re.finditer(r"(?:[^\n]+\n?)+", "\n".join(rest)):
-        line = "\n".join(rest).count("\n", 0, paragraph.start()) + 1
+    words = "\n".join(rest)
+    for paragraph in re.finditer(r"(?:[^\n]+\n?)+", words):
+        place = f"{page}:{words.count(chr(10), 0, paragraph.start()) + 1}"
         for code in re.findall(r"(?<!`)`([^`]+)`(?!`)", paragraph[0].replace("\n", " ")):
             if code.startswith("tedm ") and code not in NO_COMMANDS:
-                yield f"{page}:{line}", code, False
+                yield place, code, False
 
 
 def _tedm_in(line: str) -> Iterator[str]:

@@ -6,7 +6,7 @@
 A page is a session: its files are written and its commands run in the order in which they stand there.
 
 * A block of commands behind `$ ` with their output is run and compared line by line. `...` alone in a line stands for
-  any lines, at the end of a line for the rest of it. Blocks of commands without `$ ` are not run.
+  any lines, within a line for any text. Blocks of commands without `$ ` are not run.
 * A fenced block with title="NAME" is the file NAME. As a `diff` it changes a file that is there: lines that begin with
   - are replaced by those with + behind them; lines with + alone are added at its end.
 """
@@ -83,23 +83,24 @@ class Reader:
         """Exit code of a command, and what it prints on both streams; `tedm` and Python run in this process."""
         if _SHELL_SIGNS.search(command) or command.startswith("pip "):
             return self._in_a_shell(command)
-        words = shlex.split(command)
+        words = shlex.split(command, comments=True)
         if words[0] == "cd":
             self.here = (self.here / words[1]).resolve(strict=True)
             return 0, ""
         out = io.StringIO()
         code: object = 0
-        with contextlib.chdir(self.here), mock.patch.object(sys, "argv", words[words[0] == "python" :]):
-            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
-                try:
-                    if words[0] == "tedm":
-                        main()
-                    elif words[0] == "python":
-                        runpy.run_path(words[1], run_name="__main__")
-                    else:
-                        return self._in_a_shell(command)
-                except SystemExit as exc:
-                    code = exc.code or 0
+        if words[0] not in ("tedm", "python"):
+            return self._in_a_shell(command)
+        with (
+            contextlib.chdir(self.here),
+            mock.patch.object(sys, "argv", words[words[0] == "python" :]),
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(out),
+        ):
+            try:
+                main() if words[0] == "tedm" else runpy.run_path(words[1], run_name="__main__")
+            except SystemExit as exc:
+                code = exc.code or 0
         return (code if isinstance(code, int) else 1), out.getvalue()
 
     def _in_a_shell(self, command: str) -> tuple[int, str]:
@@ -152,8 +153,7 @@ def agrees(expected: tuple[str, ...], printed: list[str]) -> bool:
         if line.strip() == "...":
             pattern += r"(?:.*\n)*?"
         else:
-            known = line.removesuffix("...")
-            pattern += re.escape(_timeless(known)) + ("" if known == line else ".*") + r"\n"
+            pattern += ".*".join(re.escape(known) for known in _timeless(line).split("...")) + r"\n"
     return re.fullmatch(pattern, "".join(f"{_timeless(line)}\n" for line in printed)) is not None
 
 

@@ -88,7 +88,7 @@ def test_unit_vectors_of_seven_decimals_are_read(layout: OpticalLayout, text: st
     vectors = np.array([found.normal, found.local_y])
     assert np.abs(vectors @ vectors.T - np.eye(2)).max() < 1e-15
     assert 1e-9 < np.abs(vectors - exact).max() < 2e-7
-    with pytest.raises(ConfigError, match="not a unit vector|not perpendicular"):
+    with pytest.raises(ConfigError, match=r"not a unit vector|not perpendicular"):
         load_layout(written(4))
 
 

@@ -215,6 +215,11 @@ STATES: dict[str, tuple[Callable[[Path], None], set[str], str]] = {
         ALL,
         "the symmetry plane has changed",
     ),
+    "made by hand": (
+        remove("build/halves", "build/symmetry_plane", "build/ties"),
+        ALL,
+        "no `tedm run` has run here yet",
+    ),
     "deck touched": (touch("configs/unit_loads.bdf"), ALL, "unit_loads.bdf is newer"),
     "results touched": (touch("configs/unit_loads.op2"), ALL, "unit_loads.op2 is newer"),
     "areas touched": (touch("configs/ltp_small_areas.csv"), ALL, "ltp_small_areas.csv is newer"),
