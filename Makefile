@@ -27,7 +27,7 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f -o -
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: FORCE help all test quick coverage check format bench fuzz faults sample-small clean distclean
+.PHONY: FORCE help all test quick coverage check format docs reference bench fuzz faults sample-small clean distclean
 
 help: ## Show this help
 	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md), its annex, view.html"
@@ -36,6 +36,8 @@ help: ## Show this help
 	@echo "make coverage run the tests, and tell how much of each room they run"
 	@echo "make check    lint and types"
 	@echo "make format   format the code"
+	@echo "make docs     build the documentation as a site that needs no network, in $(BUILD)/site"
+	@echo "make reference print docs/reference/ files.md, commands.md and configuration.md from the code"
 	@echo "make bench    run the benchmarks"
 	@echo "make fuzz     judge $(FUZZ_COUNT) damaged inputs (FUZZ_SEED=$(FUZZ_SEED), FUZZ_COUNT): half an hour"
 	@echo "make faults   kill every command, make all and tedm run at many moments, fill the disk, run chains at once: ten minutes"
@@ -77,11 +79,21 @@ check: $(DEV_STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy --config-file tests/mypy.ini tests
+	$(BIN)/mypy --config-file tests/mypy.ini docs/hooks
 	set -e; for file in $$(find tests -name conftest.py -o -name __main__.py); do $(BIN)/mypy --config-file tests/mypy.ini $$file; done
 
 format: $(DEV_STAMP)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# Strict: a page that is not in mkdocs.yml, or a link that leads nowhere, is an error. The variable keeps the theme's news out.
+docs: $(DEV_STAMP)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict --site-dir '$(abspath $(BUILD))/site'
+	@echo "open $(BUILD)/site/index.html"
+
+reference: $(RUN_STAMP)
+	set -e; for page in contracts:files cli.reference:commands config.reference:configuration; do \
+		$(BIN)/python -m tedm_cli.$${page%:*} > docs/reference/$${page#*:}.md; done
 
 bench: $(DEV_STAMP)
 	$(BIN)/python -m benchmarks
