@@ -1,4 +1,6 @@
+import gc
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ from hypothesis import settings
 from tedm_cli.nastran.library import restore_names
 
 restore_names()  # before a test imports pyNastran by itself
+sys.dont_write_bytecode = False  # each run of pytest would rewrite all assertions anew
 
 # Machines are shared: how long an example takes says nothing of the code.
 settings.register_profile("tedm", deadline=None)
@@ -31,6 +34,12 @@ def _relative(expected: Any, rel: Any = None, abs: Any = None, nan_ok: bool = Fa
 
 
 pytest.approx = _relative
+
+
+def pytest_collection_finish() -> None:
+    """What is there by now stays to the end, thousands of tests and the libraries: no garbage is in it."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, optimize
+import scipy
 
 from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.dynamics.closed_loop import loop_transfer
@@ -80,7 +80,7 @@ def _modes(plant: Plant, controller: Controller) -> tuple[ComplexArray, ComplexA
         z, vectors = np.linalg.eig(one_period(plant, controller))
         z = np.where(z == 0.0, 1e-300, z)
         return np.log(z) / controller.dt_s, vectors
-    poles, vectors = linalg.eig(loop_system(plant, controller).system.a)
+    poles, vectors = scipy.linalg.eig(loop_system(plant, controller).system.a)
     return poles, vectors
 
 
@@ -112,7 +112,9 @@ def _margins_of(
     sensitivity = np.abs(1.0 - transfer)
     top = int(sensitivity.argmax())
     low, high = x[max(top - 1, 0)], x[min(top + 1, len(x) - 1)]
-    best = optimize.minimize_scalar(lambda v: -1.0 / abs(1.0 + open_loop(v)), bounds=(low, high), method="bounded")
+    best = scipy.optimize.minimize_scalar(
+        lambda v: -1.0 / abs(1.0 + open_loop(v)), bounds=(low, high), method="bounded"
+    )
     return Margins(
         loop=name,
         phase_deg=float(min(angles, default=np.inf)),
@@ -129,7 +131,7 @@ def _crossings(x: FloatArray, values: FloatArray, function: Callable[[float], fl
     for i in np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:])):
         low, high = function(x[i]), function(x[i + 1])
         if np.signbit(low) != np.signbit(high):
-            found.append(float(optimize.brentq(function, x[i], x[i + 1], xtol=1e-12)))
+            found.append(float(scipy.optimize.brentq(function, x[i], x[i + 1], xtol=1e-12)))
         else:  # one of them is 0 but for rounding, as half the rate of a sampled controller is
             found.append(float(x[i] if abs(low) < abs(high) else x[i + 1]))
     return found

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.io
-import scipy.sparse
+import scipy
 
 from tedm_cli.errors import InputError
 from tedm_cli.matrix_files.mat_structure import MOST_BYTES, MatError, plain_mat

@@ -5,8 +5,7 @@ from __future__ import annotations
 from itertools import count
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from tedm_cli.arrays import IndexArray
 from tedm_cli.errors import InputError
@@ -65,9 +64,8 @@ def _joined(layout: OpticalLayout) -> IndexArray:
         first += [met[0]] * len(met)
         second += met
     n = len(place)
-    group = np.asarray(
-        connected_components(coo_array((np.ones(len(first)), (first, second)), (n, n)), directed=False)[1]
-    )
+    joined = scipy.sparse.coo_array((np.ones(len(first)), (first, second)), (n, n))
+    group = np.asarray(scipy.sparse.csgraph.connected_components(joined, directed=False)[1])
     is_met = np.isin(np.arange(n), second)
     at = np.array([e.ref_m for e in layout.bench])
     for i in np.flatnonzero(~is_met):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
@@ -70,7 +70,7 @@ def lost_degrees_of_freedom(layout: OpticalLayout, law: FloatArray, n_lost: int)
     scale = np.array([layout.size_m if unit == "m" else 1.0 for unit in labels.units])
     null = np.linalg.svd(law * scale, full_matrices=True)[2][-n_lost:]
     joined = np.abs(null.T @ null) > _LOST
-    count, group = connected_components(joined, directed=False)
+    count, group = scipy.sparse.csgraph.connected_components(joined, directed=False)
     unseen, mixed = [], []
     for number in range(count):
         members = np.flatnonzero(group == number)

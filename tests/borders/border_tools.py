@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import faulthandler
 import hashlib
@@ -13,6 +14,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from unittest import mock
 
@@ -110,6 +112,12 @@ class Project:
     def copy(self, folder: Path) -> Project:
         shutil.copytree(self.folder, folder)
         return Project(folder)
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    """A source file as Python reads it."""
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def replace(path: Path, old: str, new: str, count: int = 1) -> None:

@@ -8,15 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from border_tools import ROOT
+from border_tools import ROOT, tree
 
 from tedm_cli.config.correlation_file import read_matrix
 from tedm_cli.errors import InputError
 
-SOURCES = {
-    str(path.relative_to(ROOT / "tedm_cli")): ast.parse(path.read_text(encoding="utf-8"))
-    for path in sorted((ROOT / "tedm_cli").rglob("*.py"))
-}
+SOURCES = {str(p.relative_to(ROOT / "tedm_cli")): p for p in sorted((ROOT / "tedm_cli").rglob("*.py"))}
 #: Their files may hold code, and it is run when they are read.
 PICKLING = {"pickle", "cPickle", "_pickle", "dill", "cloudpickle", "joblib", "shelve", "marshal", "copyreg", "yaml"}
 EVALUATING = {"eval", "exec", "compile", "__import__", "execfile"}
@@ -32,8 +29,8 @@ def found(problem: Finding) -> list[str]:
     """Where the sources have this problem."""
     return [
         f"{name}:{getattr(node, 'lineno', 0)}: {fact}"
-        for name, tree in SOURCES.items()
-        for node in ast.walk(tree)
+        for name, path in SOURCES.items()
+        for node in ast.walk(tree(path))
         if (fact := problem(node))
     ]
 
@@ -88,7 +85,7 @@ def test_nothing_of_an_input_is_run(problem: Finding) -> None:
 
 
 def test_processes_are_started_in_four_places() -> None:
-    starting = {name for name, tree in SOURCES.items() for node in ast.walk(tree) if PROCESSES & set(imported(node))}
+    starting = {name for name, p in SOURCES.items() for node in ast.walk(tree(p)) if PROCESSES & set(imported(node))}
     assert starting == STARTING
     assert not found(
         lambda node: called(node) if called(node).startswith(("exec", "spawn", "posix_spawn", "fork")) else ""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
-from border_tools import ROOT
+from border_tools import ROOT, tree
 
 from tedm_cli.contracts import KINDS
 
@@ -19,16 +20,17 @@ OUTSIDE = {"h5py", "pyNastran", "typer", "matplotlib", "rich", "pydantic", "jinj
 ROOMS = {"cli", "files", "tables", "results", "stages", "nastran", "figures", "config", "report", "exports"}
 
 
-def imports(path: Path) -> set[str]:
+@cache
+def imports(path: Path) -> frozenset[str]:
     """Every module that a file imports anywhere in it, inside functions as well, by its full name."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
             found.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
             found.update({str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)})
-    return found
+    return frozenset(found)
 
 
 def heads(path: Path) -> set[str]:
@@ -82,7 +84,7 @@ def test_the_library_prints_nothing() -> None:
     for path in library:
         assert not heads(path) & {"typer", "rich", "matplotlib", "jinja2", "h5py"}, path
         assert "cli" not in rooms(path), path
-        assert not [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Name) and n.id == "print"]
+        assert not [n for n in ast.walk(tree(path)) if isinstance(n, ast.Name) and n.id == "print"]
 
 
 def test_the_report_is_made_of_results_not_of_figures() -> None:
@@ -112,7 +114,7 @@ def test_wings_do_not_import_each_other(wing: str) -> None:
     "room", ROOMS_WITH_TEXT, ids=[p.parent.relative_to(PACKAGE.parent).as_posix() for p in ROOMS_WITH_TEXT]
 )
 def test_every_room_says_what_it_is_for(room: Path) -> None:
-    text = ast.get_docstring(ast.parse(room.read_text()))
+    text = ast.get_docstring(tree(room))
     assert text
     assert len(text.split()) >= 5
 
@@ -124,9 +126,8 @@ def test_dataset_paths_are_spelt_in_the_contracts_alone() -> None:
     for path in MODULES:
         if path.relative_to(PACKAGE).parts[0] == "contracts":
             continue
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        said = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}  # docstrings
-        for node in ast.walk(tree):
+        said = {id(node.value) for node in ast.walk(tree(path)) if isinstance(node, ast.Expr)}  # docstrings
+        for node in ast.walk(tree(path)):
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in said:
                 head = re.match(r"/(\w+)(/|$)", node.value)
                 assert head is None or head[1] not in first, f"{path.relative_to(ROOT)}:{node.lineno}: {node.value}"

@@ -12,7 +12,8 @@ import h5py
 import meshio
 import numpy as np
 import pytest
-import pyvista
+from pyvista import CellType, UnstructuredGrid
+from pyvista import read as read_vtk
 
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError, UsageError
@@ -35,14 +36,14 @@ def path(small: Project, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return export_mesh(small.build_dir, tmp_path_factory.mktemp("mesh") / "small.vtu", asked, silent).paths[0]
 
 
-def read_grid(path: Path) -> pyvista.UnstructuredGrid:
-    grid = pyvista.read(path)
-    assert isinstance(grid, pyvista.UnstructuredGrid)
+def read_grid(path: Path) -> UnstructuredGrid:
+    grid = read_vtk(path)
+    assert isinstance(grid, UnstructuredGrid)
     return grid
 
 
 @pytest.fixture(scope="module")
-def mesh(path: Path) -> pyvista.UnstructuredGrid:
+def mesh(path: Path) -> UnstructuredGrid:
     return read_grid(path)
 
 
@@ -65,7 +66,7 @@ def legend(path: Path, array: str) -> dict[int, str]:
     return {int(i): name for i, name in zip(pairs[::2], pairs[1::2], strict=True)}
 
 
-def test_all_of_the_model_is_there(path: Path, mesh: pyvista.UnstructuredGrid, files: dict[str, h5py.File]) -> None:
+def test_all_of_the_model_is_there(path: Path, mesh: UnstructuredGrid, files: dict[str, h5py.File]) -> None:
     unit, optical = files["unit_loads"], text(files["distortion"]["/optical/name"])
     heavy = len(unit["/mass/concentrated"])
     np.testing.assert_array_equal(mesh.points, unit["/grid/position"][()])
@@ -82,18 +83,14 @@ def test_all_of_the_model_is_there(path: Path, mesh: pyvista.UnstructuredGrid, f
     assert [legend(path, "optical_element")[int(i)] for i in mesh["optical_element"][rides]] == optical
 
 
-def test_volumes_are_mass_over_density(mesh: pyvista.UnstructuredGrid) -> None:
-    solid = mesh.extract_cells(
-        (mesh.celltypes == pyvista.CellType.HEXAHEDRON).nonzero()[0].tolist()
-    ).compute_cell_sizes()
+def test_volumes_are_mass_over_density(mesh: UnstructuredGrid) -> None:
+    solid = mesh.extract_cells((mesh.celltypes == CellType.HEXAHEDRON).nonzero()[0].tolist()).compute_cell_sizes()
     assert solid.n_cells > 100
     # with its sign: an element that VTK sees inside out has a negative volume
     np.testing.assert_allclose(solid["Volume"], solid["element_mass"] / solid["density"], rtol=1e-9)
 
 
-def test_areas_and_groups_have_their_names(
-    path: Path, mesh: pyvista.UnstructuredGrid, files: dict[str, h5py.File]
-) -> None:
+def test_areas_and_groups_have_their_names(path: Path, mesh: UnstructuredGrid, files: dict[str, h5py.File]) -> None:
     unit = files["unit_loads"]
     name, group = text(unit["/area/name"]), text(unit["/area/group"])
     names, groups = legend(path, "area_index"), legend(path, "group_index")
@@ -109,9 +106,7 @@ def test_areas_and_groups_have_their_names(
         assert int(mesh["element_area"][cell]) == min(most)
 
 
-def test_displacements_are_those_of_the_distortion_matrix(
-    mesh: pyvista.UnstructuredGrid, files: dict[str, h5py.File]
-) -> None:
+def test_displacements_are_those_of_the_distortion_matrix(mesh: UnstructuredGrid, files: dict[str, h5py.File]) -> None:
     D, unit = files["distortion"]["/D/translation"], files["unit_loads"]
     row = text(unit["/area/name"]).index(AREA)
     np.testing.assert_array_equal(mesh[f"displacement_{AREA}"], D[row])
@@ -123,7 +118,7 @@ def test_displacements_are_those_of_the_distortion_matrix(
 
 @pytest.mark.parametrize("output", GRAVITY)
 def test_gradient_times_displacement_makes_the_self_gravity(
-    mesh: pyvista.UnstructuredGrid, files: dict[str, h5py.File], output: str
+    mesh: UnstructuredGrid, files: dict[str, h5py.File], output: str
 ) -> None:
     s, areas = files["sensitivity"], text(files["unit_loads"]["/area/name"])
     S = s["/S"][text(s["/row/label"]).index(output)]
@@ -137,7 +132,7 @@ def test_gradient_times_displacement_makes_the_self_gravity(
 
 @pytest.mark.parametrize("output", READ_OUT)
 def test_read_out_is_made_where_the_optical_elements_are(
-    mesh: pyvista.UnstructuredGrid, files: dict[str, h5py.File], output: str
+    mesh: UnstructuredGrid, files: dict[str, h5py.File], output: str
 ) -> None:
     o, areas = files["optics"], text(files["unit_loads"]["/area/name"])
     N = o[f"/N/{output[0]}"][text(o["/label/read_out"]).index(output[2:])]
@@ -151,14 +146,14 @@ def test_read_out_is_made_where_the_optical_elements_are(
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("output", OUTPUTS)
-def test_shares_sum_to_one(mesh: pyvista.UnstructuredGrid, output: str, case: str) -> None:
+def test_shares_sum_to_one(mesh: UnstructuredGrid, output: str, case: str) -> None:
     assert mesh[f"share_{output}_case{case}"].sum() == pytest.approx(1.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("output", READ_OUT)
 def test_shares_of_optical_elements_are_those_of_the_case(
-    mesh: pyvista.UnstructuredGrid, files: dict[str, h5py.File], output: str, case: str
+    mesh: UnstructuredGrid, files: dict[str, h5py.File], output: str, case: str
 ) -> None:
     """The case finds them from the temperature model, not from tables of spectra."""
     file, distortion = files[f"case{case.zfill(2)}"], files["distortion"]
@@ -171,7 +166,7 @@ def test_shares_of_optical_elements_are_those_of_the_case(
 
 @pytest.mark.parametrize("case", CASES)
 def test_share_of_a_grid_is_half_the_relative_change_of_the_power(
-    mesh: pyvista.UnstructuredGrid, files: dict[str, h5py.File], case: str
+    mesh: UnstructuredGrid, files: dict[str, h5py.File], case: str
 ) -> None:
     """S grows by 2 ε Re(y_n y*) when what one grid contributes grows by ε: central differences of S = h R h."""
     output = GRAVITY[0]
@@ -206,7 +201,7 @@ def test_fields_of_loads_of_any_size_add_up_block_by_block(tmp_path: Path) -> No
     assert sum(read) == 3 * 70_001  # the area without weight is not read
 
 
-def test_difference_of_two_outputs(small: Project, tmp_path: Path, mesh: pyvista.UnstructuredGrid) -> None:
+def test_difference_of_two_outputs(small: Project, tmp_path: Path, mesh: UnstructuredGrid) -> None:
     export_mesh(small.build_dir, tmp_path / "d.vtu", WantedArrays((AREA,), (DIFFERENCE, "TM2_a_x")), silent)
     other = read_grid(tmp_path / "d.vtu")
     np.testing.assert_allclose(
@@ -216,7 +211,7 @@ def test_difference_of_two_outputs(small: Project, tmp_path: Path, mesh: pyvista
     )
 
 
-def test_table_says_what_the_arrays_are(path: Path, mesh: pyvista.UnstructuredGrid) -> None:
+def test_table_says_what_the_arrays_are(path: Path, mesh: UnstructuredGrid) -> None:
     with open(path.with_name("small_arrays.csv"), encoding="utf-8", newline="") as stream:
         rows = {(r["array"], r["on"]): r for r in csv.DictReader(stream)}
     assert {n for n, on in rows if on == "points"} == set(mesh.point_data)
@@ -227,7 +222,7 @@ def test_table_says_what_the_arrays_are(path: Path, mesh: pyvista.UnstructuredGr
     assert rows["gradient_TM1_a_x", "points"]["unit"] == "m/s^2 per m"
 
 
-def test_meshio_reads_it_too(path: Path, mesh: pyvista.UnstructuredGrid) -> None:
+def test_meshio_reads_it_too(path: Path, mesh: UnstructuredGrid) -> None:
     other = meshio.read(path)
     assert sum(len(block) for block in other.cells) == mesh.n_cells
     assert set(other.point_data) == set(mesh.point_data)

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import pyvista
 from offset_mass import LEVER, changed_small, with_mass
+from pyvista import UnstructuredGrid
+from pyvista import read as read_vtk
 
 from tedm_cli.cli.printing.gravity import sensitivity_lines
 from tedm_cli.config.compensation import COLUMNS, compensation_masses
@@ -128,8 +129,8 @@ def test_what_is_tied_adds_to_the_sensitivity_and_to_nothing_at_rest(
 def test_the_mesh_shows_the_blocks_as_they_move(tied: tuple[Project, SensitivitySummary], tmp_path: Path) -> None:
     project, _ = tied
     done = export_mesh(project.build_dir, tmp_path / "m.vtu", WantedArrays(("uniform",), ("TM1_a_x",)), silent)
-    mesh = pyvista.read(done.paths[0])
-    assert isinstance(mesh, pyvista.UnstructuredGrid)
+    mesh = read_vtk(done.paths[0])
+    assert isinstance(mesh, UnstructuredGrid)
     which = np.asarray(mesh["compensation_mass"])
     cells = np.flatnonzero(which >= 0)
     assert which[cells].tolist() == [0, 1, 2]

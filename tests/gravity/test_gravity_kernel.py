@@ -6,7 +6,6 @@ import sys
 import numpy as np
 import pytest
 from accuracy_table import BANDS, COLUMNS, CUBE, SHAPES, errors_by_band, random_points
-from choclo import prism
 from gravity_reference import (
     AXIS_PERMUTATION,
     QUANTITIES,
@@ -206,6 +205,8 @@ def test_digits_of_the_reference_suffice():
 
 def test_against_choclo():
     """An independent closed form of the prism, where double precision serves it well."""
+    from choclo import prism  # of its own compiled kernels
+
     sides = SHAPES["brick"]
     points = random_points(sides, 1.1, 2.0, 8, np.random.default_rng(11))
     limits = [sign * side / 2 for side in sides for sign in (-1, 1)]

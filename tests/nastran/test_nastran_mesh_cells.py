@@ -9,11 +9,11 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
-import pyvista
 from hypothesis import example, given
 from hypothesis import strategies as st
 from mass_decks import deck, read
-from pyvista import CellType
+from pyvista import CellType, UnstructuredGrid
+from pyvista import read as read_vtk
 
 from tedm_cli.exports.mesh import element_cells, label_of_cells
 from tedm_cli.exports.vtu import MeshArray, Names, array_name, distinct, write_vtu
@@ -74,25 +74,25 @@ def written(folder: Path, geometry: ModelGeometry, on_points: Sequence[MeshArray
     return folder / "mesh.vtu"
 
 
-def read_grid(path: Path) -> pyvista.UnstructuredGrid:
-    grid = pyvista.read(path)
-    assert isinstance(grid, pyvista.UnstructuredGrid)
+def read_grid(path: Path) -> UnstructuredGrid:
+    grid = read_vtk(path)
+    assert isinstance(grid, UnstructuredGrid)
     return grid
 
 
 @pytest.fixture(scope="module")
-def kinds(tmp_path_factory: pytest.TempPathFactory) -> tuple[ModelGeometry, pyvista.UnstructuredGrid]:
+def kinds(tmp_path_factory: pytest.TempPathFactory) -> tuple[ModelGeometry, UnstructuredGrid]:
     folder = tmp_path_factory.mktemp("kinds")
     geometry = all_kinds(folder)
     return geometry, read_grid(written(folder, geometry))
 
 
-def of_kind(grid: pyvista.UnstructuredGrid, number: int) -> pyvista.UnstructuredGrid:
+def of_kind(grid: UnstructuredGrid, number: int) -> UnstructuredGrid:
     return grid.extract_cells(np.flatnonzero(grid.cell_data["id"] == number).tolist())
 
 
 @pytest.mark.parametrize("number", range(1, len(KINDS) + 1), ids=TYPES)
-def test_size_of_every_kind_of_cell(kinds: tuple[ModelGeometry, pyvista.UnstructuredGrid], number: int) -> None:
+def test_size_of_every_kind_of_cell(kinds: tuple[ModelGeometry, UnstructuredGrid], number: int) -> None:
     """Volume (positive) or area as VTK has it, against the analytic one and the mass over the density."""
     geometry, grid = kinds
     sizes = of_kind(grid, number).compute_cell_sizes()
@@ -121,7 +121,7 @@ def test_meshio_reads_the_same(tmp_path: Path) -> None:
 def test_elements_without_some_midside_nodes_are_drawn_by_their_corners(tmp_path: Path) -> None:
     cards = "PSOLID,1,1\nCHEXA,7,1,1,2,3,4,5,6\n,7,8,9"
     grids = {i: (float(x), float(y), float(z)) for i, (x, y, z) in enumerate(HEXA, start=1)} | {9: (0.5, 0.0, 0.0)}
-    grid = pyvista.read(written(tmp_path, read(tmp_path, deck(cards, grids))))
+    grid = read_vtk(written(tmp_path, read(tmp_path, deck(cards, grids))))
     assert grid.n_points == 9
     assert grid.celltypes.tolist() == [CellType.HEXAHEDRON]
     assert grid.compute_cell_sizes()["Volume"] == pytest.approx([1.0])
@@ -154,7 +154,7 @@ def test_names_that_xml_would_not_take(tmp_path: Path) -> None:
         ]
     )
     path = written(tmp_path, geometry, arrays)
-    grid = pyvista.read(path)
+    grid = read_vtk(path)
     assert list(grid.point_data) == ["displacement_OB__b___", "displacement_OB__b___+2", "displacement__"]
     np.testing.assert_array_equal(grid.point_data["displacement_OB__b___+2"], values + 1)
     table = path.with_name("mesh_arrays.csv").read_text(encoding="utf-8")
@@ -191,7 +191,7 @@ def test_sizes_in_an_independent_model_are_masses_over_densities(mini_ltp_dir: P
     """Bricks and wedges with the sign of their volume, plates by their thickness; bars have a length and no more."""
     path = mini_ltp_dir / "mini_ltp.bdf"
     e = (geometry := model_geometry(read_deck(path), [path])).elements
-    grid = pyvista.read(written(tmp_path, geometry)).compute_cell_sizes()
+    grid = read_vtk(written(tmp_path, geometry)).compute_cell_sizes()
     row = np.searchsorted(e.id, grid["id"])
     kinds = np.array(e.type)[row]
     solid, plate = np.isin(kinds, ["CHEXA", "CPENTA"]), kinds == "CQUAD4"

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from tedm_cli.arrays import FloatArray, IntArray
 
@@ -78,8 +77,8 @@ def _coplanar(corner: FloatArray, triangle: IntArray, normal: FloatArray, pair: 
     """Facet of each triangle, [t]: those in one plane that hang together have one number."""
     count, extent = len(triangle), float(np.ptp(corner, axis=0).max())
     joined = (np.abs(normal[pair[:, 0]] - normal[pair[:, 1]]).max(axis=1) < _COPLANAR) & normal[pair[:, 0]].any(axis=1)
-    graph = coo_array((np.ones(joined.sum()), (pair[joined, 0], pair[joined, 1])), shape=(count, count))
-    parts, facet = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_array((np.ones(joined.sum()), (pair[joined, 0], pair[joined, 1])), shape=(count, count))
+    parts, facet = scipy.sparse.csgraph.connected_components(graph, directed=False)
     # a chain of almost coplanar triangles may bend: such a part is taken apart again
     start = np.zeros(parts, dtype=np.int64)
     start[facet[::-1]] = np.arange(count)[::-1]

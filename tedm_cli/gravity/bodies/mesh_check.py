@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import PhysicsError
@@ -97,11 +96,11 @@ def _check_shells(whole: Polyhedron, number: IntArray) -> None:
     from tedm_cli.gravity.bodies.polyhedron_form import enclosed_angle
 
     count = len(whole.triangle)
-    graph = coo_array(
+    graph = scipy.sparse.coo_array(
         (np.ones(3 * count), (np.repeat(np.arange(count), 3), whole.triangle.ravel())),
         shape=(count, len(whole.corner_m)),
     )
-    shells, shell = connected_components(graph @ graph.T, directed=False)
+    shells, shell = scipy.sparse.csgraph.connected_components(graph @ graph.T, directed=False)
     if shells == 1:
         return
     surface = whole.surface()

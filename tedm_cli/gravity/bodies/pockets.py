@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
@@ -65,7 +65,7 @@ def _overlap(first: Box | Cylinder, second: Box | Cylinder) -> bool:
         [np.column_stack([-a / scale, np.ones(len(a)), np.ones(len(a))]),
          np.column_stack([b / scale, -np.ones(len(b)), np.ones(len(b))])]
     )  # fmt: skip
-    found = linprog(
+    found = scipy.optimize.linprog(
         [0, 0, 0, 0, -1], A_ub=rows, b_ub=np.zeros(len(rows)), bounds=[(-1, 1)] * 3 + [(None, None), (0, 1)]
     )
     return not (found.status == 0 and found.x[4] > _MARGIN)

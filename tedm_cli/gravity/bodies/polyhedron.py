@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.gravity.bodies.facets import Facets, facets_of
@@ -127,7 +127,7 @@ def chamfered_cuboid(sides: FloatArray, chamfer: float) -> Polyhedron:
 
 def convex_hull(corner: FloatArray) -> Polyhedron:
     """The convex body of these corners [n, 3] (m), its triangles counter-clockwise seen from outside."""
-    hull = ConvexHull(corner)
+    hull = scipy.spatial.ConvexHull(corner)
     triangle = hull.simplices.astype(np.int64)
     a, b, c = np.moveaxis(corner[triangle], 1, 0)
     turned = np.einsum("ti,ti->t", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from tedm_cli.arrays import FloatArray
 
@@ -271,7 +271,7 @@ def _fit(target: _Target, poles: Roots, zeros: Roots) -> Rational:
             weighted: FloatArray = form.log_size(t, omega)[1] * w[:, None]
             return weighted
 
-        theta = least_squares(off, theta, slope, (low, high), max_nfev=_EVALUATIONS).x
+        theta = scipy.optimize.least_squares(off, theta, slope, (low, high), max_nfev=_EVALUATIONS).x
         error = form.log_size(theta, omega)[0] - wanted
         largest = float(np.abs(np.expm1(error)).max())
         if largest < least:

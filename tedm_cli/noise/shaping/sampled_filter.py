@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.shaping.shaping_filter import ShapingFilter
@@ -58,7 +58,7 @@ def transition(a: FloatArray, b: FloatArray, step_s: float) -> tuple[FloatArray,
     doublings = max(0, int(np.ceil(np.log2(max(1e-300, float(np.abs(a).sum(axis=0).max()) * step_s)))))
     h = step_s / 2.0**doublings
     block = np.block([[-a, 0.5 * b @ b.T], [np.zeros((n, n)), a.T]])
-    exponential = expm(block * h)
+    exponential = scipy.linalg.expm(block * h)
     phi = exponential[n:, n:].T
     covariance = phi @ exponential[:n, n:]
     # a state far down the cascade receives next to nothing within h; one that no noise reaches has rounding of any sign

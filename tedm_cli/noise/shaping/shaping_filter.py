@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
+import scipy
 
 from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.errors import PhysicsError
@@ -54,7 +54,7 @@ class ShapingFilter:
         """Covariance [n, n] of the stationary state, from Lyapunov's equation a P + P aᵀ + b bᵀ/2 = 0."""
         if not len(self.b):
             return np.zeros((0, 0))
-        covariance: FloatArray = solve_continuous_lyapunov(self.a, -0.5 * np.outer(self.b, self.b))
+        covariance: FloatArray = scipy.linalg.solve_continuous_lyapunov(self.a, -0.5 * np.outer(self.b, self.b))
         return 0.5 * (covariance + covariance.T)
 
 
