@@ -160,7 +160,7 @@ class DefinitionTable(SelectionTable):
     )
     remainder: bool = Field(
         default=False,
-        description="Whether the area is all that is left, in place of criteria. It must be the last definition.",
+        description="Whether the area is all that is left, in place of criteria. No mean area may follow it.",
     )
     kind: Literal["mean", "gradient"] = Field(
         default="mean",

@@ -201,7 +201,9 @@ class TimeTable(Strict):
     """Realisations of the loop in time."""
 
     rate_hz: Annotated[float, Bounded(q.CROSSOVER)] = Field(default=0.5, description="Samples per second.")
-    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = Field(default=2**20, description="Number of samples.")
+    samples: Annotated[int, Bounded(q.REALISED_SAMPLES)] = Field(
+        default=2**20, description="Number of samples; of a release the largest."
+    )
     seed: Annotated[int, Bounded(q.SEED)] = Field(default=1, description="Seed of the random numbers.")
 
 

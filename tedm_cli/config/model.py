@@ -52,10 +52,7 @@ RotationVector = Annotated[list[Angle], Field(min_length=3, max_length=3)]
 
 
 class ModelTable(UnitsTable):
-    """Where the finite-element model and its unit-load results are.
-
-    Paths are relative to this file, and `{build_dir}` in them stands for the build folder.
-    """
+    """Where the finite-element model and its results are; `{build_dir}` in a path stands for the build folder."""
 
     bdf: FileName | None = Field(
         default=None, description="The finite-element model from which `tedm write-deck` makes the unit-load deck."
@@ -115,8 +112,8 @@ class CompensationMassTable(Strict):
     )
     grid: Ids | None = Field(
         default=None,
-        description="The grid that the block follows, or several of them, as an RBE3 would. Left out, with "
-        "`set`, the block stays still.",
+        description="The grid that the block follows, or several of them, as an RBE3 would. Without it and `set` the "
+        "block stays still.",
     )
     set: Ids | None = Field(
         default=None, description="Sets of the deck whose members the block follows, in place of `grid`."
@@ -188,7 +185,7 @@ class GravityTable(Strict):
 
 
 class ModelConfig(Strict):
-    """Model, thermal areas, test masses, and limits on the field at rest."""
+    """Model, thermal areas, test masses, and limits on the field at rest. Paths are relative to this file."""
 
     model: ModelTable = Field(description="Decks, results and their units.")
     areas: AreasTable = Field(description="Thermal areas and their attributes.")

@@ -187,8 +187,8 @@ class ImportedTable(Strict):
     P: FileName | None = Field(default=None, description="File of a matrix P made elsewhere.")
     largest_difference: Annotated[float, Bounded(MATRIX_DIFFERENCE)] | None = Field(
         default=None,
-        description="Largest difference from the layout's own trace, relative, above which the S_BW is "
-        "refused. Not judged where left out.",
+        description="Largest difference from the layout's own trace, as a part of the largest effect, above which the "
+        "S_BW is refused. Not judged where left out.",
     )
 
 

@@ -57,7 +57,7 @@ class ProjectTable(Strict):
         "there can be one.",
     )
     report: ReportTable = Field(
-        default=ReportTable(), description="Title block of the report. What is left out is shown as not given."
+        default=ReportTable(), description="Title block of the report. It shows a missing issue or date as not given."
     )
 
 
