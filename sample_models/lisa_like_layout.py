@@ -30,14 +30,15 @@ EXCESS = THICKNESS * (INDEX - math.cos(math.pi / 4 - _INSIDE)) / math.cos(_INSID
 HEAD = """\
 # SYNTHETIC layout of a LISA-like instrument: two optical benches at 60 degrees to each other, each with one test mass
 # and the local interferometer that reads it. It is NOT a flight layout. sample_models/lisa_like_layout.py wrote it:
-# change it there, or take this file for your own.
+# change it there, or copy this file for your own layout.
 #
 # Layout frame: x along the bisector of the two arms, z out of the benches. Metres and radians. The test masses have
-# axes of their own: x towards the far spacecraft, z out of the bench. Every key: docs/how-to/optics.md.
+# axes of their own: x towards the far spacecraft, z out of the bench. `tedm init --from ltp` writes a layout that
+# explains all keys.
 #
 # On each bench the measurement beam (FIT) passes a pick-off (BST) and the polarising beam-splitter (PBS), meets the
 # test mass at normal incidence through the window (W), and is reflected by the PBS to the recombiner (BSR). The local
-# oscillator (FIL) comes by a mirror (M) and a pick-off (BSL). Pick-offs feed interferometers that are not in here.
+# oscillator (FIL) comes by a mirror (M) and a pick-off (BSL). Pick-offs feed interferometers that are not modelled.
 
 title = "LISA-like layout, two benches at 60 degrees (synthetic, not a flight layout)"
 wavelength_m = 1.064e-6

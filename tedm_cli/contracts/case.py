@@ -116,7 +116,7 @@ class CaseFile(AreaDatasets, FileKind):
         "vectors V at /contribution/frequency: R_ij = V_i . V_j reaches the bound (known blocks: between blocks)",
     )
     CONTRIBUTION_FREQUENCY = Dataset(
-        "/contribution/frequency", ("output",), "float", "Hz", "frequency the contributions are given at"
+        "/contribution/frequency", ("output",), "float", "Hz", "frequency of the contributions"
     )
     CONTRIBUTION_AMPLITUDE = Dataset(
         "/contribution/amplitude/{output}",
@@ -167,7 +167,7 @@ class CaseFile(AreaDatasets, FileKind):
         ("verdict",),
         "float",
         "1",
-        "ratio if the bench did not move as one; NaN for what is no read-out",
+        "ratio without the motion of the bench as one; NaN for other outputs than read-outs",
         open_ended=True,
     )
     BOUND_RATIO_BOUND = Dataset("/bound_ratio/bound", ("bound",), "str", "1", "bounds, as under /bounds", values=NAMES)
@@ -201,7 +201,7 @@ class CaseFile(AreaDatasets, FileKind):
         ("verdict", "rank"),
         "int",
         "1",
-        "blocks to share one temperature fluctuation: the best pair, then one after the other; -1: no relief left",
+        "blocks to share one temperature fluctuation: the best pair, then one after the other; -1: no further helps",
         values=Values(rows_of="area", none=True),
     )
     IMPROVEMENT_MATCHED = Dataset(
@@ -209,7 +209,7 @@ class CaseFile(AreaDatasets, FileKind):
         ("verdict", "count"),
         "float",
         "1",
-        "ratio with all areas of the first of these blocks fully correlated, the other blocks as they are",
+        "ratio with the first of these blocks, as many as /improvement/count, fully correlated; others as they are",
     )
     IMPROVEMENT_GROUP = Dataset(
         "/improvement/group",
@@ -232,7 +232,7 @@ class CaseFile(AreaDatasets, FileKind):
         ("verdict", "group"),
         "float",
         "1",
-        "factor on the group's temperatures that just meets the requirement; NaN: it cannot; infinite: no part",
+        "factor on the group's temperatures that just meets the requirement; NaN: none does; infinite: it has no part",
         open_ended=True,
     )
     IMPROVEMENT_ALL_FACTOR = Dataset(

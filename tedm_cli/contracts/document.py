@@ -15,40 +15,42 @@ All files are HDF5 with netCDF-4 dimension scales: they open in h5py, MATLAB (`h
 `xarray.open_dataset(file, group="/dc", engine="h5netcdf")`. Every dataset MUST have the attributes `units` and
 `long_name`; vectors MUST name their `frame`. Arrays over grids are chunked along the grids.
 
-The scales hold labels: in every group, `area` the names of the areas, `output` those of the outputs, `frequency` the
-frequencies, `node` the ids of the grids, `xyz` the axes, so that `.sel(area="STRUT_5")` finds a place there. Where the
-root has a group of that name, the scale is called as its label: `/S` goes along `row_label` and `area_name`. Without
-labels a dimension is `n_rank`. A file MAY lack scales; where it has them they MUST say what the dataset says that they
-copy (`/area/name`). They are not in the tables. `import tedm` reads a file as one Dataset ([library.md](library.md)).
+The dimension scales contain labels. In every group, `area` has the names of the areas, `output` those of the outputs,
+`frequency` the frequencies, `node` the ids of the grids, `xyz` the axes. So `.sel(area="STRUT_5")` works. If the root
+has a group with that name, the scale has the name of its label: `/S` has the dimensions `row_label` and `area_name`. A
+dimension without labels is called `n_rank`. A file MAY lack scales. If it has them, they MUST be equal to the dataset
+that they copy (`/area/name`). They are not in the tables. `import tedm` reads a file as one Dataset
+([library.md](library.md)).
 
-The last line of a file is its seal: `tedm sha256` and the SHA-256 of all bytes before it, which `head -c -78 FILE |
-sha256sum` prints. It stands behind the end that HDF5 knows of; other programs pass over it. A reader MUST compare it
-before anything else: a flipped bit in a string is another string, and some damage makes the HDF5 library loop for ever.
-A file without a seal is refused. h5py cuts it off when it opens a file for writing, so what another program wrote to
-these tables, or changed, is sealed with `python -m tedm_cli.files.seal FILE`. The sum takes 0.6 s per GB and is made
-once in a command, also for the provenance of what is made from the file.
+The last line of a file is its seal: `tedm sha256` and the SHA-256 of all bytes before it (`head -c -78 FILE |
+sha256sum` prints the same). It is after the end of the HDF5 data; other programs ignore it. A reader MUST compare it
+before anything else, because a flipped bit in a string is not noticed otherwise, and some damage makes the HDF5
+library loop for ever. A file without a seal is refused. h5py removes the seal when it opens a file for writing. If
+another program has written or changed a file, seal it with `python -m tedm_cli.files.seal FILE`. The sum takes 0.6 s
+per GB. Each command computes it once, also for the provenance of its output.
 
-Arrays are in chunks with a Fletcher checksum each, scalars in object headers, which have a checksum. `str` is UTF-8 of
-fixed length, filled up with zeros, and so covered by both (`asstr()` in h5py). Attributes of text are covered by the
-seal alone. The values MUST be as the tables say. All parts MUST be in the file itself: soft and external links, virtual
-datasets and external storage are refused, and so are arrays that were not written to their end.
+Arrays are stored in chunks with a Fletcher checksum each, scalars in object headers, which have a checksum. `str` is
+UTF-8 of fixed length, filled with zeros, and therefore covered by both (`asstr()` in h5py). Text attributes are
+covered by the seal only. The values MUST be as the tables say. All parts MUST be in the file itself: soft and external
+links, virtual datasets and external storage are refused, and so are arrays that were not completely written.
 
-Where a path ends with a name in braces, there is one dataset for each name, or, where they are optional, for some. The
-optional datasets of a group come together; those of the optical elements in distortion.h5 are one group.
+If a path ends with a name in braces, there is one dataset for each name; if such datasets are optional, for some
+names. The optional datasets of a group are all present or all absent; those of the optical elements in distortion.h5
+are one group.
 
-Users' own HDF5 files have no seal. They are first read in a process of its own within a minute and 0.1 s per MB, so
-that one that makes the HDF5 library hang or fail is an error; external links, virtual datasets and external storage are
-refused in them as well.
+Users' own HDF5 files have no seal. They are first read in a separate process, which may take a minute and 0.1 s per
+MB. So a file that makes the HDF5 library hang or crash is an error. External links, virtual datasets and external
+storage are refused in them as well.
 
-`float` and `int` are of 64 bits. `real` is float32 where every number is exact in it (results in single precision,
-grids in the basic frame, loads of 1 K) and float64 otherwise: turn it into double precision before you compute with it.
+`float` and `int` have 64 bits. `real` is float32 if every number is exact in it (results in single precision, grids in
+the basic frame, loads of 1 K), and float64 otherwise: convert it to double precision before you compute with it.
 
 Numbers are finite: a writer MUST refuse NaN and infinity, except in a dataset whose meaning says what they stand for.
 
 Root attributes: `schema` (`tedm.<kind>`), `schema_version`, `tedm_version`, `command_line`, versions of Python and of
-the libraries. `/provenance` holds the configurations verbatim and the SHA-256 of every input; paths are relative to the
-file. There is no time stamp: the same inputs MUST give the same bytes. A reader MUST refuse a file of another kind or
-version, and writers replace the old file only when the new one is complete.
+the libraries. `/provenance` has the full text of the configurations and the SHA-256 of every input; paths are relative
+to the file. There is no time stamp: the same inputs MUST give the same bytes. A reader MUST refuse a file of another
+kind or version. A writer replaces the old file only when the new one is complete.
 
 Accelerations are force over mass and torque over moment of inertia, component by component; stiffnesses are their
 derivatives by motion of the test mass, normalised the same way. Signs are in [method.md](../explanation/method.md).

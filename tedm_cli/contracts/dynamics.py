@@ -119,14 +119,19 @@ class DynamicsFile(FileKind):
         open_ended=True,
     )
     LOOP_GAIN_MARGIN = Dataset(
-        "/loop/gain_margin", ("loop",), "float", "dB", "how much more gain is borne; infinite: any", open_ended=True
+        "/loop/gain_margin",
+        ("loop",),
+        "float",
+        "dB",
+        "how much the gain may rise before the loop is unstable; infinite: any",
+        open_ended=True,
     )
     LOOP_GAIN_REDUCTION = Dataset(
         "/loop/gain_reduction",
         ("loop",),
         "float",
         "dB",
-        "how much less gain is borne (negative; infinite: any)",
+        "how much the gain may fall before the loop is unstable (negative; infinite: any)",
         open_ended=True,
     )
     LOOP_PEAK_SENSITIVITY = Dataset("/loop/peak_sensitivity", ("loop",), "float", "1", "largest 1 / |1 + L|")
@@ -155,7 +160,7 @@ class DynamicsFile(FileKind):
     NOISE_SPECTRUM = Dataset("/noise/spectrum", ("noise",), "str", "1", "spectrum in words")
     NOISE_ORIGIN = Dataset("/noise/origin", ("noise",), "str", "1", "where the level is from")
     NOISE_GAIN = Dataset("/noise/gain", ("disturbance", "noise"), "float", None, "disturbances by the sources")
-    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller hears")
+    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller uses")
     TEST_MASS_AT_REST = Dataset(
         "/test_mass/at_rest", ("tm_motion",), "float", None, "accelerations at rest that the actuation levels are from"
     )

@@ -39,7 +39,7 @@ class ImposedFile(FileKind):
         ("row", "source", "motion"),
         "float",
         "1/s^2",
-        "acceleration along x by motion along x; positive by the own motion: destabilising",
+        "acceleration along x per motion along x; of the own motion positive means destabilising",
     )
     ASD = Dataset("/asd", ("row", "frequency"), "float", "m s^-2/sqrt(Hz)", "acceleration noise by all sources")
     ASD_ALONE = Dataset(

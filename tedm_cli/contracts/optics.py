@@ -82,14 +82,14 @@ class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
         "/common_mode/about", ("bench_xyz",), "float", "m", "points whose translations these are: x y z", LAYOUT
     )
     BENCH_NAME = Dataset(
-        "/bench/name", ("bench",), "str", "1", "benches, each of which may move by itself", values=NAMES
+        "/bench/name", ("bench",), "str", "1", "benches, each of which may move as a rigid body by itself", values=NAMES
     )
     ELEMENT_BENCH = Dataset(
         "/element/bench",
         ("element",),
         "str",
         "1",
-        "bench that the element is on; of a test mass nothing",
+        "bench that the element is on; empty for a test mass",
     )
     LABEL_RAY_OUTPUT = Dataset(
         "/label/ray_output",
@@ -197,7 +197,7 @@ class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
         ("note",),
         "str",
         "1",
-        "what is odd in the layout, or between it and the model, but no error",
+        "warnings about the layout, or about differences between layout and model",
         optional=True,
     )
     OPTICAL_NAME = Dataset("/optical/name", ("optical",), "str", "1", "optical element", values=NAMES)

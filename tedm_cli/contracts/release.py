@@ -13,7 +13,7 @@ class ReleaseFile(FileKind):
         ("released",),
         "str",
         "1",
-        "coordinates that are off when all is let go",
+        "coordinates that are displaced at the start",
         values=NAMES,
     )
     RELEASE_OFFSET = Dataset("/release/offset", ("released",), "float", None, "where they are then")

@@ -243,7 +243,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         ("block",),
         "str",
         "1",
-        "what the configuration ties the block to: grids, or sets of the deck; empty: it stays still",
+        "what the configuration ties the block to: grids, or sets of the deck; empty: it does not move",
     )
     COMPENSATION_NODE_OFFSET = Dataset(
         "/compensation/node_offset",
@@ -309,7 +309,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         ("dc_verdict",),
         "str",
         "1",
-        "test mass whose value is taken off, where the difference of two is judged; empty: test_mass by itself",
+        "test mass whose value is subtracted, if a difference is judged; empty: test_mass by itself",
         values=Values(of="/test_mass/name", none=True),
     )
     DC_VERDICT_QUANTITY = Dataset(
@@ -346,7 +346,7 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     DC_VERDICT_LOWER = Dataset("/dc_verdict/lower", ("dc_verdict",), "float", None, "lower end of the range")
     DC_VERDICT_UPPER = Dataset("/dc_verdict/upper", ("dc_verdict",), "float", None, "upper end of the range")
     DC_VERDICT_RATIO = Dataset(
-        "/dc_verdict/ratio", ("dc_verdict",), "float", "1", "value over the end of the range on its side"
+        "/dc_verdict/ratio", ("dc_verdict",), "float", "1", "value divided by the limit on its side of the range"
     )
     DC_VERDICT_PASSED = Dataset(
         "/dc_verdict/passed", ("dc_verdict",), "int", "1", "1 where the value is within the range", values=FLAG

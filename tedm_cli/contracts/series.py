@@ -81,14 +81,14 @@ class SeriesFile(SeriesDatasets, FileKind):
 class SimulatedSeriesFile(SeriesDatasets, FileKind):
     """Its datasets by name; `SIMULATED_SERIES` is the kind of file. The loop is linear: two parts make each output."""
 
-    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller hears")
+    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller uses")
     GRAVITY_SERIES = Dataset(
         "/gravity/series/{output}", ("sample",), "float", None, "part of the accelerations of the test masses"
     )
     GRAVITY_PSD = Dataset("/gravity/psd/{output}", ("frequency",), "float", None, "estimated PSD of that part")
     GRAVITY_RMS = Dataset("/gravity/rms", ("output",), "float", None, "root mean square of that part")
     READ_OUT_SERIES = Dataset(
-        "/read_out/series/{output}", ("sample",), "float", None, "part of the read-outs that the controller hears"
+        "/read_out/series/{output}", ("sample",), "float", None, "part of the read-outs that the controller uses"
     )
     READ_OUT_PSD = Dataset("/read_out/psd/{output}", ("frequency",), "float", None, "estimated PSD of that part")
     READ_OUT_RMS = Dataset("/read_out/rms", ("output",), "float", None, "root mean square of that part")

@@ -30,7 +30,7 @@ class SimulationFile(AreaDatasets, FileKind):
         "/case/safety_factor", (), "float", "1", "factor on amplitudes when judged (not applied to /psd)"
     )
     TEMPERATURE_MODEL = Dataset("/temperature/model", (), "str", "1", "temperature model and its parameters")
-    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller hears")
+    READ_OUT_SET = Dataset("/read_out/set", (), "str", "1", "set of photodiodes that the controller uses")
     FREQUENCY = Dataset("/frequency", ("frequency",), "float", "Hz", "frequency")
     OUTPUT_LABEL = Dataset("/output/label", ("output",), "str", "1", "outputs of the closed loop", values=NAMES)
     OUTPUT_UNIT = Dataset("/output/unit", ("output",), "str", "1", "unit of the output")
@@ -84,7 +84,7 @@ class SimulationFile(AreaDatasets, FileKind):
         ("verdict",),
         "float",
         "1",
-        "temperatures there without the phases of gravity and read-out over with them; nan: none",
+        "PSD of the temperatures without the phases of gravity and read-out, over that with them; nan: no part",
         open_ended=True,
     )
     IMPROVEMENT_SILENCED = Dataset(
@@ -95,7 +95,7 @@ class SimulationFile(AreaDatasets, FileKind):
         ("verdict", "group"),
         "float",
         "1",
-        "factor on the group's amplitude that just meets the requirement; inf: not felt, nan: not by it alone",
+        "factor on the group's amplitude that just meets the requirement; inf: it has no part, nan: not enough alone",
         open_ended=True,
     )
     IMPROVEMENT_TOGETHER = Dataset(

@@ -40,7 +40,7 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         ("area",),
         "float",
         "kg",
-        "mass of the area's elements, lumped mass of its grids; in no sum where a gradient",
+        "mass of the area's elements, or lumped mass of its grids; for a gradient not part of any sum",
     )
     AREA_MEAN_STEP = Dataset(
         "/area/mean_step",
@@ -57,7 +57,7 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         (),
         "str",
         "1",
-        "path of the layout that the symmetry plane is from, from the folder of this file; nothing where from none",
+        "path of the layout that defines the symmetry plane, relative to the folder of this file; empty: no layout",
     )
     AREA_NODE_OFFSET = Dataset(
         "/area/node_offset",
@@ -119,7 +119,7 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         (),
         "str",
         "1",
-        "precision of the solver's results, the coarser where they differ: how far unit loads may be from adding up",
+        "precision of the solver's results, the coarser if they differ; it limits the residual of the superposition",
         values=Values(words=("single", "double")),
     )
     ELEMENT_ID = Dataset("/element/id", ("element",), "int", "1", "Nastran element id", values=ID)
@@ -142,7 +142,7 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         ("element_member",),
         "int",
         "1",
-        "rows of /grid, in Nastran's order; corners alone where a midside node lacks",
+        "rows of /grid, in Nastran's order; only the corners if a midside node is missing",
         values=Values(rows_of="node"),
     )
     ELEMENT_LEVER = Dataset(

@@ -226,7 +226,8 @@ def _arranged(matrix: LabelledMatrix, rows: Labels, columns: Labels) -> tuple[Fl
     ]
     if problems:
         raise InputError(
-            "; ".join(problems), hint="labels and units must be those of the layout; see docs/how-to/optics.md"
+            "; ".join(problems),
+            hint="give every label of the layout, with its unit: S_BW has PD1A_meas_x by BS3_ux, P has PD1A_OPD by PD1A_meas_x",
         )
     if not np.isfinite(matrix.values).all():
         i, j = np.argwhere(~np.isfinite(matrix.values))[0]
@@ -272,7 +273,7 @@ def _mass_axes(layout: OpticalLayout, motions: MotionConventions) -> FloatArray:
     if motions.test_mass_axes is None and layout.has_own_axes:
         raise InputError(
             "the test masses have axes of their own; which axes their columns are along is not declared",
-            hint='declare test_mass_axes = "own", or "frame" for those of all other elements (docs/how-to/optics.md)',
+            hint='declare test_mass_axes = "own" (axes of each test mass) or "frame" (axes of all other elements)',
         )
     return (
         own_axes(layout, motions.frame) if motions.test_mass_axes == "own" else np.eye(N_MOTIONS * len(layout.elements))

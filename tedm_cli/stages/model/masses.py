@@ -84,7 +84,7 @@ def check_weight_tables(results: Sequence[Path], geometry: ModelGeometry, wtmass
 def _compare(table: WeightTable, spread: MassProperties, lumped: MassProperties, wtmass: float) -> None:
     factor = min((1.0, wtmass), key=lambda f: abs(f * table.mass.mean() - spread.mass_kg))
     where = str(table.file)
-    hint = "are these the results of this deck? see docs/reference/masses.md for what each card weighs"
+    hint = "are these the results of this deck? if so, check densities, non-structural masses and PARAM,WTMASS"
     mass = factor * table.mass
     if np.abs(mass - spread.mass_kg).max() > _MASS * spread.mass_kg:
         found = ", ".join(f"{m:.7g}" for m in mass)

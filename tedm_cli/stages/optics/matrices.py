@@ -32,7 +32,7 @@ from tedm_cli.optics.sensitivity import move_reference_points, optical_sensitivi
 T = TypeVar("T")
 
 _READERS: dict[str, Callable[[Path, str], RawMatrix]] = {".csv": read_csv, ".npz": read_npz, ".mat": read_mat}
-_DECLARE = "give the matrix in SI, or declare what its entries are; see docs/how-to/optics.md"
+_DECLARE = "correct the matrix, or declare its units, axes and reference points in a .toml file beside it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ def _judge(
     hint = _DECLARE
     if not cause:
         cause = f"no single slip explains it; most changes {most_changed(layout, imported)}"
-        hint = "declare its accuracy if the entries are not exact to their digits; see docs/how-to/optics.md"
+        hint = "if its entries are less accurate than their digits, declare it in a .toml file beside it: accuracy = 1e-6"
     raise PhysicsError(f"invariances of S_BW fail: {_failed(judged)}; {cause}", where=str(path), hint=hint)
 
 
@@ -171,5 +171,5 @@ def _read(path: Path, name: str) -> tuple[FloatArray, dict[str, Any], str, str]:
     if twice:
         raise ConfigError(twice, where=str(side), hint="leave it out here")
     where = f"{side}" if side.is_file() else f"{path}"
-    hint = f"declare it in {side.name} beside the matrix, in the table [{name}]; see docs/how-to/optics.md"
+    hint = f"declare it in {side.name} beside the matrix, in the table [{name}]"
     return raw.values, {**raw.declared, **own}, where, hint
