@@ -34,5 +34,5 @@ def require_regular_file(path: Path, *, named_at: str = "") -> None:
         raise InputError(
             f"INCLUDE of {path}, which {fact}" if named_at else fact,
             where=named_at or str(path),
-            hint="inputs are read more than once: write what it holds into a file, and name that",
+            hint="inputs are read more than once: save its content as a file and give the name of this file",
         )

@@ -208,7 +208,7 @@ class DefinitionTable(SelectionTable):
     def _require_gradient(self) -> None:
         if self.remainder:
             raise ValueError(
-                "nothing is left over for gradients, which are loads beside those of the areas: give criteria"
+                "remainder = true is for mean temperatures only: select the elements of a gradient by criteria"
             )
         if self.carrier == "grids" and "carrier" in self.model_fields_set:
             raise ValueError('a gradient is in elements: leave carrier = "grids" out')

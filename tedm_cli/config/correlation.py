@@ -106,7 +106,7 @@ def _require_joinable(partition: Partition) -> None:
     if partition == "none":
         raise ValueError("across_kinds joins areas in a block, but each area is alone")
     if partition == "mirror":
-        raise ValueError("across_kinds has no place beside mirror, which pairs two areas of one kind")
+        raise ValueError("across_kinds cannot be used with mirror, which pairs areas of the same kind")
 
 
 class DelayTable(SelectorTable):
@@ -159,7 +159,7 @@ class CaseTable(Strict):
         if self.groups is not None and self.partition is None:
             raise ValueError("groups needs a partition")
         if self.rho is not None and (self.matrix is not None or self.partition == "none"):
-            raise ValueError(f"rho has no place beside {given[0]}{' none' if self.partition else ''}")
+            raise ValueError(f"rho cannot be used with {given[0]}{' none' if self.partition else ''}")
         if self.across_kinds:
             if self.partition is None:
                 raise ValueError("across_kinds needs a partition; blocks have their own, and a matrix says it all")

@@ -36,6 +36,6 @@ def read_node_weights(path: Path) -> NodeWeights:
         raise InputError(
             f"the weights of {len(wrong)} of {len(sums)} areas do not add up to 1: {shown}",
             where=str(path),
-            hint="the temperature of an area is the mean of its nodes by these weights",
+            hint="the temperature of an area is the weighted mean of its nodes, so its weights must add up to 1",
         )
     return NodeWeights(weights, str(path))

@@ -100,8 +100,8 @@ class SeriesTable(Strict):
             raise ValueError('max_gap_s is for irregular stamps, which method = "linear" takes')
         if self.unit == "degC" and self.remove == "nothing":
             raise ValueError(
-                'unit = "degC" is for temperatures, and remove = "nothing" for deviations; take remove = "mean" or'
-                ' "linear", or unit = "K", which deviations are in'
+                'unit = "degC" needs remove = "mean" or "linear"; with remove = "nothing" the values are deviations,'
+                ' which need unit = "K"'
             )
         if self.spectrum == "log" and self.lowest_hz is not None:
             raise ValueError("a log-spaced spectrum begins where the series allows; lowest_hz is for welch")

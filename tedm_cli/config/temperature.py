@@ -199,13 +199,15 @@ class GradientTable(_SelectingTable):
     def _no_kelvin(cls, given: Any) -> Any:
         if isinstance(given, dict) and (found := sorted(set(given) & {"level_K", "outside_K", "inside_K"})):
             verb = "is" if len(found) == 1 else "are"
-            raise ValueError(f"{', '.join(found)} {verb} in K/sqrt(Hz), of no gradient; give level_K_per_m")
+            raise ValueError(
+                f"{', '.join(found)} {verb} in K/sqrt(Hz), the unit of mean temperatures; give level_K_per_m"
+            )
         return given
 
     @model_validator(mode="after")
     def _has_a_level(self) -> GradientTable:
         if self.preset == "lpf_flight":
-            raise ValueError("preset lpf_flight is a spectrum in K/sqrt(Hz), of no gradient")
+            raise ValueError("preset lpf_flight is in K/sqrt(Hz) and cannot be used for gradients")
         if self.preset != "table" and self.level_K_per_m is None:
             raise ValueError(f"preset {self.preset} needs level_K_per_m, in K/m/sqrt(Hz)")
         return self

@@ -78,7 +78,7 @@ class Loop:
             return
         numerator, denominator = self.transfer
         if not denominator or denominator[0] == 0.0:
-            raise PhysicsError(f"the denominator of loop {self.name} begins with no coefficient but 0")
+            raise PhysicsError(f"the denominator of loop {self.name} has no coefficient other than 0")
         if len(np.trim_zeros(numerator, "f")) > len(denominator):
             raise PhysicsError(
                 f"the controller of loop {self.name} is improper: numerator of order {len(numerator) - 1}, denominator"

@@ -76,8 +76,8 @@ class StateSpaceController:
         else:
             if np.abs(s.imag).max() > np.pi / self.dt_s * (1.0 + 1e-12):
                 raise PhysicsError(
-                    f"the controller samples every {self.dt_s:g} s and knows nothing above {0.5 / self.dt_s:g} Hz; "
-                    f"{np.abs(s.imag).max() / 2 / np.pi:g} Hz is asked for",
+                    f"the controller samples every {self.dt_s:g} s and has no frequencies above {0.5 / self.dt_s:g} Hz;"
+                    f" {np.abs(s.imag).max() / 2 / np.pi:g} Hz is asked for",
                     hint="narrow the frequencies",
                 )
             x = s * self.dt_s

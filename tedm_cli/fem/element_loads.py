@@ -42,7 +42,7 @@ class ElementLoads:
         known = np.isin(elements.element_id, self.element_id)
         if not known.all():
             some = ", ".join(map(str, elements.element_id[~known][:10]))
-            raise PhysicsError(f"{(~known).sum()} element(s) with temperatures are no shells, bars or rods: {some}")
+            raise PhysicsError(f"{(~known).sum()} element(s) with temperatures are not shells, bars or rods: {some}")
         rows = np.searchsorted(self.element_id, elements.element_id)
         out[rows, 0] = elements.mean.mean(axis=1) - (self.average @ temperature)[rows]
         out[rows, 1:] = elements.gradient.reshape(-1, 4)

@@ -54,7 +54,7 @@ class Digests:
             raise InputError(
                 "carries no seal: cut short, made or changed by another program, or made by an older tedm",
                 where=where,
-                hint=f"{hint}; what another program wrote or changed is sealed with `python -m tedm_cli.files.seal`",
+                hint=f"{hint}; if another program wrote or changed it, seal it with `python -m tedm_cli.files.seal`",
             )
         if self.tail != _seal_of(self.body):
             raise InputError("is damaged: its SHA-256 is not the one that it was sealed with", where=where, hint=hint)

@@ -31,7 +31,7 @@ def read_arrays(path: Path, wanted: Callable[[str], bool]) -> tuple[dict[str, An
     """
     require_regular_file(path)
     if not path.is_file():
-        raise InputError("is not there or is no file", where=str(path))
+        raise InputError("does not exist or is not a file", where=str(path))
     try:
         with zipfile.ZipFile(path) as archive:
             members = [m for m in archive.infolist() if m.filename.endswith(".npy")]

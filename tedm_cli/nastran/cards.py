@@ -98,9 +98,9 @@ class BulkChecks:
         for i, line in enumerate(lines):
             if "$" in line and has_lost_fields(lines[i - 1] if i else "", line):
                 raise InputError(
-                    "has numbers alone behind $, as if they had been fields",
+                    "has only numbers behind $, as if fields had been commented out",
                     where=str(self._path) if places is None else self._place(places[i]),
-                    hint="a comment of numbers needs a word; fields need a blank in place of $",
+                    hint="if it is a comment, add a word; if these are fields, replace $ by a blank",
                 )
 
     def _checked(self, card_lines: Any, card_name: str, is_list: bool = True, has_none: bool = True) -> Any:
@@ -153,7 +153,7 @@ def _unread(name: str, place: str) -> InputError:
     if name in REFUSED:
         return InputError(f"{name} card: {REFUSED[name]}", where=place)
     if name != name.strip():
-        return InputError(f"{name.strip()} card: its name begins behind column 1", where=place)
+        return InputError(f"{name.strip()} card: its name does not begin in column 1", where=place)
     hint = "is its name misspelt? it may be a part of the structure, of its mass or its loads; remove it if it is none"
     return InputError(f"{name} card: cards of this name are not read", where=place, hint=hint)
 

@@ -156,7 +156,7 @@ def _check_numbers(matched: Sequence[tuple[Path, Mapping[int, UnitLoad]]], loads
             f"subcase {number} is labelled '{load.label}', and '{of_deck[number]}' in the deck"
             f" ({len(other)} of {len(found)} subcases)",
             where=str(path),
-            hint="were labels changed since? say which is which by [model.subcases] area = id",
+            hint="were labels changed since? assign the subcases by [model.subcases] area = id",
         )
 
 
@@ -166,8 +166,8 @@ def _check_axes(geometry: ModelGeometry, place: str) -> None:
     if bad.size:
         frame = geometry.displacement_frame[bad[0]]
         raise InputError(
-            f"{bad.size} grids are on the axis of their displacement frame but for rounding:"
-            f" {id_list(geometry.grid_id[bad])} (CD {frame}); the solver took its directions there from the rounding",
+            f"{bad.size} grids are on the axis of their displacement frame except for rounding:"
+            f" {id_list(geometry.grid_id[bad])} (CD {frame}); there the solver took the directions from the rounding",
             where=place,
             hint="give grids on an axis a rectangular displacement frame (CD), and solve again",
         )

@@ -28,6 +28,6 @@ def require_pynastran() -> None:
     """
     if find_spec("pyNastran") is None:
         raise InputError(
-            "pyNastran, which reads decks and results, is not installed: on Python 3.13 it takes a line of its own",
+            "pyNastran, which reads decks and results, is not installed; on Python 3.13 it needs a separate command",
             hint=f"python -m pip install --no-deps pyNastran=={_VERSION}",
         )

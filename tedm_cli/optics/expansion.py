@@ -36,7 +36,7 @@ def face_motion(layout: OpticalLayout, areas: Sequence[str], gradients: Sequence
         if e.area not in areas:
             near = difflib.get_close_matches(e.area, areas, n=1, cutoff=0.5)
             raise InputError(
-                f"the temperature of {e.test_mass} follows the thermal area {e.area!r}, which there is not",
+                f"the temperature of {e.test_mass} follows the thermal area {e.area!r}, which does not exist",
                 where="test_mass_expansion",
                 hint=f"did you mean {near[0]}?" if near else "`tedm areas` lists them",
             )

@@ -227,7 +227,7 @@ def _arranged(matrix: LabelledMatrix, rows: Labels, columns: Labels) -> tuple[Fl
     if problems:
         raise InputError(
             "; ".join(problems),
-            hint="give every label of the layout, with its unit: S_BW has PD1A_meas_x by BS3_ux, P has PD1A_OPD by PD1A_meas_x",
+            hint="give all labels of the layout, with units: PD1A_meas_x by BS3_ux (S_BW), PD1A_OPD by PD1A_meas_x (P)",
         )
     if not np.isfinite(matrix.values).all():
         i, j = np.argwhere(~np.isfinite(matrix.values))[0]

@@ -175,7 +175,7 @@ def sample_series(
                 trend.add(made)
                 kept.add(made)
     if trend.count < 2:
-        raise InputError(f"{stamps.count} rows make {trend.count} samples; that is no series", where=str(source))
+        raise InputError(f"{stamps.count} rows make {trend.count} samples, too few for a series", where=str(source))
     step = table.resample_s if table.resample_s is not None else stamps.mean_step_s
     late = resampler.first * step if isinstance(resampler, PolyphaseResampler) else 0.0
     highest = 0.5 / step

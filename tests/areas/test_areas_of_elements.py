@@ -310,7 +310,7 @@ REFUSED: list[tuple[str, str, str]] = [
         "areas 'A' and 'B' have gradients along one direction in elements 7",
     ),
     (define("A", property=1, carrier='"grids"', **GRADIENT), "areas.define[0]", "a gradient is in elements"),
-    (define("A", remainder="true", **GRADIENT), "areas.define[0]", "nothing is left over for gradients"),
+    (define("A", remainder="true", **GRADIENT), "areas.define[0]", "remainder = true is for mean temperatures only"),
     (define("A", property=1, direction="[0.0, 0.0, 1.0]"), "areas.define[0]", 'give kind = "gradient"'),
     (define("A", property=1, plane=1), "areas.define[0]", "plane is that of a gradient"),
     (define("A", property=2, plane=3, **GRADIENT), "areas.define[0].plane", "1 or 2"),

@@ -135,7 +135,7 @@ def test_what_is_refused(tmp_path: Path, keys: str, fact: str) -> None:
             CUBE[:-1],
             r"test_mass\[0\].stl: .*body.stl: the surface is open: 3 edges .*, of triangle \d+ from",
         ),
-        (np.concatenate([CUBE, np.add(CUBE, [5.0, 6.0, 7.0])]), r"cuts through itself: triangles \d+ and \d+"),
+        (np.concatenate([CUBE, np.add(CUBE, [5.0, 6.0, 7.0])]), r"intersects itself: triangles \d+ and \d+"),
         (np.concatenate([CUBE[:1, ::-1], CUBE[1:]]), r"triangles \d+ and \d+ have opposite orientations"),
     ],
 )

@@ -90,7 +90,7 @@ def test_a_material_that_nothing_is_made_of(tiny: Project, reader: str, old: str
 def test_an_inertia_that_no_body_has(tiny: Project) -> None:
     """A negative mass is allowed, as a correction; far out it takes away more than the structure has."""
     replace(tiny.deck, "ENDDATA", "GRID,99,,5.,0.,0.\nCONM1,77,99,0,-1.,,-1.,,\n,-1.\nENDDATA")
-    tiny.run("ingest").refused(5, "unit_loads.bdf: its inertia is that of no body", hint="negative")
+    tiny.run("ingest").refused(5, "unit_loads.bdf: no body can have its moments of inertia", hint="negative")
     replace(tiny.deck, "CONM1,77,99,0,-1.,,-1.,,\n,-1.", "CONM1,77,3,0,-.1,,-.1,,\n,-.1")
     assert "mass 5.3 kg" in tiny.run("ingest").ok().out
 

@@ -234,7 +234,9 @@ def test_refusals_of_case(cases: Project, tmp_path: Path) -> None:
     run("-o", tmp_path / "x.mat").refused(2, "cannot take 4 cases", hint="folder")
     run("3", "-o", tmp_path / "x.npz").refused(2, "cannot take a case as mat")
     tedm("export-case", "-d", tmp_path).refused(4, "holds no case file")
-    tedm("export", "case", "-d", cases.build).refused(2, "nothing is known to export of case", hint="export-case")
+    tedm("export", "case", "-d", cases.build).refused(
+        2, "there are no matrices to export from case", hint="export-case"
+    )
     assert not list(tmp_path.iterdir())
 
 

@@ -287,7 +287,9 @@ def test_export_into_one_file_and_refusals(exported: Project, tmp_path: Path) ->
     out = tedm("export", "-d", exported.build, "-o", tmp_path / "all.mat").ok().out
     assert "S_SG 12 x" in out
     assert {"S_BW", "S_SG", "D_opt"} <= set(scipy.io.loadmat(tmp_path / "all.mat"))
-    tedm("export", "cases", "-d", exported.build).refused(2, "nothing is known to export of cases", hint="optics")
+    tedm("export", "cases", "-d", exported.build).refused(
+        2, "there are no matrices to export from cases", hint="optics"
+    )
     for fmt, name, hint in (("csv", "a.csv", "folder"), ("npz", "a.mat", ".npz")):
         tedm("export", "--format", fmt, "-d", exported.build, "-o", tmp_path / name).refused(2, f"as {fmt}", hint=hint)
     tedm("export", "-d", tmp_path / "nowhere").refused(4, "nothing to export")

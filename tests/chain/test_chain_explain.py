@@ -133,5 +133,5 @@ def test_a_growing_test_mass_is_an_element_like_any(small: Project, tmp_path: Pa
     assert r.rigid_size == pytest.approx(before.rigid_size, rel=1e-12)
     share = dict(zip(r.elements.label, r.elements.share, strict=True))
     assert share["TM1"] == pytest.approx(1.65e-5 * 0.023 / r.value[0], rel=1e-9)
-    with pytest.raises(InputError, match="'IS1_EH', which there is not"):
+    with pytest.raises(InputError, match="'IS1_EH', which does not exist"):
         build_optics(other_optics(small, tmp_path, more=entry.format(area="IS1_EH")), None)

@@ -97,7 +97,7 @@ def test_fem_a_gradient_does_nothing_to_a_rod():
 
 
 def test_fem_temperatures_of_elements_that_are_not_there_are_refused_by_id():
-    with pytest.raises(PhysicsError, match=r"1 element.* no shells, bars or rods: 77"):
+    with pytest.raises(PhysicsError, match=r"1 element.* not shells, bars or rods: 77"):
         motions(mixed(), own([1, 77], mean=1.0))
 
 

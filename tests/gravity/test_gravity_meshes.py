@@ -107,14 +107,14 @@ def test_three_triangles_at_an_edge():
 
 def test_self_crossing_names_triangles():
     other = cuboid_triangles(np.array([-0.03, -0.005, -0.004]), np.array([0.04, 0.007, 0.006]))
-    refused(np.concatenate([CUBE, other]), r"cuts through itself: triangles \d+ and \d+", "first near")
+    refused(np.concatenate([CUBE, other]), r"intersects itself: triangles \d+ and \d+", "first near")
 
 
 def test_a_corner_pushed_through_the_other_side():
     pushed = CUBE.copy()
     corner = np.full(3, HALF)
     pushed[(pushed == corner).all(axis=2)] = [-0.03, -0.02, -0.028]
-    refused(pushed, "cuts through itself")
+    refused(pushed, "intersects itself")
 
 
 def test_a_shell_within_a_shell():

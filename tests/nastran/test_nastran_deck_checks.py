@@ -316,7 +316,7 @@ def test_materials_that_exist(tmp_path: Path, card: str) -> None:
 )
 def test_an_inertia_of_no_body(tmp_path: Path, rows: tuple[float, ...]) -> None:
     text = changed("     27.\n", "     27.\n        " + "".join(f"{v:8.1f}" for v in rows) + "\n")
-    with pytest.raises(InputError, match="CONM2 9: its inertia about its centre of gravity is that of no body"):
+    with pytest.raises(InputError, match="CONM2 9: its inertia about its centre of gravity is impossible for a body"):
         model_geometry(read(tmp_path, text), [tmp_path / "deck.bdf"])
 
 

@@ -189,13 +189,13 @@ def test_partitions_of_groups(tmp_path, areas, text, sizes):
             "give one of blocks, partition and matrix (found partition and matrix)",
         ),
         ('groups = ["OB"]\nmatrix = "r.csv"', "groups needs a partition"),
-        ('matrix = "r.csv"\nrho = 0.5', "rho has no place beside matrix"),
+        ('matrix = "r.csv"\nrho = 0.5', "rho cannot be used with matrix"),
         ('partition = "all"\nrho = 1.5', "rho: correlation coefficient 1.5 is outside -1 to 1"),
         ('blocks = [{ areas = ["*"], each_alone = true, rho = 0.5 }]', "each area is alone"),
         ('blocks = [{ areas = ["*"], each_alone = true, partition = "side" }]', "give one of the two"),
         ('blocks = [{ areas = ["*"], mirror_names = ["P", "M"] }]', "mirror_names needs partition = 'mirror'"),
         ('blocks = [{ areas = ["*"], each_alone = true, across_kinds = true }]', "each area is alone"),
-        ('partition = "mirror"\nacross_kinds = true', "across_kinds has no place beside mirror"),
+        ('partition = "mirror"\nacross_kinds = true', "across_kinds cannot be used with mirror"),
         ('matrix = "r.csv"\nacross_kinds = true', "across_kinds needs a partition"),
         ('partition = "group"\ngroups = ["strut"]', "no thermal area has 'strut'; did you mean struts?"),
     ],
@@ -269,7 +269,7 @@ def test_matrix_files_that_are_refused(tmp_path, areas, text, error, piece):
 
 
 def test_archives_that_are_refused(tmp_path, areas):
-    with pytest.raises(InputError, match="is not there"):
+    with pytest.raises(InputError, match="does not exist or is not a file"):
         case_of(tmp_path, 'matrix = "r.npz"', areas)
     (tmp_path / "r.npz").write_bytes(b"no archive")
     with pytest.raises(InputError, match="not a readable NPZ"):

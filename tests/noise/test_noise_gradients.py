@@ -263,9 +263,9 @@ def test_realisation_and_state_space_leave_out_the_silent_and_hold_the_heard(tmp
 @pytest.mark.parametrize(
     ("text", "fact"),
     [
-        ('[[temperature.gradient]]\nlevel_K = 1e-3\n', "level_K is in K/sqrt(Hz), of no gradient; give level_K_per_m"),
+        ('[[temperature.gradient]]\nlevel_K = 1e-3\n', "level_K is in K/sqrt(Hz), the unit of mean temperatures; give"),
         ('[[temperature.override]]\nareas = ["A"]\nlevel_K_per_m = 1.0\n', "level_K_per_m is of gradients"),
-        ('[[temperature.gradient]]\npreset = "lpf_flight"\n', "lpf_flight is a spectrum in K/sqrt(Hz)"),
+        ('[[temperature.gradient]]\npreset = "lpf_flight"\n', "lpf_flight is in K/sqrt(Hz) and cannot"),
         ('[[temperature.gradient]]\npreset = "white"\n', "needs level_K_per_m, in K/m/sqrt(Hz)"),
         ('[[temperature.gradient]]\nlevel_K_per_m = -1.0\n', "level of a temperature gradient"),
         (

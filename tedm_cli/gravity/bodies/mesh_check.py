@@ -48,7 +48,7 @@ def checked_polyhedron(triangles: FloatArray) -> Polyhedron:
         more = ", and others" if len(pairs) > _NAMED else ""
         a = triangles[number[pairs[0][0]]].mean(axis=0)
         raise PhysicsError(
-            f"the surface cuts through itself: triangles {named}{more}; the first near {_place(a)}",
+            f"the surface intersects itself: triangles {named}{more}; the first near {_place(a)}",
             hint="unite the solids before they are exported",
         )
     whole = Polyhedron(corner, triangle)

@@ -86,7 +86,7 @@ def concentrated_masses(
     for m in found:
         if m.kg >= 0.0 and not is_mass_tensor(m.inertia, m.kg * float(m.lever @ m.lever)):
             raise InputError(
-                f"{m.card} {m.id}: its inertia about its centre of gravity is that of no body",
+                f"{m.card} {m.id}: its inertia about its centre of gravity is impossible for a body",
                 where=where,
                 hint="the matrix of I11, I21, I22, I31, I32 and I33 has to be positive definite, or zero",
             )
@@ -136,7 +136,7 @@ def _conm1(mass: Any, frames: Frames, position: FloatArray, where: str) -> _Mass
     lever = np.array([coupling[2, 1], coupling[0, 2], coupling[1, 0]])
     if np.abs(coupling - _cross(lever)).max() > _ALIKE * max(float(np.abs(coupling).max()), 1e-12):
         raise InputError(
-            f"{name}: its static moments are those of no body",
+            f"{name}: its static moments are impossible for a body",
             where=where,
             hint="M53 = -M62, M61 = -M43, M42 = -M51, and M41 = M52 = M63 = 0",
         )

@@ -150,7 +150,7 @@ def _real_factor(correlation: Correlation, where: str) -> FloatArray:
     matrix = correlation.matrix()
     if np.abs(matrix.imag).max() > 1e-12:
         raise InputError(
-            "its correlation is complex: a turn of phase by the same angle at all frequencies has no state space",
+            "its correlation is complex: a phase shift that is the same at all frequencies has no state space",
             where=where,
             hint="give a real matrix, or propagate the case with run-case, which is exact",
         )

@@ -73,7 +73,7 @@ def realise_loop(
         )
     if lowest >= _HIGHEST * plan.rate_hz:
         raise InputError(
-            f"time.rate_hz: {plan.rate_hz:g} Hz tells of nothing above {_HIGHEST * plan.rate_hz:g} Hz, and the"
+            f"time.rate_hz: {plan.rate_hz:g} Hz has no frequencies above {_HIGHEST * plan.rate_hz:g} Hz, and the"
             f" requirements begin at {lowest:g} Hz",
             where=loop.where,
             hint=f"sample at more than {lowest / _HIGHEST:g} Hz",

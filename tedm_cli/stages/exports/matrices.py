@@ -35,7 +35,7 @@ def export(build_dir: Path, what: Sequence[str], fmt: Format, output: Path | Non
     unknown = [name for name in what if name not in TABLES]
     if unknown:
         raise UsageError(
-            f"nothing is known to export of {', '.join(unknown)}",
+            f"there are no matrices to export from {', '.join(unknown)}",
             hint=f"known: {', '.join(TABLES)}; cases: tedm export-case",
         )
     single = output is not None and output.suffix.lower() in (".csv", ".npz", ".mat")

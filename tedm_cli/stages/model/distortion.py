@@ -340,7 +340,7 @@ def _judge(
             " The OP2 of the same run is judged by single precision"
         )
     raise PhysicsError(
-        f"the areas' unit loads sum to something else than the uniform load: the {what} of grid"
+        f"the unit loads of the areas do not add up to the uniform load: the {what} of grid"
         f" {unit.array(UNIT_LOADS.GRID_ID)[rows[worst]]} is off by {np.linalg.norm(gap[worst]):.2g}"
         f" {'rad' if what == 'rotation' else 'm'}/K, {excess[worst]:.2g} times what {precision} precision allows"
         f" ({(excess > 1.0).sum()} of {len(excess)} grids; relative difference {residual:.2g})",

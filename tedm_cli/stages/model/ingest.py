@@ -224,7 +224,7 @@ def _masses(
     if not is_mass_tensor(properties.inertia_kg_m2):
         values = ", ".join(f"{v:.4g}" for v in np.linalg.eigvalsh(properties.inertia_kg_m2))
         raise PhysicsError(
-            f"its inertia is that of no body: {values} kg m2 about the principal axes",
+            f"no body can have its moments of inertia: {values} kg m2 about the principal axes",
             where=str(files[0]),
             hint="are concentrated or non-structural masses negative?",
         )

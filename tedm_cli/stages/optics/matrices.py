@@ -95,7 +95,7 @@ def _judge(
     hint = _DECLARE
     if not cause:
         cause = f"no single slip explains it; most changes {most_changed(layout, imported)}"
-        hint = "if its entries are less accurate than their digits, declare it in a .toml file beside it: accuracy = 1e-6"
+        hint = "if its entries are less accurate than their digits, declare accuracy = 1e-6 in a .toml file beside it"
     raise PhysicsError(f"invariances of S_BW fail: {_failed(judged)}; {cause}", where=str(path), hint=hint)
 
 
@@ -125,7 +125,7 @@ def _differences(
             f"S_BW differs from the layout's own trace by {found[0].value:.2g} of the largest effect at"
             f" {found[0].element} on {found[0].path}; allowed {config.largest_difference:.2g}",
             where=str(config.S_BW),
-            hint="mend the layout or the matrix, or widen largest_difference",
+            hint="correct the layout or the matrix, or increase largest_difference",
         )
     return found
 

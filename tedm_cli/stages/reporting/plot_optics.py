@@ -121,7 +121,7 @@ def area_specs(project: Project, results: Results, names: Sequence[str]) -> list
     if optics is None:
         raise project.lacks_optics()
     if names and not optics.layout.has_geometry:
-        raise UsageError("the layout says not where its beams run, so no bench can be drawn", where="--area")
+        raise UsageError("the layout has no geometry of its beams, so the bench cannot be drawn", where="--area")
     areas = read_areas(optics.reader)
     known = areas.name.tolist()
     unknown = [name for name in names if name not in known]
