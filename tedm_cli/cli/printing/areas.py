@@ -104,6 +104,11 @@ def mean_step_lines(steps: Sequence[MeanStep]) -> list[str]:
     return lines
 
 
+def mean_step_dict(steps: Sequence[MeanStep]) -> dict[str, float]:
+    """By area, for a program; NaN where an area has no elements."""
+    return {s.area: s.share for s in steps}
+
+
 def _remedy(poor: Sequence[MeanStep]) -> str:
     """What raises these steps: solids have no temperatures of their own."""
     carriers, elements = sum(s.carriers for s in poor), sum(len(s.elements) for s in poor)
