@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from border_tools import SMALL, Project, tedm
+from border_tools import ROOT, SMALL, Project, tedm
 from test_border_streams import shell
 
 from tedm_cli.chain.graph import Step
@@ -59,6 +59,13 @@ def test_no_word_of_the_table_is_idle_and_an_option_has_one() -> None:
                 used.setdefault(parameter.opts[-1], set()).add(parameter.metavar)
     assert set().union(*used.values()) == METAVARS.keys()
     assert {word for word, metavars in used.items() if len(metavars) > 1} == {"--output"}  # a file or a folder
+
+
+def test_the_document_has_the_words() -> None:
+    text = (ROOT / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
+    told = re.findall(r"`([A-Z]+)`", "\n".join(re.findall(r"(?m)^\| (`[A-Z]+`(?:, `[A-Z]+`)*) \|", text)))
+    assert sorted(told) == sorted(METAVARS)
+    assert all(f"`{name}`" in text for name in RANKED)
 
 
 def test_top_is_where_tables_are_ranked() -> None:

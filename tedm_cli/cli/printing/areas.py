@@ -30,7 +30,7 @@ def area_lines(done: AreaSummary) -> list[str]:
             f"{len(load.grid_id):,}",
             *([f"{len(load.element_id):,}"] if own else []),
             f"{done.mass_kg[i]:.6g}",
-            *(f"{v:.4f}" for v in done.centroid_m[i]),
+            *(_fixed(v) for v in done.centroid_m[i].tolist()),
             share_text(done.mean_step[i].share),
             *(str(column[i]) for column in (t.group, t.shield, t.side)),
         )
@@ -82,6 +82,12 @@ def area_lines(done: AreaSummary) -> list[str]:
         + " are in exactly one area"
         + ("" if done.is_partition else f", {left:,} in none"),
     ]
+
+
+def _fixed(value: float) -> str:
+    """Metres to a tenth of a millimetre, without the sign of nought."""
+    text = f"{value:.4f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
 
 
 def mean_step_lines(steps: Sequence[MeanStep]) -> list[str]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tedm_cli.cli.printing.table import table
+from tedm_cli.cli.printing.table import scientific, table
+from tedm_cli.results.wording import count
 
 if TYPE_CHECKING:
     from tedm_cli.gravity.requirements import DcVerdict
@@ -12,7 +13,6 @@ if TYPE_CHECKING:
     from tedm_cli.stages.gravity.self_gravity import PointField
     from tedm_cli.stages.gravity.sensitivity import SensitivitySummary
 
-_ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
 _LISTED = 0.1  # verdicts on the field at rest are printed where their ratio is above this
 
 
@@ -33,8 +33,7 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
     for t, tm in enumerate(done.test_masses):
         for s, source in enumerate(done.sources):
             for quantity, unit, value in quantities:
-                least = _ROUNDING * abs(value).max()
-                shown = ("0" if abs(v) <= least else f"{v:.4e}" for v in value[t, s])
+                shown = (scientific(v, abs(value).max(), 4) for v in value[t, s])
                 rows.append((tm.name, source, quantity, unit, *shown))
     lines += table(("at rest", "source", "quantity", "unit", "x", "y", "z"), rows, right=(4, 5, 6))
     if done.blocks:
@@ -147,23 +146,24 @@ def point_field_lines(done: PointField) -> list[str]:
 
     sources = done.sources
     lines = [
-        f"{sources.path}: {len(sources.line)} point sources, {sources.mass.sum():.9g} kg; results in the frames of the"
-        " test masses"
+        f"{sources.path}: {count(len(sources.line), 'point source')}, {sources.mass.sum():.9g} kg; results in the"
+        " frames of the test masses"
     ]
     rows: list[tuple[str, ...]] = []
     for tm, field in zip(done.test_masses, done.total, strict=True):
         for quantity, unit, value in totals(tm, field):
             for row, label in zip(value.reshape(-1, 3), "xyz", strict=False):
                 name = quantity if value.ndim == 1 else f"{quantity} {label}"
-                rows.append((tm.name, name, unit, *(f"{v:.6e}" for v in row)))
+                rows.append((tm.name, name, unit, *(scientific(v, abs(value).max(), 6) for v in row)))
     lines += table(("test mass", "quantity", "unit", "x", "y", "z"), rows, right=(3, 4, 5))
     if done.by_source is None:
         return lines
     rows = []
     for n, line in enumerate(sources.line):
         for tm, field in zip(done.test_masses, done.by_source, strict=True):
-            values = (*field.acceleration[n], *field.angular_acceleration[n])
-            rows.append((str(line), f"{sources.mass[n]:.6g}", tm.name, *(f"{v:.4e}" for v in values)))
+            vectors = (field.acceleration[n], field.angular_acceleration[n])
+            values = [scientific(v, abs(vector).max(), 4) for vector in vectors for v in vector]
+            rows.append((str(line), f"{sources.mass[n]:.6g}", tm.name, *values))
     head = ("line", "kg", "test mass", "a_x m/s^2", "a_y", "a_z", "omegadot_x rad/s^2", "omegadot_y", "omegadot_z")
     return lines + table(head, rows, right=(0, 1, 3, 4, 5, 6, 7, 8))
 

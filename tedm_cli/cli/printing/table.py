@@ -12,6 +12,12 @@ def above_rounding(value: float, scale: float) -> float:
     return value if abs(value) > _ROUNDING * abs(scale) else 0.0
 
 
+def scientific(value: float, scale: float, digits: int) -> str:
+    """A number with `digits` behind the point; 0 where it is rounding beside numbers of the size `scale`."""
+    shown = above_rounding(value, scale)
+    return f"{shown:.{digits}e}" if shown else "0"
+
+
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> list[str]:
     """Columns padded to their widest entry; columns in `right` are aligned to the right."""
     widths = [max(len(str(r[i])) for r in [head, *rows]) for i in range(len(head))]
