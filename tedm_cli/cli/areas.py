@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from tedm_cli.cli.app import (
+from tedm_cli.cli.app import answer, app, open_project
+from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
     BuildDir,
@@ -16,9 +16,6 @@ from tedm_cli.cli.app import (
     Json,
     Quiet,
     Verbose,
-    app,
-    open_project,
-    say,
 )
 
 
@@ -26,10 +23,14 @@ from tedm_cli.cli.app import (
 def areas(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write node_id,area to this CSV file.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write node_id,area to this CSV file.")
+    ] = None,
     figure: Annotated[
         Path | None,
-        typer.Option("--figure", help="Draw the model coloured by area, gradients as arrows (.svg or .png)."),
+        typer.Option(
+            "--figure", metavar="FILE", help="Draw the model coloured by area, gradients as arrows (.svg or .png)."
+        ),
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -45,8 +46,5 @@ def areas(
     from tedm_cli.stages.model.areas import areas as stage
 
     done = stage(open_project(config, build_dir, verbose), output, figure)
-    if as_json:
-        print(json.dumps(done.as_dict(), indent=1))
-    else:
-        say(quiet, *area_lines(done))
+    answer(as_json, quiet, lambda: area_lines(done), done.as_dict)
     done.require_partition()

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import shlex
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from tedm_cli.cli.app import (
+from tedm_cli.cli import completion
+from tedm_cli.cli.app import answer, app, begin, open_project, say
+from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
     BuildDir,
     Config,
+    Json,
     Quiet,
     Verbose,
-    app,
-    open_project,
-    say,
+    at_least,
     was_given,
 )
 
@@ -31,7 +31,9 @@ class _Sample(Enum):
 
 @app.command()
 def init(
-    folder: Annotated[Path, typer.Argument(help="A new or empty folder.", show_default="this folder")] = Path(),
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="A new or empty folder. Default: this one.", show_default=False)
+    ] = Path(),
     sample: Annotated[
         _Sample,
         typer.Option(
@@ -40,20 +42,23 @@ def init(
             " Technology Package of 9,000 nodes; lisa: two benches at 60 degrees.",
         ),
     ] = _Sample.minimal,
+    as_json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = 0,
 ) -> None:
-    """Begin a project: configuration files with comments, and a model.
+    """Begin a project: configuration files and a model.
 
     All that `tedm run` needs is in the folder, to be changed or replaced by your own. Nothing is overwritten; names
     that begin with a dot are left alone.
     """
+    from tedm_cli.cli.printing.chain import begun_dict, begun_lines
     from tedm_cli.progress import waiting
     from tedm_cli.stages.chain.init import begin_project
 
+    begin(verbose, f"a project from the sample {sample.value}, in {folder.resolve()}")
     with waiting(quiet, f"{sample.value}: writing"):
         names = begin_project(sample.value, folder)
-    go = "" if folder == Path() else f"cd {shlex.quote(str(folder))}; "
-    say(quiet, f"{folder}: {', '.join(names)}", f"now: {go}tedm run")
+    answer(as_json, quiet, lambda: begun_lines(folder, names), lambda: begun_dict(folder, sample.value, names))
 
 
 @app.command()
@@ -61,11 +66,18 @@ def run(
     ctx: typer.Context,
     stage: Annotated[
         str | None,
-        typer.Argument(help="Stop after this stage (build-optics, run-case, ...); without it, the whole chain is run."),
+        typer.Argument(
+            metavar="STAGE",
+            autocompletion=completion.stages,
+            help="Stop after this stage (build-optics, run-case, ...). Default: the whole chain.",
+        ),
     ] = None,
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
-    jobs: Annotated[int, typer.Option("-j", "--jobs", min=1, help="Commands that may run at once.")] = 1,
+    jobs: Annotated[
+        int,
+        typer.Option("-j", "--jobs", metavar="N", callback=at_least(1), help="Commands that may run at once."),
+    ] = 1,
     dry_run: Annotated[
         bool, typer.Option("-n", "--dry-run", help="Say what would be run and why, and run nothing.")
     ] = False,
@@ -77,6 +89,7 @@ def run(
             help="Your own solver, as in `tedm solve --run`.",
         ),
     ] = None,
+    as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
@@ -87,7 +100,7 @@ def run(
     warnings and notes are shown; with -v all of it.
     """
     from tedm_cli.chain.graph import Step
-    from tedm_cli.cli.printing.chain import ended_line, noted_lines, plan_lines, step_line, up_to_date_line
+    from tedm_cli.cli.printing.chain import ended_line, noted_lines, plan_dict, plan_lines, step_line, up_to_date_line
     from tedm_cli.cli.streams import tell
     from tedm_cli.cli.worker import PROGRAM
     from tedm_cli.progress import progress
@@ -97,29 +110,31 @@ def run(
 
     project = open_project(config, build_dir, verbose)
     plan = plan_chain(project, stage)
-    say(quiet, f"{project.title} ({config})")
-    if not plan.stale:
-        say(quiet, up_to_date_line(plan, build_dir))
-        return
-    if dry_run:
-        say(quiet, *plan_lines(plan))
+    silent = quiet or as_json
+    codes: dict[Step, int] = {}
+    say(silent, f"{project.title} ({config})")
+    if not plan.stale or dry_run:
+        lines = plan_lines(plan) if plan.stale else [up_to_date_line(plan, build_dir)]
+        answer(as_json, quiet, lambda: lines, lambda: plan_dict(project.title, plan, build_dir, codes))
         return
     given = {"config": ("-c", str(config)), "build_dir": ("-d", str(build_dir))}
     options = tuple(word for name, words in given.items() if was_given(ctx, name) for word in words)
     way = Way(PROGRAM, options, nastran, jobs)
     begun: list[Step] = []
 
-    def begin(step: Step) -> None:
+    def start(step: Step) -> None:
         begun.append(step)
-        say(quiet, step_line(len(begun), plan, step))
+        say(silent, step_line(len(begun), plan, step))
 
-    def end(step: Step, answer: Answer) -> None:
-        lines = answer.out.splitlines()
-        say(quiet, *(lines if verbose else noted_lines(lines)))
-        tell(answer.err.splitlines())
+    def end(step: Step, done: Answer) -> None:
+        codes[step] = done.code
+        lines = done.out.splitlines()
+        say(silent, *(lines if verbose else noted_lines(lines)))
+        tell(done.err.splitlines())
 
     with progress(quiet or jobs == 1) as of_all:
-        refused = perform(plan, way, begin, end, of_all)
+        refused = perform(plan, way, start, end, of_all)
+    ended = [] if refused is not None else [ended_line(plan, build_dir)]
+    answer(as_json, quiet, lambda: ended, lambda: plan_dict(project.title, plan, build_dir, codes))
     if refused is not None:
         raise typer.Exit(refused.code)
-    say(quiet, ended_line(plan, build_dir))

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tedm_cli.cli.app import (
+from tedm_cli.cli import completion
+from tedm_cli.cli.app import answer, app, begin, open_project
+from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
+    AnyCases,
     BuildDir,
     Config,
+    FailOnViolation,
     Json,
     Output,
     Quiet,
     Verbose,
-    app,
-    open_project,
-    say,
 )
 
 if TYPE_CHECKING:
@@ -33,35 +34,48 @@ def build_dynamics(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
+    as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Equations of motion and control of the drag-free satellite.
+    """Equations of motion and control of the satellite.
 
-    Spacecraft and both test masses with the stiffness of every source, the controller, poles and margins of the loops.
+    The drag-free loop: spacecraft and both test masses with the stiffness of every source, the controller, poles and
+    margins.
     """
-    from tedm_cli.cli.printing.dynamics import dynamics_lines
+    from tedm_cli.cli.printing.dynamics import dynamics_dict, dynamics_lines
     from tedm_cli.stages.dynamics.build import build_dynamics as stage
 
-    say(quiet, *dynamics_lines(stage(open_project(config, build_dir, verbose), output)))
+    done = stage(open_project(config, build_dir, verbose), output)
+    answer(as_json, quiet, lambda: dynamics_lines(done), lambda: dynamics_dict(done))
 
 
 @app.command()
 def simulate(
-    case: Annotated[list[str] | None, typer.Argument(help="Case ids of the configuration (3, 4b), or `all`.")] = None,
+    case: AnyCases = None,
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
     problem: Annotated[
-        Path | None, typer.Option("--problem", help="A self-contained problem in JSON instead of a project.")
+        Path | None,
+        typer.Option("--problem", metavar="FILE", help="A self-contained problem in JSON instead of a project."),
     ] = None,
     series: Annotated[
         list[str] | None,
-        typer.Option("--series", help="A temperature series of the cases file in place of cases, or `all`."),
+        typer.Option(
+            "--series",
+            metavar="SERIES",
+            autocompletion=completion.series,
+            help="A time series of the cases file in place of cases, or `all`; may be repeated.",
+        ),
     ] = None,
     release: Annotated[
         list[str] | None,
-        typer.Option("--release", help="Let coordinates go in place of cases: TM1_x=1e-6,SC_phi=1e-7 (m, rad)."),
+        typer.Option(
+            "--release",
+            metavar="OFFSETS",
+            help="Let coordinates go in place of cases: TM1_x=1e-6,SC_phi=1e-7 (m, rad); may be repeated.",
+        ),
     ] = None,
     in_time: Annotated[
         bool, typer.Option("--time", help="Realise the noise in time as well, and compare with the exact spectra.")
@@ -73,17 +87,12 @@ def simulate(
             help="No loop: the noise of imposed positions through stiffness, beside Montemurro 2004, figure 6.2.",
         ),
     ] = False,
-    fail_on_violation: Annotated[
-        bool,
-        typer.Option(
-            "--fail-on-violation", help="Exit with 5 when a requirement is violated; with 0 where nothing is judged."
-        ),
-    ] = False,
+    fail_on_violation: FailOnViolation = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Noise of the closed loop, with its budget and verdicts.
+    """Noise of the closed loop, its budget and verdicts.
 
     The temperatures of a case act through gravity, stiffness and read-out at once, beside all other noise sources, on
     every output of the closed loop; the differential acceleration and what else is required are judged.
@@ -102,11 +111,13 @@ def simulate(
         _figure_6_2(config, build_dir, output, as_json, quiet, verbose)
         return
     if problem is not None:
+        from tedm_cli.cli.printing.as_json import json_text
         from tedm_cli.stages.dynamics.problem import solve_problem
 
         others = {"--output": output is not None, "--series": bool(series), "--release": bool(release), **of_cases}
         _refuse_with("--problem prints its results alone", case, others)
-        print(json.dumps(solve_problem(problem)))
+        begin(verbose)
+        print(json_text(solve_problem(problem)))
         return
     if release:
         others = {"--series": bool(series), **of_cases}
@@ -132,13 +143,13 @@ def simulate(
     done: list[tuple[Path, Simulation]] = []
     with progress(quiet) as step:
         stage(project, ids, output, step, in_time, lambda path, result: done.append((path, result)))
-    if as_json:
-        print(json.dumps([simulation_dict(path, r) for path, r in done], indent=1))
-    else:
+
+    def lines() -> Iterator[str]:
         for path, r in done:
-            say(quiet, *simulation_lines(path, r))
-        if summary := summary_lines([r for _, r in done]):
-            say(quiet, *summary)
+            yield from simulation_lines(path, r)
+        yield from summary_lines([r for _, r in done])
+
+    answer(as_json, quiet, lines, lambda: [simulation_dict(path, r) for path, r in done])
     failed = [r.case.id for _, r in done if not all(j.verdict.passed for j in r.judged)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")
@@ -158,10 +169,7 @@ def _figure_6_2(config: Path, build_dir: Path, output: Path | None, as_json: boo
     from tedm_cli.stages.dynamics.imposed import imposed_motion
 
     path, found = imposed_motion(open_project(config, build_dir, verbose), output)
-    if as_json:
-        print(json.dumps(imposed_dict(path, found), indent=1))
-    else:
-        say(quiet, *imposed_lines(path, found))
+    answer(as_json, quiet, lambda: imposed_lines(path, found), lambda: imposed_dict(path, found))
 
 
 def _release(project: Project, texts: list[str], output: Path | None, as_json: bool, quiet: bool) -> None:
@@ -173,10 +181,7 @@ def _release(project: Project, texts: list[str], output: Path | None, as_json: b
 
     with progress(quiet) as step:
         done = stage(project, offsets(texts), output, step)
-    if as_json:
-        print(json.dumps(release_dict(done), indent=1))
-    else:
-        say(quiet, *release_lines(done))
+    answer(as_json, quiet, lambda: release_lines(done), lambda: release_dict(done))
 
 
 def _simulate_series(
@@ -196,7 +201,8 @@ def _simulate_series(
         output,
         run=simulate_series,
         lines=simulated_series_lines,
-        as_dict=simulated_series_dict if as_json else None,
+        as_dict=simulated_series_dict,
+        as_json=as_json,
         violated=violated,
         quiet=quiet,
     )

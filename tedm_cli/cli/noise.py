@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from tedm_cli.cli.app import (
+from tedm_cli.cli.app import answer, app, open_project
+from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
+    DEFAULT_TOP,
     BuildDir,
+    Cases,
     Config,
+    FailOnViolation,
     Json,
     Output,
     Quiet,
+    Series,
+    Top,
     Verbose,
-    app,
-    open_project,
-    say,
+    rows,
 )
 
 if TYPE_CHECKING:
@@ -30,16 +34,12 @@ if TYPE_CHECKING:
 
 @app.command("run-case")
 def run_case(
-    case: Annotated[list[str], typer.Argument(help="Case ids of the configuration (3, 4b), or `all`.")],
+    case: Cases,
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
-    fail_on_violation: Annotated[
-        bool,
-        typer.Option(
-            "--fail-on-violation", help="Exit with 5 when a requirement is violated; with 0 where nothing is judged."
-        ),
-    ] = False,
+    fail_on_violation: FailOnViolation = False,
+    top: Top = DEFAULT_TOP,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -79,15 +79,18 @@ def run_case(
         if not done:
             raise
         refused = error
-    if as_json:
-        print(json.dumps([case_dict(path, result) | more_dict(result) for path, result, _ in done], indent=1))
-    else:
+
+    def lines() -> Iterator[str]:
         for path, result, realised in done:
-            say(quiet, *case_lines(path, result), *([realisation_line(realised)] if realised is not None else []))
+            yield from case_lines(path, result)
+            if realised is not None:
+                yield realisation_line(realised)
             if verbose:
-                say(quiet, *contributor_lines(result))
+                yield from contributor_lines(result, rows(top))
         if verbose:
-            say(quiet, *sensitivity_table([result for _, result, _ in done]))
+            yield from sensitivity_table([result for _, result, _ in done])
+
+    answer(as_json, quiet, lines, lambda: [case_dict(path, result) | more_dict(result) for path, result, _ in done])
     if refused is not None and refused in told:
         raise typer.Exit(refused.exit_code)
     if refused is not None:
@@ -99,16 +102,11 @@ def run_case(
 
 @app.command("run-series")
 def run_series(
-    series: Annotated[list[str], typer.Argument(help="Names of time series in the cases file, or `all`.")],
+    series: Series,
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
-    fail_on_violation: Annotated[
-        bool,
-        typer.Option(
-            "--fail-on-violation", help="Exit with 5 when a requirement is violated; with 0 where nothing is judged."
-        ),
-    ] = False,
+    fail_on_violation: FailOnViolation = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -132,7 +130,8 @@ def run_series(
         output,
         run=run,
         lines=series_lines,
-        as_dict=series_dict if as_json else None,
+        as_dict=series_dict,
+        as_json=as_json,
         violated=violated,
         quiet=quiet,
     )

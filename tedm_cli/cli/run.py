@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import traceback
 from typing import Any
@@ -12,7 +11,6 @@ from tedm_cli.errors import InputError, TedmError, UsageError
 from tedm_cli.interrupts import Interrupts, leave_if_threads_run
 
 _KEPT = "finished files are kept, the unfinished one is removed"
-_READER_LEFT = 128 + signal.SIGPIPE  # as the shell says of a program that ends by it
 
 
 def run() -> None:
@@ -47,8 +45,6 @@ def outcome() -> tuple[int, list[str]]:
         except TedmError as exc:
             return _failed(exc)
         except OutputLostError as exc:
-            if isinstance(exc.__cause__, BrokenPipeError):
-                return _READER_LEFT, []
             fact = f"cannot be written ({getattr(exc.__cause__, 'strerror', '')}); finished files are kept"
             return _failed(InputError(fact, where="standard output"))
         except OSError as exc:  # of a file that no stage expected to fail

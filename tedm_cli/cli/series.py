@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tedm_cli.cli.app import say
+from tedm_cli.cli.app import answer
+from tedm_cli.cli.streams import tell
 from tedm_cli.config.project import Project
 from tedm_cli.progress import Step
 
@@ -22,7 +22,8 @@ def run_named_series(
     *,
     run: Run[R],
     lines: Callable[[R], list[str]],
-    as_dict: Callable[[R], dict[str, Any]] | None,
+    as_dict: Callable[[R], dict[str, Any]],
+    as_json: bool,
     violated: Callable[[R], str],
     quiet: bool,
 ) -> None:
@@ -30,7 +31,7 @@ def run_named_series(
 
     Parameters
     ----------
-    run : the stage. lines, as_dict : a result in words, and for programs where that is asked for.
+    run : the stage. lines, as_dict : a result in words, and for programs.
     violated : name of a series that exceeds a requirement, where that is an error; else "".
 
     Raises
@@ -40,9 +41,14 @@ def run_named_series(
     """
     from tedm_cli.errors import PhysicsError, TedmError, UsageError
     from tedm_cli.progress import progress
-    from tedm_cli.stages.temperature_series import select_series
+    from tedm_cli.stages.temperature_series import no_series, select_series
 
     names = select_series(project, wanted)
+    if not names:
+        if as_json:
+            tell([no_series(project)])
+        answer(as_json, quiet, lambda: [no_series(project)], lambda: [])
+        return
     if output is not None and len(names) > 1:
         raise UsageError(f"--output names one file, but {len(names)} series are run")
     done: list[R] = []
@@ -54,11 +60,7 @@ def run_named_series(
         if not done:
             raise
         refused = error
-    if as_dict is not None:
-        print(json.dumps([as_dict(r) for r in done], indent=1))
-    else:
-        for r in done:
-            say(quiet, *lines(r))
+    answer(as_json, quiet, lambda: [line for r in done for line in lines(r)], lambda: [as_dict(r) for r in done])
     if refused is not None:
         raise refused
     if failed := [name for r in done if (name := violated(r))]:

@@ -21,7 +21,10 @@ class OutputLostError(Exception):
 
 
 class Answers(io.TextIOBase):
-    """Standard output. A failure to write it is told apart from failures of files."""
+    """Standard output. A failure to write it is told apart from failures of files.
+
+    A reader of a pipe who has left (`| head`) is none: what would still be printed is dropped.
+    """
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
@@ -54,6 +57,8 @@ class Answers(io.TextIOBase):
             raise OutputLostError from self._lost
         try:
             yield
+        except BrokenPipeError:
+            _forget(self._stream)
         except OSError as exc:
             self._lost = exc
             _forget(self._stream)

@@ -85,15 +85,14 @@ class Sampled:
 
 
 def select_series(project: Project, wanted: Sequence[str]) -> list[str]:
-    """Names of configured series for what the user typed, `all` included; `UsageError` lists what exists."""
+    """Names of configured series for what the user typed; `UsageError` lists what exists.
+
+    `all` of none is none, which is no fault: whoever runs it says so (`no_series`).
+    """
     _, config = load_cases(project.cases)
     names = [table.name for table in config.series]
     if list(wanted) == ["all"]:
-        if not names:
-            raise UsageError(
-                "describes no time series", where=str(project.cases), hint="describe them in tables [[series]]"
-            )
-        wanted = names
+        return names
     for name in wanted:
         if name not in names:
             near = difflib.get_close_matches(name, names, n=1)
@@ -103,6 +102,14 @@ def select_series(project: Project, wanted: Sequence[str]) -> list[str]:
                 hint=f"did you mean {near[0]}?" if near else "describe it in a table [[series]]",
             )
     return list(dict.fromkeys(wanted))
+
+
+def no_series(project: Project) -> str:
+    """That there is nothing to run, and how to add something."""
+    return (
+        f"{project.cases} describes no time series, so nothing was run; add one as a table [[series]] with name and"
+        " file (docs/how-to/temperature.md)"
+    )
 
 
 def run_each(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from strut_model import LOWER, UPPER, deck, define, project
 
-from tedm_cli.cli.printing.gravity import audit_lines
+from tedm_cli.cli.printing.audit import audit_lines
 from tedm_cli.config.project import load_project
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import open_checked

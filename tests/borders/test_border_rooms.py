@@ -98,7 +98,7 @@ WINGS = sorted(p.name for p in (PACKAGE / "stages").iterdir() if (p / "__init__.
 
 
 def test_there_are_wings() -> None:
-    assert WINGS == ["chain", "dynamics", "exports", "gravity", "model", "noise", "optics", "reporting"]
+    assert WINGS == ["chain", "dynamics", "explain", "exports", "gravity", "model", "noise", "optics", "reporting"]
 
 
 @pytest.mark.parametrize("wing", WINGS)

@@ -306,8 +306,15 @@ def test_a_series_that_is_refused_keeps_no_other_from_running(small: Project, te
     assert [p.name for p in small.build.glob("series_*")] == ["series_good.h5"]
 
 
-def test_nothing_to_run_is_refused(small: Project) -> None:
-    small.run("run-series", "all").refused(2, "cases.toml: describes no time series", hint="[[series]]")
+def test_all_of_no_series_is_no_fault(small: Project) -> None:
+    """Series are optional, so `all` of none has nothing to do, and says how to add one; a name must be there."""
+    for command in (("run-series", "all"), ("simulate", "--series", "all")):
+        said = small.run(*command).ok().out
+        assert said.count("\n") == 1
+        assert "cases.toml describes no time series, so nothing was run; add one as a table [[series]]" in said
+        found = small.run(*command, "--json").ok()
+        assert (json.loads(found.out), found.err) == ([], said)
+    small.run("run-series", "cooldown").refused(2, "there is no series 'cooldown'")
 
 
 def test_log_spectra_need_speckit(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:

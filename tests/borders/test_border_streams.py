@@ -20,9 +20,9 @@ def shell(text: str, *arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 def test_a_reader_who_has_left(chain: Project) -> None:
-    """The code is that of a program which ends by SIGPIPE; nothing is said."""
+    """It is no fault of the command: it ends its work in silence, and its code says how that went."""
     done = shell('"$@" | true', "show", chain.build / "case03.h5")
-    assert (done.returncode, done.stderr) == (141, "")
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tedm_cli.cli.printing.gravity import audit_lines
+from tedm_cli.cli.printing.as_json import json_text
+from tedm_cli.cli.printing.audit import audit_lines, conclusion
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
@@ -117,7 +118,7 @@ def test_table_names_the_worst_and_the_csv_has_every_element(done: AuditSummary,
     lines = audit_lines(done, 3)
     first = str(done.audit.element_id[done.worst(1)[0]])
     assert any(line.split()[:2] == [first, "CHEXA"] for line in lines)
-    assert json.loads(json.dumps(done.as_dict(3)))["elements"][0]["element"] == int(first)
+    assert json.loads(json_text(done.as_dict(3)))["elements"][0]["element"] == int(first)
     rows = list(csv.DictReader(csv_path.open(encoding="utf-8")))
     scores = [float(r[f"score_{MODELS[0]}"]) for r in rows]
     assert scores == sorted(scores, reverse=True)
@@ -130,3 +131,32 @@ def test_figure_has_units_and_says_how_many_exceed(done: AuditSummary, csv_path:
     for label in ("gap to the nearest test mass (mm)", "size of the element (mm)", "error over 1 % of the requirement"):
         assert label in text
     assert f"{int((done.audit.score[0] > 1.0).sum()):,} of {len(done.audit.element_id):,} elements exceed" in text
+
+
+def test_the_verdict_comes_first_and_the_conclusion_last(done: AuditSummary) -> None:
+    """Quadrature keeps the requirement, lumped masses do not: what remains, whether it is allowed, what to do."""
+    lines = audit_lines(done, 1)
+    label, ratio = done.largest("quadrature")
+    a = done.audit
+    assert ratio == pytest.approx(np.max(np.abs(a.total[1]) / a.allowance))
+    assert lines[0].startswith("pass: quadrature over the elements (in use)")
+    assert lines[1].startswith("FAIL: lumped masses (not in use)")
+    assert f"in {label}, is {ratio:.3g} of what is allowed: the mesh is fine enough" in lines[-1]
+    assert done.passed
+    lumped = replace(done, mass_model="lumped")
+    assert not lumped.passed
+    assert audit_lines(lumped, 1)[0].startswith("FAIL: lumped masses (in use)")
+    assert 'set mass_model = "quadrature" in [gravity]' in conclusion(lumped)
+    coarse = replace(done, audit=replace(a, total=1e9 * a.total))
+    assert "lower quadrature_tolerance, now 0.0001" in conclusion(coarse)
+
+
+def test_rounding_is_printed_as_nought(done: AuditSummary) -> None:
+    """What is left by rounding of a field that is zero by symmetry is no number to read."""
+    a, q = done.audit, row(done, "TM1_a_y")
+    value, total = a.value.copy(), a.total.copy()
+    value[q], total[:, q] = 2e-24, (-1e-24, 3e-24)
+    lines = audit_lines(replace(done, audit=replace(a, value=value, total=total)), 1)
+    cells = {line.split()[0]: line.split() for line in lines if line.startswith("TM1_a_")}
+    assert [cells["TM1_a_y"][i] for i in (2, 4, 7, 9, 10)] == ["0"] * 5
+    assert cells["TM1_a_x"][2] == f"{a.value[row(done, 'TM1_a_x')]:.3e}"

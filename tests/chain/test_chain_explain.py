@@ -16,8 +16,8 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.store import open_checked
+from tedm_cli.stages.explain.read_outs import explain
 from tedm_cli.stages.optics.build import build_optics
-from tedm_cli.stages.optics.explain import explain
 
 SMALL = Path(__file__).parents[2] / "sample_models" / "small" / "tedm.toml"
 
@@ -68,7 +68,7 @@ def test_struts_move_the_bench_as_one(small: Project) -> None:
 
 
 def test_json_is_what_the_tables_print(small: Project) -> None:
-    found = json.loads(explained(small, "TM2_eta", "--set", "B", "-n", "3", "--json"))
+    found = json.loads(explained(small, "TM2_eta", "--set", "B", "--top", "3", "--json"))
     assert (found["set"], found["load"], len(found["read_outs"])) == ("B", "every area", 1)
     assert found["condition"] == pytest.approx(2.64, abs=5e-3)
     (r,) = found["read_outs"]
@@ -86,7 +86,7 @@ def test_json_is_what_the_tables_print(small: Project) -> None:
         assert 0 < len(sizes) <= 3
     (pair,) = found["sets"]
     assert (pair["first"], pair["second"], pair["same"]) == ("A", "B", True)
-    text = explained(small, "TM2_eta", "--set", "B", "-n", "3")
+    text = explained(small, "TM2_eta", "--set", "B", "--top", "3")
     assert all(a["name"] in text for a in r["areas"])
     assert "for thermal distortion B adds nothing to A" in text
 

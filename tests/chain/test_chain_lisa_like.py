@@ -179,7 +179,11 @@ def test_each_test_mass_is_judged_by_itself(lisa: Project) -> None:
 def test_each_bench_is_said_not_to_move_as_one(lisa: Project, tmp_path: Path) -> None:
     said: list[str] = []
     run_cases(
-        lisa, ["5"], tmp_path / "case.h5", silent, lambda path, result, realised: said.extend(contributor_lines(result))
+        lisa,
+        ["5"],
+        tmp_path / "case.h5",
+        silent,
+        lambda path, result, realised: said.extend(contributor_lines(result, 10)),
     )
     assert len([line for line in said if "ratio if each bench did not move as one: " in line]) == 4
     assert not [line for line in said if "the bench" in line]

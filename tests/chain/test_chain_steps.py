@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from offset_mass import with_mass
 
-from tedm_cli.cli.printing.model import step_lines
+from tedm_cli.cli.printing.ingest import step_lines
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.errors import PhysicsError

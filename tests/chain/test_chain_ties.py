@@ -23,6 +23,8 @@ from tedm_cli.gravity.ties import follower
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.progress import silent
+from tedm_cli.results.explained import Told
+from tedm_cli.stages.explain.name import Load, explain_name
 from tedm_cli.stages.exports.mesh import WantedArrays, export_mesh
 from tedm_cli.stages.gravity.sensitivity import SensitivitySummary, build_sensitivity
 from tedm_cli.stages.model.distortion import build_distortion
@@ -62,6 +64,19 @@ def read(project: Project, path: str) -> np.ndarray:
         return file.array(path)
 
 
+def labels(project: Project) -> list[str]:
+    with open_checked(project.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        return file.strings("/row/label")
+
+
+def moving(project: Project, label: str) -> dict[str, tuple[float, float]]:
+    """What `tedm explain` says moves for an output: size and share."""
+    (told,) = explain_name(project, label, Load())
+    assert isinstance(told, Told)
+    rows = next(table.rows for table in told.tables if table.name == "moving")
+    return {str(name): (float(str(size)), float(str(share))) for name, size, share in rows}
+
+
 def test_a_tied_cube_is_an_offset_mass_on_its_grid(small: Project, tmp_path: Path) -> None:
     """In S_SG: the same CONM2 in the deck, by the way of the structure. A cube of 1 mm has no quadrupole."""
     project = changed_small(tmp_path, "", block("CM1", f"grid = {GRID}"))
@@ -76,6 +91,13 @@ def test_a_tied_cube_is_an_offset_mass_on_its_grid(small: Project, tmp_path: Pat
         assert np.abs(by_block[rows] - by_card[rows]).max() < 1e-8 * size
         assert size > 1e-2 * np.abs(before[rows]).max()  # it is no small thing
     np.testing.assert_array_equal(read(project, "/operator/offset_node"), read(other, "/operator/offset_node"))
+    with open_checked(other.build_dir / "distortion.h5", DISTORTION) as distortion:
+        row = labels(other).index("TM1_omegadot_y")
+        by_shift = -np.einsum("nc,knc->k", read(other, "/operator/G")[row], distortion.array("/D/translation"))
+    parts, by_turn = moving(other, "TM1_omegadot_y"), read(other, "/S")[row] - by_shift
+    assert parts["structure, by translations of its grids"][0] == pytest.approx(np.linalg.norm(by_shift), rel=1e-9)
+    assert parts["offset masses, by rotations of their grids"][0] == pytest.approx(np.linalg.norm(by_turn), rel=1e-6)
+    assert sum(share for _, share in parts.values()) == pytest.approx(1.0)
     for path in ("/operator/G", "/operator/G_rotation"):
         one, two = read(project, path), read(other, path)
         for rows in (slice(6), slice(6, 12)):
@@ -123,7 +145,12 @@ def test_what_is_tied_adds_to_the_sensitivity_and_to_nothing_at_rest(
     for path in ("/dc/acceleration", "/stiffness/gamma_lin", "/stiffness/linearised", "/area_contribution/gamma_lin"):
         np.testing.assert_array_equal(read(free, path), read(project, path))
     assert read(free, "/operator/G_rotation").shape[1] == 0
-    assert np.abs(read(free, "/S") - read(project, "/S")).max() > 0.0
+    by_ties = read(project, "/S") - read(free, "/S")
+    assert np.abs(by_ties).max() > 0.0
+    for row, label in enumerate(labels(project)):
+        size, share = moving(project, label)["tied compensation masses"]
+        assert size == pytest.approx(np.linalg.norm(by_ties[row]), rel=1e-6)
+        assert share == pytest.approx(by_ties[row] @ (S := read(project, "/S")[row]) / (S @ S), rel=1e-6)
 
 
 def test_the_mesh_shows_the_blocks_as_they_move(tied: tuple[Project, SensitivitySummary], tmp_path: Path) -> None:

@@ -132,7 +132,7 @@ def test_the_repository_is_a_project_from_its_root_on() -> None:
 
 def test_what_cannot_be_planned(demo: Path) -> None:
     tedm("run", "build-optik").refused(2, "no stage is called 'build-optik'", hint="did you mean build-optics?")
-    tedm("run", "-n", "-j", "0").refused(2, "'--jobs': Input should be greater than or equal to 1")
+    tedm("run", "-n", "-j", "0").refused(2, "'--jobs': 0 is less than 1")
     (demo / "unit_loads.op2").rename(demo / "kept.op2")
     tedm("run").refused(4, "unit_loads.op2: no such file", hint="the configuration names it")
     assert not (demo / "build").exists()

@@ -38,11 +38,11 @@ from tedm_cli.results.outputs import read_outputs
 from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.unit_loads import area_of_elements, area_of_grids
 from tedm_cli.results.wording import sci
+from tedm_cli.stages.explain.read_outs import explain
 from tedm_cli.stages.exports.extremal import export_extremal
 from tedm_cli.stages.exports.mesh import UNIFORM, _of_load, _weights
 from tedm_cli.stages.exports.state_space import Wanted, export_state_space
 from tedm_cli.stages.noise.series import run_series
-from tedm_cli.stages.optics.explain import explain
 from tedm_cli.stages.reporting.plot import figure_specs
 from tedm_cli.stages.reporting.report import report
 from tedm_cli.stages.reporting.view_cases import case_views

@@ -16,7 +16,7 @@ import pytest
 from plate_instrument import TRACKED, TURNED, Instrument, Place, Units, write_project
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.cli.printing.model import unit_lines
+from tedm_cli.cli.printing.ingest import unit_lines
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.deck_units import SI

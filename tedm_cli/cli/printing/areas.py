@@ -30,7 +30,7 @@ def area_lines(done: AreaSummary) -> list[str]:
             f"{len(load.grid_id):,}",
             *([f"{len(load.element_id):,}"] if own else []),
             f"{done.mass_kg[i]:.6g}",
-            *(f"{v:.4f}" for v in done.centroid_m[i]),
+            *(_fixed(v) for v in done.centroid_m[i].tolist()),
             share_text(done.mean_step[i].share),
             *(str(column[i]) for column in (t.group, t.shield, t.side)),
         )
@@ -84,6 +84,12 @@ def area_lines(done: AreaSummary) -> list[str]:
     ]
 
 
+def _fixed(value: float) -> str:
+    """Metres to a tenth of a millimetre, without the sign of nought."""
+    text = f"{value:.4f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
+
+
 def mean_step_lines(steps: Sequence[MeanStep]) -> list[str]:
     """Smallest and largest mean step of the areas' own elements, and a warning of areas far below their step."""
     known = sorted((s for s in steps if not isnan(s.share)), key=lambda s: round(s.share, 6))
@@ -102,6 +108,11 @@ def mean_step_lines(steps: Sequence[MeanStep]) -> list[str]:
             f" neighbour and are warmed with it: {listed}; {_remedy(poor)}"
         )
     return lines
+
+
+def mean_step_dict(steps: Sequence[MeanStep]) -> dict[str, float]:
+    """By area, for a program; NaN where an area has no elements."""
+    return {s.area: s.share for s in steps}
 
 
 def _remedy(poor: Sequence[MeanStep]) -> str:

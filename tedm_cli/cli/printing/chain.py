@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from tedm_cli.chain.graph import REPORT, VIEW, Step
 from tedm_cli.results.wording import count
@@ -17,6 +19,35 @@ def plan_lines(plan: Plan) -> list[str]:
     width = max(len(step.words) for step in plan.stale)
     lines = [f"{step.words:{width}}  {_why(reasons)}" for step, reasons in plan.stale.items()]
     return [*lines, f"{len(plan.stale)} of {count(len(plan.steps), 'step', 'steps')} to run"]
+
+
+def plan_dict(title: str, plan: Plan, build_dir: Path, codes: Mapping[Step, int]) -> dict[str, Any]:
+    """For a program: the steps that were not up to date, why, and the exit codes of those that were run."""
+    return {
+        "project": title,
+        "build_dir": build_dir,
+        "steps": len(plan.steps),
+        "up_to_date": all(codes.get(step) == 0 for step in plan.stale),
+        "stale": [
+            {
+                "command": list(step.command),
+                "why": list(reasons),
+                "files": list(step.outputs),
+                "exit_code": codes.get(step),
+            }
+            for step, reasons in plan.stale.items()
+        ],
+    }
+
+
+def begun_lines(folder: Path, names: Sequence[str]) -> list[str]:
+    """The files of a new project, and how to go on."""
+    go = "" if folder == Path() else f"cd {shlex.quote(str(folder))}; "
+    return [f"{folder}: {', '.join(names)}", f"now: {go}tedm run"]
+
+
+def begun_dict(folder: Path, sample: str, names: Sequence[str]) -> dict[str, Any]:
+    return {"folder": folder, "from": sample, "files": [folder / name for name in names]}
 
 
 def step_line(number: int, plan: Plan, step: Step) -> str:

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.noise.requirements import Verdict
 
-_TOP = 5
-
 
 def sensitivity_table(results: Sequence[CaseResult]) -> list[str]:
     """One line for each verdict of each case: the ratio for other filters, correlations and safety factors."""
@@ -47,7 +45,7 @@ def sensitivity_table(results: Sequence[CaseResult]) -> list[str]:
     return [*lines, "factor 1: ratio without safety factor; allowed: safety factor at which the ratio is 1"]
 
 
-def contributor_lines(r: CaseResult) -> list[str]:
+def contributor_lines(r: CaseResult, most: int | None) -> list[str]:
     """For each verdict: areas, groups, shields, spectra and paths it comes from, and what would bring it down."""
     lines = []
     for v, verdict in enumerate(r.verdicts):
@@ -58,7 +56,7 @@ def contributor_lines(r: CaseResult) -> list[str]:
             "",
             f"case {r.case.id}, {verdict.output}, {verdict.requirement}: parts of the power at {at} (in band)",
         ]
-        order = np.argsort(-np.abs(c.share[o]), kind="stable")[:_TOP]
+        order = np.argsort(-np.abs(c.share[o]), kind="stable")[:most]
         areas = [
             f"{r.areas.name[i]} {c.amplitude[o, i]:+.2e} {_percent(c.share[o, i], c.band_share[o, i])}" for i in order
         ]
@@ -73,13 +71,13 @@ def contributor_lines(r: CaseResult) -> list[str]:
         ):
             names, share, band = c.by(labels)
             parts = [(str(n), share[o, i], band[o, i]) for i, n in enumerate(names)]
-            lines.append(f"  {what}: {_parts(parts)}")
+            lines.append(f"  {what}: {_parts(parts, most)}")
         if verdict.output in c.path_share:
             shares = c.path_share[verdict.output].tolist(), c.path_band_share[verdict.output].tolist()
-            lines.append(f"  optical elements: {_parts(list(zip(c.path_names, *shares, strict=True)))}")
+            lines.append(f"  optical elements: {_parts(list(zip(c.path_names, *shares, strict=True)), most)}")
             lines.append(f"  ratio if {the_bench(r.outputs.benches)} did not move as one: {r.distortion_ratio[v]:.3g}")
-        lines.append(f"  largest over all correlations: {_signs(r, o)}")
-        lines += _improvement_lines(r, v, verdict)
+        lines.append(f"  largest over all correlations: {_signs(r, o, most)}")
+        lines += _improvement_lines(r, v, verdict, most)
     return lines
 
 
@@ -109,7 +107,7 @@ def more_dict(r: CaseResult) -> dict[str, Any]:
     return {"sensitivity": listed}
 
 
-def _improvement_lines(r: CaseResult, v: int, verdict: Verdict) -> list[str]:
+def _improvement_lines(r: CaseResult, v: int, verdict: Verdict, most: int | None) -> list[str]:
     from tedm_cli.noise.improvement import COUNTS, QUIETER
     from tedm_cli.noise.selection import listed
 
@@ -121,8 +119,8 @@ def _improvement_lines(r: CaseResult, v: int, verdict: Verdict) -> list[str]:
         f"{g} {'cannot alone' if np.isnan(f) else f'x {f:.3g}'}"
         for g, f in zip(r.groups, i.group_factor.tolist(), strict=True)
     ]
-    worst = ", ".join(str(r.areas.name[a]) for a in i.worst[:_TOP].tolist() if a >= 0) or "none"
-    names = [listed(r.areas.name[r.blocks[b]].tolist()) for b in i.match[:_TOP].tolist() if b >= 0]
+    worst = ", ".join(str(r.areas.name[a]) for a in i.worst[:most].tolist() if a >= 0) or "none"
+    names = [listed(r.areas.name[r.blocks[b]].tolist()) for b in i.match[:most].tolist() if b >= 0]
     match = "; ".join(names) or "none"
     matched = [f"{n}: {q:.3g}" for n, q in zip(COUNTS, i.matched.tolist(), strict=True) if n > 1]
     return [
@@ -132,9 +130,9 @@ def _improvement_lines(r: CaseResult, v: int, verdict: Verdict) -> list[str]:
     ]
 
 
-def _parts(parts: list[tuple[str, float, float]]) -> str:
+def _parts(parts: list[tuple[str, float, float]], most: int | None) -> str:
     ranked = sorted(parts, key=lambda p: -abs(p[1]))
-    shown = [f"{name} {_percent(share, band)}" for name, share, band in ranked[:_TOP] if share or band]
+    shown = [f"{name} {_percent(share, band)}" for name, share, band in ranked[:most] if share or band]
     return ", ".join(shown) or "none"
 
 
@@ -142,11 +140,11 @@ def _percent(share: float, band: float) -> str:
     return f"{100 * share:.3g} % ({100 * band:.3g} %)"
 
 
-def _signs(r: CaseResult, o: int) -> str:
+def _signs(r: CaseResult, o: int, most: int | None) -> str:
     """Areas that the correlation of the maximum turns against the others, the largest contributions first."""
     amplitude = r.contributions.amplitude[o]
     order = np.argsort(-np.abs(amplitude), kind="stable")
-    shown = [f"{'+' if amplitude[i] > 0 else '-'}{r.areas.name[i]}" for i in order[: 2 * _TOP] if amplitude[i]]
+    shown = [f"{'+' if amplitude[i] > 0 else '-'}{r.areas.name[i]}" for i in order[:most] if amplitude[i]]
     up, down = int((amplitude > 0).sum()), int((amplitude < 0).sum())
     more = f" and {up + down - len(shown)} more" if up + down > len(shown) else ""
     return f"{up} areas rise while {down} fall: {' '.join(shown)}{more}"

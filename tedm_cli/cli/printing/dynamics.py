@@ -53,6 +53,30 @@ def dynamics_lines(done: DynamicsSummary) -> list[str]:
     return [*lines, *table(head, rows, right=(1, 2, 3, 4, 5)), "margins of each loop with the others closed"]
 
 
+def dynamics_dict(done: DynamicsSummary) -> dict[str, Any]:
+    """What a program needs; null where a margin is unlimited, or nothing is crossed."""
+    sc, found = done.loop.plant.spacecraft, done.stability
+    return {
+        "file": done.path,
+        "spacecraft": {"mass_kg": sc.mass_kg, "centre_of_mass_m": sc.centre_of_mass_m},
+        "test_masses": done.loop.names,
+        "electrostatic_stiffness": done.loop.config.stiffness.words(),
+        "poles": [{"real_rad_s": p.real, "imaginary_rad_s": p.imag} for p in found.poles.tolist()],
+        "slowest_pole_rad_s": found.largest_real_part,
+        "loops": [
+            {
+                "loop": m.loop,
+                "crossover_hz": m.crossover_hz,
+                "phase_margin_deg": m.phase_deg,
+                "gain_margin_db": m.gain_db,
+                "gain_reduction_db": m.reduction_db,
+                "peak_sensitivity": m.peak_sensitivity,
+            }
+            for m in found.margins
+        ],
+    }
+
+
 def _decibel(value: float) -> str:
     return f"{value:+.1f}" if np.isfinite(value) else "any"
 

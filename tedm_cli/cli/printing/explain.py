@@ -11,10 +11,10 @@ from tedm_cli.optics.shares import SAME
 
 if TYPE_CHECKING:
     from tedm_cli.optics.shares import SetComparison
-    from tedm_cli.stages.optics.explain import Explanation, ReadOutExplained, Shares
+    from tedm_cli.stages.explain.read_outs import Explanation, ReadOutExplained, Shares
 
 
-def explain_lines(done: Explanation, most: int) -> list[str]:
+def explain_lines(done: Explanation, most: int | None) -> list[str]:
     """Bench as one against distortion, what the sets add to each other, and the largest shares of every read-out."""
     over = f"over {len(done.areas)} areas" if not done.load else f"for {_load(done)}"
     part = ", distortion of the bench alone" if done.distortion_only else ""
@@ -57,7 +57,7 @@ def explain_lines(done: Explanation, most: int) -> list[str]:
     ]
 
 
-def explain_dict(done: Explanation, most: int) -> dict[str, Any]:
+def explain_dict(done: Explanation, most: int | None) -> dict[str, Any]:
     """What a program needs of it."""
     return {
         "file": str(done.path),
@@ -71,7 +71,7 @@ def explain_dict(done: Explanation, most: int) -> dict[str, Any]:
     }
 
 
-def _read_out_dict(r: ReadOutExplained, most: int) -> dict[str, Any]:
+def _read_out_dict(r: ReadOutExplained, most: int | None) -> dict[str, Any]:
     return {
         "label": r.label,
         "unit": r.unit,
@@ -147,7 +147,7 @@ def _load(done: Explanation) -> str:
     return "the uniform load" if done.load == "uniform" else f"area {done.load}"
 
 
-def _table(title: str, s: Shares, most: int, value: Any = None) -> list[str]:
+def _table(title: str, s: Shares, most: int | None, value: Any = None) -> list[str]:
     """The largest shares, with their values (signed) or sizes."""
     column = s.size if value is None else value
     rows = [(s.label[i], _percent(s.share[i]), f"{column[i]:.3e}") for i in s.ranked(most)]

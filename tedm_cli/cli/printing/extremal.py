@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.table import table
 
@@ -30,4 +30,21 @@ def extremal_lines(done: Sequence[Extremal]) -> list[str]:
         *table(("output", "bound", "noise", "in case", "unit", "at mHz", "case id"), rows, right=(2, 3, 5)),
         f"{len(done)} matrices and cases.toml in {folder}; to run them: append cases.toml to your cases file, then"
         f" `tedm run-case {done[-1].id}`",
+    ]
+
+
+def extremal_dict(done: Sequence[Extremal]) -> list[dict[str, Any]]:
+    """What a program needs of each."""
+    return [
+        {
+            "file": e.path,
+            "case": e.id,
+            "output": e.output,
+            "bound": e.bound,
+            "frequency_hz": e.frequency_hz,
+            "noise": e.amplitude,
+            "noise_in_case": e.of_case,
+            "unit": f"{e.unit}/sqrt(Hz)",
+        }
+        for e in done
     ]

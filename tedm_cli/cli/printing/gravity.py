@@ -1,19 +1,18 @@
-"""Self-gravity, its mesh and its accuracy as lines of text."""
+"""Self-gravity and its accuracy, as lines of text and for programs."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from tedm_cli.cli.printing.table import table
+from tedm_cli.cli.printing.table import scientific, table
+from tedm_cli.results.wording import count
 
 if TYPE_CHECKING:
     from tedm_cli.gravity.requirements import DcVerdict
     from tedm_cli.stages.gravity.accuracy import AccuracyResult
-    from tedm_cli.stages.gravity.audit import AuditSummary
     from tedm_cli.stages.gravity.self_gravity import PointField
     from tedm_cli.stages.gravity.sensitivity import SensitivitySummary
 
-_ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
 _LISTED = 0.1  # verdicts on the field at rest are printed where their ratio is above this
 
 
@@ -34,8 +33,7 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
     for t, tm in enumerate(done.test_masses):
         for s, source in enumerate(done.sources):
             for quantity, unit, value in quantities:
-                least = _ROUNDING * abs(value).max()
-                shown = ("0" if abs(v) <= least else f"{v:.4e}" for v in value[t, s])
+                shown = (scientific(v, abs(value).max(), 4) for v in value[t, s])
                 rows.append((tm.name, source, quantity, unit, *shown))
     lines += table(("at rest", "source", "quantity", "unit", "x", "y", "z"), rows, right=(4, 5, 6))
     if done.blocks:
@@ -52,6 +50,56 @@ def sensitivity_lines(done: SensitivitySummary) -> list[str]:
     ]
     lines += table(("sensitivity", "largest", "unit", "area"), rows, right=(1,))
     return lines + _dc_verdict_lines(done.verdicts, done.subsystems)
+
+
+def sensitivity_dict(done: SensitivitySummary) -> dict[str, Any]:
+    """What a program needs: sums at rest over all sources, the largest sensitivities, and every verdict."""
+    from tedm_cli.gravity.requirements import AT_REST_UNITS
+
+    quantities = (
+        ("acceleration_m_s2", done.acceleration),
+        ("angular_acceleration_rad_s2", done.angular_acceleration),
+        ("gamma_lin_1_s2", done.gamma_lin),
+    )
+    rows = zip(done.row_labels, done.row_units, done.largest, strict=True)
+    return {
+        "file": done.path,
+        "mass_model": done.mass_model,
+        "points": done.points,
+        "at_rest": [
+            {
+                "test_mass": tm.name,
+                "source": source,
+                **{name: value[t, s] for name, value in quantities},
+            }
+            for t, tm in enumerate(done.test_masses)
+            for s, source in enumerate(done.sources)
+        ],
+        "compensation_masses": [
+            {"name": b.name, "mass_kg": b.mass_kg, "tied_to": None if b.tie is None else b.tie.words}
+            for b in done.blocks
+        ],
+        "largest_sensitivity": [
+            {"output": label, "value": value, "unit": unit, "area": area} for label, unit, (area, value) in rows
+        ],
+        "passed": all(v.passed for v in done.verdicts) if done.verdicts else None,
+        "verdicts": [
+            {
+                "test_mass": v.test_mass,
+                "minus": v.minus or None,
+                "quantity": v.quantity,
+                "subsystem": v.subsystem,
+                "requirement": v.requirement,
+                "value": v.value,
+                "lower": v.lower,
+                "upper": v.upper,
+                "unit": AT_REST_UNITS[v.quantity],
+                "ratio": v.ratio,
+                "passed": v.passed,
+            }
+            for v in done.verdicts
+        ],
+    }
 
 
 def _dc_verdict_lines(verdicts: list[DcVerdict], subsystems: list[str]) -> list[str]:
@@ -92,81 +140,30 @@ def _dc_verdict_lines(verdicts: list[DcVerdict], subsystems: list[str]) -> list[
     return lines + [f"not judged: {clause}" for clause in not_allocated(verdicts)]
 
 
-def audit_lines(done: AuditSummary, most: int) -> list[str]:
-    """Errors of the sums against what is allowed, worst properties and worst elements."""
-    d = done.as_dict(most)
-    rows = [
-        (
-            q["quantity"],
-            q["unit"],
-            f"{q['value']:.3e}",
-            "" if q["requirement"] is None else f"{q['requirement']:.2e}",
-            *(f"{q['lumped'][k]:.1e}" for k in ("error_of_sum", "sum_of_errors", "root_sum_square")),
-            *(f"{q['quadrature'][k]:.1e}" for k in ("error_of_sum", "sum_of_errors")),
-            f"{abs(q['lumped']['error_of_sum']) / q['allowance']:.2g}" if q["allowance"] > 0 else "",
-            f"{abs(q['quadrature']['error_of_sum']) / q['allowance']:.2g}" if q["allowance"] > 0 else "",
-        )
-        for q in d["quantities"]
-    ]
-    head = ("quantity", "unit", "value", "limit", "lumped", "linear", "rss", "quadr.", "q linear", "l/1%", "q/1%")
-    lines = [
-        *table(head, rows, right=tuple(range(2, 11))),
-        "lumped, quadr.: error of the sum; linear, rss: sum of the elements' errors in magnitude, and root of their",
-        "squares (q: by quadrature); l/1%, q/1%: error of the sum against 1 % of the limit, or of the value",
-        "S: norm over the areas of a mean temperature"
-        if done.per_kelvin
-        else "S: every grid moved by a metre the worst way (no distortion.h5)",
-        "",
-    ]
-    found = [
-        (str(p["property"]), f"{p['elements']:,}", *(f"{v:.2g}" for v in p["score"].values()))
-        for p in d["properties"][:most]
-    ]
-    lines += [*table(("property", "elements", "lumped", "quadrature"), found, right=(0, 1, 2, 3)), ""]
-    names = [tm.name for tm in done.test_masses]
-    worst = [
-        (
-            str(e["element"]),
-            e["card"],
-            str(e["property"]),
-            f"{1e3 * e['size_m']:.3g}",
-            *(f"{1e3 * e['gap_m'][n]:.3g}" for n in names),
-            *(f"{v:.2g}" for v in e["score"].values()),
-            e["quantity"],
-        )
-        for e in d["elements"]
-    ]
-    titles = ("element", "card", "property", "size mm", *(f"gap {n} mm" for n in names), "lumped", "quadrature", "in")
-    return [
-        *lines,
-        *table(titles, worst, right=(0, *range(2, 6 + len(names)))),
-        "lumped, quadrature: largest error of the element against the allowance of the sum",
-    ]
-
-
 def point_field_lines(done: PointField) -> list[str]:
     """Field and stiffness of point sources, and what each source contributes where that was asked for."""
     from tedm_cli.stages.gravity.self_gravity import totals
 
     sources = done.sources
     lines = [
-        f"{sources.path}: {len(sources.line)} point sources, {sources.mass.sum():.9g} kg; results in the frames of the"
-        " test masses"
+        f"{sources.path}: {count(len(sources.line), 'point source')}, {sources.mass.sum():.9g} kg; results in the"
+        " frames of the test masses"
     ]
     rows: list[tuple[str, ...]] = []
     for tm, field in zip(done.test_masses, done.total, strict=True):
         for quantity, unit, value in totals(tm, field):
             for row, label in zip(value.reshape(-1, 3), "xyz", strict=False):
                 name = quantity if value.ndim == 1 else f"{quantity} {label}"
-                rows.append((tm.name, name, unit, *(f"{v:.6e}" for v in row)))
+                rows.append((tm.name, name, unit, *(scientific(v, abs(value).max(), 6) for v in row)))
     lines += table(("test mass", "quantity", "unit", "x", "y", "z"), rows, right=(3, 4, 5))
     if done.by_source is None:
         return lines
     rows = []
     for n, line in enumerate(sources.line):
         for tm, field in zip(done.test_masses, done.by_source, strict=True):
-            values = (*field.acceleration[n], *field.angular_acceleration[n])
-            rows.append((str(line), f"{sources.mass[n]:.6g}", tm.name, *(f"{v:.4e}" for v in values)))
+            vectors = (field.acceleration[n], field.angular_acceleration[n])
+            values = [scientific(v, abs(vector).max(), 4) for vector in vectors for v in vector]
+            rows.append((str(line), f"{sources.mass[n]:.6g}", tm.name, *values))
     head = ("line", "kg", "test mass", "a_x m/s^2", "a_y", "a_z", "omegadot_x rad/s^2", "omegadot_y", "omegadot_z")
     return lines + table(head, rows, right=(0, 1, 3, 4, 5, 6, 7, 8))
 
@@ -181,3 +178,16 @@ def accuracy_lines(done: AccuracyResult) -> list[str]:
         *table(study.spot_head, study.spots, right=columns),
         f"{done.data}, {done.figure}",
     ]
+
+
+def accuracy_dict(done: AccuracyResult) -> dict[str, Any]:
+    """What a program needs: the files, whose columns have all numbers, and what is printed of them."""
+    study = done.study
+    return {
+        "title": study.title,
+        "notes": study.notes,
+        "data": done.data,
+        "figure": done.figure,
+        "columns": list(study.columns),
+        "spots": [dict(zip(study.spot_head, spot, strict=True)) for spot in study.spots],
+    }

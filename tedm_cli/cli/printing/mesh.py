@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.table import table
 
@@ -24,3 +24,24 @@ def mesh_lines(done: MeshExport) -> list[str]:
         *table(("array", "on", "unit", "sum", "meaning"), rows, right=(3,)),
         *([f"left out, having no shape of their own: {left}"] if left else []),
     ]
+
+
+def mesh_dict(done: MeshExport) -> dict[str, Any]:
+    """What a program needs."""
+    return {
+        "files": done.paths,
+        "points": done.points,
+        "cells": done.cells,
+        "arrays": [
+            {
+                "name": a.name,
+                "on": where,
+                "unit": a.unit,
+                "meaning": a.meaning,
+                "sum": a.values.sum() if a.total else None,
+            }
+            for where, arrays in (("points", done.on_points), ("cells", done.on_cells))
+            for a in arrays
+        ],
+        "left_out": done.left_out,
+    }

@@ -1,65 +1,109 @@
-"""Masses and the solution of a model as lines of text."""
+"""The unit-load deck, its solution and the distortion matrix, as lines of text and for programs."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from tedm_cli.deck_units import SI
+from tedm_cli.cli.printing.areas import mean_step_dict, mean_step_lines
 
 if TYPE_CHECKING:
-    from tedm_cli.deck_units import DeckUnits
-    from tedm_cli.nastran.loads.unit_loads import UnitLoad
-    from tedm_cli.stages.model.ingest import MassSummary
+    from tedm_cli.stages.model.deck import DeckSummary
+    from tedm_cli.stages.model.distortion import DistortionSummary
     from tedm_cli.stages.model.solve import SolveReport
 
-_ROUNDING = 1e-9  # components this far below the largest of their quantity are printed as 0
 _TURNED = 1e-3  # relative change of displacements by the drilling stiffness from which on it is spoken of
-_COARSE = 1e-4  # relative error of a temperature step in single precision that is worth a word
 _STIFF = 0.01  # relative change of displacements by bubble functions above which the mesh is called too stiff
 
 
-def mass_lines(masses: MassSummary) -> list[str]:
-    """Mass, centre of gravity and inertia of the structure, and what they were checked against."""
-    p, s = masses.properties, masses.sample
-    least = _ROUNDING * float(abs(p.inertia_kg_m2).max())
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (
-        (f"{v:.6g}" if abs(v) > least else "0" for v in row) for row in p.inertia_kg_m2
-    )
-    size = float(p.inertia_kg_m2.trace() / p.mass_kg) ** 0.5
-    x, y, z = (f"{v:.6g}" if abs(v) > _ROUNDING * size else "0" for v in p.centre_m)
-    lines = [
-        f"mass {p.mass_kg:.9g} kg, centre of gravity ({x}, {y}, {z}) m in the basic frame",
-        f"inertia about it: xx {xx}, yy {yy}, zz {zz}, xy {xy}, xz {xz}, yz {yz} kg m2",
-        f"masses of {s.elements:,} elements agree with pyNastran's, by card and property, to {s.largest:.1e}"
-        + (f" ({s.worst})" if s.largest > _ROUNDING else ""),
-    ]
-    lines += [f"the grid point weight table of {path} agrees" for path in masses.weight_tables]
-    return lines + [f"left out: {kg:.6g} kg that stand for {name}" for name, kg in masses.test_mass_kg.items()]
-
-
-def unit_lines(units: DeckUnits) -> list[str]:
-    """What the numbers of a deck were taken to be in, where that is not SI."""
-    return [] if units == SI else [f'deck and results: {units.name}, temperature = "{units.temperature}"']
-
-
-def partial_lines(elements: list[int]) -> list[str]:
-    """A note on elements that lack some of their midside nodes."""
-    if not elements:
-        return []
-    shown = ", ".join(map(str, elements[:8])) + (" ..." if len(elements) > 8 else "")
-    return [f"note: {len(elements)} elements lack midside nodes; their mass follows their corners alone: {shown}"]
-
-
-def step_lines(load: UnitLoad) -> list[str]:
-    """A note on a step that single precision does not hold."""
-    if load.single_error <= _COARSE:
-        return []
+def deck_lines(done: DeckSummary) -> list[str]:
+    """Size of the deck, the steps that its areas get, and what was dropped."""
     return [
-        f"note: a solver that keeps temperatures in single precision applies the step of {load.load_K:g} K of"
-        f" '{load.label}' with an error of {100.0 * load.single_error:.2g} %, and [D] has it too; take a larger step,"
-        " or a reference temperature nearer to 0"
+        f"{done.path}: {done.areas} unit loads and the uniform load on {done.grids:,} grids,"
+        f" from {done.reference:.12g} {done.temperature}",
+        *mean_step_lines(done.mean_step),
+        *(f"note: {note}" for note in done.notes),
     ]
+
+
+def deck_dict(done: DeckSummary) -> dict[str, Any]:
+    return {
+        "file": done.path,
+        "grids": done.grids,
+        "areas": done.areas,
+        "reference_temperature": done.reference,
+        "temperature": done.temperature,
+        "mean_step": mean_step_dict(done.mean_step),
+        "notes": done.notes,
+    }
+
+
+def elsewhere_lines(path: Path, subcases: int, command: str) -> list[str]:
+    """Results of the user's own solver."""
+    return [f"{path}: {subcases} subcases by {command}"]
+
+
+def elsewhere_dict(path: Path, subcases: int, command: str) -> dict[str, Any]:
+    return {"file": path, "load_cases": subcases, "command": command}
+
+
+def solve_dict(path: Path, done: SolveReport) -> dict[str, Any]:
+    """What a program needs of a solution by the embedded solver."""
+    s, change = done.static, done.drilling_change
+    return {
+        "file": path,
+        "load_cases": done.n_cases,
+        "grids": done.n_grids,
+        "elements": done.solids | done.others,
+        "solver": s.solver,
+        "unknowns": s.n_dof,
+        "assemble_s": s.assemble_seconds,
+        "factor_s": s.factor_seconds,
+        "solve_s": s.solve_seconds,
+        "peak_bytes": done.peak_bytes,
+        "relative_residual": s.max_relative_residual,
+        "expansion_residual": s.expansion_residual,
+        "bending_change": done.bending_change,
+        "drilling_change": change and {"translation": change.translation, "rotation": change.rotation},
+        "linear_tetrahedra": done.linear_tetrahedra,
+        "elements_with_own_temperatures": done.own_temperatures.elements,
+        "grids_without_stiffness": s.unattached_grids,
+        "notes": done.notes,
+    }
+
+
+def distortion_lines(done: DistortionSummary) -> list[str]:
+    """Size of [D], its superposition, and its largest entries."""
+    check = "not checked (no uniform load)"
+    if done.superposition is not None:
+        check = f"{done.superposition:.1e} (results in {done.precision} precision)"
+    bent = (
+        "" if done.largest_gradient is None else "; under a gradient {:.3g} m/(K/m) ({})".format(*done.largest_gradient)
+    )
+    optical = f"{done.optical} optical elements" if done.optical else "no optical elements: the project has no optics"
+    return [
+        f"{done.path}: D for {done.areas} areas, {done.grids:,} grids, {optical}",
+        f"superposition residual {check}; largest translation {done.largest_m_per_K:.3g} m/K ({done.largest_area}),"
+        f" largest rigid-body part {done.largest_rigid_m_per_K:.3g} m/K{bent}",
+        *(f"warning: {note}" for note in done.notes),
+    ]
+
+
+def distortion_dict(done: DistortionSummary) -> dict[str, Any]:
+    gradient = done.largest_gradient
+    return {
+        "file": done.path,
+        "areas": done.areas,
+        "grids": done.grids,
+        "optical_elements": done.optical,
+        "precision": done.precision,
+        "superposition_residual": done.superposition,
+        "largest_m_per_K": done.largest_m_per_K,
+        "largest_area": done.largest_area,
+        "largest_rigid_m_per_K": done.largest_rigid_m_per_K,
+        "largest_gradient": gradient and {"m_per_K_per_m": gradient[0], "area": gradient[1]},
+        "warnings": done.notes,
+    }
 
 
 def solve_lines(path: Path, done: SolveReport) -> list[str]:

@@ -31,15 +31,19 @@ from tedm_cli.tables.csv_table import csv_line
 
 @dataclass(frozen=True)
 class AuditSummary:
-    """The audit, the property of each element, and whether it used displacements."""
+    """The audit, the property of each element, and whether it used displacements.
+
+    mass_model : the one of `MODELS` that build-sensitivity takes.
+    """
 
     audit: MeshAudit
     property_id: IntArray
     test_masses: list[TestMass]
     tolerance: float
     per_kelvin: bool
+    mass_model: str
 
-    def worst(self, most: int) -> IntArray:
+    def worst(self, most: int | None) -> IntArray:
         """Elements with the largest lumped error against the allowance, worst first."""
         return np.argsort(-self.audit.score[0], kind="stable")[:most]
 
@@ -55,7 +59,19 @@ class AuditSummary:
         allowance = np.where(a.allowance > 0.0, a.allowance, np.inf)
         return a.label[int((np.abs(a.error[0, :, element]) / allowance).argmax())]
 
-    def as_dict(self, most: int) -> dict[str, Any]:
+    def largest(self, model: str) -> tuple[str, float]:
+        """The quantity whose sum is furthest from what is allowed by a mass model, and its error over that."""
+        a = self.audit
+        ratio = np.abs(a.total[MODELS.index(model)]) / np.where(a.allowance > 0.0, a.allowance, np.inf)
+        q = int(ratio.argmax())
+        return a.label[q], float(ratio[q])
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error that the mass model in use leaves in every sum is within what is allowed."""
+        return self.largest(self.mass_model)[1] <= 1.0
+
+    def as_dict(self, most: int | None) -> dict[str, Any]:
         """What a program needs."""
         a = self.audit
         quantities = [
@@ -92,7 +108,11 @@ class AuditSummary:
             {"property": p, "elements": n, "score": dict(zip(MODELS, map(float, s), strict=True))}
             for p, n, s in self.by_property()
         ]
+        worst = {model: dict(zip(("quantity", "ratio"), self.largest(model), strict=True)) for model in MODELS}
         return {
+            "mass_model": self.mass_model,
+            "passed": self.passed,
+            "largest": worst,
             "quadrature_tolerance": self.tolerance,
             "sensitivity_per_kelvin": self.per_kelvin,
             "quantities": quantities,
@@ -127,7 +147,12 @@ def audit(project: Project, output: Path | None, figure: Path | None, step: Step
     else:
         found = audit_mesh(masses, test_masses, None, tolerance=tolerance, limits=limits, G=g, advance=advance)
     done = AuditSummary(
-        found, properties[np.searchsorted(ids, found.element_id)], test_masses, tolerance, moves.exists()
+        found,
+        properties[np.searchsorted(ids, found.element_id)],
+        test_masses,
+        tolerance,
+        moves.exists(),
+        config.gravity.mass_model,
     )
     if output is not None:
         _write_csv(done, output)

@@ -1,1 +1,1 @@
-"""The bench: check-layout, build-optics, explain. Calls the room `optics`."""
+"""The bench: check-layout, build-optics. Calls the room `optics`."""

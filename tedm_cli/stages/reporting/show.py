@@ -10,6 +10,7 @@ import numpy as np
 from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, RELEASE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import Reader, kind_of, open_checked
 from tedm_cli.results.dynamics import read_stability
+from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import read_imposed
 
 
@@ -22,6 +23,7 @@ def show_dict(path: Path) -> dict[str, Any]:
             "file": str(path),
             "kind": kind.name,
             "made_by": kind.made_by,
+            **_judgement(file),
             "attributes": file.attributes,
             "configurations": [{"path": str(c.path), "sha256": c.sha256} for c in provenance.configs],
             "inputs": [{"path": str(i.path), "sha256": i.sha256} for i in provenance.inputs],
@@ -33,8 +35,34 @@ def show_dict(path: Path) -> dict[str, Any]:
         }
 
 
+def _judgement(file: Reader) -> dict[str, Any]:
+    """The verdicts in a file, worst first, and whether all are passed; None of a kind of file that has no verdicts."""
+    if file.kind is SENSITIVITY:
+        verdicts: list[dict[str, Any]] = [
+            {
+                "output": f"{v.place} {v.quantity}, {v.subsystem}",
+                "requirement": v.requirement,
+                "ratio": v.ratio,
+                "passed": v.passed,
+            }
+            for v in dc_verdicts(file)
+        ]
+    elif file.has(CASE.VERDICT_OUTPUT):
+        columns = (CASE.VERDICT_RATIO, CASE.VERDICT_PASSED)
+        numbers = zip(*(file.array(column).tolist() for column in columns), strict=True)
+        names = zip(file.strings(CASE.VERDICT_OUTPUT), file.strings(CASE.VERDICT_REQUIREMENT), strict=True)
+        verdicts = [
+            {"output": output, "requirement": requirement, "ratio": ratio, "passed": bool(passed)}
+            for (output, requirement), (ratio, passed) in zip(names, numbers, strict=True)
+        ]
+    else:
+        return {"passed": None, "verdicts": None}
+    verdicts.sort(key=lambda v: -v["ratio"])
+    return {"passed": all(v["passed"] for v in verdicts) if verdicts else None, "verdicts": verdicts}
+
+
 def _main_numbers(file: Reader) -> dict[str, Any]:
-    """The few numbers a person opens each kind of file for."""
+    """The few numbers a person opens each kind of file for, beside its verdicts."""
     if file.kind.name == "unit_loads":
         return {"mass_kg": file.number(UNIT_LOADS.MASS_TOTAL), "areas": len(file.strings(CASE.AREA_NAME))}
     if file.kind.name == "distortion":
@@ -60,14 +88,7 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
             label: f"peak {peak:.4g} {unit}, " + (f"small after {s:.6g} s" if np.isfinite(s) else "large at the end")
             for label, unit, (peak, s) in zip(labels, units, numbers, strict=True)
         }
-    verdicts = zip(
-        file.strings(CASE.VERDICT_OUTPUT),
-        file.strings(CASE.VERDICT_REQUIREMENT),
-        file.array(CASE.VERDICT_RATIO),
-        file.array(CASE.VERDICT_PASSED),
-        strict=True,
-    )
-    return {f"{o} {q}": f"ratio {r:.4g}, {'pass' if p else 'FAIL'}" for o, q, r, p in verdicts}
+    return {}
 
 
 def _loop(file: Reader) -> dict[str, Any]:

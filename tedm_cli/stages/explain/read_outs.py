@@ -1,4 +1,4 @@
-"""explain: what the read-out in optics.h5 is made of, by element, degree of freedom, beam and thermal area."""
+"""What the read-out in optics.h5 is made of, by element, degree of freedom, beam and thermal area."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Shares:
     share: FloatArray
     size: FloatArray
 
-    def ranked(self, most: int) -> list[int]:
+    def ranked(self, most: int | None) -> list[int]:
         """Places of the largest shares, largest first, without those that carry nothing but rounding."""
         order = np.argsort(-np.abs(self.share), kind="stable")[:most]
         return [int(i) for i in order if abs(self.share[i]) > _ROUNDING]
