@@ -22,8 +22,8 @@ app = typer.Typer(
     epilog="""\b
 To begin: `tedm init demo`, `cd demo`, `tedm run`. Stages in order:
 write-deck, solve, ingest, build-distortion, build-sensitivity, build-optics,
-run-case, run-series, build-dynamics, simulate, plot, report, view; `tedm run`
-runs all that are not up to date. `tedm --install-completion` lets the shell
+build-adjoint, run-case, run-series, build-dynamics, simulate, plot, report,
+view; `tedm run` runs all that are not up to date. `tedm --install-completion` lets the shell
 complete commands, and the names of a project's cases, outputs and areas.""",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
