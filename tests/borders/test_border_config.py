@@ -168,8 +168,8 @@ def test_one_output_for_several_cases(small: Project) -> None:
         (["ingest", "--bogus"], "--bogus", "tedm ingest --help"),
         (["ingest", "extra"], "extra", "tedm ingest --help"),
         (["ingest", "-c"], "-c", "--help"),
-        (["run-case"], "case", "tedm run-case --help"),
-        (["show"], "file", "tedm show --help"),
+        (["run-case"], "CASE", "tedm run-case --help"),
+        (["show"], "FILE", "tedm show --help"),
     ],
 )
 def test_usage(arguments: list[str], piece: str, hint: str) -> None:

@@ -15,7 +15,7 @@ from tedm_cli.cli.printing.as_json import plain
 from tedm_cli.cli.printing.explained import told_dict, told_lines
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, OPTICS, SENSITIVITY
-from tedm_cli.errors import InputError, UsageError
+from tedm_cli.errors import ConfigError, InputError, UsageError
 from tedm_cli.files.store import open_checked
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.explained import Told, row_tables
@@ -163,6 +163,12 @@ def test_one_half_is_enough(small: Project, tmp_path: Path) -> None:
         with pytest.raises(UsageError, match=f"nothing is called '{lost}'") as caught:
             explain_name(project, lost, Load())
         assert f"{gone} is not there, and may have it" in caught.value.hint
+    alone = replace(small, optics=None)
+    for name in ("TM1_x", "B_TM2_eta"):
+        with pytest.raises(ConfigError, match="the project has no optics"):
+            explain_name(alone, name, Load())
+    with pytest.raises(UsageError, match="nothing is called 'TM1_a_q'"):
+        explain_name(alone, "TM1_a_q", Load())
     with pytest.raises(InputError, match="no such file"):
         explain_name(replace(small, build_dir=tmp_path / "empty"), "TM1_a_x", Load())
 

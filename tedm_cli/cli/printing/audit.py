@@ -60,8 +60,8 @@ def _quantity_lines(done: AuditSummary) -> list[str]:
         *table((*head, "l. ratio", "q. ratio"), rows, right=tuple(range(2, 11))),
         "lumped, quadr.: error of the sum over all elements, with lumped masses and by quadrature; l. sum, q. sum: the",
         "elements' errors summed in magnitude; l. rss: root of the sum of their squares; ratio: error of the sum over",
-        "what is allowed, 1 % of the limit (without a limit, of the largest value of its kind)",
-        f"S: sensitivity, {moved}",
+        "what is allowed, 1 % of the limit (without a limit, of the largest value of its kind); S_...: sensitivities",
+        f"S: {moved}",
     ]
 
 

@@ -15,9 +15,10 @@ def show_lines(d: dict[str, Any], most: int | None) -> list[str]:
     )
     origin = [f"{d['kind']}, made by `{d['made_by']}`", f"command: {d['attributes']['command_line']}", versions]
     inputs = [f"from {i['path']} sha256 {i['sha256'][:16]}..." for i in d["configurations"] + d["inputs"]]
+    judged = {f"{v['output']} {v['requirement']}" for v in d["verdicts"] or ()}
     return [
         *_verdict_lines(d, most),
-        *(f"{key}: {_value(value)}" for key, value in d["main"].items()),
+        *(f"{key}: {_value(value)}" for key, value in d["main"].items() if key not in judged),
         "",
         *origin,
         *inputs,

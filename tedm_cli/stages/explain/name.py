@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -43,6 +44,7 @@ from tedm_cli.stages.explain.read_outs import Explanation, explain
 from tedm_cli.stages.explain.self_gravity import explain_self_gravity
 
 _READ_OUT = "read-out"
+_READ_OUT_NAME = re.compile(r"(?!.*_(?:a|omegadot)_).+_(?:x|y|z|theta|eta|phi)")
 _NEAR = 5  # names that are offered in place of one that there is not
 
 
@@ -88,6 +90,7 @@ def explain_name(project: Project, name: str | None, load: Load) -> list[Found]:
     Raises
     ------
     UsageError : nothing is called so (the nearest names are told), or the options are of read-outs and it is none.
+    ConfigError : it is a read-out's name, and the project has no optics.
     InputError : no file of outputs is there, or one that is stale.
     """
     with _open(project) as files:
@@ -102,6 +105,8 @@ def explain_name(project: Project, name: str | None, load: Load) -> list[Found]:
         if not found and (pair := terms(name)) is not None and all(label in files.rows for label in pair):
             found = [("difference", lambda label: _difference(files, label))]
         if not found:
+            if project.optics is None and _READ_OUT_NAME.fullmatch(name):
+                raise project.lacks_optics()
             raise _unknown(name, [known for _, names, _ in sorts for known in names], files.missing)
         (sort, tell), *others = found
         if sort != _READ_OUT and load.given():

@@ -63,7 +63,7 @@ def _judgement(file: Reader) -> dict[str, Any]:
 
 
 def _main_numbers(file: Reader) -> dict[str, Any]:
-    """The few numbers a person opens each kind of file for, beside its verdicts."""
+    """The few numbers a person opens each kind of file for, or its verdicts."""
     if file.kind.name == "unit_loads":
         return {"mass_kg": file.number(UNIT_LOADS.MASS_TOTAL), "areas": len(file.strings(CASE.AREA_NAME))}
     if file.kind.name == "distortion":
@@ -91,7 +91,11 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
             label: f"peak {peak:.4g} {unit}, " + (f"small after {s:.6g} s" if np.isfinite(s) else "large at the end")
             for label, unit, (peak, s) in zip(labels, units, numbers, strict=True)
         }
-    return {}
+    found = _judgement(file)["verdicts"] or []
+    return {
+        f"{v['output']} {v['requirement']}": f"ratio {v['ratio']:.4g}, {'pass' if v['passed'] else 'FAIL'}"
+        for v in found
+    }
 
 
 def _adjoint(file: Reader) -> dict[str, Any]:
