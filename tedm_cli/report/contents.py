@@ -121,7 +121,7 @@ class ReportInputs:
         """What to know of the project before its verdicts are believed."""
         remarks: list[Text] = [self.half] if self.half else []
         if notes := self.layout_notes:
-            what = f"{count(len(notes), 'thing')} to look at in the optical layout, told under "
+            what = f"{count(len(notes), 'thing')} to look at in the optical layout, listed under "
             remarks.append((capital(what), Link("Assumptions", "assumptions"), "."))
         return remarks
 
@@ -257,7 +257,7 @@ def _about(inputs: ReportInputs) -> Section:
     blocks += [
         Paragraph(
             (
-                "All that the report itself leaves out. The decision and what to do are in ",
+                "This annex has everything that the report itself leaves out. The decision and what to do are in ",
                 Link("the report", "verdict"),
                 ".",
             )

@@ -78,9 +78,9 @@ def closed_loop_section(found: ClosedLoop, words: Paragraph, figures: Sequence[F
     blocks: list[Block] = [
         words,
         Paragraph(
-            "All noise of the drag-free loop at once: the temperatures (thermal) push the test masses and shift what"
-            " the controller hears, beside the sources of the loop itself. Made of: parts of the noise power at the"
-            " frequency that binds."
+            "All noise of the drag-free loop together. The temperatures (thermal) push the test masses and disturb the"
+            " read-outs that the controller uses; the other sources are those of the loop itself. Made of: parts of the"
+            " noise power at the binding frequency."
         ),
     ]
     if pairs := found.pairs():
@@ -183,7 +183,7 @@ def _help(decided: Sequence[Pair], titles: Titles) -> list[Block]:
 def _margins(stability: LoopStability) -> list[Block]:
     text = (
         f"Each loop with the others closed. {stability.poles} poles, the slowest at {sci(stability.slowest_rad_s, 3)}"
-        " rad/s. Gain and reduction: how much more and less gain is borne. Peak: largest 1 / |1 + L|."
+        " rad/s. Gain and reduction: how far the gain may rise and fall. Peak: largest 1 / |1 + L|."
     )
     rows: list[Row] = []
     for family, loops in stability.families().items():

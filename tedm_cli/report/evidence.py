@@ -49,7 +49,7 @@ def why_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[
         "Each judged output in the case that decides its verdict: the worst of the likely ones where they violate it,"
         " or else the worst of all that can occur. Share: part of the noise power, at the binding frequency and over"
         " the requirement's band. The shares of an output sum to the whole; inside a correlated block they carry a"
-        " sign. Where large terms cancel, a share is told as a multiple of the whole (×) in place of a percentage."
+        " sign. Where large terms cancel, a share is given as a multiple of the whole (×) instead of a percentage."
         " Contribution: sensitivity × temperature noise at the binding frequency, without the safety factor."
     )
     return Section("contributors", "What the noise comes from", "Contributors", (Paragraph(text), *figures, *tables))
@@ -143,11 +143,11 @@ def sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> Secti
                 )
             )
     text = (
-        "A verdict rests on assumptions. Here is what each ratio of noise to requirement would be with others, one"
+        "Verdicts depend on assumptions. The table shows each ratio of noise to requirement with other assumptions, one"
         " changed at a time. Order: of the temperature filter, from the smallest to the largest ratio over the corners"
-        " tried. Correlations: exact bounds over all that the active areas could have; between blocks: inside of them"
-        " as in the case; without a negative one: the largest ratio where no two areas go against each other. Factor 1:"
-        " without the safety factor; allowed factor: the safety factor at which the ratio is 1."
+        " tried. Correlations: exact bounds over all correlations of the active areas; between blocks: unchanged inside"
+        " the blocks, any correlation between them; without a negative one: the largest ratio if no correlation is"
+        " negative. Factor 1: without the safety factor; allowed factor: the safety factor at which the ratio is 1."
     )
     caption = "Every ratio under other assumptions, one changed at a time."
     table = [Table(head, tuple(rows), caption, tight=True, key="sure")] if rows else []

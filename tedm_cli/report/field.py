@@ -83,8 +83,8 @@ def _what_is_judged(verdicts: Sequence[DcVerdict]) -> list[str]:
     said.append(f"{'; '.join(map(subsystem_label, names))}.")
     said += [f"Not judged: {clause}." for clause in not_allocated(verdicts)]
     said.append(
-        "Ratio: value over the limit on its side, met where it is at most 1. A ratio below 10⁻⁹ is rounding; its value"
-        " is shown as 0."
+        "Ratio: value over the limit on its side of the range; met if it is at most 1. A ratio below 10⁻⁹ is rounding;"
+        " its value is shown as 0."
     )
     return said
 
@@ -133,7 +133,7 @@ def _by_source(field: FieldAtRest) -> list[Block]:
     quality = (
         "quadrature, that is the mass of each element spread over it as Gauss points; the error stated is the tolerance"
         " that each element keeps, relative to its own force (torques: about five times it). Where elements pull"
-        " against each other the sum is less exact than that."
+        " in opposite directions the sum is less exact."
         if model == "quadrature"
         else f"{model}, that is the mass of each element shared equally among its grids; this has no error estimate,"
         " and close to a test mass it can be far off."
@@ -219,7 +219,7 @@ def _linearised(motion: Linearised) -> Folded:
                 "Change of the accelerations in the rows by small motions in the columns, each in the nominal frame of"
                 " its test mass; angles are right-handed. Unit of an entry: unit of its row over unit of its column."
                 " Structure and compensation masses stay at rest. Blocks on the diagonal are the stiffness matrices"
-                " above; the others are what the motion of one test mass does to another."
+                " above; the others are the effect of the motion of one test mass on another."
             ),
             Table(tuple(head), tuple(rows), "Linearised equations of motion.", tight=True, heading_column=True),
         ),

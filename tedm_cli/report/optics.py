@@ -42,7 +42,7 @@ def optics_section(
         Paragraph(
             "Read-out of the test masses per kelvin, in their own frames. Sum: all areas warmed together, with their"
             " signs; rss: root sum of squares over the areas, all of them uncorrelated."
-            + " Gradients, per K/m, are in a table of their own and in no sum of kelvins."
+            + " Gradients, per K/m, have their own table and are not part of the sums per kelvin."
             * bool(areas.gradient.any())
         ),
         *own_axes(list(read_outs.axes), np.array(list(read_outs.axes.values())), "layout frame"),
@@ -60,7 +60,7 @@ def _benches(read_outs: ReadOuts) -> list[Table]:
     if len(read_outs.benches) < 2:
         return []
     rows = tuple(row(name, ", ".join(elements)) for name, elements in read_outs.benches.items())
-    caption = "Optical benches, each of which moves by itself, and the elements on them."
+    caption = "Optical benches, each of which can move as a rigid body, and their elements."
     return [Table(columns("Bench", "Elements", text=(0, 1)), rows, caption)]
 
 

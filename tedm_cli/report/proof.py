@@ -93,12 +93,12 @@ def how_sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> S
         case, j = found.decides
         rows.append(row(capital(output_title(found.output)), _where(case, j.ratio), how_sure(case, j)))
     text = (
-        "A verdict rests on assumptions: temperature filter, correlation of the areas, safety factor. Every ratio under"
+        "Verdicts depend on assumptions: temperature filter, correlation of the areas, safety factor. Every ratio under"
         " other ones is in ",
         Ref("sure"),
         ".",
     )
-    caption = "Whether other assumptions would turn a verdict, changed one at a time."
+    caption = "Whether other assumptions would change a verdict, one changed at a time."
     table = Table(columns("Output", "Ratio", "With others", text=(0, 1, 2)), tuple(rows), caption, tight=True)
     return Section("sure", "Evidence: how sure the verdicts are", "How sure", (Paragraph(text), table, *figures))
 

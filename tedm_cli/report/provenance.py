@@ -70,7 +70,7 @@ def provenance_section(files: Sequence[ReportFile], figures: Sequence[Figure]) -
     drawn = {m[1] for f in figures for m in re.finditer(r"<dc:title>tedm \S+, matplotlib (\S+?)</dc:title>", f.svg)}
     versions["matplotlib"] = " and ".join(sorted(drawn))
     blocks: list[Block] = [
-        Paragraph("File names are as seen from the folder of the results."),
+        Paragraph("File names are relative to the folder of the results."),
         Facts(tuple(sorted(versions.items(), key=lambda v: v[0].lower()))),
         _table("What made each file.", "Made by", commands),
         _table("Every file and its SHA-256.", "SHA-256", sorted(inputs.items())),

@@ -74,7 +74,9 @@ def remedy_section(
     if closed:
         blocks += [Heading("Closed loop"), *_closed_loop(closed, bool(outside), titles)]
     if not blocks:
-        blocks.append(Paragraph("Nothing has to be done: all that is judged is met, in every case that can occur."))
+        blocks.append(
+            Paragraph("Nothing has to be done: all judged requirements are met in every case that can occur.")
+        )
     blocks += figures
     return Section("todo", "What to do", "What to do", tuple(blocks), new_page=True)
 
@@ -92,7 +94,7 @@ def _temperatures(noise: Noise, areas: AreaTable) -> list[Block]:
         rows += measures(j)
     head = columns("Measure", "Where", "Ratio after\n(1)", "Enough?", text=(0, 1, 3))
     text = (
-        "What each measure makes of the ratio. Areas and blocks are those that help most, chosen one after the other; a"
+        "Ratio with each measure. Areas and blocks are those that help most, chosen one after the other; a"
         " common temperature: all areas of the blocks follow one fluctuation, each with its own amplitude."
     )
     return [*blocks, Table(head, tuple(rows), text, tight=True), _stability(noise, areas)]

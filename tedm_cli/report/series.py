@@ -27,7 +27,7 @@ def series_section(series: Mapping[str, SeriesSummary], figures: Sequence[Figure
     """Each series that was run: where it comes from, its figure, and how its outputs stand to the requirements."""
     blocks: list[Block] = [
         Paragraph(
-            "Temperature series, measured or simulated, carried to time series and spectra of the outputs. Ratio:"
+            "Time series and spectra of the outputs, computed from measured or simulated temperature series. Ratio:"
             " largest safety factor × estimated noise / requirement over what the spectrum has of the band; it"
             " contains the scatter of the estimate. In band: root mean square of the output there, before the safety"
             " factor, beside that of noise at the limit."

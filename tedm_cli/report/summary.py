@@ -50,7 +50,7 @@ def summary_section(
     blocks: list[Block] = [Paragraph(verdict_sentence(noise, dc, closed))]
     blocks += [Paragraph(remark) for remark in remarks]
     if not noise:
-        blocks.append(Paragraph("The configuration names no requirement on noise: none is judged."))
+        blocks.append(Paragraph("The configuration has no requirement on noise: nothing is judged."))
     if has_gravity and not dc:
         blocks.append(Paragraph(NOT_JUDGED))
     if noise or closed or dc:

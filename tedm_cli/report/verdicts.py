@@ -18,7 +18,7 @@ from tedm_cli.results.wording import capital, mhz_text, ratio_text
 Titles = Callable[[str], str]
 WORD: dict[State, str] = {"met": "met", "open": "at risk", "violated": "VIOLATED"}
 _ORDER: tuple[State, ...] = ("violated", "open", "met")
-NOT_JUDGED = "The configuration limits nothing at rest ([[requirement_at_rest]]): the field at rest is not judged."
+NOT_JUDGED = "The configuration has no limits at rest ([[requirement_at_rest]]): the field at rest is not judged."
 
 
 class Case(Protocol):

@@ -20,15 +20,15 @@ def why_no_loop(project: Project, model: ModelConfig) -> str:
     masses = len(model.test_mass)
     if masses != len(TEST_MASSES):
         with_them = f"with {count(masses, 'test mass', 'test masses')}" if masses else "without them"
-        return f"The drag-free loop is of two test masses; {with_them} none is closed."
+        return f"The drag-free loop needs two test masses; {with_them} there is no loop."
     if project.optics is None:
-        return "The drag-free loop hears the read-outs of both test masses; without optics none is closed."
+        return "The drag-free loop needs the read-outs of both test masses; without optics there is no loop."
     axes = np.array([t.axes for t in model.test_masses()])
     if project.dynamics is None and not x_axes_are_parallel(axes):
         first, second = (t.name for t in model.test_mass)
         return (
-            "No drag-free loop is closed: the default controller and Δg are for test masses whose x axes are parallel,"
-            f" and those of {first} and {second} are {angle_words(axes)} apart; a controller of your own, named in a"
-            " file of dynamics, is taken."
+            "There is no drag-free loop: the default controller and Δg need test masses whose x axes are parallel,"
+            f" and those of {first} and {second} are {angle_words(axes)} apart; your own controller, in a file of"
+            " dynamics, would be used."
         )
     return ""

@@ -18,8 +18,8 @@ SUBSYSTEM_TITLES = {"IS": "inertial sensor", "LTP": "rest of the LTP", "S/C": "r
 _TURNS_ABOUT = {"theta": "x", "eta": "y", "phi": "z"}
 _DELTA_G = {
     "delta_g": "differential acceleration Δg (as LISA Pathfinder computes it)",
-    "delta_g_full": "differential acceleration Δg (all cross stiffness taken off)",
-    "delta_g_true": "differential acceleration Δg (the true one, which no instrument knows)",
+    "delta_g_full": "differential acceleration Δg (all cross stiffness subtracted)",
+    "delta_g_true": "differential acceleration Δg (the true one, which no instrument measures)",
 }
 _LOOP = set(OUTPUTS)
 

@@ -14,10 +14,9 @@ QUANTITY = {
     "angle": "read-out angle",
 }
 #: What is not there of a project with one half of the chain, for readers of its results.
-GRAVITY_ALONE = "The project has no optics: self-gravity is computed alone, and nothing is said of read-outs."
+GRAVITY_ALONE = "The project has no optics: only self-gravity is computed, and there are no read-outs."
 READ_OUT_ALONE = (
-    "The model has no test masses: read-outs are computed alone, and nothing is said of self-gravity, neither of its"
-    " noise nor of the field at rest."
+    "The model has no test masses: only read-outs are computed; there is no self-gravity noise and no field at rest."
 )
 #: What is odd but no error, where a report tells what its results take for granted.
 TO_LOOK_AT = "To look at"

@@ -366,7 +366,7 @@ def test_the_end_of_the_chain_with_one_test_mass(satellite: Project) -> None:
         satellite.run(command, *(["all"] if command == "run-case" else [])).ok()
     assert not [p for p in (satellite.build / "figures").iterdir() if p.name.startswith(("loop", "budget", "closed"))]
     said = (satellite.build / "report.md").read_text(encoding="utf-8")
-    assert "The drag-free loop is of two test masses; with 1 test mass none is closed." in said
+    assert "The drag-free loop needs two test masses; with 1 test mass there is no loop." in said
     assert "## Evidence: closed loop" not in said
 
 

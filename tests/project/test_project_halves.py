@@ -278,8 +278,8 @@ def test_every_command(halves: dict[str, Half], half: str, command: str, tmp_pat
 def test_report_and_page_say_what_is_not_there(halves: dict[str, Half], half: str) -> None:
     build = halves[half].build
     said, loop = {
-        GRAVITY: (GRAVITY_ALONE, "without optics none is closed."),
-        READ_OUT: (READ_OUT_ALONE, "of two test masses; without them none is closed."),
+        GRAVITY: (GRAVITY_ALONE, "without optics there is no loop."),
+        READ_OUT: (READ_OUT_ALONE, "needs two test masses; without them there is no loop."),
     }[half]
     for name in ("report.md", "report_annex.md"):
         text = (build / name).read_text(encoding="utf-8")

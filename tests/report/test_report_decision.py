@@ -113,7 +113,7 @@ def test_a_field_that_nothing_limits_is_said_not_to_be_judged() -> None:
     assert len(section.blocks) == 1
     assert "is not judged" in plain(section.blocks[0].text)  # type: ignore[union-attr]
     assert remedy_section(likely, AREAS, [], None, str, []).blocks[0] == Paragraph(
-        "Nothing has to be done: all that is judged is met, in every case that can occur."
+        "Nothing has to be done: all judged requirements are met in every case that can occur."
     )
 
 

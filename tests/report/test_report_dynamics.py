@@ -90,7 +90,7 @@ def test_a_likely_violation_is_told_before_a_worse_one(closed: ClosedLoop) -> No
 
 
 def test_why_there_is_no_closed_loop(closed: ClosedLoop) -> None:
-    assert words(None, "With 1 test mass none is closed.") == "With 1 test mass none is closed."
+    assert words(None, "With 1 test mass there is no loop.") == "With 1 test mass there is no loop."
     assert "`tedm build-dynamics`" in words(None)
     unjudged = replace(closed, cases=tuple(replace(c, judged=()) for c in closed.cases))
     assert "No output of the closed loop is judged" in words(unjudged)

@@ -81,7 +81,7 @@ def test_the_report_says_the_unit_of_gradients_and_sums_means_alone(project: Pro
     assert f"{sci(float(n[MEANS].sum()), 3)} m per kelvin of all mean temperatures together" in text
     assert "m/(K/m)" in text
     assert "Worst gradient of each read-out." in text
-    assert "Gradients, per K/m, are in a table of their own and in no sum of kelvins." in text
+    assert "Gradients, per K/m, have their own table and are not part of the sums per kelvin." in text
     assert "IS1 (gradients)" in text
     assert "K/√Hz, gradients K/m/√Hz" in text
     assert "1e-03" not in text

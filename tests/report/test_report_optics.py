@@ -54,7 +54,7 @@ def test_what_is_odd_in_the_layout_is_told(finished: Project, tmp_path: Path) ->
     """On the first page, among the assumptions, and in the annex, which names the element with the longest lever."""
     page, annex = (path.read_text(encoding="utf-8") for path in report(finished, tmp_path / "page.md"))
     decision, _, rest = page.partition("## Assumptions")
-    assert "1 thing to look at in the optical layout, told under Assumptions." in decision
+    assert "1 thing to look at in the optical layout, listed under Assumptions." in decision
     assert f"To look at: {ODD}" in rest
     assert ODD in annex
     with open_checked(finished.build_dir / "optics.h5", OPTICS) as file:

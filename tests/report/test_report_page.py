@@ -306,7 +306,7 @@ def test_project_without_requirements(with_cases: Callable[[str], Project]) -> N
     project = with_cases(kept)
     sketch(project)
     text = report(project, None, ["html"])[0].read_text(encoding="utf-8")
-    assert "no requirement on noise: none is judged" in text
+    assert "no requirement on noise: nothing is judged" in text
 
 
 def test_white_temperature_has_no_filter_to_vary(with_cases: Callable[[str], Project]) -> None:

@@ -201,7 +201,7 @@ def test_nothing_to_do_where_all_is_met(cases: list[CaseNoise], closed: ClosedLo
     )
     found = remedy_section(met, areas, dc, loop, str, [])
     assert [plain(b.text) for b in found.blocks if isinstance(b, Paragraph)] == [
-        "Nothing has to be done: all that is judged is met, in every case that can occur."
+        "Nothing has to be done: all judged requirements are met in every case that can occur."
     ]
     found = remedy_section(cases, areas, dc, loop, str, [])
     assert [b.text for b in found.blocks if isinstance(b, Heading)] == ["Temperatures"]
