@@ -13,7 +13,7 @@ sys.path.append(str(Path(__file__).parents[1] / "areas"))
 from strut_model import LOWER, REST, UPPER, deck, define, project
 from test_areas_of_elements import GRADIENTS, PARTS
 
-from tedm_cli.adjoint.agreement import differences
+from tedm_cli.adjoint.agreement import agreement
 from tedm_cli.adjoint.areas import Places, Temperatures, Warmed, gradient_sensitivity, temperatures
 from tedm_cli.adjoint.outputs import acceleration_outputs, read_out_outputs
 from tedm_cli.errors import InputError
@@ -123,11 +123,14 @@ def test_gradient_by_hand(volume, middle):
 
 
 def test_differences_are_over_the_largest_of_a_block_and_kind():
+    """And so is what rounding explains of them, where that is more than 1e-6."""
     wanted = np.array([[1.0, 4.0, 1e6], [2.0, 0.0, 0.0], [0.0, 0.0, 1e3]])
     found = wanted + np.array([[0.0, 0.4, 1.0], [0.8, 0.0, 0.0], [1e-30, 0.0, 0.0]])
-    gradient = np.array([False, False, True])
-    relative = differences(found, wanted, ["a", "a", "b"], gradient)
-    np.testing.assert_allclose(relative, [[0.0, 0.1, 1e-6], [0.2, 0.0, 0.0], [np.inf, 0.0, 0.0]])
+    rounding = np.array([[8e-6, 1e-6, 2.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    done = agreement(found, wanted, rounding, ["a", "a", "b"], np.array([False, False, True]))
+    np.testing.assert_allclose(done.difference, [[0.0, 0.1, 1e-6], [0.2, 0.0, 0.0], [np.inf, 0.0, 0.0]])
+    np.testing.assert_allclose(done.allowed, [[2e-6, 1e-6, 2e-6], [1e-6, 1e-6, 1e-6], [1e-6, 1e-6, 1e-6]])
+    assert done.worst == (2, 0)
 
 
 def test_outputs_are_forces_on_grids():
