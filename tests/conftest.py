@@ -40,6 +40,7 @@ def pytest_collection_finish() -> None:
     """What is there by now stays to the end, thousands of tests and the libraries: no garbage is in it."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(200_000, 50, 1000)  # as the commands
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import traceback
 from typing import Any
@@ -11,10 +12,12 @@ from tedm_cli.errors import InputError, TedmError, UsageError
 from tedm_cli.interrupts import Interrupts, leave_if_threads_run
 
 _KEPT = "finished files are kept, the unfinished one is removed"
+_SELDOM = (200_000, 50, 1000)  # objects and rounds between searches for garbage in cycles; figures leave most of it
 
 
 def run() -> None:
     """Run the command; turn expected failures into one message and an exit code (see `tedm_cli.errors`)."""
+    gc.set_threshold(*_SELDOM)
     open_all()
     code, told = 1, [""]
     interrupts = Interrupts()

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import Dataset, FileKind
 from tedm_cli.files.contract_values import value_problems
+from tedm_cli.files.datasets import opened
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
 from tedm_cli.files.scales import is_scale, scale_problems
 
@@ -65,7 +65,7 @@ def contract_problems(file: Any, kind: FileKind, where: Path) -> list[str]:
             problems += [] if spec.optional else [f"{pattern} is missing"]
             continue
         for path in paths:
-            found = [*_dataset_problems(_opened(file, path), spec, dims)]
+            found = [*_dataset_problems(opened(file, path), spec, dims)]
             problems += [f"{path} {problem}" for problem in found]
             if not found:
                 held[path] = spec
@@ -88,12 +88,6 @@ def _paths(file: Any, pattern: str, dims: tuple[str, ...]) -> list[str]:
         paths = [f"{group}/{name}" for group in groups for name in file[group]]
         paths = [p for p in paths if p.rpartition("/")[2] not in dims or not is_scale(file, p)]
     return paths
-
-
-def _opened(file: Any, path: str) -> Any:
-    """What is at a path, as `file[path]`, which takes several times as long: it asks for the file of each anew."""
-    item = h5py.h5o.open(file.id, path.encode("utf-8", "surrogateescape"))
-    return h5py.Dataset(item, readonly=True) if isinstance(item, h5py.h5d.DatasetID) else file[path]
 
 
 def _dataset_problems(data: Any, spec: Dataset, dims: dict[str, int]) -> Iterator[str]:
@@ -120,10 +114,10 @@ def _dataset_problems(data: Any, spec: Dataset, dims: dict[str, int]) -> Iterato
 
 def attribute_text(item: Any, name: str) -> str | None:
     """An attribute as text, None where there is none; what is no string is shown as Python would."""
-    attributes = item.attrs
-    if name not in attributes:
+    try:
+        value = item.attrs[name]
+    except KeyError:
         return None
-    value = attributes[name]
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 

@@ -14,6 +14,7 @@ from tedm_cli.arrays import AnyArray, IntArray
 from tedm_cli.contracts import Dataset, FileKind
 from tedm_cli.contracts.spec import Values
 from tedm_cli.files.blocks import reading
+from tedm_cli.files.datasets import opened
 
 _BLOCK = 1 << 20  # values looked at together
 _SHOWN = 8  # words of a list that a message quotes
@@ -67,7 +68,7 @@ def _lonely(kind: FileKind, held: dict[str, Dataset]) -> list[str]:
 
 
 def _problem(file: Any, path: str, spec: Dataset, dims: dict[str, int]) -> str:
-    rule, data = spec.values, file[path]
+    rule, data = spec.values, opened(file, path)
     if rule.unique and (problem := _twice(np.atleast_1d(data[()]))):
         return problem
     if spec.dtype == "str":

@@ -37,7 +37,7 @@ from tedm_cli.files.contract_check import (
     provenance_problems,
     shape_problem,
 )
-from tedm_cli.files.datasets import fixed_length, new_dataset
+from tedm_cli.files.datasets import fixed_length, new_dataset, opened, texts
 from tedm_cli.files.held_file import HeldFile, Sink
 from tedm_cli.files.processes import is_alive
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
@@ -165,24 +165,26 @@ class Reader:
 
     def strings(self, path: str) -> list[str]:
         with reading(self.path, path):
-            return [str(s) for s in self._file[path].asstr()[()]]
+            return texts(opened(self._file, path))
 
     def string(self, path: str) -> str:
         with reading(self.path, path):
-            return str(self._file[path].asstr()[()])
+            return texts(opened(self._file, path))[0]
 
     def number(self, path: str) -> float:
         return float(self.dataset(path)[()])
 
     def dataset(self, path: str) -> Blocks:
         """A numeric dataset, for stages that read it in blocks; `InputError` where a family of datasets lacks it."""
-        if path not in self._file:
-            raise InputError(f"has no {path}", where=str(self.path), hint=f"make it with `{self.kind.made_by}`")
-        return Blocks(self._file[path], self.path)
+        try:
+            return Blocks(opened(self._file, path), self.path)
+        except KeyError as exc:
+            hint = f"make it with `{self.kind.made_by}`"
+            raise InputError(f"has no {path}", where=str(self.path), hint=hint) from exc
 
     def units(self, path: str) -> str:
         with reading(self.path, path):
-            return attribute_text(self._file[path], "units") or ""
+            return attribute_text(opened(self._file, path), "units") or ""
 
     @property
     def attributes(self) -> dict[str, str | int | float | list[Any]]:

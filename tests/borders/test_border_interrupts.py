@@ -177,7 +177,7 @@ def test_at_any_moment(small: Project, tmp_path: Path, command: str) -> None:
     before, good = snapshot(small.folder), snapshot(out)
     ended = 0
     for _ in range(24):
-        if ended == 4:
+        if ended == 3:
             break
         number = (signal.SIGINT, signal.SIGTERM)[ended % 2]
         (out / target).unlink(missing_ok=True)

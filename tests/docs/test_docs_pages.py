@@ -40,6 +40,8 @@ MINIMAL = ROOT / "sample_models" / "minimal"
 def objection(line: str) -> str:
     """What the command line says to these words, before any command runs; "" where it takes them."""
     words = shlex.split(line)
+    if re.fullmatch("--(install|show)-completion", words[-1]):  # Typer's own, which acts at once, on the user's shell
+        return "" if len(words) == 2 else "completion is of the whole program"
     try:
         command_line()(words[1:], prog_name="tedm", standalone_mode=False)
     except Exception as error:  # of Typer's own kinds, which differ between its versions

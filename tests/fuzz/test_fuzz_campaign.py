@@ -28,7 +28,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.quantities import Quantity
 from tedm_cli.tables.csv_table import Row
 
-SEED, COUNT = 1, 70
+SEED, COUNT = 1, 50
 
 
 @pytest.fixture(scope="session")
