@@ -288,7 +288,7 @@ def test_report_and_page_say_what_is_not_there(halves: dict[str, Half], half: st
         assert ("field at rest" in text.replace(said, "")) == (half == GRAVITY)
         other = {GRAVITY: r"read-out|bench|optical", READ_OUT: r"S_SG|at rest|self-gravity"}[half]
         body = text.replace(said, "").replace(loop, "").partition("## Provenance")[0]
-        lines = [line for line in body.splitlines() if re.search(other, line) and "hears the read-outs" not in line]
+        lines = [line for line in body.splitlines() if re.search(other, line) and "needs the read-outs" not in line]
         assert lines == []
     for name in ("report.html", "report_annex.html", "view.html"):
         assert said in (build / name).read_text(encoding="utf-8")
