@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from scipy import linalg
+import scipy
 
 from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.dynamics.bodies import angle_words, cross_matrix, x_axes_are_parallel
@@ -93,7 +93,7 @@ class ScalarLoops:
 
     def state_space(self) -> StateSpace:
         parts = [loop.state_space() for loop in self.shapes]
-        a, b, c, d = (linalg.block_diag(*(getattr(p, name) for p in parts)) for name in "abcd")
+        a, b, c, d = (scipy.linalg.block_diag(*(getattr(p, name) for p in parts)) for name in "abcd")
         return StateSpace(a, b @ self.returns, self.actuation @ c, self.actuation @ d @ self.returns)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
+import scipy
 
 from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.errors import PhysicsError
@@ -34,7 +34,7 @@ class StateSpace:
 
     def after(self, first: StateSpace) -> StateSpace:
         """This system driven by the outputs of `first`."""
-        a = linalg.block_diag(first.a, self.a)
+        a = scipy.linalg.block_diag(first.a, self.a)
         a[len(first.a) :, : len(first.a)] = self.b @ first.c
         b = np.concatenate([first.b, self.b @ first.d])
         return StateSpace(a, b, np.concatenate([self.d @ first.c, self.c], axis=1), self.d @ first.d)

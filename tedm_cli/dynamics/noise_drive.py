@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.dynamics.loops import StateSpace
@@ -47,9 +47,9 @@ def noise_drive(sources: Sequence[NoiseSource], band_hz: tuple[float, float], to
         return WhiteDriven(StateSpace.gain(np.zeros((len(DISTURBANCES), 0))))
     return WhiteDriven(
         StateSpace(
-            linalg.block_diag(*(f.a for f in filters)),
-            linalg.block_diag(*(f.b[:, None] for f in filters)).reshape(-1, len(filters)),
-            gains @ linalg.block_diag(*(f.c for f in filters)),
+            scipy.linalg.block_diag(*(f.a for f in filters)),
+            scipy.linalg.block_diag(*(f.b[:, None] for f in filters)).reshape(-1, len(filters)),
+            gains @ scipy.linalg.block_diag(*(f.c for f in filters)),
             gains @ np.diag([float(f.d[0]) for f in filters]),
         )
     )
@@ -68,6 +68,6 @@ def together(drives: Sequence[WhiteDriven]) -> WhiteDriven:
     """Independent drives as one."""
     parts = [d.system for d in drives]
     c, d = (np.concatenate([getattr(p, name) for p in parts], axis=1) for name in "cd")
-    a, b = (linalg.block_diag(*(getattr(p, name) for p in parts)) for name in "ab")
+    a, b = (scipy.linalg.block_diag(*(getattr(p, name) for p in parts)) for name in "ab")
     states, inputs = sum(len(p.a) for p in parts), d.shape[1]
     return WhiteDriven(StateSpace(a.reshape(states, states), b.reshape(states, inputs), c, d))

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft, cross_matrix, x_axes_are_parallel
@@ -92,12 +92,12 @@ class Plant:
     @cached_property
     def generalised_mass(self) -> FloatArray:
         """J [12, 12]: masses and inertias of both test masses."""
-        return np.asarray(block_diag(*(tm.generalised_mass for tm in self.test_masses)))
+        return np.asarray(scipy.linalg.block_diag(*(tm.generalised_mass for tm in self.test_masses)))
 
     @cached_property
     def inverse_mass(self) -> FloatArray:
         """J⁻¹ [12, 12]."""
-        return np.asarray(block_diag(*(tm.inverse_mass for tm in self.test_masses)))
+        return np.asarray(scipy.linalg.block_diag(*(tm.inverse_mass for tm in self.test_masses)))
 
     @cached_property
     def E(self) -> FloatArray:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.dynamics.loops import StateSpace
@@ -60,7 +60,7 @@ class StraightSteps:
     def at_rest(self, signals: FloatArray) -> FloatArray:
         """The state [n, g] that signals [m, g] which never change leave as it is."""
         matrix = np.eye(len(self.step)) - self.step
-        x: FloatArray = linalg.solve(matrix, (self.before + self.after) @ signals)
+        x: FloatArray = scipy.linalg.solve(matrix, (self.before + self.after) @ signals)
         return x
 
     def blocks(
@@ -110,7 +110,7 @@ def straight_gains(a: FloatArray, b: FloatArray, step_s: float) -> tuple[FloatAr
     wide = np.zeros((n + 2 * k, n + 2 * k))
     wide[:n, :n], wide[:n, n : n + k] = a * step_s, b * step_s
     wide[n : n + k, n + k :] = np.eye(k)
-    step = linalg.expm(wide)[:n]
+    step = scipy.linalg.expm(wide)[:n]
     late = step[:, n + k :]
     return np.ascontiguousarray(step[:, :n]), step[:, n : n + k] - late, late
 
@@ -128,7 +128,7 @@ def under_noise(system: StateSpace, step_s: float) -> NoiseSteps:
 
 def balanced_transition(a: FloatArray, b: FloatArray, step_s: float) -> tuple[FloatArray, FloatArray]:
     """`transition` with states of one size: the shorter the first step, the fewer digits it leaves to slow poles."""
-    _, (size, _) = linalg.matrix_balance(a, permute=False, separate=True)
+    _, (size, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
     phi, factor = transition(a * size / size[:, None], b / size[:, None], step_s)
     return phi * size[:, None] / size, factor * size[:, None]
 

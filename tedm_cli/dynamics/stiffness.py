@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import linalg
+import scipy
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.dynamics.presets import TOTAL_STIFFNESS_S2
@@ -21,7 +21,7 @@ def gravity_stiffness(
 
 def mutual_stiffness(linearised: FloatArray, gravity_fixed: Sequence[FloatArray]) -> FloatArray:
     """[12, 12]: the linearised gravity less that of the fixed sources on their own test mass."""
-    return np.asarray(linearised - linalg.block_diag(*gravity_fixed))
+    return np.asarray(linearised - scipy.linalg.block_diag(*gravity_fixed))
 
 
 def electrostatic_to_total(gravity: FloatArray, total: Sequence[float] = TOTAL_STIFFNESS_S2) -> FloatArray:

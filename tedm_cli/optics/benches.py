@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import count
 
 import numpy as np
-import scipy
 
 from tedm_cli.arrays import IndexArray
 from tedm_cli.errors import InputError
@@ -64,8 +63,10 @@ def _joined(layout: OpticalLayout) -> IndexArray:
         first += [met[0]] * len(met)
         second += met
     n = len(place)
-    joined = scipy.sparse.coo_array((np.ones(len(first)), (first, second)), (n, n))
-    group = np.asarray(scipy.sparse.csgraph.connected_components(joined, directed=False)[1])
+    group = np.arange(n)
+    for pair in zip(first, second, strict=True):  # a handful: to load SciPy's graphs would take a command longer
+        low, high = sorted(group[list(pair)])
+        group[group == high] = low
     is_met = np.isin(np.arange(n), second)
     at = np.array([e.ref_m for e in layout.bench])
     for i in np.flatnonzero(~is_met):

@@ -115,6 +115,18 @@ class Project:
         return Project(folder)
 
 
+def build_chain(folder: Path) -> None:
+    """The small sample and its whole chain, case 3 included; made once for all who read it, as `small`."""
+    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
+        shutil.copy(SMALL / name, folder)
+    for name in ("optics.toml", "cases.toml"):
+        shutil.copy(CONFIGS / name, folder)
+    (folder / "tedm.toml").write_text('title = "small sample"\n')
+    project = Project(folder)
+    for command in STAGES:
+        project.stage(command).ok()
+
+
 @cache
 def tree(path: Path) -> ast.Module:
     """A source file as Python reads it."""

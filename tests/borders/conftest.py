@@ -1,8 +1,7 @@
-import shutil
 from pathlib import Path
 
 import pytest
-from border_tools import CONFIGS, SMALL, STAGES, Project, tiny_project
+from border_tools import Project, build_chain, tiny_project
 from shared_folder import shared
 
 
@@ -10,17 +9,6 @@ from shared_folder import shared
 def chain(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """The small sample with its whole chain built, case 3 included. Not to be changed: copy it."""
     return Project(shared(tmp_path_factory, "small", build_chain))
-
-
-def build_chain(folder: Path) -> None:
-    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
-        shutil.copy(SMALL / name, folder)
-    for name in ("optics.toml", "cases.toml"):
-        shutil.copy(CONFIGS / name, folder)
-    (folder / "tedm.toml").write_text('title = "small sample"\n')
-    project = Project(folder)
-    for command in STAGES:
-        project.stage(command).ok()
 
 
 @pytest.fixture

@@ -10,26 +10,23 @@ import pytest
 
 sys.path.append(str(Path(__file__).parents[1] / "borders"))
 
-from border_tools import CONFIGS, SMALL, Project
+from border_tools import Project, build_chain
 from shared_folder import shared
 
 
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """The small sample with default dynamics and case 3 simulated. Not to be changed: copy it."""
+    chain = shared(tmp_path_factory, "small", build_chain)
+
+    def build_loop(folder: Path) -> None:
+        shutil.copytree(chain, folder, dirs_exist_ok=True)
+        project = Project(folder)
+        (project.build / "case03.h5").unlink()
+        project.run("build-dynamics").ok()
+        project.run("simulate", "3").ok()
+
     return Project(shared(tmp_path_factory, "dynamics", build_loop))
-
-
-def build_loop(folder: Path) -> None:
-    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
-        shutil.copy(SMALL / name, folder)
-    for name in ("optics.toml", "cases.toml"):
-        shutil.copy(CONFIGS / name, folder)
-    (folder / "tedm.toml").write_text('title = "small sample"\n')
-    project = Project(folder)
-    for command in ("ingest", "build-distortion", "build-sensitivity", "build-optics", "build-dynamics"):
-        project.run(command).ok()
-    project.run("simulate", "3").ok()
 
 
 @pytest.fixture
