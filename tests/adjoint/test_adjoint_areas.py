@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -58,6 +59,20 @@ def test_sums_over_areas_are_their_unit_loads(tmp_path, name):
     size = np.abs(found[:, ~model.gradient]).max()
     np.testing.assert_allclose(uniform, wanted[:, -1], rtol=0.0, atol=PRECISION * size)
     assert (of.cancellation(model.areas) >= 1.0 - 1e-12).all()
+
+
+def test_areas_are_per_unit_of_their_step(tmp_path):
+    """A deck of one's own with a gradient of 4 K/m."""
+    path = write_deck(project(tmp_path, deck(1), GRADIENTS + LOWER + UPPER), None).path
+    text, changed = re.subn(r"(?m)^(TEMPP1 +1 +\d+ +0\. +)1\.$", r"\g<1>4.", path.read_text())
+    assert changed == 2
+    path.write_text(text)
+    model, (structure, cases) = model_of(path), read_solver_deck(path)
+    solution, rows = StaticSolution(structure), outputs(structure)
+    found = temperatures(solution.adjoint(rows, ["a", "b", "c", "d"]), model.own).sums(model.areas)
+    bend = next(motion for _, motion in solution.solve(cases[:1]))
+    assert model.name[0] == "BEND"
+    np.testing.assert_allclose(4.0 * found[:, 0], rows.T @ bend.reshape(-1), rtol=1e-9)
 
 
 def test_a_gradient_within_an_area_is_that_field_of_its_grids(tmp_path):
