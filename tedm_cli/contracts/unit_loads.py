@@ -161,8 +161,22 @@ class UnitLoadsFile(AreaPlaces, AreaDatasets, GridDatasets, FileKind):
         "density of the element's mass at each node over the mean of its nodes",
     )
     ELEMENT_MASS = Dataset("/element/mass", ("element",), "float", "kg", "element mass with its non-structural mass")
-    ELEMENT_DENSITY = Dataset("/element/density", ("element",), "float", "kg/m^3", "material density")
-    ELEMENT_EXPANSION = Dataset("/element/expansion", ("element",), "float", "1/K", "coefficient of thermal expansion")
+    ELEMENT_DENSITY = Dataset(
+        "/element/density",
+        ("element",),
+        "float",
+        "kg/m^3",
+        "material density; NaN of springs, laminates and others without a single one",
+        open_ended=True,
+    )
+    ELEMENT_EXPANSION = Dataset(
+        "/element/expansion",
+        ("element",),
+        "float",
+        "1/K",
+        "coefficient of thermal expansion; NaN of springs, laminates, anisotropic materials, which have no single one",
+        open_ended=True,
+    )
     ELEMENT_SECTION = Dataset(
         "/element/section",
         ("element",),

@@ -52,6 +52,10 @@ class ElementLoads:
         """Nodal forces [6 N, m] of m sums [5 L, m] of load cases."""
         return np.asarray(self.coupling @ own)
 
+    def work(self, motion: FloatArray) -> FloatArray:
+        """Work of the forces of each of an element's temperatures over m motions [6 N, m], [m, L, 5]."""
+        return np.asarray(self.coupling.T @ motion).T.reshape(motion.shape[1], len(self.element_id), _KINDS)
+
 
 def element_loads(structure: Structure) -> ElementLoads:
     """The loads of all shells, bars and rods of a structure.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.adjoint import TemperatureSensitivity
 from tedm_cli.fem.assembly import Operators, assemble
 from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.bending import bending_change
@@ -137,22 +138,61 @@ class StaticSolution:
         force, own = self._thermal.forces(temperature), self._own(batch)
         if own is not None and self._element_loads is not None:
             force += self._element_loads.forces(own)
-        load = self._transform.T @ force
-        unknown = self._factors.solve(load)
-        size = np.linalg.norm(load, axis=0)
-        error = np.linalg.norm(self._stiffness @ unknown - load, axis=0)
-        residual = np.divide(error, size, out=np.zeros_like(error), where=size > 0.0)
-        worst = int(residual.argmax())
-        if not residual[worst] <= _MAX_RESIDUAL:
-            raise PhysicsError(
-                f"load case {batch[worst].id} ({batch[worst].label}): relative residual {residual[worst]:.1e}",
-                hint="the stiffness is too badly conditioned; look for elements much stiffer than their neighbours",
-            )
-        self._residual = max(self._residual, float(residual[worst]))
+        unknown = self._unknowns(force, [f"load case {case.id} ({case.label})" for case in batch])
         self._sums.add(unknown, temperature, own)
         motion = np.asarray(self._transform @ unknown)
         self._solve_seconds += time.perf_counter() - start
         return motion
+
+    def _unknowns(self, force: FloatArray, names: Sequence[str]) -> FloatArray:
+        """Unknowns under nodal forces [6 N, m], which have the `names` [m]."""
+        load = self._transform.T @ force
+        unknown = self._factors.solve(load)
+        size = np.linalg.norm(load, axis=0)
+        error = np.linalg.norm(self._stiffness @ unknown - load, axis=0)
+        residual = np.divide(error, size, out=np.zeros_like(error), where=size != 0.0)
+        worst = int(residual.argmax())
+        if not residual[worst] <= _MAX_RESIDUAL:
+            raise PhysicsError(
+                f"{names[worst]}: relative residual {residual[worst]:.1e}",
+                hint="the stiffness is too badly conditioned; look for elements much stiffer than their neighbours",
+            )
+        self._residual = max(self._residual, float(residual[worst]))
+        return unknown
+
+    def adjoint(self, outputs: FloatArray, names: Sequence[str]) -> TemperatureSensitivity:
+        """What every temperature does to r outputs; see `tedm_cli.fem.adjoint`.
+
+        Parameters
+        ----------
+        outputs : [6 N, r], the outputs as nodal forces and moments, by the degrees of freedom of all grids in the frame
+            of the positions: an output is the product of its column with the displacements in m and rad.
+        names : of the outputs, for messages.
+
+        Raises
+        ------
+        PhysicsError
+            If the relative residual of a solution exceeds 1e-6.
+        """
+        start = time.perf_counter()
+        loads = element_loads(self._structure)
+        grid = np.zeros((len(names), self._structure.n_grids))
+        own: list[FloatArray] = []
+        for first in range(0, len(names), _BATCH):
+            some = slice(first, first + _BATCH)
+            motion = np.asarray(self._transform @ self._unknowns(outputs[:, some], names[some]))
+            grid[some] = (self._thermal.coupling.T @ motion).T
+            own.append(loads.work(motion))
+            self._progress(min(first + _BATCH, len(names)), len(names), "solve")
+        of_elements = np.concatenate(own)
+        self._solve_seconds += time.perf_counter() - start
+        return TemperatureSensitivity(
+            grid=grid,
+            element_id=loads.element_id,
+            average=loads.average,
+            mean=of_elements[..., 0],
+            gradient=of_elements[..., 1:].reshape(*of_elements.shape[:2], 2, 2),
+        )
 
     def _own(self, batch: list[LoadCase]) -> FloatArray | None:
         """Temperatures of elements [5 L, m] of the cases; None where none has any."""
