@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from tedm_cli.adjoint.temperature_field import FieldPoints, covariance_blocks
-from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.progress import Step, silent
 
 
@@ -60,11 +60,15 @@ class Merged:
 
     merges : [k - fewest, 2]; the second of a pair takes the number of the first.
     ratio : [k - fewest + 1, L, r], standard deviation of each output by the areas over that of the field.
+    instead : by count, the last merge of this count alone: with that in `merges` an area would lack its mirror image.
+    whole : [k - fewest + 1], where every area that has to have a mirror image has it.
     """
 
     k: int
     merges: IntArray
     ratio: FloatArray
+    whole: BoolArray
+    instead: Mapping[int, tuple[int, int]] = field(default_factory=dict)
 
     @property
     def fewest(self) -> int:
@@ -80,10 +84,14 @@ class Merged:
         """[L, r] of so many areas."""
         return np.asarray(self.ratio[self.k - count])
 
+    def nearest(self, count: int) -> int:
+        """The count, or the one below it where areas of this one lack a mirror image."""
+        return count if self.whole[self.k - count] else count - 1
+
     def areas(self, count: int) -> IntArray:
         """Number [k] from 0 on, among `count` areas, of each that there was first."""
-        owner = np.arange(self.k)
-        for first, second in self.merges[: self.k - count]:
+        owner, merges = np.arange(self.k), self.merges[: self.k - count].tolist()
+        for first, second in [*merges[:-1], self.instead[count]] if count in self.instead else merges:
             owner[owner == second] = first
         return np.asarray(np.unique(owner, return_inverse=True)[1], dtype=np.int64)
 
@@ -91,10 +99,12 @@ class Merged:
         """The fewest areas from which on the error stays within `error`; None where that of all k is more."""
         over = np.flatnonzero(self.error > error)
         first = self.fewest if not over.size else self.fewest + int(over[-1]) + 1
+        while first <= self.k and not self.whole[self.k - first]:
+            first += 1
         return first if first <= self.k else None
 
 
-def merge_areas(of: AreaCovariance, pairs: IntArray, step: Step = silent) -> Merged:
+def merge_areas(of: AreaCovariance, pairs: IntArray, twin: IntArray | None = None, step: Step = silent) -> Merged:
     """Merge areas until no pair is left.
 
     With δ what the areas leave out of an output, a merge of a and b adds u to the model's sensitivity, whose sum over
@@ -104,44 +114,124 @@ def merge_areas(of: AreaCovariance, pairs: IntArray, step: Step = silent) -> Mer
 
     Parameters
     ----------
-    pairs : [p, 2], which of the k areas may be merged; what is merged has the neighbours of both.
+    pairs : [p, 2], which of the k areas may be merged; what is merged has the neighbours of both. With those of areas
+        that have mirror images are those of the images.
+    twin : [k], the mirror image of each area, -1 of areas that need none; what is merged on one side is merged on the
+        other as well. None: no area needs one.
     """
-    c, volume, s = of.areas.copy(), of.volume.copy(), of.sensitivity.copy()
-    k, exact = len(volume), of.exact
-    by_model = np.einsum("lab,rb->lra", c, s)  # covariance of the means with the model's outputs
-    left = of.outputs - by_model  # and with what the model leaves out
-    variance = np.einsum("lra,ra->lr", by_model, s)
-    error = (exact + variance - 2.0 * np.einsum("lra,ra->lr", of.outputs, s)) / exact
-    keys = _keys(pairs, k)
-    merges: list[tuple[int, int]] = []
-    ratio = [np.sqrt(variance / exact)]
+    state = _State(of, np.full(len(of.volume), -1) if twin is None else twin.copy())
+    k = len(of.volume)
+    keys, waiting = _keys(pairs, k), -1
+    ratio, whole, instead = [state.ratio], [True], dict[int, tuple[int, int]]()
     while len(keys):
-        step(len(merges), k, "merging areas")
+        step(len(state.merges), k, "merging areas")
+        at = int(np.searchsorted(keys, waiting)) if waiting >= 0 else state.best(keys)
+        one, two = (int(i) for i in np.divmod(keys[at], k))
+        other = state.alone(keys) if waiting < 0 and state.twin[one] >= 0 else None
+        image = state.image(one, two) if waiting < 0 else (-1, -1)
+        state.merge(one, two)
         a, b = np.divmod(keys, k)
+        keys = _keys(np.column_stack([np.where(a == two, one, a), np.where(b == two, one, b)]), k)
+        first, second = (one if i == two else i for i in image)
+        waiting = min(first, second) * k + max(first, second) if first != second else -1
+        if waiting >= 0 and other is not None:
+            instead[k - len(state.merges)] = other[0]
+        ratio.append(other[1] if waiting >= 0 and other is not None else state.ratio)
+        whole.append(waiting < 0 or other is not None)
+    step(k, k, "merging areas")
+    merges = np.array(state.merges, dtype=np.int64).reshape(-1, 2)
+    return Merged(k, merges, np.array(ratio), np.array(whole), instead)
+
+
+class _State:
+    """Covariances of the areas that there are at a time, by the numbers of the first of those that they are of."""
+
+    def __init__(self, of: AreaCovariance, twin: IntArray) -> None:
+        self.c, self.volume, self.s = of.areas.copy(), of.volume.copy(), of.sensitivity.copy()
+        self.exact, self.twin, self.k = of.exact, twin, len(of.volume)
+        self.by_model = np.einsum("lab,rb->lra", self.c, self.s)  # covariance of the means with the model's outputs
+        self.left = of.outputs - self.by_model  # and with what the model leaves out
+        self.variance = np.einsum("lra,ra->lr", self.by_model, self.s)
+        both = np.einsum("lra,ra->lr", of.outputs, self.s)
+        self.error = (of.exact + self.variance - 2.0 * both) / of.exact
+        self.merges: list[tuple[int, int]] = []
+
+    @property
+    def ratio(self) -> FloatArray:
+        """[L, r], of standard deviations."""
+        return self._ratio(self.variance)
+
+    def _ratio(self, variance: FloatArray) -> FloatArray:
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0) / self.exact))
+
+    def image(self, one: int, two: int) -> tuple[int, int]:
+        """The images of two areas, or twice -1; and what is merged of the two has what is merged of these."""
+        first, second = int(self.twin[one]), int(self.twin[two])
+        if first < 0:
+            return -1, -1
+        low = min(first, second)
+        if len({one, two, first, second}) < 4:  # across the plane: all of them are one in the end
+            low = min(one, two, first, second)
+            self.twin[low] = low
+        else:
+            self.twin[one], self.twin[low] = low, one
+        return first, second
+
+    def alone(self, keys: IntArray) -> tuple[tuple[int, int], FloatArray] | None:
+        """Of the pairs that have no image the one that costs least, and the ratios that it leaves; None without any."""
+        a, b = np.divmod(keys, self.k)
+        free = self.twin[a] < 0
+        if not free.any():
+            return None
+        theta, more, apart = self._added(a[free], b[free])
+        at = int(((self.error[:, :, None] + more) ** 2).sum(axis=(0, 1)).argmin())
+        one, two = int(a[free][at]), int(b[free][at])
+        return (one, two), self._ratio(self.variance + self._change(one, two, theta[:, at], apart[:, at]))
+
+    def best(self, keys: IntArray) -> int:
+        """Place of the pair that costs least, with its image."""
+        a, b = np.divmod(keys, self.k)
+        more = self._added(a, b)[1]
+        cost = ((self.error[:, :, None] + more) ** 2).sum(axis=(0, 1)) - (self.error**2).sum()
+        paired = self.twin[a] >= 0
+        if paired.any():
+            first, second = self.twin[a[paired]], self.twin[b[paired]]
+            image = np.minimum(first, second) * self.k + np.maximum(first, second)
+            at = np.searchsorted(keys, image)
+            cost[paired] += np.where(image == keys[paired], 0.0, cost[at])
+        return int(cost.argmin())
+
+    def _added(self, a: IntArray, b: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """θ [r, p], what merging adds to the variances of δ over those of the outputs [L, r, p], var(T_b - T_a)."""
+        volume, s, c = self.volume, self.s, self.c
         theta = (s[:, a] * volume[b] - s[:, b] * volume[a]) / (volume[a] + volume[b])
         apart = c[:, a, a] + c[:, b, b] - 2.0 * c[:, a, b]
-        more = theta**2 * apart[:, None] - 2.0 * theta * (left[:, :, b] - left[:, :, a])
-        more /= exact[:, :, None]
-        at = int(((error[:, :, None] + more) ** 2).sum(axis=(0, 1)).argmin())
-        one, two, by = int(a[at]), int(b[at]), theta[:, at]
-        error = error + more[:, :, at]
-        variance = variance + by**2 * apart[:, at, None] + 2.0 * by * (by_model[:, :, two] - by_model[:, :, one])
-        change = by[:, None] * (c[:, two] - c[:, one])[:, None]
-        by_model += change
-        left -= change
-        total = volume[one] + volume[two]
-        first, second = volume[one] / total, volume[two] / total
-        c[:, one] = first * c[:, one] + second * c[:, two]
-        c[:, :, one] = first * c[:, :, one] + second * c[:, :, two]
-        for means in (by_model, left):
-            means[:, :, one] = first * means[:, :, one] + second * means[:, :, two]
-        volume[one] = total
-        s[:, one] += s[:, two]
-        keys = _keys(np.column_stack([np.where(a == two, one, a), np.where(b == two, one, b)]), k)
-        merges.append((one, two))
-        ratio.append(np.sqrt(np.maximum(variance, 0.0) / exact))
-    step(k, k, "merging areas")
-    return Merged(k, np.array(merges, dtype=np.int64).reshape(-1, 2), np.array(ratio))
+        more = theta**2 * apart[:, None] - 2.0 * theta * (self.left[:, :, b] - self.left[:, :, a])
+        return theta, more / self.exact[:, :, None], apart
+
+    def _change(self, one: int, two: int, theta: FloatArray, apart: FloatArray) -> FloatArray:
+        """What merging two areas adds to the variances of the model [L, r]."""
+        between = self.by_model[:, :, two] - self.by_model[:, :, one]
+        return np.asarray(theta**2 * apart[:, None] + 2.0 * theta * between)
+
+    def merge(self, one: int, two: int) -> None:
+        """Merge the second into the first."""
+        theta, more, apart = self._added(np.array([one]), np.array([two]))
+        by, means = theta[:, 0], (self.by_model, self.left)
+        self.error = self.error + more[:, :, 0]
+        self.variance = self.variance + by**2 * apart + 2.0 * by * (self.by_model[:, :, two] - self.by_model[:, :, one])
+        change = by[:, None] * (self.c[:, two] - self.c[:, one])[:, None]
+        self.by_model += change
+        self.left -= change
+        total = self.volume[one] + self.volume[two]
+        first, second = self.volume[one] / total, self.volume[two] / total
+        self.c[:, one] = first * self.c[:, one] + second * self.c[:, two]
+        self.c[:, :, one] = first * self.c[:, :, one] + second * self.c[:, :, two]
+        for mean in means:
+            mean[:, :, one] = first * mean[:, :, one] + second * mean[:, :, two]
+        self.volume[one] = total
+        self.s[:, one] += self.s[:, two]
+        self.merges.append((one, two))
 
 
 def _keys(pairs: IntArray, k: int) -> IntArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.progress import Step, silent
 
 _BLOCK = 512  # rows of the covariance at a time
@@ -25,6 +25,12 @@ class FieldPoints:
     position: FloatArray
     volume: FloatArray
     sensitivity: FloatArray
+
+    def only(self, mask: BoolArray) -> FieldPoints:
+        """The points of the mask [n]."""
+        return FieldPoints(
+            position=self.position[mask], volume=self.volume[mask], sensitivity=self.sensitivity[:, mask]
+        )
 
     def of_areas(self, area: IntArray) -> FloatArray:
         """Sensitivity [r, n] of a model in which every point has the mean temperature of its area.

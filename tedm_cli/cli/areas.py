@@ -50,3 +50,47 @@ def areas(
     else:
         say(quiet, *area_lines(done))
     done.require_partition()
+
+
+@app.command("suggest-areas")
+def suggest_areas(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    count: Annotated[int | None, typer.Option("--count", min=1, help="How many areas of mean temperatures.")] = None,
+    error: Annotated[
+        float | None,
+        typer.Option("--error", help="Or as few as keep every judged ratio within this relative error, such as 0.05."),
+    ] = None,
+    length_mm: Annotated[
+        list[float] | None,
+        typer.Option("--length-mm", help="Correlation length of the field; may be repeated. Else six, 20 to 1000 mm."),
+    ] = None,
+    even: Annotated[
+        bool, typer.Option("--even", help="The same temperature noise everywhere, instead of that of the cases file.")
+    ] = False,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write node_id,area to this CSV file.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="Draw the model coloured by suggested area (.svg or .png).")
+    ] = None,
+    top: Annotated[int, typer.Option("--top", min=0, help="How many of the coarsest present areas to name.")] = 5,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Thermal areas that fit the outputs.
+
+    Connected grids on which the judged outputs act alike, inside what the correlation cases tell apart; and how far
+    areas of every count, and the present ones, are from a temperature field that decorrelates with distance. From
+    adjoint.h5: nothing is solved.
+    """
+    from tedm_cli.cli.printing.suggest import suggestion_lines
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.adjoint.suggest import suggest_areas as stage
+
+    project = open_project(config, build_dir, verbose)
+    with progress(quiet) as step:
+        done = stage(project, count, error, length_mm or (), output, figure, step, even=even)
+    if as_json:
+        print(json.dumps(done.as_dict(top), indent=1))
+    else:
+        say(quiet, *suggestion_lines(done, top))

@@ -145,11 +145,7 @@ def _vector_problems(at: str, e: ElementTable) -> Problems:
             unit = [float(c) for c in np.array(vector) / length] if length > 0.0 else None
             meant = f"; {e.name} may mean {unit}" if unit else ""
             out.append((f"{at}.{key}", f"not a unit vector: its length is {length:.12g}{meant}"))
-    if (
-        e.local_y is not None
-        and e.normal is not None
-        and abs(cosine := float(np.dot(e.local_y, e.normal))) > ROUNDED
-    ):
+    if e.local_y is not None and e.normal is not None and abs(cosine := float(np.dot(e.local_y, e.normal))) > ROUNDED:
         out.append((f"{at}.local_y", f"not perpendicular to normal: their product is {cosine:.3g}"))
     return out
 

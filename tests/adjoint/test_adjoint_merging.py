@@ -103,8 +103,8 @@ def test_areas_that_fit_beat_areas_of_the_same_count_by_place() -> None:
 
 def test_the_fewest_areas_within_an_error_are_those_from_which_on_it_holds() -> None:
     ratio = 1.0 + np.array([0.0, 0.02, 0.06, 0.03, -0.2])[:, None, None]  # of 5, 4, 3, 2, 1 areas
-    merged = Merged(5, np.array([[0, 1], [0, 2], [0, 3], [0, 4]]), ratio)
+    merged = Merged(5, np.array([[0, 1], [0, 2], [0, 3], [0, 4]]), ratio, np.ones(5, dtype=bool))
     assert merged.error == pytest.approx([0.2, 0.03, 0.06, 0.02, 0.0])
     assert [merged.count_within(e) for e in (0.3, 0.1, 0.05, 0.01)] == [1, 2, 4, 5]
-    off = Merged(5, merged.merges, ratio + 0.01)
+    off = Merged(5, merged.merges, ratio + 0.01, merged.whole)
     assert off.count_within(0.005) is None
