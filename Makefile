@@ -119,7 +119,7 @@ $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)
 # A configuration file that the project no longer names may be gone.
 $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(GRAVITY_SOURCES): ;
 
-all: $(BUILD)/report.html $(BUILD)/view.html
+all: $(ADJOINT) $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
@@ -168,6 +168,12 @@ $(BUILD)/sensitivity.h5: $(BUILD)/distortion.h5 $(MODEL_TOML) $(GRAVITY_SOURCES)
 
 $(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML) $(OPTICS_SOURCES)
 	$(TEDM) build-optics $(OPTIONS)
+
+# Of a project with test masses: what every temperature does to the outputs, or why this model has none of that here.
+ifneq ($(ADJOINT),)
+$(ADJOINT): $(UNIT_DECK) $(MATRICES) $(BUILD)/halves
+	$(TEDM) build-adjoint --or-say-why $(OPTIONS)
+endif
 
 define CASE_RULE
 $(1): $(MATRICES) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import bodies
+from benchmarks.adjoint import against_unit_loads
 from benchmarks.dynamics import closed_loop
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
 from benchmarks.noise import realisation
@@ -80,6 +81,7 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "realisation, 1e7 samples, 24 outputs, 78 areas alone / their random numbers": partial(realisation, 78),
     "small sample, default solver / SuperLU": solver,
     "solver, 66,256 grids: assembly / factorisation": assembly,
+    "adjoint of 24 outputs, 66,256 grids / unit loads of 80 areas": against_unit_loads,
     "tedm --help / python -c pass": command_line,
     "budgets in closed loop, 4,096 frequencies x 114 noises x 75 outputs / python-control": closed_loop,
 }

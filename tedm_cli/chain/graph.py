@@ -33,6 +33,7 @@ class ChainFiles:
     deck, results, solved_here : unit-load deck and results; whether they are made here, or are the user's own.
     unit_loads, distortion, loop : what the stages make of them; `loop` is None where there is no drag-free loop.
     sensitivity, read_out : the matrices of the two halves of the chain, where the project has them.
+    adjoint : what every temperature does to their outputs; of a project with test masses.
     gravity_sources, optics_sources, dynamics_sources : tables beside the configuration that these halves read.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
     runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
@@ -57,6 +58,7 @@ class ChainFiles:
     distortion: Path
     sensitivity: Path | None
     read_out: Path | None
+    adjoint: Path | None
     loop: Path | None
     gravity_sources: tuple[Path, ...]
     optics_sources: tuple[Path, ...]
@@ -128,6 +130,8 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
         step(["build-sensitivity"], [files.sensitivity], files.distortion, files.model, *files.gravity_sources)
     if files.read_out is not None:
         step(["build-optics"], [files.read_out], files.distortion, files.optics, *files.optics_sources)
+    if files.adjoint is not None:
+        step(["build-adjoint", "--or-say-why"], [files.adjoint], files.deck, *matrices, halves)
     cases = (files.cases, *files.case_sources)
     for run in files.runs:
         step(["run-case", run.name], [run.file], *matrices, halves, *cases, *files.spectra)

@@ -21,8 +21,8 @@ app = typer.Typer(
     help="Thermo-elastic distortion modelling for drag-free satellites: from a Nastran model and its unit-load results"
     " to self-gravity and read-out noise, judged against requirements.",
     epilog="To begin: `tedm init demo`, `cd demo`, `tedm run`. Stages in order: write-deck, solve, ingest,"
-    " build-distortion, build-sensitivity, build-optics, run-case, run-series, build-dynamics, simulate, plot, report,"
-    " view; `tedm run` runs all that are not up to date.",
+    " build-distortion, build-sensitivity, build-optics, build-adjoint, run-case, run-series, build-dynamics, simulate,"
+    " plot, report, view; `tedm run` runs all that are not up to date.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -9,6 +9,7 @@ Changing one in a way that older files do not fit raises the kind's `version`.
 
 from __future__ import annotations
 
+from tedm_cli.contracts.adjoint import ADJOINT
 from tedm_cli.contracts.case import CASE
 from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.document import document
@@ -23,6 +24,7 @@ from tedm_cli.contracts.spec import AreaDatasets, AreaPlaces, Dataset, FileKind,
 from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
 __all__ = [
+    "ADJOINT",
     "CASE",
     "DISTORTION",
     "DYNAMICS",
@@ -47,8 +49,8 @@ __all__ = [
 KINDS = {
     kind.name: kind
     for kind in (
-        UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES, RELEASE,
-        IMPOSED,
+        UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, ADJOINT, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES,
+        RELEASE, IMPOSED,
     )
 }  # fmt: skip
 

@@ -37,7 +37,7 @@ class LoopSystem:
         control = len(self.system.a) - 2 * N_COORDINATES
         names = [*COORDINATES, *(f"d_{n}" for n in COORDINATES), *(f"control_{i + 1}" for i in range(control))]
         units = [unit(n) for n in COORDINATES]
-        return names, [*units, *(f"{u}/s" for u in units), *(["1"] * control)]
+        return names, [*units, *map("{}/s".format, units), *(["1"] * control)]
 
     def response(self, s: ComplexArray) -> ComplexArray:
         """[F, 75, 45] by `DISTURBANCES`, second derivatives put back."""

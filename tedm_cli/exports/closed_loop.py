@@ -32,7 +32,7 @@ def closed_loop_matrices(file: Reader) -> list[NamedMatrix]:
     given, given_unit = file.strings(DYNAMICS.SYSTEM_INPUT), file.strings(DYNAMICS.SYSTEM_INPUT_UNIT)
     out, out_unit = file.strings(DYNAMICS.SYSTEM_OUTPUT), file.strings(DYNAMICS.SYSTEM_OUTPUT_UNIT)
     area = file.strings(DYNAMICS.THERMAL_AREA)
-    rates = [f"{unit}/s" for unit in state_unit]
+    rates = list(map("{}/s".format, state_unit))
     return [
         NamedMatrix("A", file.array(DYNAMICS.SYSTEM_A), state, state, rates, state_unit, "states by states"),
         NamedMatrix("B", file.array(DYNAMICS.SYSTEM_B), state, given, rates, given_unit, "states by inputs"),

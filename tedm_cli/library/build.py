@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tedm_cli.contracts import (
+    ADJOINT,
     CASE,
     DISTORTION,
     DYNAMICS,
@@ -22,6 +23,7 @@ from tedm_cli.contracts import (
 )
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
+    ADJOINT_FILE,
     DISTORTION_FILE,
     DYNAMICS_FILE,
     OPTICS_FILE,
@@ -109,6 +111,14 @@ class Build:
     def optics(self) -> xr.Dataset:
         """N: `N` (set, read_out, area), m/K and rad/K as `read_out_unit` says, and the matrices it is made of."""
         return self._read(OPTICS_FILE, OPTICS)
+
+    @property
+    def adjoint(self) -> xr.Dataset:
+        """What every temperature does: `s` (row, node), per K; `area_gradient` (row, area, xyz), per K/m; basic frame.
+
+        Of a model that has none `refusal` says why.
+        """
+        return self._read(ADJOINT_FILE, ADJOINT)
 
     @property
     def dynamics(self) -> xr.Dataset:

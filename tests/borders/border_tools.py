@@ -31,6 +31,7 @@ STAGES = {
     "build-distortion": "distortion.h5",
     "build-sensitivity": "sensitivity.h5",
     "build-optics": "optics.h5",
+    "build-adjoint": "adjoint.h5",
     "run-case": "case03.h5",
 }
 

@@ -23,6 +23,7 @@ INPUTS = {
     "distortion.h5": {"optics.toml", "unit_loads.h5"},
     "sensitivity.h5": {"model.toml", "unit_loads.h5", "distortion.h5"},
     "optics.h5": {"optics.toml", "distortion.h5"},
+    "adjoint.h5": {"model.toml", "optics.toml", "unit_loads.h5", "sensitivity.h5", "optics.h5", "unit_loads.bdf"},
     "case03.h5": {"cases.toml", "sensitivity.h5", "optics.h5"},
 }
 

@@ -168,7 +168,7 @@ def test_check_follows_the_chain(small: Project) -> None:
     tedm("check", "-d", small.build).ok()
     replace(small.model, "mid_half_width_m = 0.005", "mid_half_width_m = 0.006")
     outcome = tedm("check", "-d", small.build)
-    outcome.refused(4, "5 of 5 files")
+    outcome.refused(4, "6 of 6 files")
     lines = outcome.out.splitlines()
     place = next(i for i, line in enumerate(lines) if "unit_loads.h5 (unit_loads): stale" in line)
     assert "model.toml has changed since" in lines[place + 1]
@@ -186,7 +186,7 @@ def test_check_names_the_file_and_its_input(small: Project, name: str) -> None:
     path.write_bytes(path.read_bytes() + b"\n")
     made_of_it = {
         "cases.toml": {"case03.h5"},
-        "optics.toml": {"distortion.h5", "sensitivity.h5", "optics.h5", "case03.h5"},
+        "optics.toml": {"distortion.h5", "sensitivity.h5", "optics.h5", "adjoint.h5", "case03.h5"},
     }
     outcome = tedm("check", "--json", "-d", small.build)
     assert outcome.code == 4

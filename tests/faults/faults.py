@@ -31,9 +31,9 @@ from tedm_cli.cli import main
 
 #: In the order of the chain.
 COMMANDS = (
-    "write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "run-case 3",
-    "run-series warm", "build-dynamics", "simulate 3", "export --format npz", "export-case 3 --format csv",
-    "export-vtu", "view",
+    "write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint",
+    "run-case 3", "run-series warm", "build-dynamics", "simulate 3", "export --format npz",
+    "export-case 3 --format csv", "export-vtu", "view",
 )  # fmt: skip
 NO_CONFIG = ("export", "export-case", "export-vtu")
 SIZES = (0.02, 0.5, 0.999)  # of the largest file of a command: there the disk is full

@@ -35,6 +35,7 @@ SERIES = '\n[[series]]\nname = "warm"\nfile = "series.csv"\nremove = "linear"\nl
 DYNAMICS = "[time]\nsamples = 4096\n"
 #: Beyond the matrices, in their order: what makes each file.
 MADE = {
+    "adjoint.h5": ["build-adjoint"],
     "case03.h5": ["run-case", "3"],
     "series_warm.h5": ["run-series", "warm"],
     "dynamics.h5": ["build-dynamics"],
@@ -45,10 +46,11 @@ MADE = {
 }
 #: By file: the commands that read it.
 READERS: dict[str, tuple[str, ...]] = {
-    "unit_loads.h5": ("build-distortion", "build-sensitivity", "show unit_loads.h5"),
+    "unit_loads.h5": ("build-distortion", "build-sensitivity", "build-adjoint", "show unit_loads.h5"),
     "distortion.h5": ("build-optics", "build-sensitivity", "show distortion.h5"),
-    "sensitivity.h5": ("run-case 3", "run-series warm", "build-dynamics", "simulate --figure-6.2"),
-    "optics.h5": ("run-case 3", "run-series warm", "build-dynamics"),
+    "sensitivity.h5": ("run-case 3", "run-series warm", "build-adjoint", "build-dynamics", "simulate --figure-6.2"),
+    "optics.h5": ("run-case 3", "run-series warm", "build-adjoint", "build-dynamics"),
+    "adjoint.h5": ("show adjoint.h5",),
     "case03.h5": ("export-case 3 --format csv", "show case03.h5", "view"),
     "series_warm.h5": ("show series_warm.h5", "view"),
     "dynamics.h5": (

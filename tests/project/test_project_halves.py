@@ -141,16 +141,16 @@ def whole(halves: dict[str, Half], tmp_path_factory: pytest.TempPathFactory) -> 
 
 @pytest.mark.parametrize("half", HALVES)
 def test_make_and_run_build_what_there_is(halves: dict[str, Half], half: str, tmp_path: Path) -> None:
-    matrices = {GRAVITY: "build-sensitivity", READ_OUT: "build-optics"}[half]
-    made = ["make-rules", "ingest", "build-distortion", matrices, "run-case", "run-series"]
+    matrices = {GRAVITY: ["build-sensitivity", "build-adjoint"], READ_OUT: ["build-optics"]}[half]
+    made = ["make-rules", "ingest", "build-distortion", *matrices, "run-case", "run-series"]
     assert sorted(halves[half].commands) == sorted([*made, "plot", "report", "view"])
     assert halves[half].make("all") == []
     assert "all is up to date" in halves[half].run("run", "-n").ok().out
     fresh = tedm("run", "-n", *halves[half].arguments[:2], "-d", tmp_path).ok().out.splitlines()[1:-1]
     assert sorted(line.split()[0] for line in fresh) == sorted({*halves[half].commands} - {"make-rules"})
     files = {path.name for path in halves[half].build.glob("*.h5")}
-    own = {GRAVITY: "sensitivity.h5", READ_OUT: "optics.h5"}[half]
-    assert files == {"unit_loads.h5", "distortion.h5", own, "case03.h5", "series_warm.h5"}
+    own = {GRAVITY: ("sensitivity.h5", "adjoint.h5"), READ_OUT: ("optics.h5",)}[half]
+    assert files == {"unit_loads.h5", "distortion.h5", *own, "case03.h5", "series_warm.h5"}
 
 
 @contextlib.contextmanager
@@ -211,7 +211,10 @@ def test_spectra_are_those_of_the_whole_chain(halves: dict[str, Half], whole: Pa
 
 #: What each command is told, beside the project.
 ARGUMENTS: dict[str, tuple[str, ...]] = {
-    **{name: ("-o", "{out}/file.h5") for name in ("ingest", "build-distortion", "build-sensitivity", "build-optics")},
+    **{
+        name: ("-o", "{out}/file.h5")
+        for name in ("ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
+    },
     "areas": (),
     "write-deck": ("-o", "{out}/deck.bdf"),
     "solve": ("-o", "{out}/loads.op2"),
@@ -245,7 +248,8 @@ REFUSED = {
         ("check-layout", "build-optics", "explain", "build-dynamics", "simulate", "plot"), NO_OPTICS
     ),
     READ_OUT: dict.fromkeys(
-        ("build-sensitivity", "audit-mesh", "self-gravity", "accuracy", "build-dynamics", "simulate"), NO_MASSES
+        ("build-sensitivity", "audit-mesh", "self-gravity", "accuracy", "build-adjoint", "build-dynamics", "simulate"),
+        NO_MASSES,
     ),
 }
 
@@ -319,7 +323,16 @@ def test_a_half_that_is_gone_and_comes_again(halves: dict[str, Half], whole: Pat
     """Make does again what was made of both, and what lies there of both is not taken for what there is."""
     project = halves[GRAVITY].copy(tmp_path / "p")
     shutil.copy(CONFIGS / "optics.toml", project.folder)
-    again = {"build-distortion", "build-sensitivity", "run-case", "run-series", "plot", "report", "view"}
+    again = {
+        "build-distortion",
+        "build-sensitivity",
+        "build-adjoint",
+        "run-case",
+        "run-series",
+        "plot",
+        "report",
+        "view",
+    }
     assert set(project.make("-n", "all")) == again | {"make-rules", "build-optics", "build-dynamics", "simulate"}
     assert project.make("-n", "all").count("simulate") == 2  # the case and the series
     (project.folder / "optics.toml").unlink()

@@ -83,6 +83,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
         "build-distortion",
         "build-sensitivity",
         "build-optics",
+        "build-adjoint",
         "run-case",
         "build-dynamics",
         "simulate",
@@ -197,7 +198,8 @@ LAST = {"plot", "report", "view"}
 CASES_RUN = {f"run-case {c}" for c in CASES}
 LOOP = {"build-dynamics", *(f"simulate {c}" for c in CASES)}
 JUDGED = CASES_RUN | LAST
-FROM_OPTICS = {"build-optics", *LOOP, *JUDGED}
+ADJOINT = {"build-adjoint --or-say-why"}
+FROM_OPTICS = {"build-optics", *ADJOINT, *LOOP, *JUDGED}
 FROM_DISTORTION = {"build-distortion", "build-sensitivity", *FROM_OPTICS}
 ALL = {"ingest", *FROM_DISTORTION}
 #: What is done to a folder in which all is up to date; the commands that are run then; a reason that is given.
@@ -221,12 +223,13 @@ STATES: dict[str, tuple[Callable[[Path], None], set[str], str]] = {
     "model touched": (touch("configs/model.toml"), ALL, "model.toml is newer"),
     "project touched": (touch("configs/tedm.toml"), ALL, "tedm.toml is newer"),
     "optics gone": (remove("build/optics.h5"), FROM_OPTICS, "optics.h5 is not there"),
+    "the adjoint gone": (remove("build/adjoint.h5"), ADJOINT, "adjoint.h5 is not there"),
     "a case gone": (remove("build/case01.h5"), {"run-case 1", *LAST}, "case01.h5 is made anew"),
     "the loop gone": (remove("build/dynamics.h5"), LOOP | LAST, "dynamics.h5 is made anew"),
     "figures gone": (remove("build/figures.stamp"), {"plot", "report"}, "figures.stamp is not there"),
     "a sensitivity touched": (
         touch("build/sensitivity.h5"),
-        CASES_RUN | LOOP | LAST,
+        ADJOINT | CASES_RUN | LOOP | LAST,
         "sensitivity.h5 is newer",
     ),
     "the page gone": (remove("build/view.html"), {"view"}, "view.html is not there"),
@@ -276,6 +279,7 @@ def test_tedm_run_killed_and_run_again_makes_the_bytes_of_make(workshop: Worksho
         assert said == "error: interrupted; finished files are kept, the unfinished one is removed\n"
         assert not [path.name for path in ours.iterdir() if path.name.startswith(".")]
         done = tedm("run", "view", "-j", "2", *options).ok()
+        tedm("run", "build-adjoint", *options).ok()
         began = re.findall(r"(?m)^\[ *\d+/\d+\] (.+?):", done.out)
         assert not {"ingest", "build-distortion"}.intersection(began)
         assert {"build-optics", "view", *CASES_RUN, *LOOP} <= set(began)

@@ -18,6 +18,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.config.temperature_tables import table_paths
 from tedm_cli.files.build_folder import (
+    ADJOINT_FILE,
     DISTORTION_FILE,
     DYNAMICS_FILE,
     OPTICS_FILE,
@@ -68,6 +69,7 @@ def chain_files(project: Project) -> ChainFiles:
         distortion=build / DISTORTION_FILE,
         sensitivity=build / SENSITIVITY_FILE if halves.gravity else None,
         read_out=build / OPTICS_FILE if halves.read_out else None,
+        adjoint=build / ADJOINT_FILE if halves.gravity else None,
         loop=build / DYNAMICS_FILE if closed else None,
         gravity_sources=(*([] if compensation is None else [compensation]), *map(project.resolve, model.body_files())),
         optics_sources=() if project.optics is None else tuple(load_optics(project.optics).matrices),

@@ -9,6 +9,7 @@ import numpy as np
 
 from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, RELEASE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import Reader, kind_of, open_checked
+from tedm_cli.results.adjoint import read_adjoint
 from tedm_cli.results.dynamics import read_stability
 from tedm_cli.results.imposed import read_imposed
 
@@ -49,6 +50,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
     if file.kind.name == "optics":
         sets = zip(file.strings(OPTICS.SET_NAME), file.array(OPTICS.SET_CONDITION), strict=True)
         return {"rank": int(file.number(OPTICS.RANK)), **{f"condition_{n}": float(c) for n, c in sets}}
+    if file.kind.name == "adjoint":
+        return _adjoint(file)
     if file.kind.name == "dynamics":
         return _loop(file)
     if file.kind.name == "figure_6_2":
@@ -68,6 +71,14 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         strict=True,
     )
     return {f"{o} {q}": f"ratio {r:.4g}, {'pass' if p else 'FAIL'}" for o, q, r, p in verdicts}
+
+
+def _adjoint(file: Reader) -> dict[str, Any]:
+    """How far its sums are from the unit loads; or why there is none."""
+    found = read_adjoint(file)
+    if isinstance(found, str):
+        return {"no_adjoint": found}
+    return {"outputs": len(found.label), "largest_difference": float(found.difference.max()), "allowed": found.limit}
 
 
 def _loop(file: Reader) -> dict[str, Any]:

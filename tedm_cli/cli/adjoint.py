@@ -1,0 +1,50 @@
+"""The adjoint. Stages are imported inside, so that --help is quick."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from tedm_cli.cli.app import (
+    DEFAULT_BUILD,
+    DEFAULT_CONFIG,
+    BuildDir,
+    Config,
+    Output,
+    Quiet,
+    Verbose,
+    app,
+    open_project,
+    say,
+)
+
+
+@app.command("build-adjoint")
+def build_adjoint(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    or_say_why: Annotated[
+        bool,
+        typer.Option(
+            "--or-say-why",
+            help="Where this model has no adjoint here, write a file that says why, and succeed; so the chain does.",
+        ),
+    ] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """What the temperature of every grid does to every output.
+
+    By one factorisation of the model that `solve` solves, whatever the number of areas. The sums over the areas are
+    held against [S_SG] and N. Read-outs are among the outputs where optics.h5 is.
+    """
+    from tedm_cli.cli.printing.adjoint import adjoint_lines
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.adjoint.build import build_adjoint as stage
+
+    project = open_project(config, build_dir, verbose)
+    with progress(quiet) as step:
+        done = stage(project, output, step, or_say_why=or_say_why)
+    say(quiet, *adjoint_lines(done))

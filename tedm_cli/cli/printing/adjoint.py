@@ -1,0 +1,52 @@
+"""What every temperature does, by areas, as lines of text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tedm_cli.cli.printing.table import table
+
+if TYPE_CHECKING:
+    from tedm_cli.results.adjoint import AdjointResults
+    from tedm_cli.stages.adjoint.build import AdjointSummary
+
+_MUCH = 10  # cancellation from which on an area's mean hides what is in it
+
+
+def adjoint_lines(done: AdjointSummary) -> list[str]:
+    """How many temperatures there are, whether their sums are the unit loads, and what evens out within areas."""
+    if isinstance(done.results, str):
+        return [f"{done.path}: no adjoint of this model, and the file says so: {done.results}"]
+    found = done.results
+    without = f"; no read-outs: {done.no_read_outs}" if done.no_read_outs else ""
+    return [
+        f"{done.path}: {len(found.label)} outputs by the temperatures of {found.n_grids:,} grids and of"
+        f" {found.n_elements:,} shells, bars and rods{without}",
+        f"solved in {done.seconds:.2g} s after a factorisation of {done.factor_seconds:.2g} s ({done.solver})",
+        f"sums over the {len(found.areas)} areas are their unit loads, within {found.difference.max():.1e} of the"
+        f" largest of each block (allowed {found.limit:.0e})",
+        *_table(found),
+    ]
+
+
+def _table(found: AdjointResults) -> list[str]:
+    rows = [
+        (
+            a.output,
+            a.unit.removesuffix("/K"),
+            f"{a.by_mean:.2e}",
+            a.mean_area,
+            f"{a.by_gradient:.2e}",
+            a.gradient_area,
+        )
+        for a in found.acting_most
+    ]
+    cancels = found.mean_cancellation
+    return [
+        *table(("output", "unit", "per K", "most by", "per K/m within", "most by"), rows, right=(2, 4)),
+        f"within an area the sizes of what each grid does are {np.median(cancels):.2g} times their sum (median)",
+        f"in {int((cancels > _MUCH).sum()):,} of {cancels.size:,} sums they are more than {_MUCH} times as much: an"
+        " even temperature hides there what an uneven one does",
+    ]

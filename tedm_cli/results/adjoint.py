@@ -1,0 +1,86 @@
+"""What adjoint.h5 says of the areas; the sensitivities of grids are left in the file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.contracts import ADJOINT
+from tedm_cli.files.store import Reader
+from tedm_cli.noise.areas import AreaTable
+from tedm_cli.results.areas import read_areas
+
+
+@dataclass(frozen=True, eq=False)
+class ActingAreas:
+    """The areas of mean temperatures that act most on an output: by their mean, and by a gradient within them.
+
+    by_mean : per kelvin. by_gradient : size of the sensitivity to a gradient along x, y, z, per K/m; of the output in
+    `unit` less /K.
+    """
+
+    output: str
+    unit: str
+    mean_area: str
+    by_mean: float
+    gradient_area: str
+    by_gradient: float
+
+
+@dataclass(frozen=True, eq=False)
+class AdjointResults:
+    """The adjoint by its areas; r outputs, k areas.
+
+    label, unit : of the outputs. n_grids, n_elements : how many temperatures there are of grids, and of elements that
+    may have their own. value : [r, k], S_SG and N. cancellation, difference : [r, k], gradient : [r, k, 3], as in
+    adjoint.h5. limit : of the differences.
+    """
+
+    label: list[str]
+    unit: list[str]
+    areas: AreaTable
+    n_grids: int
+    n_elements: int
+    value: FloatArray
+    cancellation: FloatArray
+    gradient: FloatArray
+    difference: FloatArray
+    limit: float
+
+    @property
+    def mean_cancellation(self) -> FloatArray:
+        """The cancellations of all areas of a mean temperature in all outputs, of those where anything acts."""
+        found = self.cancellation[:, ~self.areas.gradient]
+        return np.asarray(found[~np.isnan(found)])
+
+    @property
+    def acting_most(self) -> list[ActingAreas]:
+        """Of each output the areas with the largest sensitivities."""
+        means = np.flatnonzero(~self.areas.gradient)
+        names, size = self.areas.name[means].tolist(), np.linalg.norm(self.gradient[:, means], axis=2)
+        out = []
+        for row, (label, unit) in enumerate(zip(self.label, self.unit, strict=True)):
+            value = self.value[row, means]
+            one, two = int(np.abs(value).argmax()), int(size[row].argmax())
+            out.append(ActingAreas(label, unit, names[one], float(value[one]), names[two], float(size[row, two])))
+        return out
+
+
+def read_adjoint(file: Reader) -> AdjointResults | str:
+    """What adjoint.h5 says, or why there is no adjoint."""
+    if file.has(ADJOINT.REFUSAL):
+        return "; ".join(file.strings(ADJOINT.REFUSAL))
+    return AdjointResults(
+        label=file.strings(ADJOINT.ROW_LABEL),
+        unit=file.strings(ADJOINT.ROW_UNIT),
+        areas=read_areas(file),
+        n_grids=file.dataset(ADJOINT.GRID_ID).shape[0],
+        n_elements=file.dataset(ADJOINT.ELEMENT_ID).shape[0],
+        value=np.asarray(file.array(ADJOINT.AREA_SUM) + file.array(ADJOINT.DIRECT), dtype=np.float64),
+        cancellation=file.array(ADJOINT.AREA_CANCELLATION),
+        gradient=file.array(ADJOINT.AREA_GRADIENT),
+        difference=file.array(ADJOINT.CHECK_DIFFERENCE),
+        limit=file.number(ADJOINT.CHECK_LIMIT),
+    )

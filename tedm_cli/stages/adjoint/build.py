@@ -1,0 +1,219 @@
+"""build-adjoint: what the temperature of every grid and element does to every output, by one factorisation."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.adjoint.agreement import LIMIT, differences
+from tedm_cli.adjoint.areas import Temperatures, gradient_sensitivity, temperatures
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.model import load_model
+from tedm_cli.config.optics import load_layout
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import ADJOINT, OPTICS, SENSITIVITY, UNIT_LOADS
+from tedm_cli.errors import InputError, PhysicsError, TedmError
+from tedm_cli.fem.static import StaticReport, StaticSolution
+from tedm_cli.files.build_folder import (
+    ADJOINT_FILE,
+    DISTORTION_FILE,
+    OPTICS_FILE,
+    SENSITIVITY_FILE,
+    UNIT_LOADS_FILE,
+    provenance,
+    require_configuration,
+    require_input,
+    require_same_areas,
+    require_same_input,
+)
+from tedm_cli.files.provenance import ConfigFile
+from tedm_cli.files.store import Reader, Writer, create, open_checked
+from tedm_cli.nastran.reading import deck_files, read_deck
+from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.progress import Step
+from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model
+from tedm_cli.stages.adjoint.outputs import Outputs, accelerations, read_outs
+from tedm_cli.stages.common import copy_areas, out_path
+
+
+@dataclass(frozen=True, eq=False)
+class Adjoint:
+    """What was found of r outputs and k areas.
+
+    of : sensitivities by the temperatures of the model. sums : [r, k], over the areas. difference, cancellation :
+    [r, k], as in adjoint.h5.
+    """
+
+    model: WarmedModel
+    outputs: Outputs
+    of: Temperatures
+    sums: FloatArray
+    difference: FloatArray
+    cancellation: FloatArray
+    static: StaticReport
+
+
+@dataclass(frozen=True, eq=False)
+class AdjointSummary:
+    """What was made.
+
+    results : what the file says, or why there is no adjoint. no_read_outs : why these are not among the outputs; empty
+    where they are. seconds, factor_seconds, solver : of the solution.
+    """
+
+    path: Path
+    results: AdjointResults | str
+    no_read_outs: str
+    seconds: float = 0.0
+    factor_seconds: float = 0.0
+    solver: str = ""
+
+
+@dataclass(frozen=True)
+class _Optics:
+    """optics.h5, and the layout that it is of, in its file."""
+
+    path: Path
+    file: ConfigFile
+    layout: OpticalLayout
+
+
+def build_adjoint(project: Project, output: Path | None, step: Step, *, or_say_why: bool = False) -> AdjointSummary:
+    """Solve one problem for each acceleration and read-out, and hold the sums over the areas against S_SG and N.
+
+    Read-outs are there where optics.h5 is. With `or_say_why` a model that has no adjoint here, or whose results are not
+    those of its elements here, makes a file that says so.
+
+    Raises
+    ------
+    ConfigError : the model has no test masses.
+    InputError : a file that is missing or stale; cards that the embedded solver does not model.
+    PhysicsError : the structure is not held; sums that are not those of the unit loads.
+    """
+    config_file, config = load_model(project.model)
+    config.required_test_masses(project.model)
+    table, build = config.model, project.build_dir
+    deck = project.resolve(table.deck)
+    raw = read_deck(
+        deck, cross_reference=False, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units()
+    )
+    files = deck_files(raw, deck)
+    optics, no_read_outs = _optics(project)
+    configs = [config_file, *([] if optics is None else [optics.file])]
+    used = [build / UNIT_LOADS_FILE, build / SENSITIVITY_FILE, *([] if optics is None else [optics.path]), *files]
+    trace = provenance(configs, used)
+    out = out_path(project, ADJOINT_FILE, output)
+    with contextlib.ExitStack() as stack:
+        unit = stack.enter_context(open_checked(used[0], UNIT_LOADS))
+        sensitivity = stack.enter_context(open_checked(used[1], SENSITIVITY))
+        read_out = None if optics is None else stack.enter_context(open_checked(optics.path, OPTICS))
+        require_configuration(sensitivity, project.model)
+        require_input(sensitivity, trace.inputs[0])
+        for item in trace.inputs[len(used) - len(files) :]:
+            require_input(unit, item)
+        if optics is not None and read_out is not None:
+            require_configuration(read_out, optics.file.path)
+            require_same_input(DISTORTION_FILE, sensitivity, read_out)
+            require_same_areas(sensitivity, read_out)
+        found = _found(raw, files, table.uniform_label, sensitivity, read_out, optics, step)
+        if isinstance(found, TedmError) and not or_say_why:
+            raise found
+        with create(out, ADJOINT, trace) as writer:
+            copy_areas(sensitivity, writer)
+            if isinstance(found, TedmError):
+                writer.write(ADJOINT.REFUSAL, [found.fact])
+            else:
+                _write(writer, found)
+    with open_checked(out, ADJOINT) as written:
+        results = read_adjoint(written)
+    if isinstance(found, TedmError):
+        return AdjointSummary(out, results, no_read_outs)
+    static = found.static
+    return AdjointSummary(out, results, no_read_outs, static.solve_seconds, static.factor_seconds, static.solver)
+
+
+def _optics(project: Project) -> tuple[_Optics | None, str]:
+    """The read-outs there are, or why there are none."""
+    path = project.build_dir / OPTICS_FILE
+    if project.optics is None:
+        return None, "the project has no optics"
+    if not path.exists():
+        return None, f"{path} is not there: `{OPTICS.made_by}` makes it"
+    return _Optics(path, *load_layout(project.optics)), ""
+
+
+def _found(
+    raw: Any,
+    files: list[Path],
+    uniform_label: str,
+    sensitivity: Reader,
+    read_out: Reader | None,
+    optics: _Optics | None,
+    step: Step,
+) -> Adjoint | InputError | PhysicsError:
+    """The adjoint of a model that `ingest` has read; an error that says why there is none of it here."""
+    deck = files[0]
+    try:
+        structure = coupled_structure(raw, deck)
+    except InputError as exc:
+        return exc
+    model = warmed_model(raw, structure, files, uniform_label)
+    outputs = accelerations(sensitivity)
+    if optics is not None and read_out is not None:
+        outputs += read_outs(read_out, optics.layout, optics.file.path, structure.grid_id)
+    try:
+        solution = StaticSolution(structure, progress=step)
+        by_temperature = solution.adjoint(outputs.force, outputs.label)
+    except PhysicsError as exc:  # the solver knows elements and grids, and no file
+        return PhysicsError(exc.fact, where=exc.where or str(deck), hint=exc.hint)
+    of = temperatures(by_temperature, model.own)
+    sums = of.sums(model.areas)
+    difference = differences(sums + outputs.direct, outputs.wanted, outputs.block, model.gradient)
+    wrong = _disagreement(difference, model, outputs, deck)
+    found = Adjoint(model, outputs, of, sums, difference, of.cancellation(model.areas), solution.report)
+    return found if wrong is None else wrong
+
+
+def _disagreement(difference: FloatArray, model: WarmedModel, outputs: Outputs, deck: Path) -> PhysicsError | None:
+    """What is wrong with sums that differ from the unit loads."""
+    row, column = np.unravel_index(difference.argmax(), difference.shape)
+    if difference[row, column] <= LIMIT:
+        return None
+    off = int((difference > LIMIT).sum())
+    return PhysicsError(
+        f"the adjoint's sum over area '{model.name[column]}' differs from its unit load in {outputs.label[row]} by"
+        f" {difference[row, column]:.2g} of the largest of {outputs.block[row]}; allowed {LIMIT:.0e}"
+        f" ({off} of {difference.size} sums)",
+        where=str(deck),
+        hint="are the results of another solver, whose elements differ from those of `tedm solve`, or of another deck?",
+    )
+
+
+def _write(writer: Writer, found: Adjoint) -> None:
+    model, outputs, of = found.model, found.outputs, found.of
+    per_kelvin, per_area = "per K, see /row/unit", "per /area/unit, see /row/unit"
+    writer.write(ADJOINT.ROW_LABEL, outputs.label)
+    writer.write(ADJOINT.ROW_UNIT, outputs.unit)
+    writer.write(ADJOINT.GRID_ID, model.structure.grid_id)
+    writer.write(ADJOINT.GRID_VOLUME, model.places.grid_volume)
+    writer.write(ADJOINT.S, of.grid, units=per_kelvin)
+    writer.write(ADJOINT.ELEMENT_ID, model.element_id)
+    writer.write(ADJOINT.ELEMENT_OWN, of.own.astype(np.int64))
+    writer.write(ADJOINT.ELEMENT_VOLUME, model.places.element_volume)
+    writer.write(ADJOINT.ELEMENT_MEAN, of.mean, units=per_kelvin)
+    writer.write(ADJOINT.ELEMENT_GRADIENT, of.gradient, units="per K/m, see /row/unit")
+    writer.write(ADJOINT.DIRECT, outputs.direct, units=per_area)
+    writer.write(ADJOINT.AREA_SUM, found.sums, units=per_area)
+    writer.write(ADJOINT.AREA_CANCELLATION, found.cancellation)
+    writer.write(
+        ADJOINT.AREA_GRADIENT, gradient_sensitivity(of, model.areas, model.places), units="per K/m, see /row/unit"
+    )
+    writer.write(ADJOINT.CHECK_BLOCK, outputs.block)
+    writer.write(ADJOINT.CHECK_DIFFERENCE, found.difference)
+    writer.write(ADJOINT.CHECK_LIMIT, LIMIT)
+    writer.write(ADJOINT.CHECK_RESIDUAL, found.static.max_relative_residual)

@@ -1,0 +1,254 @@
+"""build-adjoint on the small sample and on the independently solved model: S_SG and N of any field, and refusals."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from offset_mass import changed_small
+from test_chain_ties import GRID, block, built
+
+sys.path.append(str(Path(__file__).parents[1] / "borders"))
+
+from border_tools import Outcome, edited, tedm, untouched
+
+from tedm_cli.config.optics import load_layout
+from tedm_cli.config.project import Project
+from tedm_cli.contracts import ADJOINT, OPTICS, SENSITIVITY
+from tedm_cli.fem.static import StaticSolution
+from tedm_cli.fem.structure import LoadCase
+from tedm_cli.files.store import open_checked
+from tedm_cli.gravity.operator import contract
+from tedm_cli.nastran.structure.deck import read_solver_deck
+from tedm_cli.optics.chain import optics_chain
+from tedm_cli.optics.law import law_matrix
+from tedm_cli.progress import silent
+from tedm_cli.results.adjoint import read_adjoint
+from tedm_cli.stages.adjoint.build import build_adjoint
+from tedm_cli.stages.optics.build import build_optics
+
+SINGLE, DOUBLE = 1e-6, 1e-10
+
+
+def arrays(path: Path) -> dict[str, np.ndarray]:
+    with open_checked(path, ADJOINT) as file:
+        return {d: file.array(d) for d, one in ADJOINT.datasets.items() if file.has(d) and one.dtype != "str"}
+
+
+@pytest.fixture(scope="module")
+def adjoint(small: Project, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_adjoint(small, tmp_path_factory.mktemp("adjoint") / "adjoint.h5", silent).path
+
+
+def by_motion(project: Project, motion: np.ndarray) -> np.ndarray:
+    """Accelerations and read-outs [r, k] by motions [k, N, 6] of all grids, by the chain's contraction and optics."""
+    with (
+        open_checked(project.build_dir / "sensitivity.h5", SENSITIVITY) as gravity,
+        open_checked(project.build_dir / "optics.h5", OPTICS) as optics,
+    ):
+        lever = gravity.array(SENSITIVITY.OPERATOR_OFFSET_NODE)
+        found = contract(gravity.array(SENSITIVITY.OPERATOR_G), motion[..., :3])
+        found += contract(gravity.array(SENSITIVITY.OPERATOR_G_ROTATION), motion[:, lever, 3:])
+        assert project.optics is not None
+        _, layout = load_layout(project.optics)
+        grids = np.array([e.grid for e in layout.bench], dtype=np.int64)
+        rows = np.searchsorted(gravity.array(SENSITIVITY.GRID_ID), grids)
+        chain = optics_chain(layout, optics.array(OPTICS.S_BW), motion[:, rows], P=law_matrix(layout))
+    return np.concatenate([found, *(one.N for one in chain.sets)])
+
+
+def agree(found: np.ndarray, wanted: np.ndarray, digits: float) -> None:
+    """Over the largest of all accelerations, angular accelerations, lengths, and angles."""
+    for part in (slice(6), slice(6, 12), [12, 15, 18, 21], [13, 14, 16, 17, 19, 20, 22, 23]):
+        size = np.abs(wanted[part]).max()
+        assert size > 0.0
+        assert np.abs(found[part] - wanted[part]).max() < digits * size
+
+
+def test_sums_over_areas_are_the_matrices(small: Project, adjoint: Path) -> None:
+    """To single precision, in which the results are kept; and what the file says of that is so."""
+    found = arrays(adjoint)
+    with (
+        open_checked(small.build_dir / "sensitivity.h5", SENSITIVITY) as gravity,
+        open_checked(small.build_dir / "optics.h5", OPTICS) as optics,
+        open_checked(adjoint, ADJOINT) as file,
+    ):
+        sets = optics.strings(OPTICS.SET_NAME)
+        wanted = np.concatenate([gravity.array(SENSITIVITY.S), *(optics.array(OPTICS.N.of(s)) for s in sets)])
+        labels = optics.strings(OPTICS.LABEL_READ_OUT)
+        assert file.strings(ADJOINT.ROW_LABEL) == [
+            *gravity.strings(SENSITIVITY.ROW_LABEL),
+            *(f"{name}_{label}" for name in sets for label in labels),
+        ]
+        results = read_adjoint(file)
+    agree(found["/area/sum"], wanted, SINGLE)
+    assert not found["/direct"].any()
+    assert 0.0 < found["/check/difference"].max() < SINGLE
+    assert not isinstance(results, str)
+    np.testing.assert_array_equal(results.value, found["/area/sum"])
+
+
+def test_unit_loads_and_any_field_solved_in_memory(small: Project, adjoint: Path) -> None:
+    """In double precision: the areas by the deck's own load cases, and ten fields of any temperatures at all grids."""
+    found = arrays(adjoint)
+    structure, cases = read_solver_deck(Path(small.resolve("unit_loads.bdf")))
+    rng = np.random.default_rng(11)
+    rest = cases[0].temperature.min()
+    steps = rng.uniform(-1.0, 1.0, (10, structure.n_grids))
+    fields = [LoadCase(id=900 + k, label="", temperature=rest + step) for k, step in enumerate(steps)]
+    motion = np.array([u for _, u in StaticSolution(structure).solve([*cases, *fields])])
+    wanted = by_motion(small, motion)
+    assert cases[-1].label == "UNIFORM"
+    n = len(cases) - 1
+    agree(found["/area/sum"], wanted[:, :n], DOUBLE)
+    agree(found["/s"].sum(axis=1, keepdims=True), wanted[:, n : n + 1], DOUBLE)
+    agree(found["/s"] @ steps.T, wanted[:, n + 1 :], DOUBLE)
+    assert not found["/element/own"].any()
+
+
+def test_the_independently_solved_model(mini: Project, tmp_path: Path) -> None:
+    """Its unit loads are another solver's; it has no read-outs, whose layout cannot be traced."""
+    done = build_adjoint(mini, tmp_path / "adjoint.h5", silent)
+    assert "optics.h5 is not there" in done.no_read_outs
+    with open_checked(mini.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        wanted = file.array(SENSITIVITY.S)
+    found = arrays(done.path)["/area/sum"]
+    for rows in (slice(6), slice(6, 12)):
+        assert np.abs(found[rows] - wanted[rows]).max() < SINGLE * np.abs(wanted[rows]).max()
+
+
+@pytest.fixture(scope="module")
+def heavy(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """The small sample with a mass on a lever and a tied block, and test masses that expand with an area; no cases."""
+    folder = tmp_path_factory.mktemp("heavy")
+    project = changed_small(folder, f"CONM2,900077,{GRID},,0.5,0.05,0.02,0.03\n", block("CM1", f"grid = {GRID}"))
+    assert project.optics is not None
+    text = project.optics.read_text(encoding="utf-8")
+    expansion = '\n[[test_mass_expansion]]\ntest_mass = "TM1"\nexpansion_per_K = 1.65e-5\narea = "IS1_EH_UP"\n'
+    (folder / "optics.toml").write_text(text + expansion, encoding="utf-8")
+    project = replace(project, optics=folder / "optics.toml")
+    built(project)
+    build_optics(project, None)
+    return project
+
+
+def test_levers_tied_masses_and_faces_are_in_it(heavy: Project, tmp_path: Path) -> None:
+    path = build_adjoint(heavy, tmp_path / "adjoint.h5", silent).path
+    found = arrays(path)
+    assert found["/check/difference"].max() < SINGLE
+    with (
+        open_checked(heavy.build_dir / "sensitivity.h5", SENSITIVITY) as gravity,
+        open_checked(heavy.build_dir / "optics.h5", OPTICS) as optics,
+    ):
+        turning = np.abs(gravity.array(SENSITIVITY.OPERATOR_G_ROTATION)).max(axis=(1, 2))
+        wanted = np.concatenate([optics.array(OPTICS.N.of(s)) for s in optics.strings(OPTICS.SET_NAME)])
+        column = optics.strings(OPTICS.AREA_NAME).index("IS1_EH_UP")
+    assert (turning > 0.0).all()
+    assert not found["/direct"][:12].any()
+    direct = found["/direct"][12:]
+    assert np.abs(direct[:, column]).max() > 1e-3 * np.abs(wanted[:, column]).max()
+    assert not np.delete(direct, column, axis=1).any()
+    for part in ([0, 3, 6, 9], [1, 2, 4, 5, 7, 8, 10, 11]):
+        size = np.abs(wanted[part]).max()
+        assert np.abs(found["/area/sum"][12:][part] + direct[part] - wanted[part]).max() < SINGLE * size
+
+
+# --- refusals --------------------------------------------------------------------------------------------------------
+
+
+class Shop:
+    """A copy of the heavy sample whose files have been built, to be changed and said to be so."""
+
+    def __init__(self, source: Project, folder: Path) -> None:
+        shutil.copytree(source.build_dir.parent, folder)
+        self.folder, self.build = folder, folder / "build"
+        settings = (folder / "tedm.toml").read_text(encoding="utf-8")
+        lines = [line for line in settings.splitlines() if not line.startswith("optics")]
+        (folder / "tedm.toml").write_text("\n".join(['optics = "optics.toml"', *lines]) + "\n", encoding="utf-8")
+
+    def run(self, *words: str) -> Outcome:
+        command, *options = words
+        return tedm(command, *options, "-c", self.folder / "tedm.toml", "-d", self.build)
+
+    def again(self, old: str, new: str) -> None:
+        """Change the deck, and make all files that follow from it."""
+        deck = self.folder / "unit_loads.bdf"
+        text = deck.read_text(encoding="ascii")
+        assert old in text
+        deck.write_text(text.replace(old, new), encoding="ascii")
+        (self.build / "optics.h5").unlink()
+        for command in ("ingest", "build-distortion", "build-sensitivity"):
+            self.run(command).ok()
+
+
+@pytest.fixture
+def shop(heavy: Project, tmp_path: Path) -> Shop:
+    return Shop(heavy, tmp_path / "shop")
+
+
+def test_it_says_what_it_has_made(shop: Shop) -> None:
+    said = shop.run("build-adjoint").ok().out
+    assert "24 outputs by the temperatures of 570 grids and of 32 shells, bars and rods\n" in said
+    assert "sums over the 28 areas are their unit loads, within" in said
+    assert "largest_difference" in tedm("show", shop.build / "adjoint.h5").ok().out
+
+
+def refused(shop: Shop, code: int, *pieces: str, hint: str = "") -> None:
+    """Without and with --or-say-why, where the file, and what is shown of it, say the same."""
+    with untouched(shop.build):
+        shop.run("build-adjoint").refused(code, "unit_loads.bdf", *pieces, hint=hint)
+    said = [shop.run("build-adjoint", "--or-say-why").ok().out, tedm("show", shop.build / "adjoint.h5").ok().out]
+    with open_checked(shop.build / "adjoint.h5", ADJOINT) as file:
+        why = read_adjoint(file)
+        assert not file.has(ADJOINT.S)
+        assert file.strings(ADJOINT.AREA_NAME)
+    assert isinstance(why, str)
+    assert str(shop.folder) not in why
+    for piece in pieces:
+        assert all(piece in text for text in (why, *said))
+
+
+def test_what_has_no_coupling_is_refused_by_id(shop: Shop) -> None:
+    """Elements of other cards, rigid elements that expand, materials that depend on temperature: all at once."""
+    cards = [
+        "CELAS2,77001,1.+3,850001,1,850002,1",
+        "CELAS2,77002,1.+3,850001,2,850002,2",
+        "RBE2,77003,850001,123,850002,1.-5",
+        "MATT1,1,7",
+        "TABLEM1,7\n,0.,1.,1.,1.,ENDT",
+    ]
+    shop.again("ENDDATA", "\n".join([*cards, "ENDDATA"]))
+    pieces = ("CELAS2 77001, 77002", "RBE2 that expands (ALPHA) 77003", "MATT1 1, which depends on temperature")
+    refused(shop, 4, "no thermal coupling", *pieces, hint="solver.md")
+
+
+def test_sums_that_are_not_the_unit_loads_name_area_and_output(shop: Shop) -> None:
+    """As where another solver's elements are others: the largest difference is named, and how many there are."""
+    with edited(shop.build / "sensitivity.h5") as file:
+        row, column = np.unravel_index(np.abs(file["S"][:6]).argmax(), (6, 28))
+        file["S"][row, column] *= 1.0 + 3e-5
+        label, area = file["row/label"][row].decode(), file["area/name"][column].decode()
+    refused(shop, 5, f"area '{area}'", label, "3e-05 of the largest", "allowed 1e-06", "(1 of 672 sums)")
+
+
+def test_files_that_are_missing_or_stale_are_refused(shop: Shop) -> None:
+    (shop.build / "optics.h5").rename(shop.build / "aside.h5")
+    said = shop.run("build-adjoint").ok().out
+    assert "12 outputs" in said
+    assert "optics.h5 is not there: `tedm build-optics` makes it" in said
+    (shop.build / "aside.h5").rename(shop.build / "optics.h5")
+    with (shop.folder / "unit_loads.bdf").open("a") as deck:
+        deck.write("$ another deck\n")
+    for more in ([], ["--or-say-why"]):
+        shop.run("build-adjoint", *more).refused(4, "unit_loads.h5: is stale", hint="tedm ingest")
+    deck_file = shop.folder / "unit_loads.bdf"
+    deck_file.write_text(deck_file.read_text().replace("$ another deck\n", ""))
+    with (shop.folder / "optics.toml").open("a") as layout:
+        layout.write("# another layout\n")
+    shop.run("build-adjoint").refused(4, "optics.h5: is stale", hint="tedm build-optics")
+    (shop.build / "sensitivity.h5").unlink()
+    shop.run("build-adjoint").refused(4, "sensitivity.h5: no such file", hint="tedm build-sensitivity")
