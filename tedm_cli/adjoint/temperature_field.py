@@ -92,11 +92,13 @@ def field_products(
 class AreaError:
     """How a model of k areas tells r outputs of fields of L correlation lengths.
 
+    exact : [L, r], standard deviation of the outputs of the field.
     ratio : [L, r], standard deviation by the areas over that of the field; 1 where ℓ is long.
     difference : [L, r], standard deviation of what the areas leave out, over that of the output.
     share : [L, r, k], of the areas in the variance of that; it sums to 1 (NaN where nothing is left out).
     """
 
+    exact: FloatArray
     ratio: FloatArray
     difference: FloatArray
     share: FloatArray
@@ -121,4 +123,4 @@ def area_error(points: FieldPoints, area: IntArray, length_m: Sequence[float], s
     of_left = np.maximum(of_area.sum(axis=2), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = of_area / of_left[:, :, None]
-    return AreaError(np.sqrt(of_model / of_exact), np.sqrt(of_left / of_exact), share)
+    return AreaError(np.sqrt(of_exact), np.sqrt(of_model / of_exact), np.sqrt(of_left / of_exact), share)

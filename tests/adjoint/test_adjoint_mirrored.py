@@ -19,7 +19,7 @@ N = 17 * 9  # a bar of this many grids about its middle, beside one without imag
 def two_bars() -> tuple[FieldPoints, IntArray, SymmetryPlane, IntArray]:
     """Points, their pairs, the plane across the first bar, and images of its points; the outputs have no symmetry."""
     position, offset, index = bar(17)
-    both = np.concatenate([position, position + [0.5, 0.3, 0.0]])
+    both = np.concatenate([position, position + np.array([0.5, 0.3, 0.0])])
     offsets = np.concatenate([offset, offset[1:] + offset[-1]])
     pairs = sharing_an_element(offsets, np.concatenate([index, index + N]), np.repeat([0, 1], N))
     draw = np.random.default_rng(7)

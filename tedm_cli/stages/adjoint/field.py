@@ -40,7 +40,8 @@ _LEAST = 1e-9  # of the mean volume: what a point has at least
 class ModelField:
     """The points of a temperature field, and what areas of them there are now.
 
-    outputs : [r], labels of the judged outputs. frequency_hz : [r], of their temperatures.
+    outputs : [r], labels of the judged outputs. frequency_hz : [r], of their temperatures. ratio_per_deviation : [r],
+    ratio to the requirement there by the standard deviation of what the points make of a field of variance 1.
     points : of the field: grids, then elements with a temperature of their own. area : [n], their area now.
     grid : rows of the grids among all of the model, [g], of the first g points.
     kept : [k], areas that stay as they are: those with elements of their own, and gradients.
@@ -52,6 +53,7 @@ class ModelField:
 
     outputs: list[str]
     frequency_hz: FloatArray
+    ratio_per_deviation: FloatArray
     points: FieldPoints
     area: IntArray
     grid: IntArray
@@ -91,15 +93,23 @@ def model_field(project: Project, *, even: bool) -> ModelField:
         if adjoint.has(ADJOINT.REFUSAL):
             raise InputError("; ".join(adjoint.strings(ADJOINT.REFUSAL)), where=str(paths[0]))
         config = load_cases(project.cases)[1]
-        outputs, frequency, amplitude = _judged(project, config, adjoint, even=even)
+        judged = _judged(project, config, adjoint, even=even)
         cases = [config.case(i, where=str(project.cases)) for i in config.ids]
-        return _gathered(adjoint, unit, outputs, frequency, amplitude, cases)
+        return _gathered(adjoint, unit, judged, cases)
 
 
-def _judged(
-    project: Project, config: CasesConfig, adjoint: Reader, *, even: bool
-) -> tuple[list[str], FloatArray, FloatArray]:
-    """Labels of the judged outputs, frequencies [r], and amplitudes [r, k] of the temperatures of the areas there."""
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """outputs, frequency_hz, ratio_per_deviation : as of `ModelField`. amplitude : [r, k], 1 where it is largest."""
+
+    outputs: list[str]
+    frequency_hz: FloatArray
+    ratio_per_deviation: FloatArray
+    amplitude: FloatArray
+
+
+def _judged(project: Project, config: CasesConfig, adjoint: Reader, *, even: bool) -> _Judged:
+    """The judged outputs at their frequencies, and how the amplitude of the field differs from area to area there."""
     criteria, f = config.criteria(), config.frequency_hz()
     outputs = read_outputs(project).with_differences(criteria.requirements)
     judged = judged_outputs(criteria, outputs, f)
@@ -110,21 +120,24 @@ def _judged(
         raise ConfigError([("requirement", fact)], where=str(project.cases))
     temperature = temperature_model(project, config, outputs.areas)
     mean = ~outputs.areas.gradient
-    nearest: dict[int, tuple[float, float]] = {}
+    nearest: dict[int, tuple[float, float, float]] = {}  # by output: ratio, frequency, limit
     for requirement, o in judged:
         band = f[in_band(requirement, f)]
         noise = np.sqrt(((outputs.rows[o, mean, None] * temperature.amplitudes(band)[mean]) ** 2).sum(axis=0))
-        ratio = noise / requirement.amplitude(band)
-        at = int(ratio.argmax())
-        nearest[o] = max(nearest.get(o, (0.0, band[0])), (float(ratio[at]), float(band[at])))
-    frequency = np.array([hz for _, hz in nearest.values()])
+        limit = requirement.amplitude(band)
+        at = int((noise / limit).argmax())
+        found = float(noise[at] / limit[at]), float(band[at]), float(limit[at])
+        nearest[o] = max(nearest.get(o, found), found)
+    _, frequency, limit = np.array(list(nearest.values())).T
     amplitude = temperature.amplitudes(frequency).T
-    if even:
-        amplitude = np.ones_like(amplitude)
-    else:
-        largest = amplitude[:, mean].max(axis=1, keepdims=True)
-        amplitude = np.divide(amplitude, largest, out=np.ones_like(amplitude), where=largest > 0.0)
-    return [outputs.labels[o] for o in nearest], frequency, amplitude
+    largest = amplitude[:, mean].max(axis=1)
+    relative = np.divide(amplitude, largest[:, None], out=np.ones_like(amplitude), where=largest[:, None] > 0.0)
+    return _Judged(
+        [outputs.labels[o] for o in nearest],
+        frequency,
+        criteria.safety_factor * largest / limit,
+        np.ones_like(relative) if even else relative,
+    )
 
 
 def _rows(adjoint: Reader, outputs: list[str], values: FloatArray) -> FloatArray:
@@ -139,14 +152,8 @@ def _rows(adjoint: Reader, outputs: list[str], values: FloatArray) -> FloatArray
     )
 
 
-def _gathered(
-    adjoint: Reader,
-    unit: Reader,
-    outputs: list[str],
-    frequency: FloatArray,
-    amplitude: FloatArray,
-    cases: list[CorrelationCase],
-) -> ModelField:
+def _gathered(adjoint: Reader, unit: Reader, judged: _Judged, cases: list[CorrelationCase]) -> ModelField:
+    outputs, amplitude = judged.outputs, judged.amplitude
     areas, position, grid_id = read_areas(unit), unit.array(UNIT_LOADS.GRID_POSITION), unit.array(UNIT_LOADS.GRID_ID)
     offset, index = unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET), unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX)
     members = _parts(unit.array(UNIT_LOADS.AREA_NODE_INDEX), unit.array(UNIT_LOADS.AREA_NODE_OFFSET))
@@ -183,7 +190,8 @@ def _gathered(
     image = images(at, areas.plane, (paired(areas, cases) & ~kept)[area])
     return ModelField(
         outputs=outputs,
-        frequency_hz=frequency,
+        frequency_hz=judged.frequency_hz,
+        ratio_per_deviation=judged.ratio_per_deviation,
         points=FieldPoints(position=at, volume=size, sensitivity=felt * amplitude[:, area]),
         area=area,
         grid=grid,

@@ -11,6 +11,7 @@ import numpy as np
 from tedm_cli.adjoint.merging import Merged, area_covariance, merge_areas
 from tedm_cli.adjoint.mirrored import mirrored_clusters
 from tedm_cli.adjoint.temperature_field import AreaError, area_error
+from tedm_cli.areas.attributes import rule_of
 from tedm_cli.areas.csv_file import area_csv_text
 from tedm_cli.areas.suggested import suggested_names
 from tedm_cli.arrays import IntArray
@@ -83,6 +84,8 @@ class Suggestion:
             "outputs": self.field.outputs,
             "length_mm": list(self.length_mm),
             "amplitude": "even" if self.even else "temperatures of the cases",
+            "field_ratio": (self.present.exact * self.field.ratio_per_deviation).tolist(),
+            "frequency_hz": self.field.frequency_hz.tolist(),
             "count": self.count,
             "fewest": self.merged.fewest,
             "ratio": self.merged.ratio_at(self.count).tolist(),
@@ -136,7 +139,7 @@ def suggest_areas(
     present = area_error(field.points, field.area, metres, step)
     config = load_model(project.model)[1]
     new = found.areas(number)[fine]
-    members, origin = _new_areas(field, new)
+    members, origin = _new_areas(field, new, config)
     done = Suggestion(
         field=field,
         even=even,
@@ -210,7 +213,7 @@ def _pair_notes(count: int | None, number: int) -> list[str]:
     return [f"{number} areas, as of {count} one would lack the mirror image that a correlation case asks for"]
 
 
-def _new_areas(field: ModelField, new: IntArray) -> tuple[dict[str, IntArray], IntArray]:
+def _new_areas(field: ModelField, new: IntArray, config: ModelConfig) -> tuple[dict[str, IntArray], IntArray]:
     """Ids of the grids of each new area of grids, by the areas that they are of, and rows of these."""
     free = field.free[: len(field.grid)]
     number, label = np.unique(new[: len(field.grid)][free], return_inverse=True)
@@ -219,7 +222,14 @@ def _new_areas(field: ModelField, new: IntArray) -> tuple[dict[str, IntArray], I
     first = np.full(len(number), len(field.grid_id))
     np.minimum.at(first, label, grid)
     rank = np.argsort(np.argsort(first))  # numbered by their first grids
-    names, origin = suggested_names(rank[label], area, volume, field.areas.name.tolist())
+    table = config.areas
+    names, origin = suggested_names(
+        rank[label],
+        area,
+        volume,
+        field.areas.name.tolist(),
+        lambda name, old: rule_of(name, table) == rule_of(old, table),
+    )
     members = {names[n]: field.grid_id[grid[rank[label] == n]] for n in np.argsort(origin, kind="stable").tolist()}
     return members, np.sort(origin)
 
