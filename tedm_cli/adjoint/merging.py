@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -11,6 +12,8 @@ from scipy.sparse import csr_array
 from tedm_cli.adjoint.temperature_field import FieldPoints, covariance_blocks
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.progress import Step, silent
+
+_NO_WORSE = 2.0  # times what one area less leaves: what so many areas may leave
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -61,6 +64,7 @@ class Merged:
     merges : [k - fewest, 2]; the second of a pair takes the number of the first.
     ratio : [k - fewest + 1, L, r], standard deviation of each output by the areas over that of the field.
     instead : by count, the last merge of this count alone: with that in `merges` an area would lack its mirror image.
+        Where that is far worse than one area less, the count is not whole.
     whole : [k - fewest + 1], where every area that has to have a mirror image has it.
     """
 
@@ -121,26 +125,37 @@ def merge_areas(of: AreaCovariance, pairs: IntArray, twin: IntArray | None = Non
     """
     state = _State(of, np.full(len(of.volume), -1) if twin is None else twin.copy())
     k = len(of.volume)
-    keys, waiting = _keys(pairs, k), -1
+    keys, waiting, other = _keys(pairs, k), -1, None
     ratio, whole, instead = [state.ratio], [True], dict[int, tuple[int, int]]()
     while len(keys):
         step(len(state.merges), k, "merging areas")
         at = int(np.searchsorted(keys, waiting)) if waiting >= 0 else state.best(keys)
         one, two = (int(i) for i in np.divmod(keys[at], k))
-        other = state.alone(keys) if waiting < 0 and state.twin[one] >= 0 else None
-        image = state.image(one, two) if waiting < 0 else (-1, -1)
+        image = (-1, -1)
+        if waiting < 0:
+            other = state.alone(keys) if state.twin[one] >= 0 else None
+            image = state.image(one, two)
         state.merge(one, two)
         a, b = np.divmod(keys, k)
         keys = _keys(np.column_stack([np.where(a == two, one, a), np.where(b == two, one, b)]), k)
         first, second = (one if i == two else i for i in image)
+        if waiting >= 0 and other is not None and other.cost < _NO_WORSE * state.cost:
+            instead[k - len(state.merges) + 1] = other.pair
+            ratio[-1], whole[-1] = other.ratio, True
         waiting = min(first, second) * k + max(first, second) if first != second else -1
-        if waiting >= 0 and other is not None:
-            instead[k - len(state.merges)] = other[0]
-        ratio.append(other[1] if waiting >= 0 and other is not None else state.ratio)
-        whole.append(waiting < 0 or other is not None)
+        ratio.append(state.ratio)
+        whole.append(waiting < 0)
     step(k, k, "merging areas")
     merges = np.array(state.merges, dtype=np.int64).reshape(-1, 2)
     return Merged(k, merges, np.array(ratio), np.array(whole), instead)
+
+
+class _Alone(NamedTuple):
+    """A merge of two areas that need no images: what it costs, and the ratios that it leaves."""
+
+    pair: tuple[int, int]
+    cost: float
+    ratio: FloatArray
 
 
 class _State:
@@ -177,22 +192,29 @@ class _State:
             self.twin[one], self.twin[low] = low, one
         return first, second
 
-    def alone(self, keys: IntArray) -> tuple[tuple[int, int], FloatArray] | None:
-        """Of the pairs that have no image the one that costs least, and the ratios that it leaves; None without any."""
+    @property
+    def cost(self) -> float:
+        """What is made least."""
+        return float((self.error**2).sum())
+
+    def alone(self, keys: IntArray) -> _Alone | None:
+        """Of the pairs that have no image the one that costs least; None without any."""
         a, b = np.divmod(keys, self.k)
         free = self.twin[a] < 0
         if not free.any():
             return None
         theta, more, apart = self._added(a[free], b[free])
-        at = int(((self.error[:, :, None] + more) ** 2).sum(axis=(0, 1)).argmin())
+        cost = ((self.error[:, :, None] + more) ** 2).sum(axis=(0, 1))
+        at = int(cost.argmin())
         one, two = int(a[free][at]), int(b[free][at])
-        return (one, two), self._ratio(self.variance + self._change(one, two, theta[:, at], apart[:, at]))
+        ratio = self._ratio(self.variance + self._change(one, two, theta[:, at], apart[:, at]))
+        return _Alone((one, two), float(cost[at]), ratio)
 
     def best(self, keys: IntArray) -> int:
         """Place of the pair that costs least, with its image."""
         a, b = np.divmod(keys, self.k)
         more = self._added(a, b)[1]
-        cost = ((self.error[:, :, None] + more) ** 2).sum(axis=(0, 1)) - (self.error**2).sum()
+        cost = ((self.error[:, :, None] + more) ** 2).sum(axis=(0, 1)) - self.cost
         paired = self.twin[a] >= 0
         if paired.any():
             first, second = self.twin[a[paired]], self.twin[b[paired]]

@@ -72,6 +72,9 @@ def suggest_areas(
     figure: Annotated[
         Path | None, typer.Option("--figure", help="Draw the model coloured by suggested area (.svg or .png).")
     ] = None,
+    curve: Annotated[
+        Path | None, typer.Option("--curve", help="Draw the error against the number of areas (.svg or .png).")
+    ] = None,
     top: Annotated[int, typer.Option("--top", min=0, help="How many of the coarsest present areas to name.")] = 5,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -89,7 +92,7 @@ def suggest_areas(
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
-        done = stage(project, count, error, length_mm or (), output, figure, step, even=even)
+        done = stage(project, count, error, length_mm or (), output, figure, curve, step, even=even)
     if as_json:
         print(json.dumps(done.as_dict(top), indent=1))
     else:

@@ -20,15 +20,27 @@ from tedm_cli.nastran.loads.area_loads import AreaLoad
 from tedm_cli.nastran.membership import membership
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from tedm_cli.figures.gradient_arrows import GradientArrows
 
 FORMATS = (".svg", ".png")
 
 
-def require_format(figure: Path | None) -> None:
+def require_format(figure: Path | None, option: str = "--figure") -> None:
     """Refuse a name of the figure that says neither of the two formats."""
     if figure is not None and figure.suffix.lower() not in FORMATS:
-        raise UsageError(f"--figure {figure}: must end in {' or '.join(FORMATS)}")
+        raise UsageError(f"{option} {figure}: must end in {' or '.join(FORMATS)}")
+
+
+def write_figure(path: Path, figure: Figure, title: str, source: Path) -> None:
+    """Write a figure in the format that the name says, with the sum of the file that it is of."""
+    from tedm_cli.figures.style import png, svg
+
+    write = svg if path.suffix.lower() == ".svg" else png
+    data = write(figure, title, [f"{source.name} {sha256_of(source)}"])
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
 
 
 def draw_areas(
@@ -49,7 +61,6 @@ def draw_areas(
     model, geometry : as read from it. loads : [k], by name. groups : [k]. what : the areas, in words.
     """
     from tedm_cli.figures.model import AreaModel, area_figure
-    from tedm_cli.figures.style import png, svg
 
     means = {name: load for name, load in loads.items() if load.gradient is None}
     shown = list(means.values())
@@ -67,10 +78,7 @@ def draw_areas(
         centre=test_masses[0].position_m if test_masses else geometry.position_m.mean(axis=0),
     )
     title = f"{project.title}: {len(loads)} {what} of {source.name}"
-    write = svg if path.suffix.lower() == ".svg" else png
-    data = write(area_figure(drawn, title), title, [f"{source.name} {sha256_of(source)}"])
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)
+    write_figure(path, area_figure(drawn, title), title, source)
 
 
 def _arrows(model: Any, geometry: ModelGeometry, loads: Mapping[str, AreaLoad]) -> list[GradientArrows]:

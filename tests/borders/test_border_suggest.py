@@ -84,8 +84,9 @@ def test_lines_and_figure(chain: Project, tmp_path: Path, monkeypatch: pytest.Mo
         return Figure()
 
     monkeypatch.setattr("tedm_cli.figures.model.area_figure", empty)
-    figure = tmp_path / "areas.svg"
-    out = chain.run("suggest-areas", "--count", 30, "--length-mm", 100, "--figure", figure, "--top", 2).ok().out
+    figure, curve = tmp_path / "areas.svg", tmp_path / "curve.svg"
+    options = ("--count", 30, "--length-mm", 100, "--top", 2, "--figure", figure, "--curve", curve)
+    out = chain.run("suggest-areas", *options).ok().out
     assert "28 now" in out
     assert "30 *" in out
     assert out.count(" %") > 20
@@ -93,6 +94,7 @@ def test_lines_and_figure(chain: Project, tmp_path: Path, monkeypatch: pytest.Mo
     ((model, title),) = drawn
     assert title.endswith("30 suggested thermal areas of unit_loads.bdf")
     assert figure.read_text().startswith("<?xml")
+    assert "error by number of thermal areas" in curve.read_text()
     assert len(model.name) == len(model.group) == 30
     assert np.unique(model.label).tolist() == list(range(30))
     assert {g for n, g in zip(model.name, model.group, strict=True) if n.startswith("STRUT")} == {"struts"}
@@ -108,7 +110,8 @@ def test_lines_and_figure(chain: Project, tmp_path: Path, monkeypatch: pytest.Mo
         (("--error", 0), 2, "relative error 0 is outside"),
         (("--error", "nan"), 2, "relative error nan is outside"),
         (("--count", 30, "--length-mm", -1), 2, "correlation length -1 is outside"),
-        (("--count", 30, "--figure", "areas.pdf"), 2, "must end in .svg or .png"),
+        (("--count", 30, "--figure", "areas.pdf"), 2, "--figure areas.pdf: must end in .svg or .png"),
+        (("--count", 30, "--curve", "c.pdf"), 2, "--curve c.pdf: must end in .svg or .png"),
     ],
 )
 def test_what_cannot_be_suggested(chain: Project, options: tuple, code: int, fact: str) -> None:

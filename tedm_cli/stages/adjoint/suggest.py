@@ -18,6 +18,7 @@ from tedm_cli.arrays import IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.errors import UsageError
+from tedm_cli.files.build_folder import ADJOINT_FILE
 from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.loads.area_loads import AreaLoad, none
@@ -27,12 +28,13 @@ from tedm_cli.progress import Step
 from tedm_cli.quantities import AREA_ERROR, CORRELATION_LENGTH
 from tedm_cli.stages.adjoint.field import ModelField, model_field
 from tedm_cli.stages.adjoint.fitting import fit_notes
-from tedm_cli.stages.area_drawing import draw_areas, require_format
+from tedm_cli.stages.area_drawing import draw_areas, require_format, write_figure
 
 LENGTHS_MM = (20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 MOST = 2000
 """Areas at most: each is a subcase of the unit loads."""
 _FINE = 1000  # clusters of like grids that areas are merged from; twice the count where that is more
+_DRAWN = 500  # areas up to which the curve is drawn
 _COUNTS = (10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 500, 1000, MOST)
 
 
@@ -110,11 +112,12 @@ def suggest_areas(
     length_mm: Sequence[float],
     output: Path | None,
     figure: Path | None,
+    curve: Path | None,
     step: Step,
     *,
     even: bool = False,
 ) -> Suggestion:
-    """Suggest so many areas, or the fewest within an error of every ratio; write their CSV and figure.
+    """Suggest so many areas, or the fewest within an error of every ratio; write their CSV and figures.
 
     Parameters
     ----------
@@ -127,6 +130,7 @@ def suggest_areas(
     InputError, ConfigError : as `model_field`.
     """
     require_format(figure)
+    require_format(curve, "--curve")
     length = _lengths(length_mm)
     if (count is None) == (error is None):
         raise UsageError("give --count or --error, one of the two")
@@ -156,7 +160,23 @@ def suggest_areas(
             temporary.write_text(area_csv_text(members), encoding="utf-8", newline="\n")
     if figure is not None:
         _draw(figure, project, config, field, members, origin)
+    if curve is not None:
+        _draw_curve(curve, project, done)
     return done
+
+
+def _draw_curve(path: Path, project: Project, done: Suggestion) -> None:
+    """Draw the errors of all counts up to 500, and those of the present areas."""
+    from tedm_cli.figures.area_error import area_error_figure
+
+    merged = done.merged
+    known = range(merged.fewest, merged.k + 1)
+    count = np.array([c for c in known if c <= max(_DRAWN, done.count) and merged.nearest(c) == c])
+    error = np.array([np.abs(merged.ratio_at(c) - 1.0).max(axis=1) for c in count.tolist()])
+    now = np.abs(done.present.ratio - 1.0).max(axis=1)
+    title = f"{project.title}: error by number of thermal areas"
+    figure = area_error_figure(count, error, done.n_present, now, done.length_mm, title)
+    write_figure(path, figure, title, project.build_dir / ADJOINT_FILE)
 
 
 def _lengths(given: Sequence[float]) -> tuple[float, ...]:
