@@ -119,7 +119,7 @@ $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)
 # A configuration file that the project no longer names may be gone.
 $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(GRAVITY_SOURCES): ;
 
-all: $(ADJOINT) $(BUILD)/report.html $(BUILD)/view.html
+all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
@@ -209,7 +209,7 @@ $(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMU
 	@touch $@
 
 # Writes report.pdf and .md as well, and the annex of each.
-$(BUILD)/report.html: $(BUILD)/figures.stamp $(PROJECT)
+$(BUILD)/report.html: $(ADJOINT) $(BUILD)/figures.stamp $(PROJECT)
 	$(TEDM) report $(OPTIONS)
 
 $(BUILD)/view.html: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(wildcard $(BUILD)/series_*.h5)

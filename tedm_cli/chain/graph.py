@@ -146,7 +146,7 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
     made = [run.file for run in (*files.runs, *files.simulations, *files.series)]
     drawn = build / FIGURES_STAMP
     step(["plot"], [drawn], *made, *(run.file for run in files.simulated_series), stamp=True)
-    step(["report"], [build / REPORT], drawn, files.project)
+    step(["report"], [build / REPORT], files.adjoint, drawn, files.project)
     step(["view"], [build / VIEW], *made, *files.older_series)
     return tuple(steps)
 

@@ -136,7 +136,13 @@ class AdjointFile(AreaDatasets, FileKind):
         "1",
         "|sum over the area + direct - S or N| over the largest of its block and kind of area",
     )
-    CHECK_LIMIT = _found("/check/limit", (), "float", "1", "largest difference allowed")
+    CHECK_ALLOWED = _found(
+        "/check/allowed",
+        ("row", "area"),
+        "float",
+        "1",
+        "largest difference allowed: 1e-6, or what displacements in single precision make, where that is more",
+    )
     CHECK_RESIDUAL = _found("/check/residual", (), "float", "1", "largest relative residual of the solutions")
 
 

@@ -75,7 +75,8 @@ class ReportInputs:
     """All that a report is made from; `files` are all result files in the order of the chain.
 
     `field` is None of a project without test masses, `optics` of one without optics. `closed_loop` is None where there
-    can be none, and then `no_loop` says why, or where it has not been simulated.
+    can be none, and then `no_loop` says why, or where it has not been simulated. `no_adjoint`: why there is no adjoint
+    of the model, where one was asked for.
     `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report
     that shows the model, or "".
     """
@@ -95,6 +96,7 @@ class ReportInputs:
     front: Front = Front()
     requirement_titles: Mapping[str, str] = default(default_factory=dict)
     model_view: str = ""
+    no_adjoint: str = ""
 
     @property
     def at_rest(self) -> list[DcVerdict]:
@@ -225,7 +227,10 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
     if inputs.series:
         sections.append(series_section(inputs.series, of["series"], titles))
     if inputs.field is not None:
-        sections += [_sensitivity_section(of["sensitivity"]), field_section(inputs.field, of["field"])]
+        sections += [
+            _sensitivity_section(of["sensitivity"], inputs.no_adjoint),
+            field_section(inputs.field, of["field"]),
+        ]
     if inputs.optics is not None:
         sections.append(optics_section(inputs.optics.quality, inputs.optics.read_outs, areas, of))
     sections += [
@@ -235,12 +240,15 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
     return tuple(sections)
 
 
-def _sensitivity_section(figures: Sequence[Figure]) -> Section:
+def _sensitivity_section(figures: Sequence[Figure], no_adjoint: str) -> Section:
     text = (
         "Response to one kelvin in one thermal area. Cells at the dark end of a scale may lie below it (zero by"
         " symmetry)."
     )
-    return Section("sensitivity", "Sensitivity by area", "Sensitivity", (Paragraph(text), *figures))
+    blocks: list[Block] = [Paragraph(text), *figures]
+    if no_adjoint:
+        blocks.append(Paragraph(f"What single grids do within the areas has not been found: {no_adjoint}.", quiet=True))
+    return Section("sensitivity", "Sensitivity by area", "Sensitivity", tuple(blocks))
 
 
 def _annex_words(sections: Sequence[Section]) -> Section:

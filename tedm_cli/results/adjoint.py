@@ -34,8 +34,8 @@ class AdjointResults:
     """The adjoint by its areas; r outputs, k areas.
 
     label, unit : of the outputs. n_grids, n_elements : how many temperatures there are of grids, and of elements that
-    may have their own. value : [r, k], S_SG and N. cancellation, difference : [r, k], gradient : [r, k, 3], as in
-    adjoint.h5. limit : of the differences.
+    may have their own. value : [r, k], S_SG and N. cancellation, difference, allowed : [r, k], and gradient :
+    [r, k, 3], as in adjoint.h5.
     """
 
     label: list[str]
@@ -47,7 +47,7 @@ class AdjointResults:
     cancellation: FloatArray
     gradient: FloatArray
     difference: FloatArray
-    limit: float
+    allowed: FloatArray
 
     @property
     def mean_cancellation(self) -> FloatArray:
@@ -82,5 +82,5 @@ def read_adjoint(file: Reader) -> AdjointResults | str:
         cancellation=file.array(ADJOINT.AREA_CANCELLATION),
         gradient=file.array(ADJOINT.AREA_GRADIENT),
         difference=file.array(ADJOINT.CHECK_DIFFERENCE),
-        limit=file.number(ADJOINT.CHECK_LIMIT),
+        allowed=file.array(ADJOINT.CHECK_ALLOWED),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -13,7 +14,7 @@ sys.path.append(str(Path(__file__).parents[1] / "areas"))
 from strut_model import LOWER, REST, UPPER, deck, define, project
 from test_areas_of_elements import GRADIENTS, PARTS
 
-from tedm_cli.adjoint.agreement import differences
+from tedm_cli.adjoint.agreement import agreement
 from tedm_cli.adjoint.areas import Places, Temperatures, Warmed, gradient_sensitivity, temperatures
 from tedm_cli.adjoint.outputs import acceleration_outputs, read_out_outputs
 from tedm_cli.errors import InputError
@@ -58,6 +59,20 @@ def test_sums_over_areas_are_their_unit_loads(tmp_path, name):
     size = np.abs(found[:, ~model.gradient]).max()
     np.testing.assert_allclose(uniform, wanted[:, -1], rtol=0.0, atol=PRECISION * size)
     assert (of.cancellation(model.areas) >= 1.0 - 1e-12).all()
+
+
+def test_areas_are_per_unit_of_their_step(tmp_path):
+    """A deck of one's own with a gradient of 4 K/m."""
+    path = write_deck(project(tmp_path, deck(1), GRADIENTS + LOWER + UPPER), None).path
+    text, changed = re.subn(r"(?m)^(TEMPP1 +1 +\d+ +0\. +)1\.$", r"\g<1>4.", path.read_text())
+    assert changed == 2
+    path.write_text(text)
+    model, (structure, cases) = model_of(path), read_solver_deck(path)
+    solution, rows = StaticSolution(structure), outputs(structure)
+    found = temperatures(solution.adjoint(rows, ["a", "b", "c", "d"]), model.own).sums(model.areas)
+    bend = next(motion for _, motion in solution.solve(cases[:1]))
+    assert model.name[0] == "BEND"
+    np.testing.assert_allclose(4.0 * found[:, 0], rows.T @ bend.reshape(-1), rtol=1e-9)
 
 
 def test_a_gradient_within_an_area_is_that_field_of_its_grids(tmp_path):
@@ -123,11 +138,14 @@ def test_gradient_by_hand(volume, middle):
 
 
 def test_differences_are_over_the_largest_of_a_block_and_kind():
+    """And so is what rounding explains of them, where that is more than 1e-6."""
     wanted = np.array([[1.0, 4.0, 1e6], [2.0, 0.0, 0.0], [0.0, 0.0, 1e3]])
     found = wanted + np.array([[0.0, 0.4, 1.0], [0.8, 0.0, 0.0], [1e-30, 0.0, 0.0]])
-    gradient = np.array([False, False, True])
-    relative = differences(found, wanted, ["a", "a", "b"], gradient)
-    np.testing.assert_allclose(relative, [[0.0, 0.1, 1e-6], [0.2, 0.0, 0.0], [np.inf, 0.0, 0.0]])
+    rounding = np.array([[8e-6, 1e-6, 2.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    done = agreement(found, wanted, rounding, ["a", "a", "b"], np.array([False, False, True]))
+    np.testing.assert_allclose(done.difference, [[0.0, 0.1, 1e-6], [0.2, 0.0, 0.0], [np.inf, 0.0, 0.0]])
+    np.testing.assert_allclose(done.allowed, [[2e-6, 1e-6, 2e-6], [1e-6, 1e-6, 1e-6], [1e-6, 1e-6, 1e-6]])
+    assert done.worst == (2, 0)
 
 
 def test_outputs_are_forces_on_grids():

@@ -23,7 +23,10 @@ INPUTS = {
     "distortion.h5": {"optics.toml", "unit_loads.h5"},
     "sensitivity.h5": {"model.toml", "unit_loads.h5", "distortion.h5"},
     "optics.h5": {"optics.toml", "distortion.h5"},
-    "adjoint.h5": {"model.toml", "optics.toml", "unit_loads.h5", "sensitivity.h5", "optics.h5", "unit_loads.bdf"},
+    "adjoint.h5": {
+        *("model.toml", "optics.toml", "unit_loads.bdf"),
+        *("unit_loads.h5", "distortion.h5", "sensitivity.h5", "optics.h5"),
+    },
     "case03.h5": {"cases.toml", "sensitivity.h5", "optics.h5"},
 }
 

@@ -88,6 +88,8 @@ def test_sums_over_areas_are_the_matrices(small: Project, adjoint: Path) -> None
     agree(found["/area/sum"], wanted, SINGLE)
     assert not found["/direct"].any()
     assert 0.0 < found["/check/difference"].max() < SINGLE
+    assert (found["/check/allowed"] >= SINGLE).all()
+    assert found["/check/allowed"].max() < 3.0 * SINGLE, "rounding is no excuse for more"
     assert not isinstance(results, str)
     np.testing.assert_array_equal(results.value, found["/area/sum"])
 
@@ -232,7 +234,7 @@ def test_sums_that_are_not_the_unit_loads_name_area_and_output(shop: Shop) -> No
         row, column = np.unravel_index(np.abs(file["S"][:6]).argmax(), (6, 28))
         file["S"][row, column] *= 1.0 + 3e-5
         label, area = file["row/label"][row].decode(), file["area/name"][column].decode()
-    refused(shop, 5, f"area '{area}'", label, "3e-05 of the largest", "allowed 1e-06", "(1 of 672 sums)")
+    refused(shop, 5, f"area '{area}'", label, "3e-05 of the largest", "allowed 1.0e-06", "(1 of 672 sums)")
 
 
 def test_files_that_are_missing_or_stale_are_refused(shop: Shop) -> None:

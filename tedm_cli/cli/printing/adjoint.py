@@ -26,7 +26,7 @@ def adjoint_lines(done: AdjointSummary) -> list[str]:
         f" {found.n_elements:,} shells, bars and rods{without}",
         f"solved in {done.seconds:.2g} s after a factorisation of {done.factor_seconds:.2g} s ({done.solver})",
         f"sums over the {len(found.areas)} areas are their unit loads, within {found.difference.max():.1e} of the"
-        f" largest of each block (allowed {found.limit:.0e})",
+        f" largest of each block, and {(found.difference / found.allowed).max():.2g} of what is allowed",
         *_table(found),
     ]
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.adjoint.agreement import LIMIT, differences
+from tedm_cli.adjoint.agreement import Agreement, agreement
 from tedm_cli.adjoint.areas import Temperatures, gradient_sensitivity, temperatures
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import ADJOINT, OPTICS, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import ADJOINT, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import InputError, PhysicsError, TedmError
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.files.build_folder import (
@@ -28,7 +28,6 @@ from tedm_cli.files.build_folder import (
     require_configuration,
     require_input,
     require_same_areas,
-    require_same_input,
 )
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import Reader, Writer, create, open_checked
@@ -45,15 +44,15 @@ from tedm_cli.stages.common import copy_areas, out_path
 class Adjoint:
     """What was found of r outputs and k areas.
 
-    of : sensitivities by the temperatures of the model. sums : [r, k], over the areas. difference, cancellation :
-    [r, k], as in adjoint.h5.
+    of : sensitivities by the temperatures of the model. sums : [r, k], over the areas. cancellation : [r, k], as in
+    adjoint.h5.
     """
 
     model: WarmedModel
     outputs: Outputs
     of: Temperatures
     sums: FloatArray
-    difference: FloatArray
+    agreement: Agreement
     cancellation: FloatArray
     static: StaticReport
 
@@ -105,22 +104,26 @@ def build_adjoint(project: Project, output: Path | None, step: Step, *, or_say_w
     files = deck_files(raw, deck)
     optics, no_read_outs = _optics(project)
     configs = [config_file, *([] if optics is None else [optics.file])]
-    used = [build / UNIT_LOADS_FILE, build / SENSITIVITY_FILE, *([] if optics is None else [optics.path]), *files]
+    own = [build / name for name in (UNIT_LOADS_FILE, DISTORTION_FILE, SENSITIVITY_FILE)]
+    used = [*own, *([] if optics is None else [optics.path]), *files]
     trace = provenance(configs, used)
     out = out_path(project, ADJOINT_FILE, output)
     with contextlib.ExitStack() as stack:
-        unit = stack.enter_context(open_checked(used[0], UNIT_LOADS))
-        sensitivity = stack.enter_context(open_checked(used[1], SENSITIVITY))
+        unit = stack.enter_context(open_checked(own[0], UNIT_LOADS))
+        distortion = stack.enter_context(open_checked(own[1], DISTORTION))
+        sensitivity = stack.enter_context(open_checked(own[2], SENSITIVITY))
         read_out = None if optics is None else stack.enter_context(open_checked(optics.path, OPTICS))
         require_configuration(sensitivity, project.model)
-        require_input(sensitivity, trace.inputs[0])
+        for item in trace.inputs[:2]:
+            require_input(sensitivity, item)
         for item in trace.inputs[len(used) - len(files) :]:
             require_input(unit, item)
         if optics is not None and read_out is not None:
             require_configuration(read_out, optics.file.path)
-            require_same_input(DISTORTION_FILE, sensitivity, read_out)
-            require_same_areas(sensitivity, read_out)
-        found = _found(raw, files, table.uniform_label, sensitivity, read_out, optics, step)
+            require_input(read_out, trace.inputs[1])
+        require_same_areas(sensitivity, distortion, *([] if read_out is None else [read_out]))
+        gravity = accelerations(sensitivity, distortion)
+        found = _found(raw, files, table.uniform_label, gravity, read_out, optics, step)
         if isinstance(found, TedmError) and not or_say_why:
             raise found
         with create(out, ADJOINT, trace) as writer:
@@ -151,19 +154,18 @@ def _found(
     raw: Any,
     files: list[Path],
     uniform_label: str,
-    sensitivity: Reader,
+    outputs: Outputs,
     read_out: Reader | None,
     optics: _Optics | None,
     step: Step,
 ) -> Adjoint | InputError | PhysicsError:
-    """The adjoint of a model that `ingest` has read; an error that says why there is none of it here."""
+    """The adjoint of a model that `ingest` has read, of `outputs` and those of optics.h5; or why there is none here."""
     deck = files[0]
     try:
         structure = coupled_structure(raw, deck)
     except InputError as exc:
         return exc
     model = warmed_model(raw, structure, files, uniform_label)
-    outputs = accelerations(sensitivity)
     if optics is not None and read_out is not None:
         outputs += read_outs(read_out, optics.layout, optics.file.path, structure.grid_id)
     try:
@@ -173,22 +175,22 @@ def _found(
         return PhysicsError(exc.fact, where=exc.where or str(deck), hint=exc.hint)
     of = temperatures(by_temperature, model.own)
     sums = of.sums(model.areas)
-    difference = differences(sums + outputs.direct, outputs.wanted, outputs.block, model.gradient)
-    wrong = _disagreement(difference, model, outputs, deck)
-    found = Adjoint(model, outputs, of, sums, difference, of.cancellation(model.areas), solution.report)
+    agreed = agreement(sums + outputs.direct, outputs.wanted, outputs.rounding, outputs.block, model.gradient)
+    wrong = _disagreement(agreed, model, outputs, deck)
+    found = Adjoint(model, outputs, of, sums, agreed, of.cancellation(model.areas), solution.report)
     return found if wrong is None else wrong
 
 
-def _disagreement(difference: FloatArray, model: WarmedModel, outputs: Outputs, deck: Path) -> PhysicsError | None:
+def _disagreement(agreed: Agreement, model: WarmedModel, outputs: Outputs, deck: Path) -> PhysicsError | None:
     """What is wrong with sums that differ from the unit loads."""
-    row, column = np.unravel_index(difference.argmax(), difference.shape)
-    if difference[row, column] <= LIMIT:
+    row, column = agreed.worst
+    off = int((agreed.difference > agreed.allowed).sum())
+    if not off:
         return None
-    off = int((difference > LIMIT).sum())
     return PhysicsError(
         f"the adjoint's sum over area '{model.name[column]}' differs from its unit load in {outputs.label[row]} by"
-        f" {difference[row, column]:.2g} of the largest of {outputs.block[row]}; allowed {LIMIT:.0e}"
-        f" ({off} of {difference.size} sums)",
+        f" {agreed.difference[row, column]:.2g} of the largest of {outputs.block[row]}; allowed"
+        f" {agreed.allowed[row, column]:.1e} ({off} of {agreed.difference.size} sums)",
         where=str(deck),
         hint="are the results of another solver, whose elements differ from those of `tedm solve`, or of another deck?",
     )
@@ -214,6 +216,6 @@ def _write(writer: Writer, found: Adjoint) -> None:
         ADJOINT.AREA_GRADIENT, gradient_sensitivity(of, model.areas, model.places), units="per K/m, see /row/unit"
     )
     writer.write(ADJOINT.CHECK_BLOCK, outputs.block)
-    writer.write(ADJOINT.CHECK_DIFFERENCE, found.difference)
-    writer.write(ADJOINT.CHECK_LIMIT, LIMIT)
+    writer.write(ADJOINT.CHECK_DIFFERENCE, found.agreement.difference)
+    writer.write(ADJOINT.CHECK_ALLOWED, found.agreement.allowed)
     writer.write(ADJOINT.CHECK_RESIDUAL, found.static.max_relative_residual)

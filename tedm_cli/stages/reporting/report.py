@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 from collections.abc import Sequence
 from os.path import relpath
@@ -9,18 +10,19 @@ from pathlib import Path
 from typing import Literal
 
 from tedm_cli.config.project import Project, ReportTable
-from tedm_cli.contracts import UNIT_LOADS
+from tedm_cli.contracts import ADJOINT, UNIT_LOADS
 from tedm_cli.errors import UsageError
-from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
+from tedm_cli.files.build_folder import ADJOINT_FILE, UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
-from tedm_cli.files.store import cannot_write, open_checked, replacing
+from tedm_cli.files.store import Reader, cannot_write, open_checked, replacing
 from tedm_cli.report.contents import Front, ReportFigure, ReportInputs, documents_of
 from tedm_cli.report.document import Document
 from tedm_cli.report.html import to_html
 from tedm_cli.report.inline import read_figure
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.provenance import ReportFile
-from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.adjoint import read_adjoint
+from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.dynamics import read_closed_loop
 from tedm_cli.results.field import read_field
@@ -94,6 +96,7 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
     with (
         open_results(project) as results,
         open_checked(loads, UNIT_LOADS) as unit_loads,
+        contextlib.ExitStack() as stack,
     ):
         upstream = [*input_files([loads]), results.distortion_file]
         for file in (results.distortion, *(m.reader for m in results.matrices)):
@@ -104,12 +107,16 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
             ReportFigure(s.section, s.caption, read_figure(build / FIGURES / s.name, s.sources), s.name, s.decides)
             for s in figure_specs(results, cases)
         ]
-        readers = [unit_loads, results.distortion, *(m.reader for m in results.matrices), *results.cases]
+        adjoint = _adjoint(build, results, stack)
+        why = "" if adjoint is None else read_adjoint(adjoint)
+        made = [] if adjoint is None else [adjoint]
+        readers = [unit_loads, results.distortion, *(m.reader for m in results.matrices), *made, *results.cases]
         readers += results.series.values()
         readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
         readers += results.simulated_series.values()
         readers += [results.imposed] if results.imposed is not None else []
-        hashes = [*upstream, *(m.file for m in results.matrices), *results.case_files]
+        hashes = [*upstream, *(m.file for m in results.matrices), *input_files(r.path for r in made)]
+        hashes += results.case_files
         hashes += results.series_files.values()
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
         hashes += results.simulated_series_files.values()
@@ -131,8 +138,20 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
                 front=_front(project.report),
                 requirement_titles=results.requirement_titles,
                 model_view=VIEW if (folder / VIEW).is_file() else "",
+                no_adjoint=why if isinstance(why, str) else "",
             )
         )
+
+
+def _adjoint(build: Path, results: Results, stack: contextlib.ExitStack) -> Reader | None:
+    """What every temperature does, where it has been made; refused where it is of other matrices than there are now."""
+    path = build / ADJOINT_FILE
+    if results.gravity is None or not path.exists():
+        return None
+    reader = stack.enter_context(open_checked(path, ADJOINT))
+    for made in results.matrices:
+        require_input(reader, made.file)
+    return reader
 
 
 def _front(table: ReportTable) -> Front:

@@ -78,7 +78,11 @@ def _adjoint(file: Reader) -> dict[str, Any]:
     found = read_adjoint(file)
     if isinstance(found, str):
         return {"no_adjoint": found}
-    return {"outputs": len(found.label), "largest_difference": float(found.difference.max()), "allowed": found.limit}
+    return {
+        "outputs": len(found.label),
+        "largest_difference": float(found.difference.max()),
+        "largest_over_allowed": float((found.difference / found.allowed).max()),
+    }
 
 
 def _loop(file: Reader) -> dict[str, Any]:
