@@ -20,8 +20,6 @@ from tedm_cli.nastran.loads.area_loads import AreaLoad
 from tedm_cli.nastran.membership import membership
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from tedm_cli.figures.gradient_arrows import GradientArrows
 
 FORMATS = (".svg", ".png")
@@ -33,7 +31,7 @@ def require_format(figure: Path | None, option: str = "--figure") -> None:
         raise UsageError(f"{option} {figure}: must end in {' or '.join(FORMATS)}")
 
 
-def write_figure(path: Path, figure: Figure, title: str, source: Path) -> None:
+def write_figure(path: Path, figure: Any, title: str, source: Path) -> None:
     """Write a figure in the format that the name says, with the sum of the file that it is of."""
     from tedm_cli.figures.style import png, svg
 
