@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-_LONGEST = 56  # of a LABEL, Nastran keeps as many beside what it appends
+LONGEST = 56  # of a LABEL, Nastran keeps as many beside what it appends
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.+/:()-]*( [A-Za-z0-9_.+/:()-]+)*")
 
 
@@ -13,9 +13,9 @@ def area_name_fact(name: str) -> str:
 
     No commas, which part the fields of tables, and no signs of name patterns (* ? [ ]).
     """
-    if len(name) <= _LONGEST and _NAME.fullmatch(name):
+    if len(name) <= LONGEST and _NAME.fullmatch(name):
         return ""
     return (
         "a name of an area must begin with a letter and hold letters, digits, single blanks and _ . - + / : ( )"
-        f" (at most {_LONGEST}), found {name[:60]!r}"
+        f" (at most {LONGEST}), found {name[:60]!r}"
     )

@@ -14,6 +14,11 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.symmetry_plane import SymmetryPlane
 
 
+def rule_of(name: str, table: AreasTable) -> int | None:
+    """Number of the first rule whose pattern matches a name."""
+    return next((i for i, r in enumerate(table.rule) if fnmatchcase(name, r.match)), None)
+
+
 def area_attributes(
     kinds: Mapping[str, str], centroids_m: FloatArray, table: AreasTable, plane: SymmetryPlane, *, where: str
 ) -> AreaTable:
@@ -30,7 +35,7 @@ def area_attributes(
     used = set()
     group, shield, side = [], [], []
     for name, off in zip(names, plane.distance(centroids_m).tolist(), strict=True):
-        number = next((i for i, r in enumerate(table.rule) if fnmatchcase(name, r.match)), None)
+        number = rule_of(name, table)
         if number is None:
             problems.append(("areas.rule", f"no rule matches the thermal area '{name}'"))
             continue

@@ -23,6 +23,7 @@ METAVARS = {
     "FOLDER": "path of a folder",
     "HZ": "frequency in hertz",
     "MATRICES": "a file of matrices: optics, sensitivity or distortion",
+    "MM": "a length in millimetres",
     "N": "a whole number",
     "NAME": "any name that report and prints use",
     "OFFSETS": "coordinates and where they are let go, in m and rad",
@@ -49,11 +50,11 @@ def was_given(ctx: typer.Context, name: str) -> bool:
     return source is not None and source.name == "COMMANDLINE"
 
 
-def at_least(least: int) -> Callable[[int], int]:
-    """A callback that refuses smaller numbers."""
+def at_least(least: int) -> Callable[[int | None], int | None]:
+    """A callback that refuses smaller numbers, where one is given."""
 
-    def check(value: int) -> int:
-        if value < least:
+    def check(value: int | None) -> int | None:
+        if value is not None and value < least:
             raise typer.BadParameter(f"{value} is less than {least}")
         return value
 

@@ -15,7 +15,7 @@ from tedm_cli.cli.commands import app
 
 GROUP = typer.main.get_command(app)
 COMMANDS = sorted(name for name, command in GROUP.commands.items() if not command.hidden)  # type: ignore[attr-defined]
-HEAVY = ("numpy", "scipy", "h5py", "pyNastran", "matplotlib", "pydantic", "rich", "jinja2")
+HEAVY = ("numpy", "scipy", "h5py", "pyNastran", "matplotlib", "pydantic", "rich", "jinja2", "sklearn")
 
 
 def test_start_imports_nothing_heavy() -> None:

@@ -64,6 +64,7 @@ def test_pure_rooms_know_no_files(path: Path) -> None:
         ("typer", "cli"),
         ("pydantic", "config"),
         ("xarray", "library"),
+        ("sklearn", "adjoint"),
     ],
 )
 def test_one_door_for_each_library(library: str, door: str) -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,25 +13,18 @@ from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.csv_file import area_csv_text
 from tedm_cli.areas.definitions import DefinedAreas, require_partition
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
-from tedm_cli.areas.places import area_centroids, area_masses, area_points, corner_areas, element_owners
+from tedm_cli.areas.places import area_centroids, area_masses, area_points, element_owners
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
-from tedm_cli.errors import UsageError
-from tedm_cli.files.seal import sha256_of
 from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.loads.area_loads import AreaLoad, none
 from tedm_cli.nastran.loads.unit_loads import deck_unit_loads
-from tedm_cli.nastran.membership import membership
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.noise.areas import AreaTable
-
-if TYPE_CHECKING:
-    from tedm_cli.figures.gradient_arrows import GradientArrows
-
-FORMATS = (".svg", ".png")
+from tedm_cli.stages.area_drawing import draw_areas, require_format
 
 
 @dataclass(frozen=True)
@@ -119,8 +110,7 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
 
     The areas are those of the configuration on the model to be solved, or else those of the unit-load deck.
     """
-    if figure is not None and figure.suffix.lower() not in FORMATS:
-        raise UsageError(f"--figure {figure}: must end in {' or '.join(FORMATS)}")
+    require_format(figure)
     _, config = load_model(project.model)
     defined = defines_areas(config)
     bdf = config.model.bdf if defined else None
@@ -146,7 +136,8 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
         notes.append(f"{output} lists grids alone, and not the elements of {', '.join(bare)}")
     done = _summary(project, config, source, origin, found, geometry, notes)
     if figure is not None:
-        _draw(figure, project, config, done, geometry, _arrows(model, geometry, found.loads))
+        groups = [str(g) for g in done.table.group]
+        draw_areas(figure, project, config, source, model, geometry, found.loads, groups, "thermal areas")
     if output is not None and done.is_partition:
         with replacing(output) as temporary:
             temporary.write_text(area_csv_text(done.on_grids), encoding="utf-8", newline="\n")
@@ -180,51 +171,3 @@ def _summary(
         notes=notes + plane.notes(area_points(geometry, loads)),
         plane=plane,
     )
-
-
-def _arrows(model: Any, geometry: ModelGeometry, loads: Mapping[str, AreaLoad]) -> list[GradientArrows]:
-    """The areas under a gradient, as they are drawn."""
-    from tedm_cli.figures.gradient_arrows import GradientArrows
-
-    under = {name: (load.element_id, load.gradient) for name, load in loads.items() if load.gradient is not None}
-    if not under:
-        return []
-    axes = membership(model, geometry, positions=False, axes=True).axes
-    found = []
-    for name, (ids, gradient) in under.items():
-        rows = np.searchsorted(geometry.elements.id, ids)
-        found.append(GradientArrows(name, geometry.centres(rows), (gradient[:, :, None] * axes[rows]).sum(axis=1)))
-    return found
-
-
-def _draw(
-    path: Path,
-    project: Project,
-    config: ModelConfig,
-    done: AreaSummary,
-    geometry: ModelGeometry,
-    gradient: Sequence[GradientArrows],
-) -> None:
-    from tedm_cli.figures.model import AreaModel, area_figure
-    from tedm_cli.figures.style import png, svg
-
-    means = [i for i, load in enumerate(done.loads) if load.gradient is None]
-    loads = [done.loads[i] for i in means]
-    signs, test_masses = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1], config.test_masses()
-    model = AreaModel(
-        position=geometry.position_m,
-        card=geometry.elements.type,
-        node_offset=geometry.elements.node_offset,
-        node_index=geometry.elements.node_index,
-        label=corner_areas(geometry, loads, element_owners(geometry, loads)),
-        name=[str(n) for n in done.table.name[means]],
-        group=[str(g) for g in done.table.group[means]],
-        boxes=[t.box_centre_m + (signs * t.side_m) @ t.axes for t in test_masses],
-        gradient=gradient,
-        centre=test_masses[0].position_m if test_masses else geometry.position_m.mean(axis=0),
-    )
-    title = f"{project.title}: {len(done.loads)} thermal areas of {done.source.name}"
-    write = svg if path.suffix.lower() == ".svg" else png
-    data = write(area_figure(model, title), title, [f"{done.source.name} {sha256_of(done.source)}"])
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)

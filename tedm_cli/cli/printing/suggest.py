@@ -1,0 +1,56 @@
+"""Suggested areas as lines of text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.cli.printing.table import table
+
+if TYPE_CHECKING:
+    from tedm_cli.stages.adjoint.suggest import Suggestion
+
+
+def suggestion_lines(done: Suggestion, top: int | None) -> list[str]:
+    """Error against count, what the present areas leave out and where, and what was written."""
+    lengths = [f"{mm:g} mm" for mm in done.length_mm]
+    rows = [(f"{done.n_present} now", *_errors(done.present.ratio), _percent(_worst(done.present.ratio)))]
+    for count in done.counts:
+        ratio = done.merged.ratio_at(count)
+        rows.append((f"{count:,}{' *' if count == done.count else ''}", *_errors(ratio), _percent(_worst(ratio))))
+    outputs = ", ".join(done.field.outputs)
+    field = "the same amplitude everywhere" if done.even else "amplitudes as the temperatures of the cases"
+    lines = [
+        f"what areas make of the standard deviation of {outputs},",
+        f"against that of a field that decorrelates as exp(-d/ℓ), {field}; largest error:",
+        *table(("areas", *(f"ℓ {length}" for length in lengths), "worst"), rows, right=range(len(lengths) + 2)),
+    ]
+    coarse = done.coarsest(top)
+    if coarse:
+        _, output, mm, _ = coarse[0]
+        left = done.present.difference.max()
+        named = ", ".join(f"{name} {100 * share:.0f} %" for name, _, _, share in coarse)
+        lines.append(
+            f"the {done.n_present} areas leave out most of {output} at ℓ = {mm:g} mm, {100 * left:.0f} % of it: {named}"
+        )
+    sizes = [len(ids) for ids in done.members.values()]
+    lines.append(
+        f"* {done.count} areas, {len(sizes)} of them new, of {min(sizes):,} to {max(sizes):,} grids"
+        + (f": {done.path}, for areas_csv in [model]" if done.path is not None else "; -o writes them for areas_csv")
+    )
+    return lines + [f"note: {note}" for note in done.notes]
+
+
+def _worst(ratio: FloatArray) -> float:
+    error = ratio.ravel() - 1.0
+    return float(error[np.abs(error).argmax()])
+
+
+def _errors(ratio: FloatArray) -> list[str]:
+    return [_percent(_worst(row)) for row in ratio]
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:+.1f} %"
