@@ -119,7 +119,8 @@ def _cells(row: Row) -> list[str]:
 
 
 def _cell(cell: Cell) -> str:
-    return f"**{_escape(cell.text)}**" if cell.state == "violated" and cell.text else _escape(cell.text)
+    """What is violated or at risk is bold, for pipe tables have no colours."""
+    return f"**{_escape(cell.text)}**" if cell.state in ("violated", "open") and cell.text else _escape(cell.text)
 
 
 def _line(cells: Sequence[str]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.report.assumed_filter import filter_remedy, turned_by_filter
 from tedm_cli.report.document import (
     Block,
     Cell,
@@ -64,7 +65,8 @@ def remedy_section(
     figures: Sequence[Figure],
 ) -> Section:
     """What would help, of all that is judged; `figures` show it for what fails first."""
-    noise = [j for j in worst_first(noise_judgements(cases)) if j.state != "met"]
+    judged = worst_first(noise_judgements(cases))
+    noise = [j for j in judged if j.state != "met"]
     closed = [j for j in worst_first(loop_judgements(loop)) if j.state != "met"]
     blocks: list[Block] = []
     if noise:
@@ -73,10 +75,17 @@ def remedy_section(
         blocks += [Heading("Field at rest"), *_balance(outside, len(dc))]
     if closed:
         blocks += [Heading("Closed loop"), *_closed_loop(closed, bool(outside), titles)]
+    by_filter = filter_remedy(turned_by_filter(judged))
     if not blocks:
+        met = "all judged requirements are met in every case that can occur"
         blocks.append(
-            Paragraph("Nothing has to be done: all judged requirements are met in every case that can occur.")
+            Paragraph(
+                f"Nothing has to be changed with the assumed temperature filter: {met}. Verdicts depend on this filter."
+                if by_filter
+                else f"Nothing has to be done: {met}."
+            )
         )
+    blocks += by_filter
     blocks += figures
     return Section("todo", "What to do", "What to do", tuple(blocks), new_page=True)
 

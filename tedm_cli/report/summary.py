@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tedm_cli.gravity.requirements import DcVerdict
+from tedm_cli.report.assumed_filter import TurnedByFilter, beyond_words, turned_by_filter
 from tedm_cli.report.document import Block, Cell, FileLink, Paragraph, Row, Section, Strong, Table, Text, columns, row
 from tedm_cli.report.verdicts import (
     NOT_JUDGED,
@@ -89,18 +90,32 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
         _risk_words(j) for j in closed if j.state == "open"
     ]
     risk = at_risk[0] if at_risk else ""
+    turned = turned_by_filter(noise)
+    hangs = _filter_words(turned, noise) if turned else ""
     if said:
         also = f"; at risk besides: {risk}" if risk else ""
-        return (Strong("The requirements are not met"), f": {and_text(said)}{also}.")
+        return (Strong("The requirements are not met"), f": {and_text(said)}{also}.{hangs}")
     if risk:
-        return (Strong("The requirements are met in the likely cases, and at risk in others"), f": {risk}.")
+        return (Strong("The requirements are met in the likely cases, and at risk in others"), f": {risk}.{hangs}")
     if not (noise or closed or dc):
         return (Strong("Nothing is judged"), ": the project names no requirement.")
     ratios = [j.possible[1].ratio for j in noise] + [j.possible[1].ratio for j in closed] + [v.ratio for v in dc]
+    if turned:
+        return (
+            Strong("All that is required is met with the assumed temperature filter, but not with every other"),
+            f": the largest ratio to a limit is {ratio_text(max(ratios))} in the cases that can occur, and other filters"
+            f" bring {beyond_words(turned)}.",
+        )
     return (
         Strong("All that is required is met"),
         f", in every case that can occur: the largest ratio to a limit is {ratio_text(max(ratios))}.",
     )
+
+
+def _filter_words(turned: Sequence[TurnedByFilter], noise: Noise) -> str:
+    """That verdicts of a project which does not meet all hang on the filter."""
+    first = next((t for t in turned if t.found is noise[0]), turned[0])
+    return f" The assumed temperature filter decides here too: with others {first.words}."
 
 
 def _risk_words(found: Judgement[C, J]) -> str:

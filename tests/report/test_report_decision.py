@@ -11,6 +11,7 @@ import pytest
 
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.report.assumed_filter import turned_by_filter
 from tedm_cli.report.decision import cards_section, field_words, limited_by
 from tedm_cli.report.document import Paragraph, Table, VerdictCard, plain
 from tedm_cli.report.evidence import change_section, deciding_pairs, share_text
@@ -120,7 +121,13 @@ def test_a_field_that_nothing_limits_is_said_not_to_be_judged() -> None:
 @pytest.mark.parametrize(
     ("ratios", "said"),
     [
-        ({"likely": 0.5, "possible": 0.6, "diagnostic": 9.0}, "All that is required is met, in every case that can"),
+        ({"likely": 0.4, "possible": 0.5, "diagnostic": 9.0}, "All that is required is met, in every case that can"),
+        (
+            {"likely": 0.5, "possible": 0.7, "diagnostic": 9.0},
+            "met with the assumed temperature filter, but not with every other: the largest ratio to a limit is 0.700 in"
+            " the cases that can occur, and other filters bring the read-out of x, test mass 1, set A, up to 1.40 times"
+            " its limit.",
+        ),
         ({"likely": 0.5, "possible": 3.0}, "met in the likely cases, and at risk in others: the read-out of x"),
         ({"likely": 1.5, "possible": 3.0}, "are not met: the read-out of x, test mass 1, set A, is 1.50 times"),
         ({"possible": 3.0, "diagnostic": 9.0}, "is 3.00 times its limit in case possible."),
@@ -128,6 +135,48 @@ def test_a_field_that_nothing_limits_is_said_not_to_be_judged() -> None:
 )  # fmt: skip
 def test_the_verdict_in_a_sentence(ratios: dict[str, float], said: str) -> None:
     assert said in sentence([case(role, role, judged(ratio)) for role, ratio in ratios.items()])
+
+
+@pytest.mark.parametrize(
+    ("ratios", "span"),
+    [
+        ({"likely": 0.5}, None),
+        ({"likely": 0.6}, "0.300 to 1.20"),
+        ({"likely": 0.4, "possible": 0.7}, "0.350 to 1.40"),
+        ({"likely": 0.4, "diagnostic": 0.7}, None),
+        ({"likely": 0.4, "possible": 1.6}, "0.800 to 3.20"),
+        ({"likely": 0.7, "possible": 4.0}, "2.00 to 8.00"),
+        ({"likely": 0.4, "possible": 4.0}, None),
+        ({"likely": 1.5, "possible": 9.0}, "0.750 to 3.00"),
+        ({"likely": 4.0, "possible": 9.0}, None),
+    ],
+)
+def test_a_verdict_that_another_filter_turns_is_told_in_the_sentence_and_in_what_to_do(
+    ratios: dict[str, float], span: str | None
+) -> None:
+    """Filters halve and double each ratio: what is then met, violated or at risk otherwise is never told as certain."""
+    cases = [case(role, role, judged(ratio)) for role, ratio in ratios.items()]
+    blocks = remedy_section(cases, AREAS, [PASSED_DC], None, str, []).blocks
+    told = [plain(b.text) for b in blocks if isinstance(b, Paragraph)]
+    action = [t for t in told if t.startswith("Measure the spectrum of the temperatures, or confirm the filter: ")]
+    said = sentence(cases)
+    if span is None:
+        assert not action
+        assert "filter" not in said
+        return
+    assert "temperature filter" in said
+    assert span.rpartition(" ")[2] in said
+    assert f"the read-out of x, test mass 1, set A, is {span} times its limit" in action[0]
+    assert not any("in every case" in t and "filter" not in t for t in (said, *told))
+
+
+def test_filters_are_those_of_all_cases_at_once_and_the_worst_output_is_told_first() -> None:
+    """One filter meets a case and violates another, the other filter the reverse: no filter meets both."""
+    one, other = (judged(1.4, filter_ratio=np.array([r])) for r in ([0.5, 1.5], [1.5, 0.5]))
+    assert not turned_by_filter(noise_judgements([case("1", "likely", one), case("2", "likely", other)]))
+    mild, bad, none = judged(0.6), judged(0.9, "B_TM2_x"), judged(0.95, "TM1_a_x", filter_ratio=None)
+    found = turned_by_filter(noise_judgements([case("1", "likely", mild, bad, none)]))
+    assert [(t.found.output, t.low, t.high) for t in found] == [("B_TM2_x", 0.45, 1.8), ("A_TM1_x", 0.3, 1.2)]
 
 
 def test_the_sentence_counts_what_exceeds_and_names_the_worst() -> None:

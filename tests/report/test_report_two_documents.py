@@ -194,7 +194,9 @@ def test_the_remedy_of_the_loop_meets_the_requirement_and_no_more(closed: Closed
 
 def test_nothing_to_do_where_all_is_met(cases: list[CaseNoise], closed: ClosedLoop, areas: AreaTable) -> None:
     dc = [DcVerdict("TM1", "a_x", "IS+LTP", 1e-10, -1e-9, 1e-9)]
-    met = [replace(c, judged=tuple(replace(j, passed=True, ratio=0.5) for j in c.judged)) for c in cases]
+    met = [
+        replace(c, judged=tuple(replace(j, passed=True, ratio=0.5, filter_ratio=None) for j in c.judged)) for c in cases
+    ]
     loop = replace(
         closed,
         cases=tuple(replace(c, judged=tuple(replace(j, passed=True) for j in c.judged)) for c in closed.cases),
