@@ -76,7 +76,7 @@ def test_commands_are_found() -> None:
     """Where they stand: behind $, in blocks, in words and tables, over the end of a line."""
     lines = [line for page in pages() for _, line, _ in command_lines(page)]
     over_the_end = "tedm simulate --problem FILE.json --json"
-    assert {"tedm run-case 3", over_the_end, "tedm explain TM2_eta --set B --distortion --top 5 --json"} <= set(lines)
+    assert {"tedm run-case 3", over_the_end, "tedm explain B_TM2_eta --distortion --top 5 --json"} <= set(lines)
     assert len(lines) > 130
 
 
