@@ -14,12 +14,13 @@ from tedm_cli.errors import ConfigError, InputError, PhysicsError, UsageError
 _PREFACE = """\
 # Commands
 
-Printed from `tedm_cli/cli/` by `python -m tedm_cli.cli.reference > docs/reference/commands.md`. `tedm COMMAND --help`
-says the same.
+`--help` behind a command says the same as this page, of that command.
 
 Results go to standard output, progress and errors to standard error. Files that a command has finished are kept
 whatever happens after; an unfinished one is removed.
 """
+
+_ORIGIN = "<!-- Printed from `tedm_cli/cli/` by `python -m tedm_cli.cli.reference > docs/reference/commands.md`. -->"
 
 _CODES = (
     (0, "fine; a violated requirement is a result, not an error, unless `--fail-on-violation` is given"),
@@ -68,7 +69,7 @@ def document() -> str:
                 lines += ["", *_table(title, part)]
         if general := [f"`{record[0].split(',')[0]}`" for record in records[name] if record in shared]:
             lines += ["", f"And [options of most commands](#options-of-most-commands): {', '.join(general)}."]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", _ORIGIN]) + "\n"
 
 
 def _paragraphs(command: Any) -> list[str]:

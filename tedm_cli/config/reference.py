@@ -24,8 +24,6 @@ from tedm_cli.config.project import ProjectTable
 _PREFACE = """\
 # Configuration
 
-Printed from `tedm_cli/config/` by `python -m tedm_cli.config.reference > docs/reference/configuration.md`.
-
 A project is a folder of TOML files ([projects](../how-to/project.md)). This page has all of their keys. The shipped
 files have comments: [tedm.toml](../../configs/tedm.toml), [model.toml](../../configs/model.toml),
 [optics.toml](../../configs/optics.toml), [cases.toml](../../configs/cases.toml),
@@ -36,6 +34,9 @@ a file are reported at once. Units are in the names of the keys. The basic frame
 double brackets may be there several times. Where the default is "-", there is none: the last column says what holds
 when the key is left out.
 """
+_ORIGIN = (
+    "<!-- Printed from `tedm_cli/config/` by `python -m tedm_cli.config.reference > docs/reference/configuration.md`. -->"
+)
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def document() -> str:
             lines += ["", f"### {path}"] if path else []
             lines += ["", *_text(table), "", "| key | type | bounds | default | meaning |", "|---|---|---|---|---|"]
             lines += [_row(key, field, anchors) for key, field in _fields(table)]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", _ORIGIN]) + "\n"
 
 
 def _fields(table: type[BaseModel]) -> list[tuple[str, FieldInfo]]:

@@ -9,8 +9,6 @@ from tedm_cli.contracts.spec import FileKind
 _PREFACE = """\
 # Files between the stages
 
-Printed from `tedm_cli/contracts/` by `python -m tedm_cli.contracts > docs/reference/files.md`.
-
 All files are HDF5 with netCDF-4 dimension scales: they open in h5py, MATLAB (`h5read`) and, group by group, in
 `xarray.open_dataset(file, group="/dc", engine="h5netcdf")`. Every dataset MUST have the attributes `units` and
 `long_name`; vectors MUST name their `frame`. Arrays over grids are chunked along the grids.
@@ -20,7 +18,7 @@ The dimension scales contain labels. In every group, `area` has the names of the
 has a group with that name, the scale has the name of its label: `/S` has the dimensions `row_label` and `area_name`. A
 dimension without labels is called `n_rank`. A file MAY lack scales. If it has them, they MUST be equal to the dataset
 that they copy (`/area/name`). They are not in the tables. `import tedm` reads a file as one Dataset
-([library.md](library.md)).
+([Python library](library.md)).
 
 The last line of a file is its seal: `tedm sha256` and the SHA-256 of all bytes before it (`head -c -78 FILE |
 sha256sum` prints the same). It is after the end of the HDF5 data; other programs ignore it. A reader MUST compare it
@@ -53,8 +51,9 @@ to the file. There is no time stamp: the same inputs MUST give the same bytes. A
 kind or version. A writer replaces the old file only when the new one is complete.
 
 Accelerations are force over mass and torque over moment of inertia, component by component; stiffnesses are their
-derivatives by motion of the test mass, normalised the same way. Signs are in [method.md](../explanation/method.md).
+derivatives by motion of the test mass, normalised the same way. Signs are in [Method](../explanation/method.md).
 """
+_ORIGIN = "<!-- Printed from `tedm_cli/contracts/` by `python -m tedm_cli.contracts > docs/reference/files.md`. -->"
 
 
 def document(kinds: Iterable[FileKind]) -> str:
@@ -72,4 +71,4 @@ def document(kinds: Iterable[FileKind]) -> str:
             unit = "varies" if d.units is None else d.units
             meaning = "; ".join([d.long_name, *([d.frame] if d.frame else []), *d.values.rules()])
             lines.append(f"| `{path}` | {dims} | {d.dtype} | {unit} | {meaning}{' (optional)' if d.optional else ''} |")
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", _ORIGIN]) + "\n"

@@ -10,6 +10,10 @@ from tedm_cli.nastran.card_names import SUPERELEMENTS
 from tedm_cli.nastran.deck_lines import Line
 from tedm_cli.nastran.parameters import check_parameter
 
+_NO_POINT = r"[+-]?\d+(?:[eEdD][+-]?|[+-])\d+"
+_PERHAPS_NO_POINT = re.compile(r"(?<![\d.])\d+(?:[eEdD][+-]?|[+-])\d")
+_MOST_NAMED = 3
+
 
 def kept_bulk(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
     """Texts of the bulk lines, with PARAM,POST,-1 once, and what was changed.
@@ -48,7 +52,23 @@ def kept_bulk(lines: Sequence[Line]) -> tuple[list[str], list[str]]:
                 texts[k] = "$ " + texts[k]
     if not has_post:
         texts.append("PARAM,POST,-1\n")
-    return texts, notes
+    return texts, notes + _reals_without_point(lines)
+
+
+def _reals_without_point(lines: Sequence[Line]) -> list[str]:
+    """A note of numbers such as 2e-08, which pyNastran takes for reals, and strict readers refuse."""
+    found = []
+    for line in lines:
+        if _PERHAPS_NO_POINT.search(line.text):
+            fields = _fields(line.code)[1:9]  # without names of the card and of continuations
+            found += [f"{field} ({line.place})" for field in fields if re.fullmatch(_NO_POINT, field)]
+    if not found:
+        return []
+    more = f", and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
+    return [
+        f"reals without a decimal point, which some Nastrans refuse: {', '.join(found[:_MOST_NAMED])}{more}; write 2.e-08 for"
+        " 2e-08"
+    ]
 
 
 def _card(lines: Sequence[Line], first: int) -> list[int]:

@@ -161,6 +161,26 @@ def test_one_param_post(tmp_path: Path, params: list[str], kept: list[str], note
     assert bool(done.notes) == bool(note)
 
 
+@pytest.mark.parametrize(
+    ("card", "named"),
+    [
+        ("MAT1,9,1.+7,,.3,2e-08\n", "2e-08"),
+        ("MAT1           9    1.+7              .3             2-8\n", "2-8"),
+        ("MAT1*                  9            1.+7                              .3\n*                   1D+3\n", "1D+3"),
+        ("MAT1,9,1.+7,,.3,2.-8 $ 2e-08\n", ""),
+        ("MAT1,9,1000.25+3,,.3,1.e-08\n", ""),
+        ("MAT1,9,1.+7,,.3,,,,,+1E5\n+1E5,2.-3\n", ""),
+        ("SET1,9,1,THRU,4\nSET1          10       3      -1\n", ""),
+    ],
+)
+def test_reals_without_a_point_are_noted(tmp_path: Path, card: str, named: str) -> None:
+    """pyNastran takes 2e-08 for a real, MYSTRAN refuses it; the line stays, and the note names it and its place."""
+    deck, done = written(tmp_path, (HEAD + "".join(map(free, bricks())) + card + "ENDDATA\n").encode())
+    assert card in deck
+    notes = [note for note in done.notes if note.startswith("reals without a decimal point")]
+    assert [re.findall(r"(\S+) \(\S*model\.bdf:\d+\)", note) for note in notes] == ([[named]] if named else [])
+
+
 def test_the_deck_is_not_written_over_the_model(tmp_path: Path) -> None:
     own = project(tmp_path, plain(bricks()))
     with pytest.raises(InputError, match="is a file of the model itself"):

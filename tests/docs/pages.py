@@ -146,7 +146,7 @@ def command_lines(page: str) -> Iterator[tuple[str, str, bool]]:
         place = f"{page}:{words.count(chr(10), 0, paragraph.start()) + 1}"
         for code in re.findall(r"(?<!`)`([^`]+)`(?!`)", paragraph[0].replace("\n", " ")):
             if code.startswith("tedm ") and code not in NO_COMMANDS:
-                yield place, code, False
+                yield from ((place, found, False) for found in _tedm_in(code))
 
 
 def _tedm_in(line: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""A link to a heading, in any document, names one that is there."""
+"""A link to a heading, in any document, names one that is there, and no link shows the name of a file of text."""
 
 from __future__ import annotations
 
@@ -24,3 +24,14 @@ def test_links_to_headings(document: Path) -> None:
         if not target.startswith("http"):
             page = document.parent / target if target else document
             assert place in headings(page.read_text(encoding="utf-8")), f"{document.name}: {target}#{place}"
+
+
+def test_links_show_titles() -> None:
+    """A reader of the site has pages, with titles; names such as project.md are of the repository."""
+    shown = [
+        (document.name, words)
+        for document in DOCUMENTS
+        for words in re.findall(r"\[([^]]+)\]\([^)]+\)", document.read_text(encoding="utf-8"))
+    ]
+    assert len(shown) > 200
+    assert [(page, words) for page, words in shown if re.search(r"\.(md|ipynb)$", words) and page != "CHANGELOG.md"] == []

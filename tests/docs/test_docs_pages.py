@@ -29,7 +29,7 @@ PYTHON_ELSEWHERE = {
     "docs/reference/library.md": "chain/test_chain_library_docs.py",
     "docs/how-to/export.md": "borders/test_border_export_case.py",
 }
-OTHER_OPTIONS: set[str] = set()
+OTHER_OPTIONS = {"--help"}  # of every command, and among the parameters of none
 COMMANDS = command_line().commands
 MINIMAL = ROOT / "sample_models" / "minimal"
 
@@ -76,7 +76,7 @@ def test_commands_are_found() -> None:
     """Where they stand: behind $, in blocks, in words and tables, over the end of a line."""
     lines = [line for page in pages() for _, line, _ in command_lines(page)]
     over_the_end = "tedm simulate --problem FILE.json --json"
-    assert {"tedm run-case 3", over_the_end, "tedm explain TM2_eta --set B --distortion -n 5 --json"} <= set(lines)
+    assert {"tedm run-case 3", over_the_end, "tedm explain B_TM2_eta --distortion --top 5 --json"} <= set(lines)
     assert len(lines) > 130
 
 
@@ -92,7 +92,7 @@ def test_options_named_alone_exist(page: str) -> None:
         ("tedm runcase 3", "runcase"),
         ("tedm run-case 3 --fail", "--fail"),
         ("tedm plot --format gif", "gif"),
-        ("tedm explain TM1_x -n many", "valid integer"),
+        ("tedm explain TM1_x --top many", "valid integer"),
         ("tedm check all", "all"),
         ("tedm export-case --formt mat", "--formt"),
         ("tedm show", "Missing"),
