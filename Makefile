@@ -123,9 +123,10 @@ ifneq ($(filter all $(BUILD)/%,$(MAKECMDGOALS)),)
 include $(BUILD)/rules.mk
 endif
 
-# A layout beside the project file counts from when it is put there, though nothing may name it.
+# A layout beside the project file counts from when it is put there, though nothing may name it. A later version of the
+# program may have variables that an older file lacks.
 $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)/optics.toml) $(CASES_TOML) \
-		$(DYNAMICS_TOML) $(GRAVITY_SOURCES) | $(RUN_STAMP)
+		$(DYNAMICS_TOML) $(GRAVITY_SOURCES) tedm_cli/stages/chain/make_rules.py | $(RUN_STAMP)
 	$(TEDM) make-rules $(OPTIONS)
 
 # A configuration file that the project no longer names may be gone.
