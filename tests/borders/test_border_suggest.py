@@ -52,19 +52,48 @@ def test_more_areas_are_nearer_and_fit_better_than_those_there_are(suggested) ->
     assert 0.0 < sum(share) <= 1.0
 
 
+def built(small: Project) -> None:
+    """The unit loads of the areas as they are now, solved here, up to the adjoint."""
+    shutil.copy(SMALL / "ltp_small.bdf", small.folder)
+    replace(small.model, 'deck = "unit_loads.bdf"\nop2 = ["unit_loads.op2"]\n', "")
+    stages = ("write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
+    for command in stages:
+        small.run(command).ok()
+
+
 def test_the_chain_takes_them_and_tells_their_error(suggested, small: Project) -> None:
     """With the areas in place of the old ones: their error is what was said of them before."""
     path, said = suggested
     (small.folder / "ltp_small_areas.csv").write_bytes(path.read_bytes())
-    shutil.copy(SMALL / "ltp_small.bdf", small.folder)
-    replace(small.model, 'deck = "unit_loads.bdf"\nop2 = ["unit_loads.op2"]\n', "")
-    stages = ("write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
-    for command in (*stages, "run-case 10b"):
-        small.run(*command.split()).ok()
+    built(small)
+    small.run("run-case", "10b").ok()
     again = json.loads(small.run("suggest-areas", "--count", 40, *FEW, "--json").ok().out)
     assert again["present"]["count"] == 40
     # The amplitudes are those of the temperatures, at the frequencies where the outputs are judged, which stay.
     assert np.array(again["present"]["ratio"]) == pytest.approx(np.array(said["ratio"]), rel=2e-3)
+
+
+def test_areas_of_elements_and_gradients_stay(small: Project, tmp_path: Path) -> None:
+    areas = small.folder / "ltp_small_areas.csv"
+    areas.write_text("".join(line for line in areas.read_text().splitlines(True) if "STRUT" not in line))
+    table = '[[areas.define]]\nname = "STRUT_{}"\nproperty = 10\n{}\n'
+    sides = [
+        f'box = {{ y_m = [{low}, {high}] }}\ncarrier = "elements"' for low, high in (("0.0", "inf"), ("-inf", "0.0"))
+    ]
+    define = [table.format(n, how) for n, how in zip("ABC", [*sides, 'kind = "gradient"\nplane = 1'], strict=True)]
+    replace(small.model, "[[test_mass]]", "".join(define) + "[[test_mass]]")
+    built(small)
+    out = tmp_path / "areas.csv"
+    said = json.loads(small.run("suggest-areas", "--count", 30, *FEW, "--json", "-o", out).ok().out)
+    assert said["present"]["count"] == 22  # 20 of grids, and the two of elements
+    assert said["count"] == 30
+    found, before = read_area_csv(out), read_area_csv(areas)
+    assert len(found) == 28
+    assert not any(name.startswith("STRUT") for name in found)
+    assert sorted(np.concatenate(list(found.values()))) == sorted(np.concatenate(list(before.values())))
+    assert said["notes"] == ["areas of elements and gradients stay as they are defined: STRUT_A, STRUT_B, STRUT_C"]
+    areas.write_bytes(out.read_bytes())
+    small.run("areas").ok()
 
 
 def test_as_few_as_an_error_allows(chain: Project) -> None:
