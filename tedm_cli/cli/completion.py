@@ -13,7 +13,7 @@ from typing import Any
 
 import typer
 
-from tedm_cli.cli.nearest import nearest_project
+from tedm_cli.config.nearest import nearest_project
 
 _HEAD = 2_000_000  # characters of a deck, in which its case control is
 _ACCELERATIONS = ("a_x", "a_y", "a_z", "omegadot_x", "omegadot_y", "omegadot_z")
