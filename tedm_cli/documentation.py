@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Page(StrEnum):
-    """A page, as what is printed names it; a test compares the titles with those in `docs/`."""
+    """A page, as what is printed names it; a test compares the titles with those of the pages."""
 
     SOLVER = 'documentation: "The embedded solver"'
     TEMPERATURES = 'documentation: "Temperatures"'

@@ -87,8 +87,8 @@ Config = Annotated[
         "-c",
         "--config",
         metavar="FILE",
-        help="Project file; it names the other configuration files. Default: tedm.toml, or configs/tedm.toml, of this"
-        " folder or of the nearest above.",
+        help="Project file; it names the other configuration files. Default: tedm.toml or configs/tedm.toml, searched"
+        " here, then upwards.",
         show_default=False,
         callback=_project_file,
     ),

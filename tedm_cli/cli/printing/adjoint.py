@@ -44,7 +44,7 @@ def adjoint_dict(done: AdjointSummary) -> dict[str, Any]:
         "no_read_outs": done.no_read_outs or None,
         "solver": done.solver,
         "largest_difference": found.difference.max(),
-        "limit": found.limit,
+        "largest_share_of_allowed": float((found.difference / found.allowed).max()),
         "median_cancellation": float(np.median(found.mean_cancellation)),
         "outputs": [
             {
