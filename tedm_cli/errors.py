@@ -11,6 +11,8 @@ class TedmError(Exception):
     fact : what is wrong, in one line, with the numbers that show it.
     where : file, and place inside it, that the fact is about (may be empty).
     hint : what the user can do about it (may be empty).
+
+    As text it is `where: fact`, and a line `hint: fix`: a traceback of Python shows no more of it than that.
     """
 
     exit_code = 1
@@ -21,6 +23,14 @@ class TedmError(Exception):
         self.fact = fact
         self.where = where
         self.hint = hint
+
+    def __str__(self) -> str:
+        return f"{self.placed}\nhint: {self.hint}" if self.hint else self.placed
+
+    @property
+    def placed(self) -> str:
+        """`where: fact`, to be quoted by another error."""
+        return super().__str__()
 
 
 class UsageError(TedmError):

@@ -22,10 +22,10 @@ def parsed_toml(text: str, *, where: str, at: str = "") -> dict[str, Any]:
     """
     try:
         data = tomllib.loads(text)
-    except RecursionError as exc:
-        raise ConfigError([(at, "not valid TOML: nested too deeply")], where=where) from exc
+    except RecursionError:
+        raise ConfigError([(at, "not valid TOML: nested too deeply")], where=where) from None
     except ValueError as exc:  # TOMLDecodeError, and integers of thousands of digits
-        raise ConfigError([(at, f"not valid TOML: {exc}")], where=where) from exc
+        raise ConfigError([(at, f"not valid TOML: {exc}")], where=where) from None
     problems = list(_control_characters(data, at))
     if problems:
         raise ConfigError(problems, where=where, hint="delete the character")

@@ -26,7 +26,7 @@ def build_adjoint(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """What the temperature of every grid does to every output.
+    """Effect of the temperature of each grid on each output.
 
     By one factorisation of the model that `solve` solves, whatever the number of areas. The sums over the areas are
     held against [S_SG] and N. Read-outs are among the outputs where optics.h5 is.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tedm_cli import __version__
+from tedm_cli.cli.headings import Headed
 from tedm_cli.cli.streams import tell
 
 if TYPE_CHECKING:
@@ -19,12 +20,10 @@ app = typer.Typer(
     name="tedm",
     help="Thermo-elastic distortion modelling for drag-free satellites: from a Nastran model and its unit-load results"
     " to self-gravity and read-out noise, judged against requirements.",
-    epilog="""\b
-To begin: `tedm init demo`, `cd demo`, `tedm run`. Stages in order:
-write-deck, solve, ingest, build-distortion, build-sensitivity, build-optics,
-build-adjoint, run-case, run-series, build-dynamics, simulate, plot, report,
-view; `tedm run` runs all that are not up to date. `tedm --install-completion` lets the shell
-complete commands, and the names of a project's cases, outputs and areas.""",
+    cls=Headed,
+    epilog="""To begin: `tedm init demo`, `cd demo`, `tedm run`. The last runs all stages that are not up to date; its
+help lists them in order. `tedm COMMAND --help` explains a command. `tedm --install-completion` lets the shell complete
+commands, and the names of a project's cases, outputs and areas.""",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,

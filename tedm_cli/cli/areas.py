@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from tedm_cli.cli.app import answer, app, open_project
+from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -23,7 +24,7 @@ from tedm_cli.cli.options import (
 )
 
 
-@app.command()
+@app.command(epilog=examples("tedm areas", "tedm areas --figure areas.svg"))
 def areas(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,

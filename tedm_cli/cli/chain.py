@@ -10,6 +10,7 @@ import typer
 
 from tedm_cli.cli import completion
 from tedm_cli.cli.app import answer, app, begin, open_project, say
+from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -29,7 +30,7 @@ class _Sample(Enum):
     lisa = "lisa"
 
 
-@app.command()
+@app.command(epilog=examples("tedm init demo", "tedm init mission --from lisa"))
 def init(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="A new or empty folder. Default: this one.", show_default=False)
@@ -61,7 +62,7 @@ def init(
     answer(as_json, quiet, lambda: begun_lines(folder, names), lambda: begun_dict(folder, sample.value, names))
 
 
-@app.command()
+@app.command(epilog=examples("tedm run", "tedm run build-optics", "tedm run -n", "tedm run -j 2"))
 def run(
     ctx: typer.Context,
     stage: Annotated[
@@ -95,9 +96,17 @@ def run(
 ) -> None:
     """Run what is not up to date.
 
-    Every stage whose files are not there, are older than what they are made of, or were made of other contents or by
-    another version. Killed or refused half way, it goes on from there when it is run again. Of what the stages print,
-    warnings and notes are shown; with -v all of it.
+    Runs every stage whose files are missing, older than what they are made of, or made of other contents or by another
+    version. Killed or refused half way, it goes on from there when it is run again. Of what the stages print, warnings
+    and notes are shown; with -v all of it.
+
+    \b
+    The stages, in order: write-deck, solve, ingest, build-distortion,
+    build-sensitivity, build-optics, build-adjoint, run-case, run-series,
+    build-dynamics, simulate, plot, report, view.
+
+    A project has the stages of what it describes: without optics the chain has no build-optics, and where model.toml
+    names a solved deck no solve.
     """
     from tedm_cli.chain.graph import Step
     from tedm_cli.cli.printing.chain import ended_line, noted_lines, plan_dict, plan_lines, step_line, up_to_date_line

@@ -10,6 +10,7 @@ import typer
 
 from tedm_cli.cli import completion
 from tedm_cli.cli.app import answer, app, begin, open_project
+from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -50,7 +51,14 @@ def build_dynamics(
     answer(as_json, quiet, lambda: dynamics_lines(done), lambda: dynamics_dict(done))
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "tedm simulate 3",
+        "tedm simulate all --time",
+        "tedm simulate --series cooldown",
+        "tedm simulate --release TM1_x=1e-6",
+    )
+)
 def simulate(
     case: AnyCases = None,
     config: Config = DEFAULT_CONFIG,

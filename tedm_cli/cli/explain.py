@@ -8,6 +8,7 @@ import typer
 
 from tedm_cli.cli import completion
 from tedm_cli.cli.app import answer, app, open_project
+from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -22,7 +23,11 @@ from tedm_cli.cli.options import (
 )
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "tedm explain", "tedm explain A_TM1_x", "tedm explain A_TM1_x --area STRUT_1", "tedm explain STRUT_1"
+    )
+)
 def explain(
     name: Annotated[
         str | None,

@@ -9,6 +9,7 @@ import typer
 
 from tedm_cli.cli import completion
 from tedm_cli.cli.app import answer, app, begin, open_project
+from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -27,7 +28,7 @@ from tedm_cli.cli.options import (
 )
 
 
-@app.command()
+@app.command(epilog=examples("tedm export", "tedm export optics --format csv -o matrices"))
 def export(
     what: Annotated[
         list[str] | None,
@@ -46,7 +47,13 @@ def export(
 ) -> None:
     """Write the matrices for other programs.
 
-    S_BW, P, O_ideal, D, N; S_SG, stiffness; D_opt: with labels and units, as CSV, NPZ (NumPy) or MAT (MATLAB).
+    With labels and units, as CSV, NPZ (NumPy) or MAT (MATLAB).
+
+    optics: S_BW (beams per motion of an optical element), P (optics law: beams to photodiodes), O_ideal (photodiodes
+    per motion of the test masses), D (photodiodes per kelvin of an area), N (read-outs per kelvin).
+
+    sensitivity: S_SG (self-gravity per kelvin) and the stiffness matrices. distortion: D_opt (motion of the optical
+    elements per kelvin).
     """
     from tedm_cli.cli.printing.exports import matrix_dict, matrix_lines
     from tedm_cli.stages.exports.matrices import export as stage
@@ -56,7 +63,7 @@ def export(
     answer(as_json, quiet, lambda: matrix_lines(done), lambda: matrix_dict(done))
 
 
-@app.command("export-case")
+@app.command("export-case", epilog=examples("tedm export-case 3 --format csv"))
 def export_case(
     case: CasesRun = None,
     fmt: Formats = Format.mat,
@@ -77,7 +84,9 @@ def export_case(
     answer(as_json, quiet, lambda: [str(path) for path in paths], lambda: {"files": paths})
 
 
-@app.command("export-state-space")
+@app.command(
+    "export-state-space", epilog=examples("tedm export-state-space 3 --rate-hz 1", "tedm export-state-space --loop")
+)
 def export_state_space(
     case: AnyCases = None,
     loop: Annotated[bool, typer.Option("--loop", help="The drag-free loop, from named inputs to outputs.")] = False,
@@ -125,7 +134,7 @@ def export_state_space(
     )
 
 
-@app.command("export-extremal")
+@app.command("export-extremal", epilog=examples("tedm export-extremal 3 --of A_TM1_x"))
 def export_extremal(
     case: Case,
     of: Of = None,
@@ -151,7 +160,7 @@ def export_extremal(
     answer(as_json, quiet, lambda: extremal_lines(done), lambda: extremal_dict(done))
 
 
-@app.command("export-vtu")
+@app.command("export-vtu", epilog=examples("tedm export-vtu", "tedm export-vtu --area STRUT_1 --of TM1_a_x --case 3"))
 def export_vtu(
     area: Annotated[
         list[str] | None,

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from tedm_cli.cli.app import answer, app, open_project
+from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -50,7 +51,7 @@ def write_deck(
     answer(as_json, quiet, lambda: deck_lines(done), lambda: deck_dict(done))
 
 
-@app.command()
+@app.command(epilog=examples("tedm solve", 'tedm solve --run "nastran {deck} scr=yes batch=no"'))
 def solve(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,

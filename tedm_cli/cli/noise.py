@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from tedm_cli.cli.app import answer, app, open_project
+from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -32,7 +33,10 @@ if TYPE_CHECKING:
     from tedm_cli.stages.series_result import SeriesResult
 
 
-@app.command("run-case")
+@app.command(
+    "run-case",
+    epilog=examples("tedm run-case 3", "tedm run-case all --fail-on-violation", "tedm run-case 3 -v --top 5"),
+)
 def run_case(
     case: Cases,
     config: Config = DEFAULT_CONFIG,
@@ -47,7 +51,7 @@ def run_case(
     """Noise spectra and verdicts of cases.
 
     Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements. With -v
-    also contributors, what would bring each verdict down, and how it hangs on filter, correlation and safety factor.
+    also contributors, what would bring each verdict down, and how it depends on filter, correlation and safety factor.
     All cases are held against the model first: what does not fit is told at once, and keeps no other from being run.
     """
     from tedm_cli.cli.printing.case import case_dict, case_lines
@@ -100,7 +104,7 @@ def run_case(
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")
 
 
-@app.command("run-series")
+@app.command("run-series", epilog=examples("tedm run-series all"))
 def run_series(
     series: Series,
     config: Config = DEFAULT_CONFIG,

@@ -54,7 +54,10 @@ def build_optics(
 ) -> None:
     """Ray trace, optics law and read-out matrices.
 
-    S_BW by the analytic derivative of the ray trace, P, O_ideal, and N: what is read per kelvin of every area.
+    S_BW, what each motion of an optical element does to the beams, is the analytic derivative of the ray trace. P, the
+    optics law, makes path differences and tilts of the beams. O_ideal is what the photodiodes read of motions of the
+    test masses, D what they read per kelvin of every thermal area. N says which motion of the test masses would read
+    the same: what is read per kelvin.
     """
     from tedm_cli.cli.printing.optics import optics_dict, optics_lines
     from tedm_cli.stages.optics.build import build_optics as stage

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from tedm_cli.cli import completion
-from tedm_cli.cli.nearest import nearest_project
+from tedm_cli.config.nearest import NO_PROJECT, nearest_project
 from tedm_cli.errors import InputError
 
 #: What stands in place of a value in help and usage lines; choices are listed instead.
@@ -68,7 +68,7 @@ def _project_file(ctx: typer.Context, given: Path) -> Path:
     found = nearest_project()
     if found is None:
         raise InputError(
-            "there is no project, no tedm.toml, here or in a folder above",
+            NO_PROJECT,
             where=str(Path.cwd()),
             hint="begin one: tedm init demo; or name the file of one elsewhere with --config",
         )
@@ -88,8 +88,8 @@ Config = Annotated[
         "-c",
         "--config",
         metavar="FILE",
-        help="Project file; it names the other configuration files. Default: tedm.toml, or configs/tedm.toml, of this"
-        " folder or of the nearest above.",
+        help="Project file; it names the other configuration files. Default: tedm.toml or configs/tedm.toml, searched"
+        " here, then upwards.",
         show_default=False,
         callback=_project_file,
     ),

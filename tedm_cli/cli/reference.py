@@ -9,12 +9,13 @@ from typing import Any
 import typer
 
 from tedm_cli.cli.commands import command_line
+from tedm_cli.cli.headings import HEADINGS, first_sentence, paragraphs_of
 from tedm_cli.errors import ConfigError, InputError, PhysicsError, UsageError
 
 _PREFACE = """\
 # Commands
 
-`--help` behind a command says the same as this page, of that command.
+`tedm --help` lists the commands; `tedm COMMAND --help` prints the part of this page about that command.
 
 Results go to standard output, progress and errors to standard error. Files that a command has finished are kept
 whatever happens after; an unfinished one is removed.
@@ -43,14 +44,16 @@ def document() -> str:
     """The text of docs/reference/commands.md."""
     program = command_line()
     root = typer.Context(program, info_name="tedm")
-    commands = {name: command for name, command in program.commands.items() if not command.hidden}
+    commands = {name: program.commands[name] for name in program.list_commands(root)}
+    commands = {name: command for name, command in commands.items() if not command.hidden}
     contexts = {name: typer.Context(command, info_name=name, parent=root) for name, command in commands.items()}
     records = {name: [_record(p, contexts[name]) for p in command.params] for name, command in commands.items()}
     often = Counter(record for rows in records.values() for record in rows)
     shared = [record for record, times in often.items() if times >= _SHARED]
-    lines = [*_PREFACE.splitlines(), "", "| command | what it does |", "|---|---|"]
-    for name, command in commands.items():
-        lines.append(f"| [`{name}`](#tedm-{name}) | {_paragraphs(command)[0]} |")
+    lines = [*_PREFACE.splitlines()]
+    for heading, names in HEADINGS.items():
+        lines += ["", f"| {heading} | what it does |", "|---|---|"]
+        lines += [f"| [`{name}`](#tedm-{name}) | {first_sentence(commands[name])} |" for name in names]
     lines += [
         "",
         "## Exit codes",
@@ -61,21 +64,18 @@ def document() -> str:
     ]
     lines += ["", "## Options of most commands", "", *_table("option", shared)]
     for name, command in commands.items():
-        text = [line for paragraph in _paragraphs(command) for line in ("", paragraph)]
+        text = [line for paragraph in paragraphs_of(command) for line in ("", paragraph)]
         lines += ["", f"## tedm {name}", "", f"    {_synopsis(command, contexts[name])}", *text]
         own = [record for record in records[name] if record not in shared]
         for title, is_option in (("argument", False), ("option", True)):
             if part := [record for record in own if record[0].startswith("-") == is_option]:
                 lines += ["", *_table(title, part)]
+        if command.epilog:
+            heading, *typed = command.epilog.removeprefix("\b\n").split("\n")
+            lines += ["", heading, "", *(f"    {line.strip()}" for line in typed)]
         if general := [f"`{record[0].split(',')[0]}`" for record in records[name] if record in shared]:
             lines += ["", f"And [options of most commands](#options-of-most-commands): {', '.join(general)}."]
     return "\n".join([*lines, "", _ORIGIN]) + "\n"
-
-
-def _paragraphs(command: Any) -> list[str]:
-    """What a command says of itself, a line for each paragraph; pages that it names are links."""
-    paragraphs = [" ".join(paragraph.split()) for paragraph in command.help.split("\n\n")]
-    return [re.sub(r"docs/([\w/-]+\.md)", r"[\1](../\1)", paragraph) for paragraph in paragraphs]
 
 
 def _synopsis(command: Any, context: Any) -> str:

@@ -10,6 +10,7 @@ import typer
 
 from tedm_cli.cli import completion
 from tedm_cli.cli.app import answer, app, begin, open_project
+from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
     DEFAULT_BUILD,
     DEFAULT_CONFIG,
@@ -36,7 +37,7 @@ class _FigureFormat(Enum):
     pdf = "pdf"
 
 
-@app.command()
+@app.command(epilog=examples("tedm plot", "tedm plot --area STRUT_1 --format pdf"))
 def plot(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
@@ -76,7 +77,7 @@ def plot(
     answer(as_json, quiet, lambda: figure_lines(paths), lambda: written_dict(paths))
 
 
-@app.command()
+@app.command(epilog=examples("tedm report", "tedm report -o review.pdf"))
 def report(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
@@ -133,7 +134,7 @@ def view(
     answer(as_json, quiet, lambda: view_lines(done), lambda: view_dict(done))
 
 
-@app.command()
+@app.command(epilog=examples("tedm show build/case03.h5"))
 def show(
     file: Annotated[
         Path, typer.Argument(metavar="FILE", autocompletion=completion.files, help="An HDF5 file that tedm has made.")

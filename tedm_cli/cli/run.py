@@ -82,7 +82,8 @@ def _name_error(exc: Exception) -> InputError | None:
 
 
 def _failed(exc: TedmError) -> tuple[int, list[str]]:
-    told = traceback.format_exc().splitlines() if _verbosity() >= 2 else []
+    # The traceback ends with the hint, which follows.
+    told = traceback.format_exc().rstrip().removesuffix(f"\nhint: {exc.hint}").splitlines() if _verbosity() >= 2 else []
     return exc.exit_code, [*told, *refusal_lines(exc)]
 
 

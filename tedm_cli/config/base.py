@@ -142,12 +142,12 @@ def read_toml(path: Path, *, hint: str = "") -> tuple[ConfigFile, dict[str, Any]
         is_lost = isinstance(exc, FileNotFoundError | IsADirectoryError | NotADirectoryError | ValueError)
         raise InputError(
             f"cannot read the configuration ({fact})", where=str(path), hint=hint if is_lost else ""
-        ) from exc
+        ) from None
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as exc:
         hint = "save it as UTF-8; it begins as UTF-16 does" if raw[:2] in (BOM_UTF16_LE, BOM_UTF16_BE) else ""
-        raise ConfigError([("", f"not valid TOML: {exc}")], where=str(path), hint=hint) from exc
+        raise ConfigError([("", f"not valid TOML: {exc}")], where=str(path), hint=hint) from None
     return ConfigFile(path, text, hashlib.sha256(raw).hexdigest()), parsed_toml(text, where=str(path))
 
 
@@ -167,7 +167,7 @@ def validate(model: type[T], data: Mapping[str, Any], *, where: str) -> T:
     try:
         return model.model_validate(data)
     except ValidationError as exc:
-        raise ConfigError(_problems(model, data, exc), where=where) from exc
+        raise ConfigError(_problems(model, data, exc), where=where) from None
 
 
 def _problems(model: type[BaseModel], data: Mapping[str, Any], exc: ValidationError) -> list[tuple[str, str]]:

@@ -33,7 +33,7 @@ def read_matrix(path: Path) -> LabelledMatrix:
     try:
         names, value = _read_npz(path) if path.suffix.lower() == ".npz" else _read_csv(path)
     except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror or exc})", where=str(path)) from exc
+        raise InputError(f"cannot be read ({exc.strerror or exc})", where=str(path)) from None
     real = value.real if np.iscomplexobj(value) and not value.imag.any() else value
     return LabelledMatrix(tuple(names), real, str(path))
 
@@ -67,7 +67,7 @@ def _read_csv(path: Path) -> tuple[list[str], AnyArray]:
             reader = csv.reader(stream, strict=True)
             lines = [(reader.line_num, [plain_cell(f) for f in fields]) for fields in reader]
     except (UnicodeDecodeError, csv.Error) as exc:
-        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from None
     lines = [(number, fields) for number, fields in lines if any(fields)]
     if not lines or lines[0][1][0] != "area" or len(lines[0][1]) < 2:
         raise InputError("must begin with the header area,NAME,NAME,...", where=f"{path}:1")

@@ -84,7 +84,7 @@ def load_optics(path: Path, *, needs_grids: bool = True) -> OpticsConfig:
     try:
         benches(layout)
     except InputError as exc:
-        raise ConfigError([("element", exc.fact)], where=str(path)) from exc
+        raise ConfigError([("element", exc.fact)], where=str(path)) from None
     return OpticsConfig(
         file,
         layout,

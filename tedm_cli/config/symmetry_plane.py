@@ -68,5 +68,5 @@ def plane_of_frame(layout: Path) -> SymmetryPlane:
         frame = validate(FrameTable, data["frame"], where=str(layout))
     except ConfigError as exc:
         problems = [(f"frame.{key}" if key else "frame", fact) for key, fact in exc.problems]
-        raise ConfigError(problems, where=str(layout), hint=hint) from exc
+        raise ConfigError(problems, where=str(layout), hint=hint) from None
     return SymmetryPlane(np.array(frame.origin_m), np.array(frame.axes[1]))

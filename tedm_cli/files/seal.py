@@ -101,7 +101,7 @@ def sha256_of(path: Path) -> str:
     try:
         return digests(path).whole
     except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
+        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from None
 
 
 def seal(path: Path) -> None:

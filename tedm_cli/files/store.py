@@ -178,9 +178,9 @@ class Reader:
         """A numeric dataset, for stages that read it in blocks; `InputError` where a family of datasets lacks it."""
         try:
             return Blocks(opened(self._file, path), self.path)
-        except KeyError as exc:
+        except KeyError:
             hint = f"make it with `{self.kind.made_by}`"
-            raise InputError(f"has no {path}", where=str(self.path), hint=hint) from exc
+            raise InputError(f"has no {path}", where=str(self.path), hint=hint) from None
 
     def units(self, path: str) -> str:
         with reading(self.path, path):
@@ -261,7 +261,7 @@ def replacing(path: Path) -> Iterator[Path]:
             if not _alive(orphan):
                 orphan.unlink(missing_ok=True)
     except OSError as exc:
-        raise cannot_write(path, exc) from exc
+        raise cannot_write(path, exc) from None
     temporary = path.with_name(f"{name}{os.getpid()}.tmp")
     unfinished.add(temporary)
     try:
@@ -270,7 +270,7 @@ def replacing(path: Path) -> Iterator[Path]:
             os.fsync(stream.fileno())
         os.replace(temporary, path)
     except OSError as exc:
-        raise cannot_write(path, exc) from exc
+        raise cannot_write(path, exc) from None
     finally:
         with contextlib.suppress(OSError):  # what went wrong with the file is told, not that nothing is there
             temporary.unlink()
@@ -326,10 +326,10 @@ def _sealed(path: Path, hint: str) -> Iterator[tuple[Any, str]]:
     where = str(path)
     try:
         file, sha256 = _opened(path, hint)
-    except FileNotFoundError as exc:
-        raise InputError("no such file", where=where, hint=hint) from exc
+    except FileNotFoundError:
+        raise InputError("no such file", where=where, hint=hint) from None
     except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror or exc})", where=where, hint=hint) from exc
+        raise InputError(f"cannot be read ({exc.strerror or exc})", where=where, hint=hint) from None
     with file:
         yield file, sha256
 

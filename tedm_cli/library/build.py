@@ -8,6 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tedm_cli.config.nearest import BUILD, Found, nearest_project
 from tedm_cli.contracts import (
     ADJOINT,
     CASE,
@@ -42,19 +43,26 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def open_build(folder: str | PathLike[str] = "build") -> Build:
+def open_build(folder: str | PathLike[str] | None = None) -> Build:
     """A build folder that the commands have filled.
+
+    Parameters
+    ----------
+    folder : relative to the current folder. Default: `build` in the folder of the project, found as the commands do.
 
     Raises
     ------
     InputError : there is no such folder.
     """
-    path = Path(folder)
+    path = build_folder(nearest_project()) if folder is None else Path(folder)
     if not path.is_dir():
-        raise InputError(
-            "no such folder", where=str(path), hint="make it with `make all`, or with the commands; see the README"
-        )
+        raise InputError("no such folder", where=str(path), hint="`tedm run` in the folder of the project makes it")
     return Build(path)
+
+
+def build_folder(project: Found | None) -> Path:
+    """Where the results of a project are if nothing else is said; without one, where they would be."""
+    return (Path() if project is None else project.folder) / BUILD
 
 
 @dataclass(frozen=True)
@@ -62,8 +70,8 @@ class Build:
     """The results in a build folder; made by `open_build`, or of a `Project`.
 
     Each file is read when it is asked for, after its seal, contract and origin have been checked, and becomes one
-    Dataset (docs/reference/library.md tells how, docs/reference/files.md what is in each). All raise `InputError` for a
-    file that is missing, damaged, or stale: not made from what is there now.
+    Dataset ("Python library" in the documentation tells how, "Files between the stages" what is in each). All raise
+    `InputError` for a file that is missing, damaged, or stale: not made from what is there now.
     """
 
     folder: Path

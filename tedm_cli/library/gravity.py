@@ -40,7 +40,9 @@ _PER_UNIT = {
 
 
 def cuboid_field(points_m: ArrayLike, side_m: ArrayLike) -> xr.Dataset:
-    """Field of point sources on a homogeneous cuboid by the exact kernel, per unit G M m (docs/explanation/method.md).
+    """Field of point sources on a homogeneous cuboid by the exact kernel, per unit G M m.
+
+    Its signs are those of "Method and conventions" in the documentation.
 
     Parameters
     ----------
@@ -141,4 +143,4 @@ def _numbers(values: ArrayLike, where: str) -> FloatArray:
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as exc:
-        raise InputError(f"is no array of numbers ({exc})", where=where) from exc
+        raise InputError(f"is no array of numbers ({exc})", where=where) from None

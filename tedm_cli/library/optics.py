@@ -125,8 +125,8 @@ def _by_element(given: Motion | xr.DataArray | None) -> Motion:
 def _finite(value: object, name: str, shape: tuple[int, ...]) -> FloatArray:
     try:
         found = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as exc:
-        raise InputError(f"the motion of {name} is {value!r}, which are no numbers", where="motion") from exc
+    except (TypeError, ValueError):
+        raise InputError(f"the motion of {name} is {value!r}, which are no numbers", where="motion") from None
     if found.shape != shape or not np.isfinite(found).all():
         wanted = f"{len(MOTIONS)} finite numbers" if shape else "a finite number"
         raise InputError(f"of the motion of {name}: {found.tolist()}, wanted {wanted}", where="motion")

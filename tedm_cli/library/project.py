@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -15,13 +16,14 @@ from tedm_cli.config.base import named_by_project, read_toml, validate
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.model import load_model
+from tedm_cli.config.nearest import NO_PROJECT, Found, nearest_project, project_in
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.temperature import SpectrumColumns
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.files.in_memory import in_memory
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.library.build import Build
+from tedm_cli.library.build import Build, build_folder
 from tedm_cli.library.datasets import dataset_of
 from tedm_cli.library.xarray_door import xarray
 from tedm_cli.noise.correlation import CorrelationCase, LabelledMatrix
@@ -35,25 +37,41 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _GIVEN = "temperature"  # in place of a file's name, of spectra that come as an array
-_PROJECT_FILE = "tedm.toml"
 
 
-def load_project(path: str | PathLike[str] = "configs", build: str | PathLike[str] = "build") -> Project:
-    """A project from its folder, or from its project file.
+def load_project(path: str | PathLike[str] | None = None, build: str | PathLike[str] | None = None) -> Project:
+    """A project, found as the commands find it, or from its folder or project file.
 
     Parameters
     ----------
-    path : the folder with `tedm.toml`, or a project file of another name.
-    build : the folder with its results, which need not be there yet. Both are relative to the current folder.
+    path : a folder with `tedm.toml` or `configs/tedm.toml` in it, or a project file of any name. Default: the project
+        of the current folder, or of the nearest above it.
+    build : the folder with its results, which need not be there yet. Default: `build` in the folder of the project;
+        where `path` is a file, in the current one. A folder `configs` counts as part of the folder above it.
+
+    Both are relative to the current folder.
 
     Raises
     ------
-    InputError : there is no such file.
+    InputError : there is no such folder or file, or no project in it.
     ConfigError : what is wrong in it.
     """
-    given = Path(path)
-    file = given / _PROJECT_FILE if given.is_dir() else given
-    return Project(config_project.load_project(file, Path(build)))
+    found = _found(path)
+    return Project(config_project.load_project(found.file, build_folder(found) if build is None else Path(build)))
+
+
+def _found(path: str | PathLike[str] | None) -> Found:
+    if path is None:
+        found, fact, where = nearest_project(), NO_PROJECT, Path.cwd()
+    else:
+        where = Path(path)
+        is_file = os.path.lexists(where) and not where.is_dir()
+        found = Found(Path(), where) if is_file else project_in(where)
+        fact = "no project in this folder: no tedm.toml, nor configs/tedm.toml"
+        fact = fact if where.is_dir() else "no such folder or project file"
+    if found is None:
+        raise InputError(fact, where=str(where), hint="give the folder of a project; `tedm init demo` begins one")
+    return found
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -145,7 +163,7 @@ def run_case(
     -------
     What `Build.case` returns: `psd` (output, frequency), `contribution_share` (output, area), `bounds_maximum` (output,
     frequency), `temperature_asd`, verdicts along `verdict` (`tedm.table` makes a table of them), and the rest of the
-    case file (docs/reference/files.md). The attribute `changed` names what was given.
+    case file ("Files between the stages" in the documentation). The attribute `changed` names what was given.
 
     Raises
     ------

@@ -16,11 +16,11 @@ def xarray() -> ModuleType:
     """The module; `UsageError` where it is not installed."""
     try:
         import xarray
-    except ImportError as exc:
+    except ImportError:
         raise UsageError(
             "results from Python are xarray Datasets, and xarray is not installed",
             hint="install it with `pip install 'tedm[notebook]'`",
-        ) from exc
+        ) from None
     return xarray
 
 

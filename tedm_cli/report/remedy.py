@@ -248,7 +248,7 @@ def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
     words: list[str | Strong | Ref | Link] = [
         Strong("Balance the static field"),
         f" by compensation masses or by moving masses: it exceeds its limits in {len(outside)} of"
-        f" {count(judged, 'quantity', 'quantities')}. How much must be taken up at least is in ",
+        f" {count(judged, 'quantity', 'quantities')}. The minimum to be compensated is in ",
         Ref("balance"),
         "; all quantities are in ",
         Ref("at rest"),
@@ -261,11 +261,11 @@ def _balance(outside: Sequence[DcVerdict], judged: int) -> list[Block]:
             f" (the worst is {ratio_text(worst.ratio)} times its limit): balance each part by itself, or share the"
             " allocations between them anew."
         )
-    head = columns(*("Quantity", "By", "Value", "Limit", "To take up", "Unit"), text=(0, 1, 5))
+    head = columns(*("Quantity", "By", "Value", "Limit", "To compensate", "Unit"), text=(0, 1, 5))
     caption = (
         "The field at rest that exceeds its limits"
         + (", everything in the model together," if whole else "")
-        + " and what must be taken up at least."
+        + " and the minimum to be compensated."
     )
     return [Paragraph(tuple(words)), Table(head, tuple(rows), caption, tight=True, key="balance")]
 

@@ -22,6 +22,7 @@ from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.node_weights import read_node_weights
 from tedm_cli.config.project import Project
 from tedm_cli.config.series import SeriesTable
+from tedm_cli.documentation import Page
 from tedm_cli.errors import ConfigError, InputError, TedmError, UsageError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.columns import part_words, parts_of_columns
@@ -108,7 +109,7 @@ def no_series(project: Project) -> str:
     """That there is nothing to run, and how to add something."""
     return (
         f"{project.cases} describes no time series, so nothing was run; add one as a table [[series]] with name and"
-        " file (docs/how-to/temperature.md)"
+        f" file ({Page.TEMPERATURES})"
     )
 
 

@@ -118,9 +118,9 @@ def csv_lines(path: Path, *, delimiter: str = ",") -> list[tuple[int, list[str]]
             reader = csv.reader(stream, strict=True, delimiter=delimiter)
             lines = [(reader.line_num, [plain_cell(field) for field in fields]) for fields in reader]
     except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
+        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from None
     except (UnicodeDecodeError, csv.Error) as exc:
-        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from None
     for number, fields in lines:
         if fact := next((fact for field in fields if (fact := control_fact(field, _LAYOUT))), ""):
             raise InputError(fact, where=f"{path}:{number}")

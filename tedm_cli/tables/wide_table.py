@@ -89,9 +89,9 @@ def _reading(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as exc:
-        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from exc
+        raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from None
     except (UnicodeDecodeError, csv.Error) as exc:
-        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from exc
+        raise InputError(f"not a CSV in UTF-8 ({exc})", where=str(path)) from None
 
 
 class _Hdf5Table:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +16,15 @@ import pytest
 from border_tools import ROOT, SMALL, Project, tedm
 from test_border_streams import shell
 
-from tedm_cli.chain.graph import Step
+from tedm_cli.chain.graph import Named, Step, chain_of
 from tedm_cli.cli.commands import command_line
+from tedm_cli.cli.completion import STAGES
+from tedm_cli.cli.headings import HEADINGS
 from tedm_cli.cli.options import DEFAULT_TOP, METAVARS
 from tedm_cli.cli.printing.chain import plan_dict
+from tedm_cli.config.project import load_project
 from tedm_cli.stages.chain.plan import Plan
+from tedm_cli.stages.chain.project_files import chain_files
 
 COMMANDS: dict[str, Any] = {name: c for name, c in command_line().commands.items() if not c.hidden}
 RANKED = {"audit-mesh", "build-optics", "explain", "run-case", "show"}
@@ -104,6 +110,7 @@ JSON = [
     ("self-gravity", ["--points", "points.csv", "--per-source"]),
     ("check-layout", []),
     ("build-optics", ["-o", "x.h5"]),
+    ("build-adjoint", ["-o", "x.h5"]),
     ("explain", ["TM1_a_x"]),
     ("run-case", ["3", "-o", "x.h5"]),
     ("build-dynamics", ["-o", "x.h5"]),
@@ -222,3 +229,55 @@ def test_a_reader_who_leaves_keeps_no_work_from_being_done(chain: Project, tmp_p
     done = shell('"$@" | head -1', "show", tmp_path / "c.h5")
     assert (done.returncode, done.stderr) == (0, "")
     assert re.fullmatch(r".*c\.h5: FAIL, 2 of 6 verdicts violated; worst: .*\n", done.stdout)
+
+
+def test_every_command_stands_under_one_heading(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In `tedm --help`, each with all that it says of itself in one line, and in the page of the commands."""
+    assert sorted(name for names in HEADINGS.values() for name in names) == sorted(COMMANDS)
+    monkeypatch.setenv("COLUMNS", "80")
+    sections = dict(re.findall(r"(?m)^(\w[^\n:]*):\n((?:  .*\n)+)", tedm("--help").ok().out))
+    assert [heading for heading in sections if heading != "Options"] == list(HEADINGS)
+    for heading, names in HEADINGS.items():
+        listed = [line.split(maxsplit=1) for line in sections[heading].splitlines()]
+        assert listed == [[name, " ".join(COMMANDS[name].help.split("\n\n")[0].split())] for name in names]
+
+
+def test_a_command_without_a_heading_is_listed_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(HEADINGS, "Exports", ())
+    assert re.search(r"(?m)^Others:\n  export  ", tedm("--help").ok().out)
+
+
+def test_the_stages_are_told_in_the_order_of_the_chain(chain: Project) -> None:
+    """`tedm run --help`, and what the shell completes after `tedm run`."""
+    said = re.search(r"The stages, in order: (.*?)\.", " ".join(COMMANDS["run"].help.split()))
+    assert said is not None
+    assert tuple(said[1].split(", ")) == STAGES
+    files = chain_files(load_project(chain.folder / "tedm.toml", chain.build))
+    one = (Named("3", Path("run.h5")),)
+    whole = replace(files, solved_here=True, loop=Path("dynamics.h5"), runs=one, series=one, simulations=one)
+    assert tuple(dict.fromkeys(step.stage for step in chain_of(whole))) == STAGES
+
+
+EXAMPLES = [
+    (name, line.split(maxsplit=1)[1])
+    for name, command in COMMANDS.items()
+    for line in (command.epilog or "").splitlines()
+    if line.startswith("  tedm ")
+]
+
+
+@pytest.mark.parametrize(("name", "typed"), EXAMPLES, ids=[typed for _, typed in EXAMPLES])
+def test_examples_are_what_a_command_takes(
+    name: str, typed: str, chain: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their options, choices and numbers of arguments; and help and page show them as they are typed."""
+    monkeypatch.chdir(chain.folder)
+    first, *words = shlex.split(typed)
+    assert first == name
+    COMMANDS[name].make_context(name, list(words))  # an error where it does not take them
+    assert f"\n    tedm {typed}\n" in tedm(name, "--help").ok().out
+    assert f"\n    tedm {typed}\n" in (ROOT / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
+
+
+def test_the_most_used_commands_have_examples() -> None:
+    assert {"init", "run", "explain", "run-case", "simulate", "report", "export"} <= {name for name, _ in EXAMPLES}

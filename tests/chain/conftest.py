@@ -11,6 +11,7 @@ from shared_folder import shared
 from tedm_cli.config.cases import select_cases
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.progress import silent
+from tedm_cli.stages.adjoint.build import build_adjoint
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 from tedm_cli.stages.model.distortion import build_distortion
 from tedm_cli.stages.model.ingest import ingest
@@ -30,7 +31,7 @@ def matrices(project: Project) -> None:
 
 @pytest.fixture(scope="session")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Project:
-    """The small sample, all stages up to the cases."""
+    """The small sample, all stages up to the cases, and the adjoint."""
     return small_in(shared(tmp_path_factory, "small_cases", lambda folder: build_cases(small_in(folder))))
 
 
@@ -41,6 +42,7 @@ def small_in(folder: Path) -> Project:
 def build_cases(project: Project) -> None:
     matrices(project)
     build_optics(project, None)
+    build_adjoint(project, None, silent)
     run_cases(project, select_cases(project.cases, ["all"]), None, silent)
 
 

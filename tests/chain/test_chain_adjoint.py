@@ -7,8 +7,10 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
+import tedm as tedm_library
 from offset_mass import changed_small
 from test_chain_ties import GRID, block, built
 
@@ -40,8 +42,8 @@ def arrays(path: Path) -> dict[str, np.ndarray]:
 
 
 @pytest.fixture(scope="module")
-def adjoint(small: Project, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build_adjoint(small, tmp_path_factory.mktemp("adjoint") / "adjoint.h5", silent).path
+def adjoint(small: Project) -> Path:
+    return small.build_dir / "adjoint.h5"
 
 
 def by_motion(project: Project, motion: np.ndarray) -> np.ndarray:
@@ -92,6 +94,25 @@ def test_sums_over_areas_are_the_matrices(small: Project, adjoint: Path) -> None
     assert found["/check/allowed"].max() < 3.0 * SINGLE, "rounding is no excuse for more"
     assert not isinstance(results, str)
     np.testing.assert_array_equal(results.value, found["/area/sum"])
+
+
+def test_values_are_found_by_their_names(adjoint: Path) -> None:
+    """From Python: output, grid and area, as h5py finds them in the file."""
+    found = tedm_library.open_build(adjoint.parent).adjoint
+    with h5py.File(adjoint) as file:
+        rows, areas = (list(file[path].asstr()[()]) for path in ("row/label", "area/name"))
+        a_x, eta, area = rows.index("TM1_a_x"), rows.index("A_TM2_eta"), areas.index("STRUT_5")
+        node = int(np.abs(file["s"][a_x]).argmax())
+        grid = int(file["grid/id"][node])
+        wanted = [file["s"][a_x, node], file["area/sum"][eta, area], file["area/gradient"][eta, area, 2]]
+    of_read_out = found.sel(row="A_TM2_eta", area="STRUT_5")
+    by_name = [found.s.sel(row="TM1_a_x", node=grid), of_read_out.area_sum, of_read_out.area_gradient.sel(xyz="z")]
+    assert [float(value) for value in by_name] == wanted
+    assert all(wanted)
+    assert (of_read_out.row_unit.item(), of_read_out.area_group.item()) == ("rad/K", "struts")
+    assert found.s.attrs["units"] == "per K, see row_unit"
+    assert found.element_mean.dims == ("row", "element")
+    assert "refusal" not in found
 
 
 def test_unit_loads_and_any_field_solved_in_memory(small: Project, adjoint: Path) -> None:
@@ -210,6 +231,7 @@ def refused(shop: Shop, code: int, *pieces: str, hint: str = "") -> None:
         assert file.strings(ADJOINT.AREA_NAME)
     assert isinstance(why, str)
     assert str(shop.folder) not in why
+    assert why in "\n".join(tedm_library.open_build(shop.build).adjoint.refusal.values)
     for piece in pieces:
         assert all(piece in text for text in (why, *said))
 
@@ -225,7 +247,7 @@ def test_what_has_no_coupling_is_refused_by_id(shop: Shop) -> None:
     ]
     shop.again("ENDDATA", "\n".join([*cards, "ENDDATA"]))
     pieces = ("CELAS2 77001, 77002", "RBE2 that expands (ALPHA) 77003", "MATT1 1, which depends on temperature")
-    refused(shop, 4, "no thermal coupling", *pieces, hint="solver.md")
+    refused(shop, 4, "no thermal coupling", *pieces, hint="The embedded solver")
 
 
 def test_sums_that_are_not_the_unit_loads_name_area_and_output(shop: Shop) -> None:

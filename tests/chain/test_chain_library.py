@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import subprocess
 import sys
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from tedm_cli.gravity import field, kernel
 from tedm_cli.library.datasets import name_of
 
 ROOT = Path(__file__).parents[2]
-FILES = ["unit_loads", "distortion", "sensitivity", "optics", "case03", "case10b"]
+FILES = ["unit_loads", "distortion", "sensitivity", "optics", "adjoint", "case03", "case10b"]
 PSD_UNITS = "(output_unit)^2/Hz"
 
 
@@ -231,6 +232,9 @@ REFUSED: dict[str, tuple[Callable[[tedm.Project], object], type[tedm.Error], str
     "variable": (lambda p: p.build.read("distortion.h5", ["D_translaton"]), tedm.UsageError, "D_translaton"),
     "folder": (lambda p: tedm.open_build("nowhere"), tedm.InputError, "nowhere"),
     "project": (lambda p: tedm.load_project("nowhere"), tedm.InputError, "nowhere"),
+    "no project": (lambda p: tedm.load_project(ROOT / "docs"), tedm.InputError, "no tedm.toml, nor configs/tedm.toml"),
+    "no TOML": (lambda p: tedm.load_project(ROOT / "README.md"), tedm.ConfigError, "not valid TOML"),
+    "no layout": (lambda p: tedm.trace("nowhere.toml"), tedm.InputError, "nowhere.toml"),
     "dimension": (lambda p: tedm.table(p.build.optics), tedm.UsageError, "no dimension is called 'verdict'"),
     "inside": (lambda p: tedm.cuboid_field([0.0, 0.0, 0.0], 0.1), tedm.PhysicsError, "inside or on"),
     "points": (lambda p: tedm.cuboid_field([[0.0, 1.0]], 0.1), tedm.InputError, "points_m"),
@@ -251,7 +255,11 @@ def test_bad_input_is_refused(project: tedm.Project, name: str) -> None:
     with pytest.raises(error) as refusal:
         call(project)
     assert isinstance(refusal.value, tedm.Error)
-    assert fact in f"{refusal.value} {refusal.value.hint}"
+    assert fact in str(refusal.value)
+    told = "".join(traceback.format_exception(refusal.value))
+    assert told.count("Traceback") == 1, "what the message says in full is not shown as a second error"
+    assert told.rstrip().endswith(f"hint: {refusal.value.hint}" if refusal.value.hint else refusal.value.placed)
+    assert refusal.value.placed.startswith(refusal.value.where)
 
 
 def test_a_stale_and_a_damaged_file_are_refused(small: Project, tmp_path: Path) -> None:
@@ -281,7 +289,7 @@ sys.modules["xarray"] = None
 try:
     tedm.cuboid_field([1.0, 0.0, 0.0], 0.1)
 except tedm.Error as error:
-    print(error, error.hint)
+    print(error)
 """
 
 

@@ -156,11 +156,11 @@ def test_the_field_at_rest_says_how_much_must_be_taken_up(finished: Project, wri
         value, lower, upper = (file.array(f"/dc_verdict/{c}") for c in ("value", "lower", "upper"))
         part = file.array("/dc_verdict/whole") == 1
     beyond = np.where(value > 0.0, value - upper, value - lower)[part & ((value > upper) | (value < lower))]
-    table = written["r.md"].split("what must be taken up at least.")[1].split("**Table")[0]
+    table = written["r.md"].split("the minimum to be compensated.")[1].split("**Table")[0]
     cells = [
         line.split(" | ")[4].strip("*")
         for line in table.splitlines()
-        if line.startswith("| ") and "To take" not in line
+        if line.startswith("| ") and "To compensate" not in line
     ]
     shown = [float(c.replace("−", "-").replace(" × 10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")))
              for c in cells if c != "---:"]  # fmt: skip

@@ -118,6 +118,11 @@ def test_outputs_in_the_page_are_those_of_tedm(page: Browser, built: Built, kind
         )
         assert unit.endswith("/√Hz") == (kind in ("typical", "worst"))
         assert (ratio == "–") == (kind in ("play", "series"))
+    note = page.value("document.getElementById('read-note').textContent")
+    assert ("Ratio to the limit at " in note) != (kind in ("play", "series"))
+    assert (" Hz, reading the temperatures as K/√Hz, safety" in note.replace("mHz", " Hz")) == (
+        kind in ("area", "uniform")
+    )
 
 
 def test_noise_table_is_the_case_file_at_the_frequency(page: Browser, built: Built) -> None:
@@ -248,6 +253,8 @@ def test_a_bare_project_is_drawn_as_well(browser: Browser, built: Built, tmp_pat
     browser.open(path, DRAWN)
     choose(browser, kind="uniform")
     assert browser.value("document.querySelectorAll('#others tbody tr').length") == 24
+    assert browser.value("document.getElementById('more').textContent") == "24 outputs without a requirement"
+    assert browser.value("document.getElementById('read-note').textContent") == "No output has a requirement."
     assert not browser.value("document.getElementById('noise').checkVisibility()")
     assert browser.value("Array.from(document.getElementById('kind').options, (o) => o.value)") == [
         "area",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from tedm_cli.documentation import Page
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.loads.temperatures import temperature_dependent
@@ -19,7 +20,7 @@ _PROPERTIES = {
     "CTUBE": ("PTUBE",),
 }
 _RIGID = ("RBE2", "RBE3", "RBAR")
-_HINT = "its cards, and their forms, are listed in docs/explanation/solver.md"
+_HINT = f"{Page.SOLVER} lists its cards, and their forms"
 
 
 def refuse_without_coupling(model: Any, path: Path) -> None:

@@ -76,7 +76,7 @@ def case_setting(
     try:  # what is wrong with requirements is wrong in every case
         judged_outputs(criteria, outputs, frequency)
     except ConfigError as error:
-        raise ConfigError(error.problems, where=str(project.cases)) from error
+        raise ConfigError(error.problems, where=str(project.cases)) from None
     return CaseSetting(file, config, outputs, temperature, frequency, criteria)
 
 
@@ -147,7 +147,7 @@ def _together(refused: dict[str, TedmError], where: Path) -> TedmError:
     if len(configuration) == len(refused):
         problems = [(f"case {i}: {path}", fact) for i, e in configuration.items() for path, fact in e.problems]
         return ConfigError(problems, where=str(where))
-    more = "; ".join(f"case {i}: {' '.join(str(e).split())}" for i, e in list(refused.items())[1:])
+    more = "; ".join(f"case {i}: {' '.join(e.placed.split())}" for i, e in list(refused.items())[1:])
     own = first.hint.split(_REFUSED_TOO)[0]
     first.hint = f"{own}{_REFUSED_TOO}{more}" if own else f"{_REFUSED_TOO}{more}".removeprefix("; ")
     return first

@@ -46,7 +46,7 @@ def run_series(
     try:
         judged_outputs(config.criteria(), outputs, config.frequency_hz())
     except ConfigError as error:
-        raise ConfigError(error.problems, where=str(project.cases)) from error
+        raise ConfigError(error.problems, where=str(project.cases)) from None
 
     def run(table: SeriesTable) -> None:
         path = output if output is not None else project.build_dir / series_file_name(table.name)

@@ -51,7 +51,7 @@ def inspect_layout(project: Project) -> LayoutReport:
     try:
         _, model = load_model(project.model)
     except TedmError as exc:
-        unread = str(exc).splitlines()[0] if project.model.exists() else f"{project.model}: no such file"
+        unread = exc.placed.splitlines()[0] if project.model.exists() else f"{project.model}: no such file"
         return LayoutReport(path, layout, findings, None, unread)
     match = match_layout(layout, path, model, project.model)
     return LayoutReport(path, layout, findings, match, "")

@@ -143,8 +143,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
             add(
                 f"contributors_{which}.svg",
                 "contributors",
-                f"What the noise of the {title} is made of in case {case.id}. Bars to the left cancel bars to the"
-                " right.",
+                f"What the noise of the {title} is made of in case {case.id}. Negative bars reduce the total.",
                 (only,),
                 partial(draw.contributors, case, judged, areas),
                 decides=place == 0,

@@ -13,7 +13,7 @@ class Readings {
     const required = ({ output, limit }) => [output, `Limit: ${limits.title[limit]} (${limits.name[limit]})`];
     this._table("outputs", head, this.judged, required);
     this._table("others", ["Output", "now"], this.others, (o) => [o, "not judged"]);
-    document.getElementById("more").textContent = `${Format.count(this.others.length, "output")} that nothing is required of`;
+    document.getElementById("more").textContent = `${Format.count(this.others.length, "output")} without a requirement`;
     document.getElementById("more").parentElement.hidden = !this.others.length;
     document.getElementById("more").parentElement.open = !this.judged.length;
     document.getElementById("outputs").hidden = !this.judged.length;
@@ -71,10 +71,10 @@ class Readings {
     document.getElementById("read-note").textContent = this.judged.length
       ? moment
         ? "At this moment. Limits are on noise, in amplitudes per √Hz: “Noise of a case” below holds them."
-        : `${per ? "Noise of each output in amplitudes per √Hz" : "What each output does under these temperatures"}. Ratio: how many ` +
-          `times its limit that is at ${Format.hz(limits.frequency[f])}${per ? "" : ", if the temperatures were noise of as many K/√Hz"}, ` +
+        : `${per ? "Noise of each output in amplitudes per √Hz" : "What each output does under these temperatures"}. Ratio to ` +
+          `the limit at ${Format.hz(limits.frequency[f])}${per ? "" : ", reading the temperatures as K/√Hz"}, ` +
           `safety factor ${safety} included; above 1 violated, – where no limit holds. Change the frequency below.`
-      : "Nothing is required of any output.";
+      : "No output has a requirement.";
     const most = worst ?? { output: 0 };
     const text = `${outputs.label[most.output]} ${Format.si(values[most.output], this.unit(most.output) + per)}`;
     this._speak(worst ? `Largest ratio ${Format.ratio(worst.ratio)}: ${text}` : text);

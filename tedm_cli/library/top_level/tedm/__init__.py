@@ -1,10 +1,10 @@
 """Thermo-elastic distortion modelling for drag-free satellites, from Python: `import tedm`.
 
-    project = tedm.load_project("configs")
+    project = tedm.load_project()  # of this folder, or of the nearest above
     case = project.run_case(3)
     case.psd.sel(output="TM1_a_x")
 
-Results are xarray Datasets with named dimensions, in SI. docs/reference/library.md is the guide.
+Results are xarray Datasets with named dimensions, in SI. The guide is "Python library" in the documentation.
 """
 
 from tedm_cli import __version__
