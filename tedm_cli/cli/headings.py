@@ -12,7 +12,7 @@ HEADINGS = {
     "Model": ("areas", "write-deck", "solve", "ingest", "build-distortion"),
     "Gravity": ("build-sensitivity", "audit-mesh", "self-gravity", "accuracy"),
     "Optics": ("check-layout", "build-optics"),
-    "Temperatures of grids": ("build-adjoint",),
+    "Temperatures of grids": ("build-adjoint", "suggest-areas"),
     "Correlation cases and time series": ("run-case", "run-series"),
     "Drag-free loop": ("build-dynamics", "simulate"),
     "Results": ("explain", "show", "plot", "report", "view"),
