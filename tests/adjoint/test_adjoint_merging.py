@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from field_models import LENGTHS, bar, random_points
+from field_models import LENGTHS, bar, dense, means, random_points
 from sklearn.cluster import KMeans
 
 from tedm_cli.adjoint.connected import joining, pieces, sharing_an_element
@@ -42,10 +42,10 @@ def test_neighbours_share_an_element_and_a_part() -> None:
 
 
 def test_pieces_of_an_area_are_joined_where_they_are_near() -> None:
-    position = np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0], [4, 0, 0], [9, 0, 0]])
+    position = np.array([[0.0, 0, 0], [1, 0, 0], [4, 0, 0], [3, 0, 0], [9, 0, 0]])
     pairs = np.array([[0, 1], [2, 3]])
-    assert joining(pairs, position, np.array([0, 0, 0, 0, 1])).tolist() == [[1, 2]]
-    assert joining(pairs, position, np.zeros(5, dtype=np.int64)).tolist() == [[1, 2], [3, 4]]
+    assert joining(pairs, position, np.array([0, 0, 0, 0, 1])).tolist() == [[1, 3]]
+    assert joining(pairs, position, np.zeros(5, dtype=np.int64)).tolist() == [[1, 3], [2, 4]]
     assert joining(pairs, position, np.arange(5)).shape == (0, 2)
 
 
@@ -65,6 +65,18 @@ def test_what_nothing_connects_stays_apart() -> None:
     assert like_grids(points, apart, len(region)).tolist() == list(range(len(region)))
 
 
+def test_covariances_by_areas_are_those_of_the_whole_covariance() -> None:
+    points, area = random_points(700), np.random.default_rng(2).integers(0, 9, 700)  # more than a block has
+    found = area_covariance(points, area, LENGTHS)
+    mean, s = means(points, area), points.sensitivity
+    for number, length in enumerate(LENGTHS):
+        c = dense(points, length)
+        assert np.allclose(found.areas[number], mean @ c @ mean.T, rtol=1e-10)
+        assert np.allclose(found.outputs[number], s @ c @ mean.T, rtol=1e-9, atol=1e-12)
+        assert np.allclose(found.exact[number], np.einsum("rn,nm,rm->r", s, c, s), rtol=1e-10)
+    assert np.allclose(found.sensitivity, [np.bincount(area, row) for row in s])
+
+
 def test_merged_areas_have_the_errors_that_are_told() -> None:
     points, pairs, _ = stepped_bar(16)
     fine = like_grids(points, pairs, 60)
@@ -77,17 +89,19 @@ def test_merged_areas_have_the_errors_that_are_told() -> None:
         assert np.allclose(merged.ratio_at(count), area_error(points, area, LENGTHS).ratio, rtol=1e-9)
 
 
-def test_each_merge_is_the_one_that_adds_least() -> None:
-    points = random_points(12)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_each_merge_is_the_one_that_adds_least(seed: int) -> None:
+    """Also where the field hardly decorrelates, and what one merge leaves out another one may make up for."""
+    points, lengths = random_points(12, seed=seed), (0.3, 3.0)
     pairs = np.array(list(combinations(range(12), 2)))
-    merged = merge_areas(area_covariance(points, np.arange(12), LENGTHS), pairs)
-    for count in (11, 10, 9):
+    merged = merge_areas(area_covariance(points, np.arange(12), lengths), pairs)
+    for count in range(11, 2, -1):
         before = merged.areas(count + 1)
         worth = []
         for a, b in combinations(range(count + 1), 2):
             tried = np.unique(np.where(before == b, a, before), return_inverse=True)[1]
-            worth.append((area_error(points, tried, LENGTHS).difference ** 4).sum())
-        taken = (area_error(points, merged.areas(count), LENGTHS).difference ** 4).sum()
+            worth.append((area_error(points, tried, lengths).difference ** 4).sum())
+        taken = (area_error(points, merged.areas(count), lengths).difference ** 4).sum()
         assert taken == pytest.approx(min(worth), rel=1e-9)
 
 

@@ -47,6 +47,8 @@ def test_areas_with_images_have_them_at_every_count() -> None:
     assert 50 <= len(twin) <= 75
     assert np.array_equal(twin[fine[:N]], fine[image[:N]])
     assert (twin[np.unique(fine[N:])] == -1).all()
+    new = np.random.default_rng(3).permutation(len(twin))  # whatever the numbers are
+    twin[new], fine, merging = np.where(twin >= 0, new[twin], -1), new[fine], new[merging]
     merged = merge_areas(area_covariance(points, fine, LENGTHS), merging, twin)
     assert merged.fewest == 2
     alone = 0

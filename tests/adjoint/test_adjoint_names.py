@@ -46,6 +46,7 @@ def test_names_are_names_and_each_is_of_one_area() -> None:
     assert given == ["L" * 54 + ".1", "L" * 54 + ".2", "a_3", "a_1"]
     assert not any(area_name_fact(name) for name in given)
     assert len({name.upper() for name in given}) == len(given)
+    assert names([0, 0, 1, 1], [0, 1, 2, 3], old=["a_x", "a_y", "A_p", "A_q"])[0] == ["a_1", "A_2"]
 
 
 AREAS = AreaTable(

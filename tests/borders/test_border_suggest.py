@@ -12,7 +12,9 @@ from border_tools import SMALL, Project, replace
 from matplotlib.figure import Figure
 
 from tedm_cli.areas.csv_file import read_area_csv
+from tedm_cli.contracts import CASE
 from tedm_cli.figures.model import AreaModel
+from tedm_cli.files.store import open_checked
 
 FEW = ("--length-mm", 20, "--length-mm", 500)
 
@@ -87,6 +89,7 @@ def test_areas_of_elements_and_gradients_stay(small: Project, tmp_path: Path) ->
     said = json.loads(small.run("suggest-areas", "--count", 30, *FEW, "--json", "-o", out).ok().out)
     assert said["present"]["count"] == 22  # 20 of grids, and the two of elements
     assert said["count"] == 30
+    assert {"STRUT_A", "STRUT_B"} & {one["area"] for one in said["present"]["coarsest"]}
     found, before = read_area_csv(out), read_area_csv(areas)
     assert len(found) == 28
     assert not any(name.startswith("STRUT") for name in found)
@@ -94,6 +97,18 @@ def test_areas_of_elements_and_gradients_stay(small: Project, tmp_path: Path) ->
     assert said["notes"] == ["areas of elements and gradients stay as they are defined: STRUT_A, STRUT_B, STRUT_C"]
     areas.write_bytes(out.read_bytes())
     small.run("areas").ok()
+
+
+def test_an_even_field_is_the_case_of_all_areas_correlated(small: Project) -> None:
+    """Where nothing decorrelates: the ratios of case 1, with the temperatures of the cases file."""
+    said = json.loads(small.run("suggest-areas", "--count", 30, "--length-mm", 1e9, "--json").ok().out)
+    small.run("run-case", 1).ok()
+    with open_checked(small.build / "case01.h5", CASE) as file:
+        verdict = dict(zip(file.strings(CASE.VERDICT_OUTPUT), file.array(CASE.VERDICT_RATIO), strict=True))
+    found = dict(zip(said["outputs"], said["field_ratio"][0], strict=True))
+    assert found.keys() == verdict.keys()
+    for output in ("TM1_a_x", "TM2_a_x"):  # in read-outs grids cancel to more digits than 1e9 mm leave
+        assert found[output] == pytest.approx(verdict[output], rel=1e-4)
 
 
 def test_as_few_as_an_error_allows(chain: Project) -> None:
