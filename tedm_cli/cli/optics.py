@@ -29,8 +29,9 @@ def check_layout(
     """Judge the optical layout alone.
 
     Beams within apertures, together on the photodiodes, met from the right side, and nothing in their way: a table of
-    margins. The test masses are compared with those of the model's configuration, if that is there; no other file is
-    needed. build-optics judges the same.
+    margins. The test masses are compared with those of the model's configuration, and the elements with the grids of
+    the model, if that is there. No other file is needed. What does not fit the model is refused before it is solved,
+    and all else by build-optics.
     """
     from tedm_cli.cli.printing.layout import layout_dict, layout_lines
     from tedm_cli.stages.optics.layout import inspect_layout, refuse_failures

@@ -7,14 +7,14 @@ units than the configuration says.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.deck_units import AREA, DENSITY, EXPANSION, LENGTH, MASS, SYSTEMS, DeckUnits
+from tedm_cli.deck_units import AREA, DENSITY, EXPANSION, LENGTH, MASS, STRESS, SYSTEMS, DeckUnits
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.loads.temperatures import expansion_coefficients
 from tedm_cli.nastran.masses.elements import Elements
@@ -27,6 +27,8 @@ _MOST_KG = 1e6
 _LEAST_KG_PER_CUBED_EXTENT = 1e-4
 _THICKEST = 1e2  # m, of plates, tubes and their diameters; of what is as large as the model, and no unit is wrong
 _MOST_EXPANSION = 1e-2  # 1/K; polymers have 3e-4
+_STIFFNESS = (1e6, 2e12)  # Pa; rubber has 1e6, diamond 1.2e12; the cores of sandwiches are soft in some directions only
+_MODULI = ("e", "g", "e11", "e22", "e1", "e2", "e3", "ex", "eth", "ez", *(f"G{i}{i}" for i in range(1, 7)))
 _LIGHTEST = 10.0  # kg/m3; honeycomb has 16 and more
 _STRUCTURE = ("CHEXA", "CPENTA", "CTETRA", "CPYRAM", "CQUAD", "CTRIA", "CBAR", "CBEAM", "CROD", "CONROD", "CTUBE")
 _ROUNDING = 1e-6  # of an inertia: what has no width has no inertia about its length
@@ -229,6 +231,24 @@ def light_elements(elements: Elements) -> list[str]:
         + (f"have a density of {density:.4g} kg/m3" if density else "weigh nothing: their material has no density")
         for (pid, card, density), number in sorted(groups.items())
     ]
+
+
+def odd_stiffness(materials: Iterable[Any], units: DeckUnits) -> list[str]:
+    """Remarks on materials that are softer than rubber in all directions, or stiffer than diamond.
+
+    Dummies may be meant so; a modulus in MPa, or with one digit or exponent wrong, looks the same.
+    """
+    notes = []
+    for material in materials:
+        given = [v for name in _MODULI if (v := getattr(material, name, None)) is not None]
+        largest = units.factor(STRESS) * max((float(v) for v in given), default=0.0)
+        if given and not _STIFFNESS[0] <= largest <= _STIFFNESS[1]:
+            notes.append(
+                f"{material.type} {material.mid}: a largest modulus of {largest:.4g} Pa is"
+                f" {'softer than rubber' if largest < _STIFFNESS[0] else 'stiffer than diamond'} (structures:"
+                f" {_STIFFNESS[0]:g} to {_STIFFNESS[1]:g} Pa): is it in the unit of the deck?"
+            )
+    return notes
 
 
 def is_mass_tensor(inertia: FloatArray, scale: float = 0.0) -> bool:

@@ -103,8 +103,8 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
     if turned:
         return (
             Strong("All that is required is met with the assumed temperature filter, but not with every other"),
-            f": the largest ratio to a limit is {ratio_text(max(ratios))} in the cases that can occur, and other filters"
-            f" bring {beyond_words(turned)}.",
+            f": the largest ratio to a limit is {ratio_text(max(ratios))} in the cases that can occur, and other"
+            f" filters bring {beyond_words(turned)}.",
         )
     return (
         Strong("All that is required is met"),

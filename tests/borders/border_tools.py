@@ -242,9 +242,7 @@ def tiny_project(folder: Path) -> Project:
     rows = [f"{i},LEFT" for i in LEFT] + [f"{i},RIGHT" for i in RIGHT]
     (folder / "areas.csv").write_text("\n".join(["node_id,area", *rows]) + "\n")
     (folder / "model.toml").write_text(MODEL_TOML)
-    (folder / "tedm.toml").write_text(
-        f'title = "two bricks"\noptics = "{CONFIGS / "optics.toml"}"\ncases = "{CONFIGS / "cases.toml"}"\n'
-    )
+    (folder / "tedm.toml").write_text(f'title = "two bricks"\ncases = "{CONFIGS / "cases.toml"}"\n')
     project = Project(folder)
     project.run("write-deck").ok()
     write_op2(project.op2, tiny_ids(), [(n, label, motion) for n, label, motion in tiny_motions()])

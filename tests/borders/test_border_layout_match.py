@@ -159,7 +159,7 @@ def test_rounding_is_not_spoken_of(alone: Project) -> None:
     assert "warning" not in outcome.out
     assert "test masses as in the model: TM1, TM2" in outcome.out
     shown = json.loads(alone.run("check-layout", "--json").ok().out)
-    assert shown["against_model"] == {"problems": [], "notes": []}
+    assert shown["against_model"] == {"problems": [], "notes": [], "deck": None}
 
 
 def test_a_layout_may_be_there_before_the_model(alone: Project) -> None:
@@ -292,3 +292,50 @@ def test_areas_and_ingest_say_which_plane(small: Project) -> None:
     assert shown == {"point_m": [0.0, 0.0, 0.0], "normal": [0.0, 1.0, 0.0], "origin": "layout"}
     (small.folder / "optics.toml").unlink()
     assert "symmetry plane: y = 0 in the basic frame (the default without a layout)" in small.run("areas").out
+
+
+@pytest.mark.parametrize("command", ["check-layout", "write-deck", "solve"])
+def test_grids_are_looked_for_before_anything_is_solved(small: Project, command: str) -> None:
+    """A slip in a grid, and an element 97 m away from its own; build-distortion, after hours, would say the same."""
+    if command == "write-deck":
+        shutil.copy(SMALL / "ltp_small.bdf", small.folder)
+    replace(small.folder / "optics.toml", "grid = 900001", "grid = 990001")
+    if command != "check-layout":  # a beam that misses is told first
+        replace(small.folder / "optics.toml", "ref_m = [0.088, 0.096, 0.0]", "ref_m = [97.0, 0.096, 0.0]")
+    with untouched(small.folder):
+        outcome = small.run(command)
+        outcome.refused(
+            3,
+            "optics.toml: element[2].grid: the model has no grid 990001, which is to carry FIM; the grid nearest to FIM"
+            " is 900001, ",
+            hint="add the grids to the model",
+        )
+    assert ("element[3].ref_m: FIR is 96.91 m away from its grid 900002" in outcome.err) == (command != "check-layout")
+
+
+def test_grids_of_another_model_are_one_error(small: Project) -> None:
+    text = (small.folder / "optics.toml").read_text().replace("grid = 9000", "grid = 7000")
+    (small.folder / "optics.toml").write_text(text)
+    outcome = small.run("check-layout")
+    outcome.refused(
+        3, "element: the model lacks ", " grids that elements name: 700001 of FIM, 700002 of FIR, ", " more"
+    )
+    assert outcome.err.count("error:") == 1
+
+
+def test_a_layout_without_grids_yet_keeps_no_model_from_being_solved(small: Project) -> None:
+    """The deck can be written, and run elsewhere; the matrices need the grids."""
+    shutil.copy(SMALL / "ltp_small.bdf", small.folder)
+    replace(small.folder / "optics.toml", "grid = 900001\n", "")
+    small.run("write-deck").ok()
+    assert "no grid yet" in small.run("check-layout").ok().out
+    small.run("build-distortion").refused(3, "element[2]")
+
+
+def test_what_grids_were_compared_with_is_said(small: Project) -> None:
+    assert f"grids in {small.deck.name}: of all 22 elements that name one" in small.run("check-layout").ok().out
+    small.deck.write_text("nonsense\n")
+    assert "not compared with the grids of the model: " in small.run("check-layout").ok().out
+    small.deck.unlink()
+    missing = small.folder / "ltp_small.bdf"
+    assert f"not compared with the grids of the model: {missing}: no such file" in small.run("check-layout").ok().out

@@ -124,9 +124,9 @@ def test_a_field_that_nothing_limits_is_said_not_to_be_judged() -> None:
         ({"likely": 0.4, "possible": 0.5, "diagnostic": 9.0}, "All that is required is met, in every case that can"),
         (
             {"likely": 0.5, "possible": 0.7, "diagnostic": 9.0},
-            "met with the assumed temperature filter, but not with every other: the largest ratio to a limit is 0.700 in"
-            " the cases that can occur, and other filters bring the read-out of x, test mass 1, set A, up to 1.40 times"
-            " its limit.",
+            "met with the assumed temperature filter, but not with every other: the largest ratio to a limit is 0.700"
+            " in the cases that can occur, and other filters bring the read-out of x, test mass 1, set A, up to 1.40"
+            " times its limit.",
         ),
         ({"likely": 0.5, "possible": 3.0}, "met in the likely cases, and at risk in others: the read-out of x"),
         ({"likely": 1.5, "possible": 3.0}, "are not met: the read-out of x, test mass 1, set A, is 1.50 times"),

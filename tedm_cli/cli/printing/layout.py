@@ -51,14 +51,19 @@ def layout_lines(done: LayoutReport) -> list[str]:
 
 
 def _match_lines(done: LayoutReport) -> list[str]:
-    """The test masses against those of the model's configuration."""
+    """The test masses against those of the model's configuration, and the elements against the grids of the model."""
     if done.match is None:
         return [f"not compared with the test masses of the model: {done.unread}"]
     n = len(done.match.problems)
     names = ", ".join(done.match.compared)
     same = f"test masses as in the model: {names}" if names else "no test masses to compare with those of the model"
-    judged = f"{n} differences from the test masses of the model" if n else same
-    return [*(f"warning: {note}" for note in done.match.notes), judged]
+    on_grids = sum(e.grid is not None for e in done.layout.bench)
+    if done.deck is None:
+        grids = [f"not compared with the grids of the model: {done.unread_deck}"]
+    else:
+        grids = [f"grids in {done.deck.name}: of all {on_grids} elements that name one"] if on_grids else []
+    judged = [f"{n} {'difference' if n == 1 else 'differences'} from the model"] if n else [same]
+    return [*(f"warning: {note}" for note in done.match.notes), *judged, *(grids if done.deck is None or not n else [])]
 
 
 def bench_lines(found: Mapping[str, Sequence[str]]) -> list[str]:
@@ -83,6 +88,7 @@ def layout_dict(done: LayoutReport) -> dict[str, Any]:
         else {
             "problems": [{"key": key, "fact": fact} for key, fact in done.match.problems],
             "notes": done.match.notes,
+            "deck": None if done.deck is None else str(done.deck),
         },
         "without_grid": done.without_grid,
         "benches": done.benches,

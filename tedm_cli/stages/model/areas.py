@@ -12,6 +12,7 @@ from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.csv_file import area_csv_text
 from tedm_cli.areas.definitions import DefinedAreas, require_partition
+from tedm_cli.areas.materials import judge_materials
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.areas.places import area_centroids, area_masses, area_points, element_owners
 from tedm_cli.arrays import FloatArray, IntArray
@@ -130,7 +131,7 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
         loads = deck_unit_loads(model, geometry, config.model.uniform_label).areas
         found = DefinedAreas({a.label: a.area_load(geometry) for a in loads}, {}, [], none(), [], [])
         origin = "its temperature cards"
-    notes = passed_over(model)
+    notes = passed_over(model) + judge_materials(model, geometry, found.loads).lines
     bare = [name for name, load in found.loads.items() if load.element_id.size]
     if output is not None and bare:
         notes.append(f"{output} lists grids alone, and not the elements of {', '.join(bare)}")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tedm_cli.areas.configured import configured_areas, defines_areas
 from tedm_cli.areas.definitions import require_partition
+from tedm_cli.areas.materials import judge_materials
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
@@ -17,6 +18,7 @@ from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.loads.unit_deck import read_source, unit_deck
 from tedm_cli.nastran.loads.unit_deck_check import verify_unit_deck
 from tedm_cli.regular_file import require_regular_file
+from tedm_cli.stages.layout_match import require_layout_fits
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,11 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         geometry = model_geometry(
             source.model, list(source.sections.files)
         )  # a wrong unit is said before anything is solved
+        require_layout_fits(project, config, geometry.grid_id, geometry.position_m)
         areas = configured_areas(project, config, source.model, geometry)
         require_partition(areas, where=str(bdf))
+        materials = judge_materials(source.model, geometry, areas.loads)
+        materials.require(str(bdf))
         steps = mean_steps(geometry, areas.loads, areas.selected)
         deck = unit_deck(source, areas.loads, table.uniform_label, table.reference_temperature_K)
         temporary.write_bytes(deck.text.encode("latin-1"))
@@ -76,5 +81,5 @@ def write_deck(project: Project, output: Path | None) -> DeckSummary:
         deck.reference,
         table.temperature,
         tuple(steps),
-        (*table.unit_notes(), *areas.lines(), *deck.notes),
+        (*table.unit_notes(), *areas.lines(), *materials.notes, *deck.notes),
     )

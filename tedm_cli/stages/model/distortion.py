@@ -25,14 +25,13 @@ from tedm_cli.files.blocks import SomeNodes, node_blocks
 from tedm_cli.files.build_folder import DISTORTION_FILE, UNIT_LOADS_FILE, provenance
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.sides import require_plane
 from tedm_cli.results.ties import Ties, read_ties, require_ties
 from tedm_cli.results.unit_loads import lever_nodes_of
 from tedm_cli.stages.common import copy_areas, copy_places, out_path
-from tedm_cli.stages.layout_match import match_layout
+from tedm_cli.stages.layout_match import match_grids
 
 IMPLAUSIBLE = 100.0  # times the free growth of the whole model
 
@@ -71,11 +70,11 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
         rows, names, notes = np.zeros(0, dtype=np.int64), list[str](), tuple[str, ...]()
         position = unit.array(UNIT_LOADS.GRID_POSITION)
         if bench is not None and project.optics is not None:
-            rows, names = _optical_rows(unit, bench[1], project.optics)
-            size = float(np.linalg.norm(np.ptp(position, axis=0)))
-            match = match_layout(bench[1], project.optics, model, project.model, position[rows], size)
+            ids, elements = unit.array(UNIT_LOADS.GRID_ID), bench[1].bench
+            match = match_grids(bench[1], project.optics, model, project.model, ids, position)
             match.require()
-            notes = tuple(match.notes)
+            rows = np.searchsorted(ids, np.array([e.grid for e in elements], dtype=np.int64))
+            names, notes = [e.name for e in elements], tuple(match.notes)
         require_plane(unit, project, model)
         require_ties(unit, compensation_masses(project, model))
         writer.write(DISTORTION.GRID_ID, unit.array(UNIT_LOADS.GRID_ID))
@@ -87,17 +86,6 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
             writer.write(DISTORTION.OPTICAL_POSITION, position[rows])
         result = _scale_areas(unit, writer, rows, names, out, step)
     return replace(result, notes=(*notes, *result.notes))
-
-
-def _optical_rows(unit: Reader, layout: OpticalLayout, where: Path) -> tuple[IntArray, list[str]]:
-    ids = unit.array(UNIT_LOADS.GRID_ID)
-    elements = [e for e in layout.elements if e.grid is not None]
-    wanted = np.array([e.grid for e in elements], dtype=np.int64)
-    rows = np.clip(np.searchsorted(ids, wanted), 0, len(ids) - 1)
-    absent = [f"{e.name} (grid {e.grid})" for e, r in zip(elements, rows, strict=True) if ids[r] != e.grid]
-    if absent:
-        raise InputError(f"optical elements whose grid the model lacks: {', '.join(absent)}", where=str(where))
-    return rows, [e.name for e in elements]
 
 
 def _scale_areas(
@@ -278,10 +266,12 @@ def _check_plausible(unit: Reader, areas: AreaTable, largest: FloatArray) -> Non
     scale = plausible_translation(unit.array(UNIT_LOADS.ELEMENT_EXPANSION), position)
     still = [str(a) for a, m in zip(areas.name, largest, strict=True) if m == 0]
     if still:
+        more = f" and {len(still) - 5} more" if len(still) > 5 else ""
         raise PhysicsError(
-            f"areas whose unit load moves nothing: {', '.join(still[:5])}",
+            f"areas whose unit load moves nothing: {', '.join(still[:5])}{more}",
             where=str(unit.path),
-            hint="do the materials of their elements have an expansion, and are their grids free to move?",
+            hint="do the materials of their elements have an expansion (`tedm areas` names those without), and are"
+            " their grids free to move?",
         )
     extent = float(np.linalg.norm(np.ptp(position, axis=0)))
     # 1 K/m curves what is free by its expansion per metre: over a length L it moves by half of that times L².

@@ -12,6 +12,7 @@ import numpy as np
 
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.areas.configured import area_csv, configured_areas, defines_areas, require_agreement
+from tedm_cli.areas.materials import judge_materials
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.areas.places import area_centroids, area_masses, area_points
 from tedm_cli.arrays import FloatArray, IntArray
@@ -157,6 +158,7 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         + [f"{p} has no labels: its subcases are taken by the deck's numbers" for p in findings.by_number]
         + passed_over(model)
         + light_elements(geometry.elements)
+        + judge_materials(model, geometry, on).lines
         + tie_notes,
         steps,
         max(wanted, key=lambda load: load.single_error),

@@ -10,20 +10,21 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.config.model import ModelTable, load_model
+from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import ConfigError, PhysicsError, UsageError
 from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import LoadCase, SolidBlock, Structure
-from tedm_cli.nastran.geometry import model_geometry
+from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.reading import cross_reference, passed_over, read_deck
 from tedm_cli.nastran.run import OP2, results_suffix, run_nastran
 from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import refuse_own_place
+from tedm_cli.stages.layout_match import require_layout_fits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +75,7 @@ def solve_deck(
     *,
     allow_missing_enddata: bool = False,
     units: DeckUnits = SI,
+    fits: Callable[[ModelGeometry], None] | None = None,
 ) -> SolveReport:
     """Read `deck`, solve its subcases in SI and write `op2` in the units of the deck, as any Nastran would.
 
@@ -83,6 +85,7 @@ def solve_deck(
     op2 : file to write; replaced only when everything succeeded.
     progress : called as (done, total, what), or None.
     units : those of the deck.
+    fits : raises where the results of this model would be refused later, or None.
 
     Raises
     ------
@@ -96,8 +99,10 @@ def solve_deck(
     notes = passed_over(model)
     structure, cases = solver_structure(model, deck)
     cross_reference(model, deck)
-    model_geometry(model, [deck])  # a wrong unit is said before anything is solved
-    del model
+    geometry = model_geometry(model, [deck])  # a wrong unit is said before anything is solved
+    if fits is not None:
+        fits(geometry)
+    del model, geometry
     labels = {case.id: case.label for case in cases}
     in_deck_units = np.repeat([1.0 / units.length_m, 1.0], 3)  # angles are in rad
     try:
@@ -169,14 +174,23 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
         If the configuration names several result files: a run makes one; the place of a file of ours; or HDF5, which
         is for MSC Nastran to write.
     """
-    deck, out, table = _deck_and_op2(project, output)
+    deck, out, config = _deck_and_op2(project, output)
+    table = config.model
     if results_suffix(out) != OP2:
         fact = f"{out} is to be MSC Nastran's HDF5, and the embedded solver writes an OP2"
         hint = "name an OP2, or run MSC Nastran with --run"
         if output is not None:
             raise UsageError(fact, hint=hint)
         raise ConfigError([("model.op2", fact)], where=str(project.model), hint=hint)
-    return out, solve_deck(deck, out, step, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units())
+    report = solve_deck(
+        deck,
+        out,
+        step,
+        allow_missing_enddata=table.allow_missing_enddata,
+        units=table.deck_units(),
+        fits=lambda geometry: require_layout_fits(project, config, geometry.grid_id, geometry.position_m),
+    )
+    return out, report
 
 
 def solve_elsewhere(
@@ -188,17 +202,19 @@ def solve_elsewhere(
     -------
     The OP2 and the number of its subcases. Raises what `solve` and `run_nastran` do.
     """
-    deck, out, table = _deck_and_op2(project, output)
+    deck, out, config = _deck_and_op2(project, output)
+    table = config.model
     units = table.deck_units()
     model = read_deck(deck, allow_missing_enddata=table.allow_missing_enddata, units=units)
-    model_geometry(model, [deck])  # a wrong unit is said before anything is solved
+    geometry = model_geometry(model, [deck])  # a wrong unit is said before anything is solved
+    require_layout_fits(project, config, geometry.grid_id, geometry.position_m)
     return out, run_nastran(command, deck, out, say, allow_missing_enddata=table.allow_missing_enddata, units=units)
 
 
-def _deck_and_op2(project: Project, output: Path | None) -> tuple[Path, Path, ModelTable]:
+def _deck_and_op2(project: Project, output: Path | None) -> tuple[Path, Path, ModelConfig]:
     file, config = load_model(project.model)
     if output is None and len(config.model.op2) != 1:
         raise ConfigError([("model.op2", "names several files, a run makes one")], where=str(file.path))
     out = output if output is not None else project.resolve(config.model.op2[0])
     refuse_own_place(project, [out])
-    return project.resolve(config.model.deck), out, config.model
+    return project.resolve(config.model.deck), out, config

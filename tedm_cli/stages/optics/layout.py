@@ -5,21 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.config.model import load_model
+import numpy as np
+
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.config.model import ModelTable, load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.errors import PhysicsError, TedmError
+from tedm_cli.errors import InputError, PhysicsError, TedmError
+from tedm_cli.nastran.positions import frames_of, grid_positions
+from tedm_cli.nastran.reading import read_deck
 from tedm_cli.optics.benches import benches
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
-from tedm_cli.stages.layout_match import Match, match_layout
+from tedm_cli.stages.layout_match import Match, match_grids, match_layout
 
 
 @dataclass(frozen=True)
 class LayoutReport:
     """What was found in the layout at `path`; `match`: against the model's configuration, None where that is not there.
 
-    `unread`: why it could not be read.
+    `unread`: why it could not be read. `deck`: the model whose grids were compared, too, None where there is none that
+    can be read; `unread_deck`: why.
     """
 
     path: Path
@@ -27,6 +33,8 @@ class LayoutReport:
     findings: tuple[Finding, ...]
     match: Match | None
     unread: str
+    deck: Path | None = None
+    unread_deck: str = ""
 
     @property
     def without_grid(self) -> list[str]:
@@ -53,8 +61,25 @@ def inspect_layout(project: Project) -> LayoutReport:
     except TedmError as exc:
         unread = exc.placed.splitlines()[0] if project.model.exists() else f"{project.model}: no such file"
         return LayoutReport(path, layout, findings, None, unread)
-    match = match_layout(layout, path, model, project.model)
-    return LayoutReport(path, layout, findings, match, "")
+    decks = [project.resolve(name) for name in (model.model.bdf, model.model.deck) if name is not None]
+    deck = next((path for path in decks if path.exists()), decks[0])
+    try:
+        grid_id, position = _grids(deck, model.model)
+    except TedmError as exc:
+        unread = str(exc).splitlines()[0] if deck.exists() else f"{deck}: no such file"
+        return LayoutReport(path, layout, findings, match_layout(layout, path, model, project.model), "", None, unread)
+    match = match_grids(layout, path, model, project.model, grid_id, position)
+    return LayoutReport(path, layout, findings, match, "", deck)
+
+
+def _grids(deck: Path, table: ModelTable) -> tuple[IntArray, FloatArray]:
+    """Ids [N], ascending, and positions [N, 3] m, basic frame, of the grids of a deck; nothing else of it is judged."""
+    units = table.deck_units()
+    model = read_deck(deck, allow_missing_enddata=table.allow_missing_enddata, units=units)
+    grid_id = np.array(sorted(model.nodes), dtype=np.int64)
+    if not grid_id.size:
+        raise InputError("holds no grids", where=str(deck))
+    return grid_id, units.length_m * grid_positions(model, grid_id, frames_of(model))
 
 
 def refuse_failures(findings: tuple[Finding, ...], where: Path) -> None:
