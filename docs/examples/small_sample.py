@@ -1,8 +1,8 @@
 """The shipped small sample, from the Nastran results to a sensitivity, checked by moving the mass.
 
-Three commands turn the unit loads of the sample of `tedm init` into [S_SG], the acceleration of each test mass per kelvin
-of each thermal area. Here one entry is found again without the operator that makes it: every piece of the structure's
-mass is moved by what 10 K in the area do to it, forwards and backwards, and the two fields are subtracted.
+Three commands turn the unit loads of the sample of `tedm init` into [S_SG], the acceleration of each test mass per
+kelvin of each thermal area. Here one entry is found again without the operator that makes it: every piece of the
+structure's mass is moved by what 10 K in the area do to it, forwards and backwards, and the two fields are subtracted.
 """
 
 import subprocess

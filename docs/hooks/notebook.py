@@ -1,4 +1,7 @@
-"""Notebooks as pages, with the outputs that are stored in them: nothing is executed. The notebook itself is beside the page."""
+"""Notebooks as pages, with the outputs that are stored in them: nothing is executed.
+
+The notebook itself is beside its page.
+"""
 
 from __future__ import annotations
 

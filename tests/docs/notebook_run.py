@@ -1,4 +1,7 @@
-"""The notebook of the tutorial in the sample of `tedm init`. `python tests/docs/notebook_run.py` runs it again and keeps it."""
+"""The notebook of the tutorial in the sample of `tedm init`.
+
+`python tests/docs/notebook_run.py` runs it again and keeps it.
+"""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Block:
 
     @property
     def kind(self) -> str:
-        """`session` (commands behind $ and their output), `commands`, `file`, `change` or `part` of a file, or `other`."""
+        """`session` (commands behind $ and their output), `commands`, `file`, `change` or `part` of one, or `other`."""
         if self.title:
             is_part = self.language in ("markdown", "text") and "..." in self.lines
             return "change" if self.language == "diff" else "part" if is_part else "file"

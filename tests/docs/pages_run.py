@@ -8,8 +8,8 @@ A page is a session: its files are written and its commands run in the order in 
 * A block of commands behind `$ ` with their output is run and compared line by line. `...` alone in a line stands for
   any lines, within a line for any text. Blocks of commands without `$ ` are not run.
 * A fenced block with title="NAME" is the file NAME. As a `diff` it changes a file that is there: lines that begin with
-  - are replaced by those with + behind them; lines with + alone are added at its end. As `text` or `markdown` with `...`
-  alone in a line it is a part of a file that is there, and is compared like the output of a command.
+  - are replaced by those with + behind them; lines with + alone are added at its end. As `text` or `markdown` with
+  `...` alone in a line it is a part of a file that is there, and is compared like the output of a command.
 """
 
 from __future__ import annotations
