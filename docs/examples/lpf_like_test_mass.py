@@ -2,8 +2,8 @@
 
 A test mass like that of LISA Pathfinder: 46 mm, all edges chamfered, and in the middle of both z faces a recess for the
 plunger that holds it at launch. The sizes are ours, of published magnitude, and no flight data. Its mass
-stays that of the cube. On the small sample, or on a project that is built:
-`python docs/examples/lpf_like_test_mass.py configs/tedm.toml build`.
+stays that of the cube. On the sample of `tedm init`, or on a project that is built:
+`python lpf_like_test_mass.py tedm.toml build`.
 """
 
 import subprocess
@@ -24,25 +24,25 @@ from tedm_cli.gravity.structure import structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.results.unit_loads import mass_of
 
-SAMPLE = Path(__file__).parents[2] / "sample_models" / "small" / "tedm.toml"
 # What [[test_mass]] says besides name, position_m, side_m and mass_kg
 CHAMFERS = {"chamfer_m": 0.002}
 RECESSES = {"pocket": [{"face": face, "diameter_m": 0.010, "depth_m": 0.003} for face in ("+z", "-z")]}
 SHAPES = {"cube": {}, "chamfers": CHAMFERS, "recesses": RECESSES, "both": CHAMFERS | RECESSES}
 
 with tempfile.TemporaryDirectory() as folder:
-    config, build = SAMPLE, Path(folder)
+    project = Path(folder) / "demo"
+    config, build = project / "tedm.toml", project / "build"
     if len(sys.argv) > 1:
         config, build = map(Path, sys.argv[1:3])
     else:
-        for command in ("ingest", "build-distortion"):
-            tedm = [sys.executable, "-m", "tedm_cli.cli", command, "-c", str(config), "-d", str(build)]
-            subprocess.run([*tedm, "--quiet"], check=True)
+        for command in (["init", str(project)], ["ingest"], ["build-distortion"]):
+            where = Path(folder) if command[0] == "init" else project
+            subprocess.run([sys.executable, "-m", "tedm_cli.cli", *command, "--quiet"], cwd=where, check=True)
     with open_checked(build / "unit_loads.h5", UNIT_LOADS) as file:
         masses = mass_of(file)
     with open_checked(build / "distortion.h5", DISTORTION) as file:
         translation, rotation = file.array(DISTORTION.D_TRANSLATION), file.array(DISTORTION.D_ROTATION)
-tables = load_model(load_project(config, build).model)[1].test_mass
+    tables = load_model(load_project(config, build).model)[1].test_mass
 
 
 def shaped(keys: dict[str, object]) -> list[TestMass]:

@@ -1,8 +1,8 @@
 """The shipped small sample, from the Nastran results to a sensitivity, checked by moving the mass.
 
-Three commands turn the unit loads of `sample_models/small` into [S_SG], the acceleration of each test mass per kelvin
-of each thermal area. Here one entry is found again without the operator that makes it: every piece of the structure's
-mass is moved by what 10 K in the area do to it, forwards and backwards, and the two fields are subtracted.
+Three commands turn the unit loads of the sample of `tedm init` into [S_SG], the acceleration of each test mass per
+kelvin of each thermal area. Here one entry is found again without the operator that makes it: every piece of the
+structure's mass is moved by what 10 K in the area do to it, forwards and backwards, and the two fields are subtracted.
 """
 
 import subprocess
@@ -17,14 +17,15 @@ from tedm_cli.gravity.field import self_gravity
 from tedm_cli.gravity.quadrature import quadrature_points
 from tedm_cli.results.unit_loads import mass_of
 
-SAMPLE = Path(__file__).parents[2] / "sample_models" / "small"
 AREA, KELVIN = "STRUT_1", 10.0
 
 with tempfile.TemporaryDirectory() as folder:
-    build = Path(folder)
-    for command in ("ingest", "build-distortion", "build-sensitivity"):
-        tedm = [sys.executable, "-m", "tedm_cli.cli", command, "-c", str(SAMPLE / "tedm.toml"), "-d", str(build)]
-        subprocess.run([*tedm, "--quiet"], check=True)
+    project = Path(folder) / "demo"
+    for command in (["init", str(project)], ["ingest"], ["build-distortion"], ["build-sensitivity"]):
+        where = Path(folder) if command[0] == "init" else project
+        subprocess.run([sys.executable, "-m", "tedm_cli.cli", *command, "--quiet"], cwd=where, check=True)
+    build = project / "build"
+    _, config = load_model(project / "model.toml")
     with (
         open_checked(build / "unit_loads.h5", UNIT_LOADS) as unit_loads,
         open_checked(build / "distortion.h5", DISTORTION) as distortion,
@@ -36,7 +37,6 @@ with tempfile.TemporaryDirectory() as folder:
         motion = KELVIN * distortion.dataset("/D/translation")[column]
         masses = mass_of(unit_loads)
 
-_, config = load_model(SAMPLE / "model.toml")
 test_mass = config.test_masses()[0]
 ahead = behind = 0.0
 for piece in quadrature_points(masses, test_mass, config.gravity.quadrature_tolerance):

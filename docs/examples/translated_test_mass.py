@@ -6,16 +6,15 @@ beams are traced through the whole layout twice, with the first test mass moved 
 What the photodiode reads is the path of the measurement beam minus that of the reference beam.
 """
 
-from pathlib import Path
-
 import numpy as np
 
 from tedm_cli.config.optics import load_layout
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.trace import nominal_poses, trace
+from tedm_cli.samples.shipped import root
 
 STEP_M = 1e-6
-_, layout = load_layout(Path(__file__).parents[2] / "configs" / "optics.toml")
+_, layout = load_layout(root() / "configs" / "optics.toml")
 
 motion = np.zeros((len(layout.elements), 6))
 motion[layout.index("TM1"), 0] = STEP_M

@@ -1,4 +1,7 @@
-"""Notebooks as pages, with the outputs that are stored in them: nothing is executed."""
+"""Notebooks as pages, with the outputs that are stored in them: nothing is executed.
+
+The notebook itself is beside its page.
+"""
 
 from __future__ import annotations
 
@@ -35,13 +38,14 @@ def _markdown(path: Path) -> str:
             parts.append(cell.source)
         else:
             parts += [_fenced(cell.source, "python"), *map(_output, cell.outputs)]
+    # HTML, because a link of Markdown would lead to the page again (repository.py).
+    parts.insert(1, f'<a href="{path.name}" download>Download this notebook</a>')
     return "\n\n".join(parts) + "\n"
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """A page in place of each notebook."""
+    """A page for each notebook."""
     for file in [file for file in files if file.src_uri.endswith(".ipynb")]:
-        files.remove(file)
         page = file.src_uri.removesuffix(".ipynb") + ".md"
         files.append(File.generated(config, page, content=_markdown(Path(str(file.abs_src_path)))))
     return files

@@ -1,6 +1,7 @@
 """Links from the pages to files of the repository that are no pages: in the site, each such file is a page as well.
 
-So a link has one form, which a browser of the repository follows too. Such a page is under `repository/`.
+So a link has one form, which a browser of the repository follows too. Such a page is under `repository/`. A program of
+docs/ is in the site as a file as well, and its page has a link that downloads it.
 """
 
 from __future__ import annotations
@@ -45,7 +46,11 @@ def _text(path: Path, name: str) -> str:
     if path.suffix == ".md":
         return text
     language = _LANGUAGES.get(path.suffix, "text")
-    return f"---\nsearch:\n  exclude: true\n---\n# {name}\n\n~~~~~~ {language}\n{text.rstrip()}\n~~~~~~\n"
+    above = ""
+    if name.startswith("docs/"):
+        address = relpath(name.removeprefix("docs/"), dirname(_address(name)))
+        above = f'<a href="{address}" download>Download this file</a>\n\n'
+    return f"---\nsearch:\n  exclude: true\n---\n# {name}\n\n{above}~~~~~~ {language}\n{text.rstrip()}\n~~~~~~\n"
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

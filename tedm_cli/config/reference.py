@@ -35,7 +35,8 @@ double brackets may be there several times. Where the default is "-", there is n
 when the key is left out.
 """
 _ORIGIN = (
-    "<!-- Printed from `tedm_cli/config/` by `python -m tedm_cli.config.reference > docs/reference/configuration.md`. -->"
+    "<!-- Printed from `tedm_cli/config/` by"
+    " `python -m tedm_cli.config.reference > docs/reference/configuration.md`. -->"
 )
 
 

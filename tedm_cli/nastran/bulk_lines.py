@@ -65,10 +65,8 @@ def _reals_without_point(lines: Sequence[Line]) -> list[str]:
     if not found:
         return []
     more = f", and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
-    return [
-        f"reals without a decimal point, which some Nastrans refuse: {', '.join(found[:_MOST_NAMED])}{more}; write 2.e-08 for"
-        " 2e-08"
-    ]
+    named = ", ".join(found[:_MOST_NAMED]) + more
+    return [f"reals without a decimal point, which some Nastrans refuse: {named}; write 2.e-08 for 2e-08"]
 
 
 def _card(lines: Sequence[Line], first: int) -> list[int]:

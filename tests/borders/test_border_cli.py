@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import typer.main
 from border_tools import Project, tedm
 
 from tedm_cli import __version__
+from tedm_cli.cli import main
 from tedm_cli.cli.commands import app
 
 GROUP = typer.main.get_command(app)
@@ -48,6 +50,17 @@ def test_every_command_and_option_is_documented(name: str) -> None:
 
 def test_version() -> None:
     assert tedm("--version").ok().out == f"tedm {__version__}\n"
+
+
+def test_windows_is_told_where_it_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Before anything is imported that needs what Windows lacks."""
+    monkeypatch.delattr(signal, "SIGALRM")
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    error, hint = capsys.readouterr().err.splitlines()
+    assert error.startswith("error: tedm needs")
+    assert "WSL 2" in hint
 
 
 def test_a_reader_that_leaves_early(chain: Project) -> None:

@@ -1,4 +1,4 @@
-"""What the README, the page of the library and the notebook show runs on the small sample, and prints what is kept."""
+"""What the README and the page of the library show runs on the small sample."""
 
 from __future__ import annotations
 
@@ -73,17 +73,3 @@ def test_docstrings_tell_what_goes_in_and_out() -> None:
             assert f"{heading}\n---" in text, (name, heading)
         for argument in inspect.signature(getattr(tedm, name)).parameters:
             assert re.search(rf"^{argument} : ", text, re.M), (name, argument)
-
-
-@pytest.mark.slow
-def test_the_notebook_prints_what_it_says(small: Project, tmp_path: Path) -> None:
-    nbformat = pytest.importorskip("nbformat")
-    pytest.importorskip("nbclient")
-    from library_notebook import NOTEBOOK, executed, texts
-
-    kept = nbformat.read(NOTEBOOK, as_version=4)
-    told = texts(kept)
-    assert len(told) >= 6
-    assert any("image/png" in o.get("data", {}) for c in kept.cells for o in c.get("outputs", ())), "a figure is kept"
-    now = texts(executed(kept, small.build_dir, tmp_path))
-    assert now == told, "make it again with `python tests/library_notebook.py`"

@@ -48,9 +48,10 @@ class Block:
 
     @property
     def kind(self) -> str:
-        """`session` (commands behind $ and their output), `commands`, `file`, `change` of a file, or `other`."""
+        """`session` (commands behind $ and their output), `commands`, `file`, `change` or `part` of one, or `other`."""
         if self.title:
-            return "change" if self.language == "diff" else "file"
+            is_part = self.language in ("markdown", "text") and "..." in self.lines
+            return "change" if self.language == "diff" else "part" if is_part else "file"
         if self.language in ("", *_SHELL) and any(line.startswith("$ ") for line in self.lines):
             return "session"
         first = next(iter(self.lines[0].split()), "")

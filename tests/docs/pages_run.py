@@ -8,7 +8,8 @@ A page is a session: its files are written and its commands run in the order in 
 * A block of commands behind `$ ` with their output is run and compared line by line. `...` alone in a line stands for
   any lines, within a line for any text. Blocks of commands without `$ ` are not run.
 * A fenced block with title="NAME" is the file NAME. As a `diff` it changes a file that is there: lines that begin with
-  - are replaced by those with + behind them; lines with + alone are added at its end.
+  - are replaced by those with + behind them; lines with + alone are added at its end. As `text` or `markdown` with
+  `...` alone in a line it is a part of a file that is there, and is compared like the output of a command.
 """
 
 from __future__ import annotations
@@ -202,7 +203,7 @@ def _kept(old: str, new: str) -> str:
 
 @dataclass(frozen=True)
 class Difference:
-    """A command whose output is not what its page says."""
+    """A command whose output, or a file whose part, is not what its page says."""
 
     page: str
     indent: str
@@ -220,6 +221,10 @@ def read(page: str, folder: Path) -> list[Difference]:
     for block in blocks(page):
         if block.kind in ("file", "change"):
             reader.write(block)
+        elif block.kind == "part":
+            there = (reader.here / block.title).read_text(encoding="utf-8").splitlines()
+            if not agrees(block.lines, there):
+                found.append(Difference(page, block.indent, Shown(block.title, block.line, block.lines), there))
         elif block.kind == "session":
             for shown in session(block):
                 printed = reader.printed(shown)

@@ -146,6 +146,15 @@ def test_a_file_is_changed_as_shown() -> None:
         changed("a\n", shown("-b", "+c"))
 
 
+def test_a_part_of_a_file_is_none_to_be_written() -> None:
+    def kind(language: str, *lines: str) -> str:
+        return Block("page.md", 1, "", language, "file", lines).kind
+
+    assert kind("markdown", "...", "a") == kind("text", "a", "...") == "part"
+    assert kind("text", "a") == kind("python", "def a():", "...") == "file"
+    assert kind("diff", "+a") == "change"
+
+
 def test_a_session_is_read() -> None:
     block = Block("page.md", 7, "    ", "", "", ("$ one", "out", "$ two \\", "  more", "a", "b"))
     assert session(block) == [Shown("one", 8, ("out",)), Shown("two \\\n  more", 11, ("a", "b"))]

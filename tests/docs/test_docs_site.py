@@ -82,7 +82,8 @@ def test_every_page_is_in_the_order_and_in_the_site(site: Path) -> None:
     assert {name for name in in_order if not name.startswith("repository/")} == there
     for name in in_order:
         assert (site / re.sub(r"(README|index)\.md$", "index.md", name)).with_suffix(".html").is_file(), name
-    assert not list(site.rglob("*.py"))
+    programs = {path.relative_to(DOCS) for path in DOCS.glob("examples/*.py")}
+    assert {path.relative_to(site) for path in site.rglob("*.py")} == programs
 
 
 def test_every_link_and_anchor_leads_somewhere(site: Path, pages: dict[Path, Page]) -> None:
@@ -130,9 +131,13 @@ def test_a_file_that_is_no_page_is_one_in_the_site(site: Path, pages: dict[Path,
     original = (ROOT / "configs" / "model.toml").read_text(encoding="utf-8")
     assert original.strip() in html.unescape(shown)
     assert "../repository/docs/examples/bimetal_strip.py.html" in pages[site / "examples" / "index.html"].links
+    page = pages[site / "repository" / "docs" / "examples" / "bimetal_strip.py.html"]
+    assert "../../../examples/bimetal_strip.py" in page.links
+    program = Path("examples") / "bimetal_strip.py"
+    assert (site / program).read_bytes() == (DOCS / program).read_bytes()
 
 
-def test_the_notebook_is_shown_as_it_is_stored(site: Path) -> None:
+def test_the_notebook_is_shown_as_it_is_stored(site: Path, pages: dict[Path, Page]) -> None:
     text = (site / "tutorial" / "notebook.html").read_text(encoding="utf-8")
     plain = html.unescape(re.sub(r"<[^>]+>", "", text))
     outputs = [o for c in nbformat.read(DOCS / "tutorial" / "notebook.ipynb", 4).cells for o in c.get("outputs", [])]
@@ -141,6 +146,8 @@ def test_the_notebook_is_shown_as_it_is_stored(site: Path) -> None:
     assert len(streams) > 2
     assert pictures
     assert all(stream.strip() in plain for stream in streams)
+    assert "notebook.ipynb" in pages[site / "tutorial" / "notebook.html"].links
+    assert (site / "tutorial" / "notebook.ipynb").read_bytes() == (DOCS / "tutorial" / "notebook.ipynb").read_bytes()
     assert all(f"data:image/png;base64,{picture}" in text for picture in pictures)
     assert text.count("<table>") == sum("text/html" in output.get("data", {}) for output in outputs)
 
