@@ -177,7 +177,7 @@ def test_what_has_no_thermal_coupling_is_refused_by_id(tmp_path, cards):
     with pytest.raises(InputError, match=UNMODELLED[cards]) as error:
         coupled_structure(read_deck(path, cross_reference=False), path)
     assert error.value.where == str(path)
-    assert "solver.md" in error.value.hint
+    assert "The embedded solver" in error.value.hint
 
 
 def test_what_the_solver_alone_refuses_is_refused_too(tmp_path):

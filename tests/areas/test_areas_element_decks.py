@@ -185,7 +185,7 @@ HAND = {
     "a uniform load that keeps a shell at rest": (
         "ENDDATA",
         "TEMPP1,6,1,0.\nENDDATA",
-        "uniform load 'UNIFORM'.*does not warm elements 1$",
+        "uniform load 'UNIFORM'.*does not warm elements 1\n",
     ),
     "a uniform load that is a gradient": (
         "  LABEL = UNIFORM\n  TEMPERATURE(LOAD) = 6",

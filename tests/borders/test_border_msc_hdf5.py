@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from border_tools import Project, replace, tiny_ids, tiny_motions, untouched
+from border_tools import CONFIGS, Project, replace, tiny_ids, tiny_motions, untouched
 from msc_hdf5_file import DISPLACEMENT, DOMAINS, change_table, table_of, write_msc_hdf5
 
 
@@ -78,6 +78,12 @@ def test_the_embedded_solver_writes_no_hdf5(msc: tuple[Project, Path]) -> None:
 
 def test_make_watches_the_file(msc: tuple[Project, Path]) -> None:
     project, path = msc
+    before, *rest = (CONFIGS / "cases.toml").read_text(encoding="utf-8").split("\n[[requirement]]\n")
+    of_gravity = rest[0]  # the other is on read-outs, of which the bricks have none
+    (project.folder / "cases.toml").write_text(
+        f"{before}\n[[requirement]]\n{of_gravity}\n[[case]]{rest[-1].split('[[case]]', 1)[1]}"
+    )
+    replace(project.folder / "tedm.toml", str(CONFIGS / "cases.toml"), "cases.toml")
     project.run("make-rules").ok()
     (said,) = [p for p in project.build.iterdir() if p.is_file() and "OP2 :=" in p.read_text(errors="ignore")]
     assert f"OP2 := {path}\n" in said.read_text()

@@ -47,7 +47,7 @@ def test_pipes_are_refused_by_name(tiny: Project, name: str) -> None:
     if name == "model.bdf":
         tiny.deck.unlink()
     for command in READERS[name]:
-        tiny.run(command).refused(4, f"{name}: is a pipe (FIFO), not a regular file", hint="into a file")
+        tiny.run(command).refused(4, f"{name}: is a pipe (FIFO), not a regular file", hint="save its content as a file")
 
 
 def test_pipes_of_includes_tables_and_checks(tiny: Project) -> None:

@@ -307,6 +307,6 @@ def test_decks_of_other_programs(nastran_dir: Path, tmp_path: Path) -> None:
     whole = (nastran_dir / "TestStressTemp.bdf").read_bytes()
     grids = [int(line[8:16]) for line in whole.decode().splitlines() if line.startswith("GRID")]
     deck, done = written(tmp_path / "whole", whole, ALL=grids)
-    assert done.notes[1].startswith("dropped: TEMPERATURE(INITIAL) = 1, LOAD = 3, TEMPERATURE(LOAD) = 4, LOAD = 6")
+    assert any(n.startswith("dropped: TEMPERATURE(INITIAL) = 1, LOAD = 3, TEMPERATURE(LOAD) = 4, ") for n in done.notes)
     assert head_of(deck)[-1] == "SPC = 2"
     assert temperatures(done.path)["ALL"] == dict.fromkeys(grids, done.reference + 1.0)

@@ -198,7 +198,7 @@ def test_a_deck_that_does_not_read_back_is_not_written(tmp_path: Path, monkeypat
         monkeypatch.setattr(
             unit_deck, "kept_bulk", lambda lines, n=number: ([t for i, t in enumerate(whole(lines)[0]) if i != n], [])
         )
-        with pytest.raises(InputError, match=f"does not read back.*: {piece}$"):
+        with pytest.raises(InputError, match=f"does not read back.*: {piece}\n"):
             written(tmp_path, plain(bricks()))
         assert done.path.read_bytes() == before
     assert [p.name for p in done.path.parent.iterdir()] == [done.path.name]
