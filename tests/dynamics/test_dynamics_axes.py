@@ -107,5 +107,5 @@ def test_make_leaves_the_default_loop_out(two_lasers: Project) -> None:
         project = load_project(two_lasers.folder / "tedm.toml", two_lasers.build)
         why = why_no_loop(project, load_model(project.model)[1])
         assert (why == "") == named
-        assert named or "default controller and Δg are for test masses whose x axes are parallel" in why
+        assert named or "default controller and Δg need test masses whose x axes are parallel" in why
         assert named or "TM1 and TM2 are 0.1719° apart" in why

@@ -361,7 +361,8 @@ def test_the_end_of_the_chain_with_one_test_mass(satellite: Project) -> None:
     cases.write_text(text[: text.index("[[case]]", text.index("\n[[case]]") + 9)])
     for name in ("dynamics.h5", "simulation03.h5"):
         (satellite.build / name).unlink()
-    made = ("ingest", "build-distortion", "build-sensitivity", "build-optics", "run-case", "plot", "report")
+    builds = ("build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
+    made = ("ingest", *builds, "run-case", "plot", "report")
     for command in made:
         satellite.run(command, *(["all"] if command == "run-case" else [])).ok()
     assert not [p for p in (satellite.build / "figures").iterdir() if p.name.startswith(("loop", "budget", "closed"))]

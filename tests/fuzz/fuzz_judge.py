@@ -101,15 +101,16 @@ def mutant(kind: str, number: int, data: bytes) -> tuple[str, bytes]:
 
 def clear(exc: TedmError, folder: Path) -> str:
     """What an error lacks: its file, a fact of one line, a class of its own."""
-    lines = str(exc).splitlines()
-    if type(exc) is TedmError or "internal" in str(exc):
+    said = exc.placed
+    lines = said.splitlines()
+    if type(exc) is TedmError or "internal" in said:
         return "is no class of errors"
     if str(folder) not in exc.where:
         return f"does not name the file: {exc.where!r}"
     if len(lines) != 1 or not exc.fact.strip():
         return f"is not one line: {lines}"
-    if len(str(exc)) > 600 + 2 * len(str(folder)) or not str(exc).isprintable():
-        return f"is no readable line: {str(exc)[:300]!r}"
+    if len(said) > 600 + 2 * len(str(folder)) or not said.isprintable():
+        return f"is no readable line: {said[:300]!r}"
     return ""
 
 

@@ -307,7 +307,7 @@ def test_subcases_and_grids_as_of_an_op2(tmp_path: Path, results: Path, geometry
     write_msc_hdf5(results, IDS, [*CASES, (4, "TOP", MOTION[0])])
     refused(results, geometry, r"subcase 4 \(label 'TOP'\) belongs to no thermal area")
     write_msc_hdf5(results, IDS[:5], [(n, label, m[:5]) for n, label, m in CASES])
-    refused(results, geometry, r"2 grids have no displacement: 6, 7$")
+    refused(results, geometry, r"2 grids have no displacement: 6, 7\n")
     spoilt = [(n, label, np.where((np.arange(7) == 3)[:, None] & (n == 2), np.nan, m)) for n, label, m in CASES]
     write_msc_hdf5(results, IDS, spoilt)
     refused(results, geometry, "1 of 7 displacements are NaN or infinite: grid 4")

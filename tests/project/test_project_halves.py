@@ -223,6 +223,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "accuracy": ("8.1", "-o", "{out}"),
     "check-layout": (),
     "explain": ("TM1_x",),
+    "suggest-areas": ("--count", "3", "-o", "{out}/areas.csv"),
     "run-case": ("3", "-o", "{out}/case.h5"),
     "run-series": ("warm", "-o", "{out}/series.h5"),
     "build-dynamics": (),
