@@ -110,11 +110,12 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
     m = j.improvement
     least = _LEAST * max(j.ratio, 1e-300)
     shown = _shown(j)
+    count = np.minimum(m.count[shown], max(max(map(len, m.chosen.values())), 1))  # no more than there are to improve
     ends = []
     for name, ratio in m.ratio.items():
         _, colour, marker, dashes = _LOOKS[name]
         y = np.maximum(ratio[shown], least)
-        axes.plot(m.count[shown], y, color=colour, marker=marker, linestyle=dashes, linewidth=1.6, markersize=5.5,
+        axes.plot(count, y, color=colour, marker=marker, linestyle=dashes, linewidth=1.6, markersize=5.5,
                   markeredgecolor="black", markeredgewidth=0.6, label=name)  # fmt: skip
         ends.append((float(y[-1]), colour, marker))
     axes.axhline(1.0, color="black", linewidth=1.5)
@@ -123,8 +124,8 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
     low, high = min(low, 0.5), max(high, 2.0)
     axes.set_ylim(low, high)
     ratio_axis(axes.yaxis, low, high)
-    axes.set_xticks(m.count[shown].tolist())
-    axes.set_xlim(-0.3, float(m.count[shown][-1]) + 0.3)
+    axes.set_xticks(count.tolist())
+    axes.set_xlim(-0.3, float(count[-1]) + 0.3)
     axes.tick_params(labelsize=SMALL)
     axes.set_xlabel("number of areas (matched: blocks) improved, the worst first (1)", fontsize=9)
     axes.set_ylabel("noise / requirement (1)", fontsize=9)

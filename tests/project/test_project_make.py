@@ -229,9 +229,9 @@ STATES: dict[str, tuple[Callable[[Path], None], set[str], str]] = {
     "project touched": (touch("configs/tedm.toml"), ALL, "tedm.toml is newer"),
     "optics gone": (remove("build/optics.h5"), FROM_OPTICS, "optics.h5 is not there"),
     "the adjoint gone": (remove("build/adjoint.h5"), ADJOINT, "adjoint.h5 is not there"),
-    "a case gone": (remove("build/case01.h5"), {"run-case 1", *LAST}, "case01.h5 is made anew"),
-    "the loop gone": (remove("build/dynamics.h5"), LOOP | LAST, "dynamics.h5 is made anew"),
-    "figures gone": (remove("build/figures.stamp"), {"plot", "report"}, "figures.stamp is not there"),
+    "a case gone": (remove("build/case01.h5"), {"run-case 1", *LAST}, "case01.h5 is rebuilt"),
+    "the loop gone": (remove("build/dynamics.h5"), LOOP | LAST, "dynamics.h5 is rebuilt"),
+    "figures gone": (remove("build/figures.stamp"), {"plot", "report"}, "the figures are not there"),
     "a sensitivity touched": (
         touch("build/sensitivity.h5"),
         ADJOINT | CASES_RUN | LOOP | LAST,
