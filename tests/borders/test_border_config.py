@@ -21,7 +21,11 @@ def refuse(project: Project, command: str, *pieces: str, code: int = 3, hint: st
         ("side_m = 0.046", "sid_m = 0.046", "test_mass[0].sid_m: unknown key; did you mean side_m, which is missing?"),
         ("[[test_mass]]", "[[testmass]]", "testmass: unknown key; did you mean test_mass?"),
         ("areas_csv", "area_csv", "model.area_csv: unknown key; did you mean areas_csv?"),
-        ('group = "bricks", shield', 'grup = "bricks", shield', "areas.rule[0].grup: unknown key; did you mean group, which"),
+        (
+            'group = "bricks", shield',
+            'grup = "bricks", shield',
+            "areas.rule[0].grup: unknown key; did you mean group, which",
+        ),
         ("mass_kg = 1.96", 'mass_kg = "1.96"', "test_mass[0].mass_kg: must be a valid number (found '1.96')"),
         ("mass_kg = 1.96", "mass_kg = -1.96", "test_mass[0].mass_kg: mass -1.96 is outside 1e-18 to 1e+06 kg"),
         ("mass_kg = 1.96", "mass_kg = nan", "test_mass[0].mass_kg: must be a finite number"),
