@@ -94,10 +94,16 @@ def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
 
 def _shown(j: JudgedOutput) -> BoolArray:
     """Which numbers of areas are drawn: up to where no further area brings relief."""
-    m = j.improvement
-    shown: BoolArray = m.count <= max(max(map(len, m.chosen.values())), 1)
-    shown[np.flatnonzero(~shown)[:1]] = True
+    most = _most(j)
+    shown: BoolArray = j.improvement.count <= most
+    if most not in j.improvement.count:
+        shown[np.flatnonzero(~shown)[:1]] = True
     return shown
+
+
+def _most(j: JudgedOutput) -> int:
+    """The largest number of areas, or blocks, that there are to improve with any effect."""
+    return max(max(map(len, j.improvement.chosen.values())), 1)
 
 
 def _end_words(j: JudgedOutput) -> list[str]:
@@ -110,7 +116,7 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
     m = j.improvement
     least = _LEAST * max(j.ratio, 1e-300)
     shown = _shown(j)
-    count = np.minimum(m.count[shown], max(max(map(len, m.chosen.values())), 1))  # no more than there are to improve
+    count = np.minimum(m.count[shown], _most(j))
     ends = []
     for name, ratio in m.ratio.items():
         _, colour, marker, dashes = _LOOKS[name]

@@ -334,7 +334,7 @@ def test_a_layout_without_grids_yet_keeps_no_model_from_being_solved(small: Proj
 
 
 def test_what_grids_were_compared_with_is_said(small: Project) -> None:
-    assert f"grids in {small.deck.name}: of all 22 elements that name one" in small.run("check-layout").ok().out
+    assert f"grids of 22 elements are in {small.deck.name}, near their elements" in small.run("check-layout").ok().out
     small.deck.write_text("nonsense\n")
     assert "not compared with the grids of the model: " in small.run("check-layout").ok().out
     small.deck.unlink()
