@@ -173,8 +173,10 @@ class _Work:
                 self.notes.append(f"area {area.name}: elements that have no temperature are left out: {shown}")
         for other in np.unique(self.element_owner[mine & (self.element_owner >= 0)]):
             both = mine & (self.element_owner == other)
-            fact = f"area '{area.name}' shares {both.sum()} elements with area '{self.names[other]}': {_ids(m, both)}"
-            self.problems.append((area.at, f"{fact}; an element has one temperature"))
+            one = both.sum() == 1
+            fact = f"{self.names[other]} and {area.name} both select element{'' if one else 's'} {_ids(m, both)}"
+            mend = f"an element has one temperature: take {'it' if one else 'them'} out of one of the two areas"
+            self.problems.append((area.at, f"{fact}; {mend}"))
         self.element_owner[mine & (self.element_owner < 0)] = area.number
 
     def take(self, area: _Wanted) -> None:

@@ -48,7 +48,7 @@ def _by_time(step: Step, made: set[Path], time_of: Times) -> list[str]:
     anew = [path for path in step.inputs if path in made]
     oldest = min(there)
     newer = [p for p in step.inputs if p not in made and (time := time_of(p)) is not None and time > oldest]
-    return [*(f"{path.name} is made anew" for path in anew), *(f"{path.name} is newer" for path in newer)]
+    return [*(f"{path.name} is rebuilt" for path in anew), *(f"{path.name} is newer" for path in newer)]
 
 
 class Queue:

@@ -59,7 +59,12 @@ def init(
     begin(verbose, f"a project from the sample {sample.value}, in {folder.resolve()}")
     with waiting(quiet, f"{sample.value}: writing"):
         names = begin_project(sample.value, folder)
-    answer(as_json, quiet, lambda: begun_lines(folder, names), lambda: begun_dict(folder, sample.value, names))
+    answer(
+        as_json,
+        quiet,
+        lambda: begun_lines(folder, names, sample.value),
+        lambda: begun_dict(folder, sample.value, names),
+    )
 
 
 @app.command(epilog=examples("tedm run", "tedm run build-optics", "tedm run -n", "tedm run -j 2"))

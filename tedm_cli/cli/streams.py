@@ -10,7 +10,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from tedm_cli.errors import TedmError
+from tedm_cli.cli.entries import placed_lines
+from tedm_cli.errors import ConfigError, TedmError
 
 # Control characters but the line feed, what turns the direction of writing, other line ends, halves of characters.
 _STEERING = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -97,7 +98,7 @@ def tell(lines: Iterable[str]) -> None:
 def refusal_lines(exc: TedmError) -> list[str]:
     """`error: where: fact` (a line for each problem of a configuration or layout) and `hint: fix`."""
     lines = []
-    for line in exc.fact.split("\n"):
+    for line in placed_lines(exc) if isinstance(exc, ConfigError) else exc.fact.split("\n"):
         prefix = f"{exc.where}: " if exc.where and not line.startswith(exc.where) else ""
         lines.append(f"error: {prefix}{line}")
     return [*lines, f"hint: {exc.hint}"] if exc.hint else lines

@@ -126,6 +126,9 @@ def _orthonormal(value: list[list[float]]) -> list[list[float]]:
 OrthonormalAxes = Annotated[Axes, AfterValidator(_orthonormal), Form("3 unit vectors, as rows")]
 
 
+_MEANT = "unknown key; did you mean "
+
+
 T = TypeVar("T", bound=Strict)
 
 
@@ -191,7 +194,22 @@ def _problems(model: type[BaseModel], data: Mapping[str, Any], exc: ValidationEr
     for path in alternatives:
         if any(other != path and other.startswith(path) for other in alternatives):
             del found[path]
-    return [(path, _either(facts) if path in alternatives else "; ".join(facts)) for path, facts in found.items()]
+    problems = [(path, _either(facts) if path in alternatives else "; ".join(facts)) for path, facts in found.items()]
+    return _misspelt(problems)
+
+
+def _misspelt(problems: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """A key that is missing, and beside it an unknown one like it, are one problem: the word that is misspelt."""
+    out = list(problems)
+    for path, fact in problems:
+        table, _, _ = path.rpartition(".")
+        meant = fact.removeprefix(_MEANT).removesuffix("?") if fact.startswith(_MEANT) else ""
+        place = f"{table}.{meant}" if table else meant
+        lost = next((p for p in out if p[0] == place and p[1].startswith("missing")), None)
+        if meant and lost is not None:
+            out[out.index(lost)] = (path, f"{_MEANT}{meant}, which is missing?")
+            out.remove((path, fact))
+    return out
 
 
 def _dotted(error: Any, data: Any) -> tuple[str, bool]:
@@ -226,7 +244,7 @@ def _fact(model: type[BaseModel], error: Any) -> str:
         known = _known_keys(model, error["loc"][:-1])
         near = difflib.get_close_matches(str(error["loc"][-1]), known, n=1, cutoff=0.5)
         few = f"; its table has {', '.join(known)}" if 0 < len(known) <= _FEW_KEYS else ""
-        return "unknown key" + (f"; did you mean {near[0]}?" if near else few)
+        return f"{_MEANT}{near[0]}?" if near else f"unknown key{few}"
     if kind == "missing":
         choices = _choices(model, str(error["loc"][-1]))
         return f"missing; wanted one of {', '.join(map(repr, choices))}" if choices else "missing"

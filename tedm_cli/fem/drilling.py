@@ -12,21 +12,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.fem.linear import Factorisation
 from tedm_cli.fem.other_elements import RandomSums, displacements_with
 from tedm_cli.fem.structure import Structure
 
 DRILLING_FACTOR = 100.0
 """The other weight over the deck's: between them lie the values that Nastran's defaults and its manuals recommend."""
+DECISIVE = 1e-3
+"""Relative change from which on the stiffness has a part in the results."""
 _TOLERANCE = 1e-7  # the tie holds little of a structure's energy, however far it turns a mirror
 
 
 @dataclass(frozen=True)
 class DrillingChange:
-    """Largest change of a translation and of a rotation of any grid, over the largest of the changed ones."""
+    """Largest change of a translation and of a rotation of any grid, over the largest of the changed ones.
+
+    moves, turns : ids of the grids with these changes. grid_id, turn : [N], the change of the rotation of each grid,
+    over the largest rotation.
+    """
 
     translation: float
     rotation: float
+    moves: int
+    turns: int
+    grid_id: IntArray
+    turn: FloatArray
 
 
 def drilling_change(
@@ -46,5 +57,15 @@ def drilling_change(
     quads, trias = (replace(b, drilling_stiffness=DRILLING_FACTOR * b.drilling_stiffness) for b in blocks)
     stiffer = replace(structure, quads=quads, trias=trias)
     before, after = displacements_with(stiffer, transform, factors, sums, _TOLERANCE)
-    change = [float(np.abs(after[k::2] - before[k::2]).max() / (np.abs(after[k::2]).max() or 1.0)) for k in (0, 1)]
-    return DrillingChange(*change)
+    motion, turn = (
+        np.abs(after[k::2] - before[k::2]).max(axis=(1, 2)) / (np.abs(after[k::2]).max() or 1.0) for k in (0, 1)
+    )
+    ids = structure.grid_id
+    return DrillingChange(
+        translation=float(motion.max()),
+        rotation=float(turn.max()),
+        moves=int(ids[motion.argmax()]),
+        turns=int(ids[turn.argmax()]),
+        grid_id=ids,
+        turn=turn,
+    )

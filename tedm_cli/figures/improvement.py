@@ -94,10 +94,16 @@ def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
 
 def _shown(j: JudgedOutput) -> BoolArray:
     """Which numbers of areas are drawn: up to where no further area brings relief."""
-    m = j.improvement
-    shown: BoolArray = m.count <= max(max(map(len, m.chosen.values())), 1)
-    shown[np.flatnonzero(~shown)[:1]] = True
+    most = _most(j)
+    shown: BoolArray = j.improvement.count <= most
+    if most not in j.improvement.count:
+        shown[np.flatnonzero(~shown)[:1]] = True
     return shown
+
+
+def _most(j: JudgedOutput) -> int:
+    """The largest number of areas, or blocks, that there are to improve with any effect."""
+    return max(max(map(len, j.improvement.chosen.values())), 1)
 
 
 def _end_words(j: JudgedOutput) -> list[str]:
@@ -110,11 +116,12 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
     m = j.improvement
     least = _LEAST * max(j.ratio, 1e-300)
     shown = _shown(j)
+    count = np.minimum(m.count[shown], _most(j))
     ends = []
     for name, ratio in m.ratio.items():
         _, colour, marker, dashes = _LOOKS[name]
         y = np.maximum(ratio[shown], least)
-        axes.plot(m.count[shown], y, color=colour, marker=marker, linestyle=dashes, linewidth=1.6, markersize=5.5,
+        axes.plot(count, y, color=colour, marker=marker, linestyle=dashes, linewidth=1.6, markersize=5.5,
                   markeredgecolor="black", markeredgewidth=0.6, label=name)  # fmt: skip
         ends.append((float(y[-1]), colour, marker))
     axes.axhline(1.0, color="black", linewidth=1.5)
@@ -123,8 +130,8 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
     low, high = min(low, 0.5), max(high, 2.0)
     axes.set_ylim(low, high)
     ratio_axis(axes.yaxis, low, high)
-    axes.set_xticks(m.count[shown].tolist())
-    axes.set_xlim(-0.3, float(m.count[shown][-1]) + 0.3)
+    axes.set_xticks(count.tolist())
+    axes.set_xlim(-0.3, float(count[-1]) + 0.3)
     axes.tick_params(labelsize=SMALL)
     axes.set_xlabel("number of areas (matched: blocks) improved, the worst first (1)", fontsize=9)
     axes.set_ylabel("noise / requirement (1)", fontsize=9)

@@ -59,7 +59,8 @@ def provenance(configs: Sequence[ConfigFile], inputs: Iterable[Path]) -> Provena
     for path in paths:
         if not path.exists():
             kind = KINDS.get(path.stem)
-            raise InputError("no such file", where=str(path), hint=f"make it with `{kind.made_by}`" if kind else "")
+            hint = f"make it with `{kind.made_by}`, or `tedm run`" if kind else ""
+            raise InputError("no such file", where=str(path), hint=hint)
     return Provenance(tuple(configs), input_files(paths), command_line())
 
 
@@ -97,7 +98,7 @@ def require_input(file: Reader, used: InputFile) -> None:
             raise InputError(
                 f"is stale: made from another version of {used.path}",
                 where=str(file.path),
-                hint=f"rebuild it with `{file.kind.made_by}`",
+                hint=f"rebuild it with `{file.kind.made_by}`, or `tedm run`",
             )
 
 
@@ -107,7 +108,7 @@ def require_configuration(file: Reader, config: Path) -> None:
         raise InputError(
             f"is stale: not made from {config} as it is now",
             where=str(file.path),
-            hint=f"rebuild it with `{file.kind.made_by}`",
+            hint=f"rebuild it with `{file.kind.made_by}`, or `tedm run`",
         )
 
 

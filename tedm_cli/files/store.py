@@ -179,7 +179,7 @@ class Reader:
         try:
             return Blocks(opened(self._file, path), self.path)
         except KeyError:
-            hint = f"make it with `{self.kind.made_by}`"
+            hint = f"make it with `{self.kind.made_by}`, or `tedm run`"
             raise InputError(f"has no {path}", where=str(self.path), hint=hint) from None
 
     def units(self, path: str) -> str:
@@ -297,7 +297,7 @@ def open_checked(path: Path, kind: FileKind) -> Iterator[Reader]:
     ------
     InputError : missing, not as it was sealed, of another kind or version, or not as the contract says.
     """
-    rebuild = f"make it with `{kind.made_by}`"
+    rebuild = f"make it with `{kind.made_by}`, or `tedm run`"
     with _sealed(path, rebuild) as (file, sha256):
         with reading(path):
             schema = attribute_text(file, "schema")

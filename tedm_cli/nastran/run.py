@@ -27,6 +27,7 @@ from tedm_cli.nastran.result_files import open_result_file
 
 _PATIENCE_S = 5.0  # between the request to end and the order to
 _FATAL = re.compile(r"\b(USER|SYSTEM|PROGRAM)?\s*FATAL (MESSAGE|ERROR)\b|^\s*\*ERROR\b")
+_BLANK_SOLID = re.compile(r"PSOLID ENTRY HAD FIELD FOR \w+ BLANK")  # of MYSTRAN, which has no bubble functions
 _MARK = "{deck}"
 _FAILED = ".failed"  # behind the name of results that are not taken
 OP2, _HDF5 = ".op2", ".h5"
@@ -160,10 +161,14 @@ def _new_results(command: list[str], own: Path, deck: Path, kind: str, say: Call
     if code or fatal:
         fact = f"exit code {code}" if code else "a FATAL message"
         said = "; ".join(fatal) or last
+        solids = "give every PSOLID of the model IN = TWO and ISOP = FULL, as PSOLID,1,1,,TWO,,FULL; "
         raise InputError(
             f"{command[0]} ended with {fact}" + (f": {said}" if said else " and said nothing"),
             where=str(deck),
-            hint="see its F06 and log in the folder of the deck; -v shows what it prints",
+            hint=solids
+            * bool(_BLANK_SOLID.search(said))
+            + f"its F06 and log are left beside the deck as {deck.stem}.*, for you to read and delete; -v shows what it"
+            " prints",
         )
     results = _outputs(own, kind)
     if not results:

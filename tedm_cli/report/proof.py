@@ -167,8 +167,11 @@ def _mean_steps(model: ModelSize) -> list[Row]:
         return [row(title, f"at least {percent(float(share[means].min()))} of 1 K in every area")]
     listed = ", ".join(f"{model.areas.name[i]} {percent(float(share[i]))}" for i in short[:_NAMED])
     more = f" and {len(short) - _NAMED} more" if len(short) > _NAMED else ""
-    said = f"below {percent(SHORT_STEP)} in {count(len(short), 'area')}: {listed}{more}; their distortion is too small"
-    return [row(title, Cell(said, "violated"))]
+    said = (
+        f"below {percent(SHORT_STEP)} in {count(len(short), 'area')}: {listed}{more}; their own distortion is"
+        " computed too small by as much, because grids on their borders are warmed with their neighbours"
+    )
+    return [row(title, Cell(said, "open"))]
 
 
 def _read_outs(optics: OpticsResults, areas: AreaTable) -> list[Row]:

@@ -47,7 +47,7 @@ from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.no_loop import why_no_loop
-from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE
+from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, count
 
 _HALVES = (SENSITIVITY_FILE, OPTICS_FILE)
 
@@ -141,9 +141,9 @@ def open_results(project: Project) -> Iterator[Results]:
         what = missing[0][0] if len(missing) == 1 else "all"
         names = ", ".join(i for i, _ in missing)
         raise InputError(
-            f"no such file; of the cases in {project.cases} not run yet: {names}",
+            f"no such file; {count(len(missing), 'case')} of {project.cases} not run yet: {names}",
             where=str(missing[0][1]),
-            hint=f"make it with `tedm run-case {what}`",
+            hint=f"make it with `tedm run-case {what}`, or `tedm run`",
         )
     with contextlib.ExitStack() as stack:
         gravity = _gravity(project, stack) if halves.gravity else None
@@ -227,7 +227,7 @@ def _open_dynamics(
     tables = [own.path.parent / name for name in dynamics_config.file_names()] if own else []
     dynamics = stack.enter_context(open_checked(path, DYNAMICS))
     used = [*used, *input_files(tables)]
-    hint = f"rebuild it with `{DYNAMICS.made_by}`"
+    hint = f"rebuild it with `{DYNAMICS.made_by}`, or `tedm run`"
     _require_made_from(dynamics, used, configs, hint)
     if not configs and (named := dynamics.provenance().configs):
         raise InputError(

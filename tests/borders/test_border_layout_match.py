@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -333,9 +334,24 @@ def test_a_layout_without_grids_yet_keeps_no_model_from_being_solved(small: Proj
 
 
 def test_what_grids_were_compared_with_is_said(small: Project) -> None:
-    assert f"grids in {small.deck.name}: of all 22 elements that name one" in small.run("check-layout").ok().out
+    assert f"grids of 22 elements are in {small.deck.name}, near their elements" in small.run("check-layout").ok().out
     small.deck.write_text("nonsense\n")
     assert "not compared with the grids of the model: " in small.run("check-layout").ok().out
     small.deck.unlink()
     missing = small.folder / "ltp_small.bdf"
     assert f"not compared with the grids of the model: {missing}: no such file" in small.run("check-layout").ok().out
+
+
+def test_problems_name_the_entry_and_its_line(small: Project) -> None:
+    """Paths count from zero, and files have hundreds of lines; what the fact names already is not told twice."""
+    replace(small.folder / "optics.toml", "front_offset_m = 0.023", "front_ofset_m = 0.023")
+    replace(small.folder / "optics.toml", "grid = 900002", "grid = -4")
+    rows = (small.folder / "optics.toml").read_text().splitlines()
+    line = {name: rows.index(f'name = "{name}"') + 1 for name in ("TM1", "FIR")}
+    outcome = small.run("check-layout")
+    outcome.refused(3, f"did you mean front_offset_m? (TM1, line {line['TM1']})")
+    assert re.search(rf"element\[3\]\.grid: .* \(FIR, line {line['FIR']}\)$", outcome.err, re.MULTILINE)
+    replace(small.folder / "optics.toml", "grid = -4", "grid = 990002")
+    replace(small.folder / "optics.toml", "front_ofset_m = 0.023", "front_offset_m = 0.023")
+    outcome = small.run("check-layout")
+    assert re.search(rf"which is to carry FIR; .* \(line {line['FIR']}\)$", outcome.err, re.MULTILINE)

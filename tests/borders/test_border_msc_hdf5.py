@@ -78,12 +78,8 @@ def test_the_embedded_solver_writes_no_hdf5(msc: tuple[Project, Path]) -> None:
 
 def test_make_watches_the_file(msc: tuple[Project, Path]) -> None:
     project, path = msc
-    before, *rest = (CONFIGS / "cases.toml").read_text(encoding="utf-8").split("\n[[requirement]]\n")
-    of_gravity = rest[0]  # the other is on read-outs, of which the bricks have none
-    (project.folder / "cases.toml").write_text(
-        f"{before}\n[[requirement]]\n{of_gravity}\n[[case]]{rest[-1].split('[[case]]', 1)[1]}"
-    )
-    replace(project.folder / "tedm.toml", str(CONFIGS / "cases.toml"), "cases.toml")
+    with (project.folder / "tedm.toml").open("a") as file:  # what the cases judge; it need not fit the model for this
+        file.write(f'optics = "{CONFIGS / "optics.toml"}"\n')
     project.run("make-rules").ok()
     (said,) = [p for p in project.build.iterdir() if p.is_file() and "OP2 :=" in p.read_text(errors="ignore")]
     assert f"OP2 := {path}\n" in said.read_text()

@@ -142,4 +142,4 @@ def test_a_loop_of_another_configuration_is_refused(closed: Project, tmp_path: P
     moved.write_text(closed.model.read_text(encoding="utf-8") + "# moved\n", encoding="utf-8")
     with pytest.raises(InputError, match="stale") as refused:
         build_dynamics(replace(closed, model=moved), tmp_path / "dynamics.h5")
-    assert refused.value.hint == "rebuild it with `tedm build-sensitivity`"
+    assert refused.value.hint == "rebuild it with `tedm build-sensitivity`, or `tedm run`"

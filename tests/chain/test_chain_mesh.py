@@ -256,7 +256,7 @@ def test_before_the_cases_there_is_less_to_see(small: Project, tmp_path: Path) -
         export_mesh(tmp_path, None, WantedArrays((), ("TM1_a_x",)), silent)
     with pytest.raises(InputError, match=r"case03\.h5: no such file") as error:
         export_mesh(tmp_path, None, WantedArrays((), (), ("3",)), silent)
-    assert error.value.hint == "make it with `tedm run-case 3`"
+    assert error.value.hint == "make it with `tedm run-case 3`, or `tedm run`"
 
 
 @pytest.mark.parametrize(

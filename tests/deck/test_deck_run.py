@@ -34,6 +34,7 @@ SCRIPTS = {
     "capitals": 'shutil.copy("../whole.op2", deck.stem.upper() + ".OP2")',
     "silent": "",
     "returns 3": 'print("licence denied"); sys.exit(3)',
+    "blank": 'f06.write_text("*ERROR  1964: PSOLID ENTRY HAD FIELD FOR IN BLANK WITH ELEMENT TYPE HEXA8")',
     "fatal": f"f06.write_text({FATAL!r})\n{TAKEN}",
     "part": 'shutil.copy("../part.op2", deck.with_suffix(".op2"))',
     "broken": 'deck.with_suffix(".op2").write_bytes(b"\\4\\0\\0\\0" + bytes(200))',
@@ -170,6 +171,17 @@ def test_results_that_are_not_taken(folder: Path, kind: str, pieces: list[str]) 
     assert results.read_bytes() == before
     beside = {p.name for p in (folder / "run").iterdir()} - {"unit_loads.bdf", "unit_loads.f06"}
     assert beside <= {"unit_loads.op2.failed"}
+
+
+def test_solids_that_mystran_refuses_are_told_how_to_be_written(folder: Path) -> None:
+    """By the words of MYSTRAN; what is left, and under which name, is said of every failure."""
+    outcome = solve(folder, solver(folder, "blank"))
+    refused(outcome, 4, "ERROR 1964: PSOLID ENTRY HAD FIELD FOR IN BLANK")
+    assert "give every PSOLID of the model IN = TWO and ISOP = FULL, as PSOLID,1,1,,TWO,,FULL; its F06" in outcome.err
+    assert "left beside the deck as unit_loads.*" in outcome.err
+    outcome = solve(folder, solver(folder, "fatal"))
+    assert "left beside the deck as unit_loads.*" in outcome.err
+    assert "PSOLID" not in outcome.err
 
 
 @pytest.mark.parametrize("kind", ["fatal", "part", "silent", "copies"])

@@ -129,7 +129,14 @@ def test_fem_solve_says_when_the_drilling_stiffness_decides(tmp_path):
     assert change.translation > 0.01
     said = [line for line in solve_lines(tmp_path / "out.op2", report) if "K6ROT" in line]
     assert len(said) == 2
-    assert f"displacements change by up to {change.translation:.2g}" in said[0]
+    assert f"(grid {change.moves}), rotations by up to {change.rotation:.2g} (grid {change.turns})" in said[0]
+    assert change.turn[change.grid_id == change.turns] == change.rotation == change.turn.max()
+    assert "spread what stands on a shell over its foot" in said[1]
+    for part, advice in ((0.02, "spread the feet of optical elements"), (2e-4, "optical elements hardly feel it")):
+        told = solve_lines(tmp_path / "out.op2", replace(report, turned_element=("M1", part)))
+        note = next(line for line in told if line.startswith("note: the stiffness of shells"))
+        assert f"; of optical elements by up to {part:.2g} (M1), with PARAM,K6ROT" in note
+        assert advice in note
     deck = deck_of(tmp_path)
     post = next(line for line in deck.read_text().splitlines() if line.startswith("CBAR,500"))
     deck.write_text(deck.read_text().replace(post, f"{post}\n,4"))  # a pin that passes on no twist

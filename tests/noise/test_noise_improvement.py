@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tedm_cli.cli.printing.contributors import _capped
 from tedm_cli.noise.contributions import path_shares
 from tedm_cli.noise.correlation import Correlation, full_blocks
 from tedm_cli.noise.correlation_check import correlation_factor
@@ -245,3 +246,13 @@ def test_matching_joins_whole_blocks():
     )
     assert result.match.tolist() == [0, 1, *[-1] * 8]
     np.testing.assert_allclose(result.matched, np.sqrt([8.25, 8.25, 0.25, 0.25, 0.25, 0.25]), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("most", "shown"),
+    [(12, [0, 1, 2, 3, 5, 10]), (10, [0, 1, 2, 3, 5, 10]), (8, [0, 1, 2, 3, 5, 8]), (3, [0, 1, 2, 3]), (0, [0, 1])],
+)
+def test_no_more_areas_are_told_of_than_there_are(most: int, shown: list[int]) -> None:
+    capped = _capped(COUNTS, most)
+    assert [n for _, n in capped] == shown
+    assert [k for k, _ in capped] == list(range(len(shown)))

@@ -33,6 +33,7 @@ def test_minimal(tmp_path: Path) -> None:
     (tmp_path / "new").mkdir()
     (tmp_path / "new" / ".git").mkdir()
     out = tedm("init", tmp_path / "new").ok().out
+    assert "note: the mesh of this sample is coarse, for speed: the warning that many of its areas" in out
     assert out.splitlines()[-1] == f"now: cd {tmp_path / 'new'}; tedm run"
     files = {path.name: path.read_bytes() for path in (tmp_path / "new").iterdir() if path.is_file()}
     assert files == {

@@ -45,12 +45,12 @@ def test_nothing_is_stale_that_is_no_older_than_its_inputs() -> None:
 
 
 def test_what_is_stale_and_why() -> None:
-    assert stale(y=6) == {"b": ("y is newer",), "d": ("b is made anew",)}
-    assert stale(c2=None) == {"c": ("c2 is not there",), "d": ("c2 is made anew",)}
-    assert stale(c1=2) == {"c": ("a is newer", "z is newer"), "d": ("c2 is made anew",)}, "the oldest output counts"
+    assert stale(y=6) == {"b": ("y is newer",), "d": ("b is rebuilt",)}
+    assert stale(c2=None) == {"c": ("c2 is not there",), "d": ("c2 is rebuilt",)}
+    assert stale(c1=2) == {"c": ("a is newer", "z is newer"), "d": ("c2 is rebuilt",)}, "the oldest output counts"
     assert stale(d=None) == {"d": ("d is not there",)}
     assert stale("e") == {"e": ("wrong",)}
-    assert stale("a") == {"a": ("wrong",), "b": ("a is made anew",), "c": ("a is made anew",), "d": stale("a")["d"]}
+    assert stale("a") == {"a": ("wrong",), "b": ("a is rebuilt",), "c": ("a is rebuilt",), "d": stale("a")["d"]}
 
 
 def test_contents_are_looked_at_only_where_times_say_nothing() -> None:
@@ -143,7 +143,7 @@ def test_a_stage_that_is_refused_stops_the_chain(demo: Path) -> None:
     good = (demo / "optics.toml").read_bytes()
     replace(demo / "optics.toml", "grid = 900001", "grid = 987654")
     outcome = tedm("run", "build-optics", "-j", "2")
-    outcome.refused(4, "987654")
+    outcome.refused(3, "987654")
     assert re.findall(r"(?m)^\[\d/\d\] (\S+):", outcome.out) == ["ingest", "build-distortion"]
     assert not (demo / "build" / "distortion.h5").exists()
     (demo / "optics.toml").write_bytes(good)
@@ -153,6 +153,20 @@ def test_a_stage_that_is_refused_stops_the_chain(demo: Path) -> None:
         "build-optics: optics.h5 is not there",
     ]
     tedm("check").ok()
+
+
+def test_a_copy_whose_files_have_other_times_says_so(demo: Path) -> None:
+    """The halves of the chain have not changed, and are not said to; nor are files named that no user knows."""
+    tedm("run", "build-optics").ok()
+    for name in ("halves", "symmetry_plane", "ties"):
+        os.utime(demo / "build" / name, (4e9, 4e9))
+    out = tedm("run", "-n").ok().out
+    assert "ingest " in out
+    assert "the times of the build folder have changed (cp -p keeps them in a copy)" in out
+    assert "the figures are not there" in out
+    assert not any(word in out for word in ("halves", "symmetry", "tied to", "figures.stamp"))
+    (demo / "build" / "halves").write_text("others\n")
+    assert "the halves of the chain have changed" in tedm("run", "-n").ok().out
 
 
 def test_your_own_solver_is_told_to_solve_alone(demo: Path) -> None:

@@ -185,7 +185,10 @@ def test_improvement_shows_the_ratios_and_factors(cases: list[CaseNoise]) -> Non
     upper, lower = improvement_figure(case, dataclasses.replace(j, improvement=improvement)).axes
     for name, ratio in matched.items():
         x, y = curve(upper, name)
-        np.testing.assert_array_equal(x, improvement.count[: len(x)])
+        most = max(map(len, improvement.chosen.values()))
+        np.testing.assert_array_equal(x, np.minimum(improvement.count[: len(x)], most))
+        assert x[-1] == min(most, improvement.count[-1]), "no more areas than there are to improve"
+        assert len(set(x.tolist())) == len(x)
         np.testing.assert_allclose(y, np.maximum(ratio[: len(y)], 1e-4 * j.ratio))
         assert y[0] == pytest.approx(j.ratio * (0.5 if name == "matched" else 1.0))
     words = [t.get_text() for t in lower.texts]

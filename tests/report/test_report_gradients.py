@@ -86,7 +86,7 @@ def test_the_report_says_the_unit_of_gradients_and_sums_means_alone(project: Pro
     assert "K/√Hz, gradients K/m/√Hz" in text
     assert "1e-03" not in text
     assert "0.001 K/m/√Hz, white" in text
-    assert re.search(r"below 80 % in 3 areas: .* their distortion is too small", text)
+    assert re.search(r"below 80 % in 3 areas: .* their own distortion is computed too small by as much", text)
 
 
 def test_captions_and_files_of_maps_keep_the_kinds_apart(project: Project) -> None:

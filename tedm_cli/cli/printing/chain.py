@@ -11,6 +11,12 @@ from tedm_cli.chain.graph import REPORT, VIEW, Step
 from tedm_cli.results.wording import count
 from tedm_cli.stages.chain.plan import Plan
 
+_OF_SAMPLE = {
+    "minimal": (
+        "note: the mesh of this sample is coarse, for speed: the warning that many of its areas get less than 80 % of"
+        " their step is about this mesh, and its numbers describe no mission",
+    )
+}
 _SHOWN = 3  # reasons on a line
 
 
@@ -40,10 +46,10 @@ def plan_dict(title: str, plan: Plan, build_dir: Path, codes: Mapping[Step, int]
     }
 
 
-def begun_lines(folder: Path, names: Sequence[str]) -> list[str]:
-    """The files of a new project, and how to go on."""
+def begun_lines(folder: Path, names: Sequence[str], sample: str) -> list[str]:
+    """The files of a new project, what to know of the sample, and how to go on."""
     go = "" if folder == Path() else f"cd {shlex.quote(str(folder))}; "
-    return [f"{folder}: {', '.join(names)}", f"now: {go}tedm run"]
+    return [f"{folder}: {', '.join(names)}", *_OF_SAMPLE.get(sample, ()), f"now: {go}tedm run"]
 
 
 def begun_dict(folder: Path, sample: str, names: Sequence[str]) -> dict[str, Any]:

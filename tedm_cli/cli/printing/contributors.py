@@ -112,9 +112,8 @@ def _improvement_lines(r: CaseResult, v: int, verdict: Verdict, most: int | None
     from tedm_cli.noise.selection import listed
 
     i = r.improvements[v]
-    ratios = [
-        f"{n}: {a:.3g} ({b:.3g})" for n, a, b in zip(COUNTS, i.silenced.tolist(), i.quieter.tolist(), strict=True)
-    ]
+    areas, blocks = (_capped(COUNTS, int((chosen >= 0).sum())) for chosen in (i.worst, i.match))
+    ratios = [f"{n}: {i.silenced[k]:.3g} ({i.quieter[k]:.3g})" for k, n in areas]
     factors = [
         f"{g} {'cannot alone' if np.isnan(f) else f'x {f:.3g}'}"
         for g, f in zip(r.groups, i.group_factor.tolist(), strict=True)
@@ -122,12 +121,18 @@ def _improvement_lines(r: CaseResult, v: int, verdict: Verdict, most: int | None
     worst = ", ".join(str(r.areas.name[a]) for a in i.worst[:most].tolist() if a >= 0) or "none"
     names = [listed(r.areas.name[r.blocks[b]].tolist()) for b in i.match[:most].tolist() if b >= 0]
     match = "; ".join(names) or "none"
-    matched = [f"{n}: {q:.3g}" for n, q in zip(COUNTS, i.matched.tolist(), strict=True) if n > 1]
+    matched = [f"{n}: {i.matched[k]:.3g}" for k, n in blocks if n > 1] or ["none lowers it"]
     return [
         f"  ratio with the worst areas silent (at 1/{QUIETER:g}): {', '.join(ratios)}; worst: {worst}",
         f"  ratio with blocks that share one temperature fluctuation: {', '.join(matched)}; best together: {match}",
         f"  temperature amplitude that just meets it: {', '.join(factors)}; all together x {verdict.margin:.3g}",
     ]
+
+
+def _capped(counts: Sequence[int], most: int) -> list[tuple[int, int]]:
+    """Places of the counts, and the counts, up to the first that is no less than there are to choose, cut to that."""
+    shown = [(k, min(n, max(most, 1))) for k, n in enumerate(counts)]
+    return [(k, n) for k, n in shown if k == 0 or shown[k - 1][1] < n]
 
 
 def _parts(parts: list[tuple[str, float, float]], most: int | None) -> str:

@@ -61,7 +61,7 @@ def _match_lines(done: LayoutReport) -> list[str]:
     if done.deck is None:
         grids = [f"not compared with the grids of the model: {done.unread_deck}"]
     else:
-        grids = [f"grids in {done.deck.name}: of all {on_grids} elements that name one"] if on_grids else []
+        grids = [f"grids of {on_grids} elements are in {done.deck.name}, near their elements"] if on_grids else []
     judged = [f"{n} {'difference' if n == 1 else 'differences'} from the model"] if n else [same]
     return [*(f"warning: {note}" for note in done.match.notes), *judged, *(grids if done.deck is None or not n else [])]
 

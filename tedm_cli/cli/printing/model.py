@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tedm_cli.cli.printing.areas import mean_step_dict, mean_step_lines
+from tedm_cli.fem.drilling import DECISIVE
 
 if TYPE_CHECKING:
     from tedm_cli.stages.model.deck import DeckSummary
     from tedm_cli.stages.model.distortion import DistortionSummary
     from tedm_cli.stages.model.solve import SolveReport
 
-_TURNED = 1e-3  # relative change of displacements by the drilling stiffness from which on it is spoken of
 _STIFF = 0.01  # relative change of displacements by bubble functions above which the mesh is called too stiff
 
 
@@ -64,7 +64,15 @@ def solve_dict(path: Path, done: SolveReport) -> dict[str, Any]:
         "relative_residual": s.max_relative_residual,
         "expansion_residual": s.expansion_residual,
         "bending_change": done.bending_change,
-        "drilling_change": change and {"translation": change.translation, "rotation": change.rotation},
+        "drilling_change": change
+        and {
+            "translation": change.translation,
+            "rotation": change.rotation,
+            "translation_grid": change.moves,
+            "rotation_grid": change.turns,
+            "optical_element": done.turned_element and done.turned_element[0],
+            "optical_rotation": done.turned_element and done.turned_element[1],
+        },
         "linear_tetrahedra": done.linear_tetrahedra,
         "elements_with_own_temperatures": done.own_temperatures.elements,
         "grids_without_stiffness": s.unattached_grids,
@@ -154,11 +162,21 @@ def _own_temperature_lines(done: SolveReport) -> list[str]:
 
 def _drilling_lines(done: SolveReport) -> list[str]:
     change = done.drilling_change
-    if change is None or max(change.translation, change.rotation) <= _TURNED:
+    if change is None or max(change.translation, change.rotation) <= DECISIVE:
         return []
+    optics = done.turned_element
+    of_optics = f"; of optical elements by up to {optics[1]:.2g} ({optics[0]})" if optics else ""
+    if optics is None:
+        advice = "spread what stands on a shell over its foot (RBE2, RBE3)"
+    elif optics[1] > DECISIVE:
+        advice = "spread the feet of optical elements over several grids of the shell (RBE2, RBE3)"
+    else:
+        advice = "optical elements hardly feel it, but sums of areas that cancel may change by more of themselves"
     return [
-        f"drilling: with PARAM,K6ROT a hundred times as large displacements change by up to {change.translation:.2g},"
-        f" rotations by up to {change.rotation:.2g}",
-        "note: the stiffness of shells about their normal has a part in the results, and no physics fixes it; spread"
-        " what stands on a shell over its foot (RBE2, RBE3), and compare solvers with the same PARAM,K6ROT",
+        f"drilling: with PARAM,K6ROT a hundred times as large displacements change by up to {change.translation:.2g}"
+        f" (grid {change.moves}), rotations by up to {change.rotation:.2g} (grid {change.turns}){of_optics}; each of"
+        " the largest of all grids",
+        "note: the stiffness of shells about their normal has a part in the results, and no physics fixes it: rotations"
+        f" change by up to {change.rotation:.2g} (grid {change.turns}){of_optics}, with PARAM,K6ROT a hundred times as"
+        f" large; {advice}; compare solvers with the same PARAM,K6ROT",
     ]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tedm_cli.chain.graph import HALVES, SYMMETRY_PLANE, TIES, ChainFiles, Step, chain_of, up_to
+from tedm_cli.chain.graph import FIGURES_STAMP, HALVES, SYMMETRY_PLANE, TIES, ChainFiles, Step, chain_of, up_to
 from tedm_cli.chain.stale import missing_inputs, stale_steps
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
@@ -72,7 +72,7 @@ def plan_chain(project: Project, stage: str | None) -> Plan:
             f"no such file{more}", where=where, hint="the configuration names it, and no stage of the chain makes it"
         )
     found = stale_steps(steps, time_of, wrong)
-    return Plan(steps, {step: _worded(reasons, files) for step, reasons in found.items()}, remembered)
+    return Plan(steps, {step: _worded(reasons, files, differ) for step, reasons in found.items()}, remembered)
 
 
 def _time_of(path: Path) -> int | None:
@@ -82,14 +82,29 @@ def _time_of(path: Path) -> int | None:
         return None
 
 
-def _worded(reasons: tuple[str, ...], files: ChainFiles) -> tuple[str, ...]:
-    """Reasons with what a user knows in place of the files in which the chain remembers things."""
-    words = {
-        f"{HALVES} is newer": "the halves of the chain have changed",
-        f"{SYMMETRY_PLANE} is newer": "the symmetry plane has changed",
-        f"{TIES} is newer": "what compensation masses are tied to has changed",
-        f"{files.code.name} is newer": "tedm itself is newer",
+def _worded(reasons: tuple[str, ...], files: ChainFiles, differ: set[Path]) -> tuple[str, ...]:
+    """Reasons with what a user knows in place of the files in which the chain remembers things.
+
+    `differ`: those of these files whose texts are not those of the project any more.
+    """
+    remembered = files.remembered()
+    changed = {
+        HALVES: "the halves of the chain have changed",
+        SYMMETRY_PLANE: "the symmetry plane has changed",
+        TIES: "what compensation masses are tied to has changed",
     }
-    unknown = {f"{path.name} is newer" for path in files.remembered() if not path.exists()}
-    new = "no `tedm run` has run here yet"  # where files are there, commands by themselves have made them
-    return tuple(dict.fromkeys(new if reason in unknown else words.get(reason, reason) for reason in reasons))
+    words = {
+        f"{files.code.name} is newer": "tedm itself is newer",
+        f"{FIGURES_STAMP} is not there": "the figures are not there",
+        f"{FIGURES_STAMP} is rebuilt": "the figures are drawn again",
+        f"{FIGURES_STAMP} is newer": "the figures are newer",
+    }
+    for path in remembered:
+        if not path.exists():  # where files are there, commands by themselves have made them
+            said = "no `tedm run` has run here yet"
+        elif path in differ:
+            said = changed[path.name]
+        else:  # of a copy whose files have the times at which they were copied
+            said = "the times of the build folder have changed (cp -p keeps them in a copy)"
+        words[f"{path.name} is newer"] = said
+    return tuple(dict.fromkeys(words.get(reason, reason) for reason in reasons))

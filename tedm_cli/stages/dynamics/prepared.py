@@ -85,7 +85,7 @@ def require_current_loop(project: Project, loop: Loop) -> list[Path]:
             raise InputError(
                 f"is stale: not made from {loop.where} as it is now",
                 where=str(source),
-                hint="rebuild it with `tedm build-dynamics`",
+                hint="rebuild it with `tedm build-dynamics`, or `tedm run`",
             )
     return [source, *made_from]
 

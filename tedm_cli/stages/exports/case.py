@@ -29,7 +29,8 @@ def export_cases(build_dir: Path, case_ids: Sequence[str], fmt: Format, output: 
         raise InputError(
             "no such file" if missing else "holds no case file",
             where=str(missing[0] if missing else build_dir),
-            hint=f"make it with `tedm run-case`; there are: {', '.join(p.name for p in there) or 'none'}",
+            hint="make it with `tedm run-case`, or `tedm run`; there are:"
+            f" {', '.join(p.name for p in there) or 'none'}",
         )
     paths: list[Path] = []
     for path in wanted:

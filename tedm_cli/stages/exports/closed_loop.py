@@ -38,7 +38,7 @@ def export_closed_loop(build_dir: Path, fmt: Format, output: Path | None, number
     place = destination(build_dir, STEM, fmt, output, number)
     path = build_dir / DYNAMICS_FILE
     if not path.exists():
-        raise InputError("no such file", where=str(path), hint="make it with `tedm build-dynamics`")
+        raise InputError("no such file", where=str(path), hint="make it with `tedm build-dynamics`, or `tedm run`")
     with open_checked(path, DYNAMICS) as file:
         require_up_to_date(file)
         matrices = closed_loop_matrices(file)

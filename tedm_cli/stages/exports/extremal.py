@@ -51,7 +51,7 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
     """
     path = build_dir / case_file_name(case_id)
     if not path.exists():
-        raise InputError("no such file", where=str(path), hint=f"make it with `tedm run-case {case_id}`")
+        raise InputError("no such file", where=str(path), hint=f"make it with `tedm run-case {case_id}`, or `tedm run`")
     folder = output if output is not None else build_dir / "export" / f"{path.stem}_extremal"
     if folder.is_file():
         raise InputError("is a file; wanted a folder", where=str(folder))

@@ -58,7 +58,7 @@ def case_file(build_dir: Path, case_id: str) -> Path:
     files = case_files(build_dir)
     if not files:
         path = build_dir / case_file_name(case_id)
-        raise InputError("no such file", where=str(path), hint=f"make it with `tedm run-case {case_id}`")
+        raise InputError("no such file", where=str(path), hint=f"make it with `tedm run-case {case_id}`, or `tedm run`")
     wanted = str(int(case_id)) if case_id.isdigit() else case_id
     return files[known_name("case that was run", wanted, list(files))]
 

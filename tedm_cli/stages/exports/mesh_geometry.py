@@ -143,7 +143,7 @@ def optical_grids(unit: Reader, distortion: Reader) -> IntArray:
         raise InputError(
             f"names grids of optical elements that {unit.path.name} does not hold",
             where=str(distortion.path),
-            hint=f"rebuild it with `{distortion.kind.made_by}`",
+            hint=f"rebuild it with `{distortion.kind.made_by}`, or `tedm run`",
         )
     return np.asarray(rows, dtype=np.int64)
 

@@ -36,7 +36,7 @@ def self_gravity_sensitivity(
         raise InputError(
             "lacks the rotations of the grids that carry offset masses or turn tied compensation masses",
             where=str(distortion.path),
-            hint=f"rebuild it with `{distortion.kind.made_by}`",
+            hint=f"rebuild it with `{distortion.kind.made_by}`, or `tedm run`",
         )
     writer.write(SENSITIVITY.OPERATOR_OFFSET_NODE, offset_nodes)
     parts = (

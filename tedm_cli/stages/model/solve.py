@@ -5,12 +5,13 @@ from __future__ import annotations
 import resource
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import ConfigError, PhysicsError, UsageError
@@ -53,6 +54,8 @@ class SolveReport:
     peak_bytes : largest memory that the process has held.
     own_temperatures : elements with temperatures of their own.
     notes : what of the deck was not read.
+    turned_element : the optical element whose rotation changes most with K6ROT, and by how much of the largest rotation
+        of any grid; None where no elements are known.
     """
 
     n_grids: int
@@ -66,6 +69,7 @@ class SolveReport:
     static: StaticReport
     own_temperatures: OwnTemperatures
     notes: list[str]
+    turned_element: tuple[str, float] | None = None
 
 
 def solve_deck(
@@ -190,7 +194,16 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
         units=table.deck_units(),
         fits=lambda geometry: require_layout_fits(project, config, geometry.grid_id, geometry.position_m),
     )
-    return out, report
+    return out, replace(report, turned_element=_turned_element(project, report.drilling_change))
+
+
+def _turned_element(project: Project, change: DrillingChange | None) -> tuple[str, float] | None:
+    if change is None or project.optics is None:
+        return None
+    turn = dict(zip(change.grid_id.tolist(), change.turn.tolist(), strict=True))
+    layout = load_layout(project.optics, needs_grids=False)[1]
+    found = [(e.name, turn[e.grid]) for e in layout.bench if e.grid in turn]
+    return max(found, key=lambda item: item[1], default=None)
 
 
 def solve_elsewhere(

@@ -70,7 +70,7 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
             raise InputError(
                 "holds other optical elements than the layout",
                 where=str(source),
-                hint="rebuild it with `tedm build-distortion`",
+                hint="rebuild it with `tedm build-distortion`, or `tedm run`",
             )
         position = bench.position_m
         match = match_layout(layout, path, model, project.model, position)
