@@ -88,8 +88,13 @@ def assemble(structure: Structure) -> Operators:
 
 def element_ids(structure: Structure) -> IntArray:
     """Ids of all elements [E], in the order in which they are assembled."""
-    blocks = (*structure.solids, structure.bars, structure.rods, structure.quads, structure.trias)
-    return np.concatenate([np.zeros(0, dtype=np.int64), *(block.element_id for block in blocks)])
+    others = (
+        structure.bars.element_id,
+        structure.rods.element_id,
+        structure.quads.element_id,
+        structure.trias.element_id,
+    )
+    return np.concatenate([*(block.element_id for block in structure.solids), *others])
 
 
 def _origin(structure: Structure) -> float:

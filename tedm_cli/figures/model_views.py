@@ -180,14 +180,15 @@ def _triangles(
 def _image(raster: Raster, colours: FloatArray, borders: bool) -> FloatArray:
     """RGB [H, W, 3] of a raster, smoothed from its finer pixels."""
     table = np.concatenate([colours, [(1.0, 1.0, 1.0)]])  # the background is the last row
-    image = table[raster.label] * np.where(raster.label == BACKGROUND, 1.0, raster.shade)[..., None]
+    image = np.take(table, raster.label, axis=0, mode="wrap")
+    image *= np.where(raster.label == BACKGROUND, 1.0, raster.shade)[..., None]
     border, step = outlines(raster, jump=4.0 * FINE)
     image[step] *= 0.55
     if borders:
         image[border] = 0.12
     height, width = (n // FINE * FINE for n in raster.label.shape)
-    fine = image[:height, :width].reshape(height // FINE, FINE, width // FINE, FINE, 3)
-    return np.asarray(fine.mean(axis=(1, 3)))
+    parts = [image[row:height:FINE, column:width:FINE] for row in range(FINE) for column in range(FINE)]
+    return np.asarray(sum(parts[1:], start=parts[0]) / len(parts))
 
 
 def _outline(axes: Axes, corners: FloatArray) -> None:

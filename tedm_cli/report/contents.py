@@ -98,7 +98,7 @@ class ReportInputs:
     requirement_titles: Mapping[str, str] = default(default_factory=dict)
     model_view: str = ""
     no_adjoint: str = ""
-    where: Where = Where()
+    where: Where = default(default_factory=Where)
 
     @property
     def at_rest(self) -> list[DcVerdict]:

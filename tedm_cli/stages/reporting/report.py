@@ -116,7 +116,8 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
         readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
         readers += results.simulated_series.values()
         readers += [results.imposed] if results.imposed is not None else []
-        hashes = [*upstream, *(m.file for m in results.matrices), *([] if results.adjoint_file is None else [results.adjoint_file])]
+        hashes = [*upstream, *(m.file for m in results.matrices)]
+        hashes += [] if results.adjoint_file is None else [results.adjoint_file]
         hashes += results.case_files
         hashes += results.series_files.values()
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
