@@ -118,6 +118,7 @@ def show(axes: Axes, mesh: Mesh, seen: Seen, table: FloatArray, *, borders: bool
     axes.tick_params(labelsize=numbers, length=2.5)
     if view.labels is None:
         axes.set_axis_off()
+        axes.set(xticks=[], yticks=[])
         axes.set_title("isometric, a quarter cut away" if seen.cut else view.title, fontsize=9)
     else:
         axes.set_xlabel(f"{view.labels[0]} (m)", fontsize=words, labelpad=1)

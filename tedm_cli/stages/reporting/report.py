@@ -152,7 +152,7 @@ def _where(results: Results, unit_loads: Reader, cases: Sequence[CaseNoise]) -> 
     if results.gravity is None:
         return Where(no_map="that takes test masses, and the project has none")
     if adjoint is None:
-        return Where(no_map=f"`{ADJOINT.made_by}` has not been run")
+        return Where(no_map=f"{ADJOINT.made_by} has not been run")
     if adjoint.has(ADJOINT.REFUSAL):
         return Where(no_map="; ".join(adjoint.strings(ADJOINT.REFUSAL)))
     if not has_map(adjoint, label):
