@@ -217,12 +217,12 @@ $(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
 endef
 $(foreach file,$(SIMULATED_SERIES_FILES),$(eval $(call SIMULATED_SERIES_RULE,$(file))))
 
-$(BUILD)/figures.stamp: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMULATED_SERIES_FILES)
+$(BUILD)/figures.stamp: $(ADJOINT) $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMULATED_SERIES_FILES)
 	$(TEDM) plot $(OPTIONS)
 	@touch $@
 
 # Writes report.pdf and .md as well, and the annex of each.
-$(BUILD)/report.html: $(ADJOINT) $(BUILD)/figures.stamp $(PROJECT)
+$(BUILD)/report.html: $(BUILD)/figures.stamp $(PROJECT)
 	$(TEDM) report $(OPTIONS)
 
 $(BUILD)/view.html: $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(wildcard $(BUILD)/series_*.h5)

@@ -145,8 +145,8 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
             step(["simulate", "--series", run.name], [run.file], files.loop, *cases, *run.tables)
     made = [run.file for run in (*files.runs, *files.simulations, *files.series)]
     drawn = build / FIGURES_STAMP
-    step(["plot"], [drawn], *made, *(run.file for run in files.simulated_series), stamp=True)
-    step(["report"], [build / REPORT], files.adjoint, drawn, files.project)
+    step(["plot"], [drawn], *made, *(run.file for run in files.simulated_series), files.adjoint, stamp=True)
+    step(["report"], [build / REPORT], drawn, files.project)
     step(["view"], [build / VIEW], *made, *files.older_series)
     return tuple(steps)
 

@@ -25,7 +25,11 @@ from tedm_cli.cli.options import (
 
 @app.command(
     epilog=examples(
-        "tedm explain", "tedm explain A_TM1_x", "tedm explain A_TM1_x --area STRUT_1", "tedm explain STRUT_1"
+        "tedm explain",
+        "tedm explain A_TM1_x",
+        "tedm explain A_TM1_x --area STRUT_1",
+        "tedm explain TM1_a_x --grids",
+        "tedm explain STRUT_1",
     )
 )
 def explain(
@@ -63,6 +67,9 @@ def explain(
     distortion: Annotated[
         bool, typer.Option("--distortion", help="Of a read-out: without the rigid motion of each bench.")
     ] = False,
+    grids: Annotated[
+        bool, typer.Option("--grids", help="Of an output: the places and grids of the model that it feels most.")
+    ] = False,
     top: Top = DEFAULT_TOP,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -74,13 +81,15 @@ def explain(
     (A_TM1_x of set A, or TM1_x) and differences (TM2_a_x-TM1_a_x): the areas, groups, elements and beams that they come
     from, and the field at rest. Requirements: what they judge. Areas, groups, test masses, compensation masses and
     optical elements: what they do to every output. Outputs and noise of the drag-free loop, subsystems, cases.
+    With --grids (after build-adjoint): where on the model an output feels temperatures, whatever the areas.
     """
     from tedm_cli.cli.printing.explain import explain_dict, explain_lines
     from tedm_cli.cli.printing.explained import told_dict, told_lines
     from tedm_cli.results.explained import Told
-    from tedm_cli.stages.explain.name import Load, explain_name
+    from tedm_cli.stages.explain.name import Load, explain_name, explain_places
 
-    done = explain_name(open_project(config, build_dir, verbose), name, Load(set_name, area, uniform, distortion))
+    project, load = open_project(config, build_dir, verbose), Load(set_name, area, uniform, distortion)
+    done = [explain_places(project, name, load)] if grids else explain_name(project, name, load)
     most = rows(top)
 
     def lines() -> list[str]:

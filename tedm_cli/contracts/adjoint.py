@@ -95,6 +95,22 @@ class AdjointFile(AreaDatasets, FileKind):
         None,
         "sensitivity to a gradient in planes 1 and 2 of a bar; of a shell along its normal, and 0",
     )
+    MAP_ELEMENT = _found(
+        "/map/element_id",
+        ("mapped",),
+        "int",
+        "1",
+        "all elements, solids among them",
+        Values(ascending=True, least=1),
+    )
+    MAP_VOLUME = _found("/map/volume", ("mapped",), "float", "m^3", "volume", Values(least=0))
+    MAP_S = _found(
+        "/map/s",
+        ("row", "mapped"),
+        "float",
+        None,
+        "sensitivity to 1 K of a whole element, its own temperature or all of its grids' in it; sums to 1 K everywhere",
+    )
     DIRECT = _found(
         "/direct",
         ("row", "area"),

@@ -32,6 +32,9 @@ class TemperatureSensitivity:
     mean : [r, L], of an element's own mean.
     gradient : [r, L, 2, 2], of its gradients at ends A and B (third index) in planes 1 and 2, see
         `tedm_cli.fem.structure.ElementTemperatures`.
+    whole_id : [E], ids of all elements, ascending.
+    whole : [r, E], of each of them when all of it warms: its forces times λ. Their sum is that of `grid`, the response
+        to 1 K everywhere.
     """
 
     grid: FloatArray
@@ -39,6 +42,8 @@ class TemperatureSensitivity:
     average: sp.csr_matrix
     mean: FloatArray
     gradient: FloatArray
+    whole_id: IntArray
+    whole: FloatArray
 
     def felt(self, own: BoolArray) -> FloatArray:
         """The same of grids [r, N] where the elements `own` [L] have temperatures of their own instead of theirs."""

@@ -47,11 +47,13 @@ class Operators:
     stiffness : sparse [6 N, 6 N], N/m (rotations: N·m).
     thermal : forces of temperatures.
     expansion_load : [6 N], N, nodal forces of a thermal strain of one in every element.
+    warming : sparse [E, 6 N], N/K, nodal forces of each element when all of it warms, in the order of `element_ids`.
     """
 
     stiffness: sp.csr_matrix
     thermal: ThermalLoad
     expansion_load: FloatArray
+    warming: sp.csr_matrix
 
 
 def assemble(structure: Structure) -> Operators:
@@ -67,16 +69,32 @@ def assemble(structure: Structure) -> Operators:
     origin = _origin(structure)
     stiffness = _BlockSum((2 * n_grids, 2 * n_grids), (3, 3))
     coupling = _BlockSum((2 * n_grids, n_grids), (3, 1))
+    warming = [sp.csr_matrix((0, 6 * n_grids))]
     for part in _element_matrices(structure):
         np.add.at(expansion, part.dof, part.expansion_load)
-        np.add.at(reference, part.dof, part.coupling.sum(axis=2) * (part.reference_temperature - origin)[:, None])
+        force = part.coupling.sum(axis=2)
+        np.add.at(reference, part.dof, force * (part.reference_temperature - origin)[:, None])
+        first = np.arange(len(force) + 1) * force.shape[1]
+        warming.append(sp.csr_matrix((force.reshape(-1), part.dof.reshape(-1), first), (len(force), 6 * n_grids)))
         triples = part.dof[:, ::3] // 3
         stiffness.add(part.stiffness, triples, triples)
         coupling.add(part.coupling, triples, part.grids)
     total = coupling.matrix()
     if structure.initial_temperature is not None:
         reference = total @ (structure.initial_temperature - origin)
-    return Operators(stiffness.matrix(), ThermalLoad(total, origin, reference), expansion)
+    thermal = ThermalLoad(total, origin, reference)
+    return Operators(stiffness.matrix(), thermal, expansion, sp.vstack(warming, format="csr"))
+
+
+def element_ids(structure: Structure) -> IntArray:
+    """Ids of all elements [E], in the order in which they are assembled."""
+    others = (
+        structure.bars.element_id,
+        structure.rods.element_id,
+        structure.quads.element_id,
+        structure.trias.element_id,
+    )
+    return np.concatenate([*(block.element_id for block in structure.solids), *others])
 
 
 def _origin(structure: Structure) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.adjoint import TemperatureSensitivity
-from tedm_cli.fem.assembly import Operators, assemble
+from tedm_cli.fem.assembly import Operators, assemble, element_ids
 from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.bending import bending_change
 from tedm_cli.fem.constraints import eliminate, to_basic
@@ -88,7 +88,7 @@ class StaticSolution:
         elimination = eliminate(structure)
         transform = to_basic(structure) @ elimination.transform
         reduced = (transform.T @ operators.stiffness @ transform).tocsr()
-        self._thermal = operators.thermal
+        self._thermal, self._warming = operators.thermal, operators.warming
         self._element_loads: ElementLoads | None = None  # made for the first case that needs them
         del operators  # the unconstrained stiffness is as large as the constrained one
         constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
@@ -178,11 +178,14 @@ class StaticSolution:
         loads = element_loads(self._structure)
         grid = np.zeros((len(names), self._structure.n_grids))
         own: list[FloatArray] = []
+        order = np.argsort(ids := element_ids(self._structure), kind="stable")
+        whole = np.zeros((len(names), len(ids)))
         for first in range(0, len(names), _BATCH):
             some = slice(first, first + _BATCH)
             motion = np.asarray(self._transform @ self._unknowns(outputs[:, some], names[some]))
             grid[some] = (self._thermal.coupling.T @ motion).T
             own.append(loads.work(motion))
+            whole[some] = (self._warming @ motion).T[:, order]
             self._progress(min(first + _BATCH, len(names)), len(names), "solve")
         of_elements = np.concatenate(own)
         self._solve_seconds += time.perf_counter() - start
@@ -192,6 +195,8 @@ class StaticSolution:
             average=loads.average,
             mean=of_elements[..., 0],
             gradient=of_elements[..., 1:].reshape(*of_elements.shape[:2], 2, 2),
+            whole_id=ids[order],
+            whole=whole,
         )
 
     def _own(self, batch: list[LoadCase]) -> FloatArray | None:

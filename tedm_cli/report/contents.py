@@ -32,6 +32,7 @@ from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.series import series_section
 from tedm_cli.report.summary import summary_section
 from tedm_cli.report.verdicts import Titles
+from tedm_cli.report.where import Where, where_section
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.dynamics_in_time import IN_TIME
 from tedm_cli.results.field import FieldAtRest
@@ -76,7 +77,7 @@ class ReportInputs:
 
     `field` is None of a project without test masses, `optics` of one without optics. `closed_loop` is None where there
     can be none, and then `no_loop` says why, or where it has not been simulated. `no_adjoint`: why there is no adjoint
-    of the model, where one was asked for.
+    of the model, where one was asked for; `where`: what it says of the output that binds.
     `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report
     that shows the model, or "".
     """
@@ -97,6 +98,7 @@ class ReportInputs:
     requirement_titles: Mapping[str, str] = default(default_factory=dict)
     model_view: str = ""
     no_adjoint: str = ""
+    where: Where = default(default_factory=Where)
 
     @property
     def at_rest(self) -> list[DcVerdict]:
@@ -194,6 +196,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
     ]
     if judged:
         sections.append(binding_section(cases, areas, inputs.benches, figures["contributors"]))
+        sections.append(where_section(cases, inputs.where, figures["where"]))
     if dc:
         sections.append(at_rest_section(dc, figures["field"]))
     if loop is not None:
@@ -228,7 +231,7 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
         sections.append(series_section(inputs.series, of["series"], titles))
     if inputs.field is not None:
         sections += [
-            _sensitivity_section(of["sensitivity"], inputs.no_adjoint),
+            _sensitivity_section([*of["sensitivity"], *of["where"]], inputs.no_adjoint),
             field_section(inputs.field, of["field"]),
         ]
     if inputs.optics is not None:

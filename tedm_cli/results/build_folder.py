@@ -14,6 +14,7 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import (
+    ADJOINT,
     CASE,
     DISTORTION,
     DYNAMICS,
@@ -26,6 +27,7 @@ from tedm_cli.contracts import (
 )
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
+    ADJOINT_FILE,
     DISTORTION_FILE,
     DYNAMICS_FILE,
     IMPOSED_FILE,
@@ -80,7 +82,7 @@ class Results:
     are those of the configuration that have been run, by name. `no_loop` says why there can be no drag-free loop, and
     is empty where there can. `dynamics` is None where there can be none, or where the loop or its cases have not been
     made; `simulations` are the cases that have, in the order of the configuration, `simulated_series` the series that
-    have been through the loop, by name. `imposed` is None where it has not been made.
+    have been through the loop, by name. `imposed` and `adjoint` are None where they have not been made.
     """
 
     distortion: Reader
@@ -99,6 +101,8 @@ class Results:
     simulation_files: list[InputFile]
     imposed: Reader | None
     imposed_file: InputFile | None
+    adjoint: Reader | None
+    adjoint_file: InputFile | None
     simulated_series: dict[str, Reader]
     simulated_series_files: dict[str, InputFile]
     loop_requirements: list[AppliedRequirement]
@@ -169,6 +173,7 @@ def open_results(project: Project) -> Iterator[Results]:
         if gravity is not None and (build / IMPOSED_FILE).exists():
             imposed = stack.enter_context(open_checked(build / IMPOSED_FILE, IMPOSED))
             _require_made_from(imposed, [gravity.file], [], f"rebuild it with `{IMPOSED.made_by}`, or delete it")
+        adjoint = None if gravity is None else _adjoint(build / ADJOINT_FILE, used, stack)
         no_loop = why_no_loop(project, model)
         loop = _Loop(None, [], {}, []) if no_loop else _open_dynamics(project, config, used, file, stack)
         looped = [*loop.simulations, *loop.series.values()]
@@ -179,6 +184,7 @@ def open_results(project: Project) -> Iterator[Results]:
             no_loop, loop.dynamics, None if loop.dynamics is None else input_files([loop.dynamics.path])[0],
             loop.simulations, list(input_files([reader.path for reader in loop.simulations])),
             imposed, None if imposed is None else input_files([imposed.path])[0],
+            adjoint, None if adjoint is None else input_files([adjoint.path])[0],
             loop.series, {name: input_files([reader.path])[0] for name, reader in loop.series.items()},
             loop.requirements,
         )  # fmt: skip
@@ -198,6 +204,16 @@ def _read_out(layout_file: Path, path: Path, stack: contextlib.ExitStack) -> Rea
     _, layout = load_layout(layout_file)
     require_configuration(reader, layout_file)
     return ReadOutMatrices(reader, input_files([path])[0], layout)
+
+
+def _adjoint(path: Path, used: Sequence[InputFile], stack: contextlib.ExitStack) -> Reader | None:
+    """What every temperature does, where it has been made; refused where it is of other matrices than there are."""
+    if not path.exists():
+        return None
+    reader = stack.enter_context(open_checked(path, ADJOINT))
+    for one in used:
+        require_input(reader, one)
+    return reader
 
 
 @dataclass(frozen=True)

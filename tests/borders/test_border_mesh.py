@@ -45,7 +45,7 @@ def test_what_an_expanding_test_mass_makes_is_at_no_grid(small: Project, tmp_pat
         area = str(file["/area/name"].asstr()[0])
     with open(small.folder / "optics.toml", "a", encoding="utf-8") as stream:
         stream.write(f'\n[[test_mass_expansion]]\ntest_mass = "TM1"\narea = "{area}"\nexpansion_per_K = 1.65e-5\n')
-    for command in ("build-optics", "run-case"):
+    for command in ("build-optics", "build-adjoint", "run-case"):
         small.stage(command).ok()
     asked = ("--area", area, "--of", "A_TM1_x", "--case", "3", "-d", small.build)
     tedm("export-vtu", *asked, "-o", tmp_path / "m.vtu").ok()

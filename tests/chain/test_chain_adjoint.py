@@ -96,6 +96,17 @@ def test_sums_over_areas_are_the_matrices(small: Project, adjoint: Path) -> None
     np.testing.assert_array_equal(results.value, found["/area/sum"])
 
 
+def test_whole_elements_are_the_model(adjoint: Path) -> None:
+    """Together they are 1 K everywhere, in double precision, and all of the volume."""
+    found = arrays(adjoint)
+    agree(found["/map/s"].sum(axis=1, keepdims=True), found["/s"].sum(axis=1, keepdims=True), DOUBLE)
+    assert found["/map/volume"].sum() == pytest.approx(found["/grid/volume"].sum(), rel=1e-12)
+    assert (found["/map/volume"] > 0.0).all()
+    lines = np.isin(found["/map/element_id"], found["/element/id"])
+    np.testing.assert_allclose(found["/map/s"][:, lines], found["/element/mean"], rtol=1e-9, atol=0)
+    np.testing.assert_array_equal(found["/map/volume"][lines], found["/element/volume"])
+
+
 def test_values_are_found_by_their_names(adjoint: Path) -> None:
     """From Python: output, grid and area, as h5py finds them in the file."""
     found = tedm_library.open_build(adjoint.parent).adjoint

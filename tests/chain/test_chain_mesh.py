@@ -204,11 +204,63 @@ def test_fields_of_loads_of_any_size_add_up_block_by_block(tmp_path: Path) -> No
 def test_difference_of_two_outputs(small: Project, tmp_path: Path, mesh: UnstructuredGrid) -> None:
     export_mesh(small.build_dir, tmp_path / "d.vtu", WantedArrays((AREA,), (DIFFERENCE, "TM2_a_x")), silent)
     other = read_grid(tmp_path / "d.vtu")
+    mine = other[f"adjoint_density_{DIFFERENCE}"] + other["adjoint_density_TM2_a_x"]
+    np.testing.assert_allclose(mine, mesh["adjoint_density_TM1_a_x"], rtol=0, atol=1e-12 * np.nanmax(np.abs(mine)))
     np.testing.assert_allclose(
         other[f"contribution_{DIFFERENCE}_{AREA}"],
         mesh[f"contribution_TM1_a_x_{AREA}"] - other[f"contribution_TM2_a_x_{AREA}"],
         atol=1e-12 * np.abs(mesh[f"contribution_TM1_a_x_{AREA}"]).max(),
     )
+
+
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_sensitivity_per_volume_adds_up_to_the_uniform_load(
+    small: Project, path: Path, mesh: UnstructuredGrid, files: dict[str, h5py.File], output: str
+) -> None:
+    """Integrated over the cells as VTK measures them, with the sections of plates and bars; of grids it is a sum."""
+    if output in GRAVITY:
+        wanted = files["sensitivity"]["/S"][text(files["sensitivity"]["/row/label"]).index(output)].sum()
+    else:
+        o = files["optics"]
+        wanted = o[f"/N/{output[0]}"][text(o["/label/read_out"]).index(output[2:])].sum()
+    sizes = mesh.compute_cell_sizes()
+    flat, line = sizes["Area"] * mesh["section"], sizes["Length"] * mesh["section"]
+    volume = sizes["Volume"] + flat + line
+    density, whole = mesh[f"adjoint_density_{output}"], mesh[f"adjoint_element_{output}"]
+    room = 1e-6 * np.abs(whole).sum()
+    assert abs(np.nansum(density * volume) - wanted) < room
+    assert abs(whole.sum() - wanted) < room
+    assert np.isnan(density[mesh["optical_element"] >= 0]).all()
+    assert np.isfinite(density[: len(files["unit_loads"]["/element/id"])]).all()
+    with h5py.File(small.build_dir / "adjoint.h5") as file:
+        row = text(file["/row/label"]).index(output)
+        np.testing.assert_array_equal(mesh[f"adjoint_{output}"], file["/s"][row])
+        by_id = dict(zip(mesh["element_id"].tolist(), whole.tolist(), strict=True))
+        worst = int(np.abs(file["/map/s"][row]).argmax())
+        assert by_id[int(file["/map/element_id"][worst])] == file["/map/s"][row, worst] != 0.0
+
+
+def test_without_an_adjoint_there_are_no_arrays_of_it_and_a_stale_one_is_refused(
+    small: Project, tmp_path: Path
+) -> None:
+    build = tmp_path / "build"
+    build.mkdir()
+    for name in ("unit_loads", "distortion", "sensitivity"):
+        shutil.copy(small.build_dir / f"{name}.h5", build)
+    asked = WantedArrays((AREA,), ("TM1_a_x",))
+    done = export_mesh(build, None, asked, silent)
+    assert not [a.name for a in (*done.on_points, *done.on_cells) if "adjoint" in a.name]
+    shutil.copy(small.build_dir / "adjoint.h5", build)
+    done = export_mesh(build, None, asked, silent)
+    assert {a.name for a in done.on_cells if "adjoint" in a.name} == {
+        "adjoint_element_TM1_a_x",
+        "adjoint_density_TM1_a_x",
+    }
+    with h5py.File(build / "sensitivity.h5", "r+") as file:
+        file["/S"][0, 0] *= 1.0 + 1e-14
+    seal(build / "sensitivity.h5")
+    with pytest.raises(InputError, match=r"adjoint\.h5: is stale"):
+        export_mesh(build, None, asked, silent)
 
 
 def test_table_says_what_the_arrays_are(path: Path, mesh: UnstructuredGrid) -> None:

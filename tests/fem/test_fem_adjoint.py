@@ -107,6 +107,40 @@ def test_fem_adjoint_of_shells_bars_and_rods(initial):
     assert np.abs(own_part).min() > 1e-3 * np.abs(wanted).max(), "the elements' own temperatures matter here"
 
 
+@pytest.mark.parametrize(("card", "nodes", "bubble"), KINDS)
+def test_fem_adjoint_of_whole_solids_is_each_of_them_expanding_alone(card, nodes, bubble):
+    """Against solutions in which all but one are of a material that does not expand, warmed everywhere."""
+    size = (0.3, 0.2, 0.1)
+    position, cells = solid_mesh(card, nodes, (2, 1, 1), size, distortion=0.15)
+    alpha = 1e-5 * (1.0 + np.arange(len(cells)))
+
+    def model(expansion):
+        table = hexes(np.zeros((len(cells), 8)), alpha=expansion)[0].materials
+        block = solids(card, cells, bubble=bubble, table=table, material=np.arange(len(cells)))
+        block = replace(block, element_id=block.element_id[::-1].copy())  # ids that descend
+        return with_rigid_elements(position, (block,), size), block.element_id
+
+    whole, ids = model(alpha)
+    rows = outputs(whole)
+    found = StaticSolution(whole).adjoint(rows, OUTPUTS)
+    np.testing.assert_array_equal(found.whole_id, np.sort(ids))
+    np.testing.assert_allclose(
+        found.whole.sum(axis=1), found.grid.sum(axis=1), rtol=0, atol=1e-11 * abs(found.whole).sum()
+    )
+    for number in (0, len(cells) - 1):
+        one, _ = model(np.where(np.arange(len(cells)) == number, alpha, 0.0))
+        cold, warm = np.zeros(one.n_grids), np.ones(one.n_grids)
+        wanted = by_solution(StaticSolution(one), rows, case(0, cold), case(1, warm))
+        agree(found.whole[:, found.whole_id == ids[number]], wanted)
+
+
+def test_fem_adjoint_of_whole_shells_bars_and_rods_is_that_of_their_means():
+    model = mixed()
+    found = StaticSolution(model).adjoint(outputs(model), OUTPUTS)
+    np.testing.assert_array_equal(found.whole_id, found.element_id)
+    np.testing.assert_allclose(found.whole, found.mean, rtol=0, atol=1e-12 * np.abs(found.mean).max())
+
+
 def test_fem_adjoint_of_a_structure_that_is_not_held_is_refused():
     position, cells = solid_mesh("CHEXA", 8, (1, 1, 1), (1.0, 1.0, 1.0))
     with pytest.raises(PhysicsError, match="not held"):

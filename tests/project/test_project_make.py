@@ -228,7 +228,7 @@ STATES: dict[str, tuple[Callable[[Path], None], set[str], str]] = {
     "model touched": (touch("configs/model.toml"), ALL, "model.toml is newer"),
     "project touched": (touch("configs/tedm.toml"), ALL, "tedm.toml is newer"),
     "optics gone": (remove("build/optics.h5"), FROM_OPTICS, "optics.h5 is not there"),
-    "the adjoint gone": (remove("build/adjoint.h5"), {*ADJOINT, "report"}, "adjoint.h5 is rebuilt"),
+    "the adjoint gone": (remove("build/adjoint.h5"), {*ADJOINT, "plot", "report"}, "adjoint.h5 is rebuilt"),
     "a case gone": (remove("build/case01.h5"), {"run-case 1", *LAST}, "case01.h5 is rebuilt"),
     "the loop gone": (remove("build/dynamics.h5"), LOOP | LAST, "dynamics.h5 is rebuilt"),
     "figures gone": (remove("build/figures.stamp"), {"plot", "report"}, "the figures are not there"),

@@ -34,7 +34,8 @@ def test_the_annex_says_why_there_is_no_adjoint(copy: Project) -> None:
     decision, annex = (path.read_text(encoding="utf-8") for path in report(copy, None, ["md"]))
     assert f"has not been found: {WHY}." in annex
     assert "adjoint.h5" in annex.partition("Provenance")[2]
-    assert "adjoint" not in decision
+    assert f"Where in the areas temperatures act has not been found: {WHY}." in decision
+    assert "figures/adjoint_" not in decision + annex
 
 
 def test_an_adjoint_of_other_sensitivities_is_refused(copy: Project, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from tedm_cli.adjoint.agreement import Agreement, agreement
 from tedm_cli.adjoint.areas import Temperatures, gradient_sensitivity, temperatures
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
@@ -44,13 +44,16 @@ from tedm_cli.stages.common import copy_areas, out_path
 class Adjoint:
     """What was found of r outputs and k areas.
 
-    of : sensitivities by the temperatures of the model. sums : [r, k], over the areas. cancellation : [r, k], as in
+    of : sensitivities by the temperatures of the model. whole : by those of whole elements, [r, E], as is `whole_id`
+    [E]. sums : [r, k], over the areas. cancellation : [r, k], as in
     adjoint.h5.
     """
 
     model: WarmedModel
     outputs: Outputs
     of: Temperatures
+    whole_id: IntArray
+    whole: FloatArray
     sums: FloatArray
     agreement: Agreement
     cancellation: FloatArray
@@ -177,7 +180,8 @@ def _found(
     sums = of.sums(model.areas)
     agreed = agreement(sums + outputs.direct, outputs.wanted, outputs.rounding, outputs.block, model.gradient)
     wrong = _disagreement(agreed, model, outputs, deck)
-    found = Adjoint(model, outputs, of, sums, agreed, of.cancellation(model.areas), solution.report)
+    whole_id, whole = by_temperature.whole_id, by_temperature.whole
+    found = Adjoint(model, outputs, of, whole_id, whole, sums, agreed, of.cancellation(model.areas), solution.report)
     return found if wrong is None else wrong
 
 
@@ -209,6 +213,9 @@ def _write(writer: Writer, found: Adjoint) -> None:
     writer.write(ADJOINT.ELEMENT_VOLUME, model.places.element_volume)
     writer.write(ADJOINT.ELEMENT_MEAN, of.mean, units=per_kelvin)
     writer.write(ADJOINT.ELEMENT_GRADIENT, of.gradient, units="per K/m, see /row/unit")
+    writer.write(ADJOINT.MAP_ELEMENT, found.whole_id)
+    writer.write(ADJOINT.MAP_VOLUME, model.volume)
+    writer.write(ADJOINT.MAP_S, found.whole, units=per_kelvin)
     writer.write(ADJOINT.DIRECT, outputs.direct, units=per_area)
     writer.write(ADJOINT.AREA_SUM, found.sums, units=per_area)
     writer.write(ADJOINT.AREA_CANCELLATION, found.cancellation)

@@ -10,6 +10,7 @@ import numpy as np
 
 from tedm_cli.adjoint.areas import Places, Warmed
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.fem.assembly import element_ids
 from tedm_cli.fem.structure import Structure
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.loads.unit_loads import UnitLoad, deck_unit_loads
@@ -24,6 +25,7 @@ class WarmedModel:
     """A structure of N grids and L shells, bars and rods, by ascending ids, and its k areas.
 
     element_id : [L]. name, areas : [k]. own : [L], elements that have temperatures of their own in an area.
+    volume : of all elements by ascending ids, m³.
     """
 
     structure: Structure
@@ -32,6 +34,7 @@ class WarmedModel:
     areas: list[Warmed]
     own: BoolArray
     places: Places
+    volume: FloatArray
 
     @property
     def gradient(self) -> BoolArray:
@@ -69,6 +72,7 @@ def warmed_model(model: Any, structure: Structure, files: list[Path], uniform_la
         areas=areas,
         own=own,
         places=_places(geometry, ids, own),
+        volume=_volumes(geometry, np.sort(element_ids(structure))),
     )
 
 
@@ -93,6 +97,13 @@ def _places(geometry: ModelGeometry, ids: IntArray, own: BoolArray) -> Places:
         element=geometry.centres(rows),
         element_volume=_sums(member, volume, len(e.id))[rows],
     )
+
+
+def _volumes(geometry: ModelGeometry, ids: IntArray) -> FloatArray:
+    """Volume of the elements `ids`, m³."""
+    e = geometry.elements
+    member = np.repeat(np.arange(len(e.id)), np.diff(e.node_offset))
+    return _sums(member, node_volumes(geometry), len(e.id))[np.searchsorted(e.id, ids)]
 
 
 def _sums(place: IntArray, value: FloatArray, count: int) -> FloatArray:

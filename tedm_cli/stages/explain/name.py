@@ -29,7 +29,9 @@ from tedm_cli.results.areas import read_areas
 from tedm_cli.results.explained import Told, also, without_empty
 from tedm_cli.results.optics import ReadOuts, read_read_outs
 from tedm_cli.results.self_gravity import read_self_gravity
+from tedm_cli.stages.common import known_name
 from tedm_cli.stages.explain.areas import Rows, explain_area, explain_difference, explain_element, explain_group
+from tedm_cli.stages.explain.grids import explain_grids
 from tedm_cli.stages.explain.judged import (
     explain_case,
     explain_loop_noise,
@@ -114,6 +116,34 @@ def explain_name(project: Project, name: str | None, load: Load) -> list[Found]:
             raise UsageError(fact, hint=f"tedm explain {name}")
         done = tell(name)
         return [also(without_empty(done), [other for other, _ in others]) if isinstance(done, Told) else done]
+
+
+def explain_places(project: Project, name: str | None, load: Load) -> Told:
+    """Where on the model an output feels temperatures: `explain --grids`.
+
+    Raises
+    ------
+    UsageError : no name, or not that of an output; options of read-outs that ask for something else.
+    InputError : as `explain_grids`.
+    """
+    if name is None:
+        raise UsageError("--grids takes the name of an output", hint="tedm explain TM1_a_x --grids")
+    given = replace(load, set_name=None).given()
+    if given:
+        raise UsageError(f"{given} and --grids ask for different things", hint="leave one of them away")
+    with _open(project) as files:
+        r, label = files.read_outs, name
+        if r is not None and name in (*r.label, *r.names):
+            own, chosen = _of_set(load, name, r)
+            label = f"{chosen.set_name or r.sets[0]}_{own}"
+        elif load.set_name is not None:
+            raise UsageError(f"--set is for read-outs, and {name} is none", hint=f"tedm explain {name} --grids")
+        outputs = list(files.rows)
+        parts = (label,) if label in outputs else terms(label) or (label,)
+        units = [files.rows[known_name("output", one, outputs)][0] for one in parts]
+        if len(set(units)) > 1:
+            raise UsageError(f"{label} is a difference of {' and '.join(units)}")
+    return explain_grids(project, label)
 
 
 def known_names(project: Project) -> list[str]:

@@ -22,6 +22,7 @@ from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import read_areas, unit_per
 from tedm_cli.results.compensation import Blocks, read_blocks
 from tedm_cli.stages.common import known_name
+from tedm_cli.stages.exports.mesh_adjoint import adjoint_arrays
 from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, worst_of_cases
 from tedm_cli.stages.exports.mesh_geometry import mesh_geometry, optical_grids
 from tedm_cli.stages.exports.mesh_outputs import Output, read_output
@@ -86,9 +87,12 @@ def export_mesh(build_dir: Path, output: Path | None, wanted: WantedArrays, step
             require_input(distortion, input_files([build_dir / UNIT_LOADS_FILE])[0])
         blocks = None if distortion is None else _blocks(build_dir)
         mesh = mesh_geometry(unit, distortion, blocks)
-        on_points, on_cells = mesh.on_points, distinct(mesh.on_cells)
+        on_points, on_cells = mesh.on_points, mesh.on_cells
         if distortion is not None and wanted:
             on_points += _asked_arrays(build_dir, unit, distortion, blocks, wanted, step)
+            of_grids, of_cells = adjoint_arrays(build_dir, unit, wanted.outputs, mesh.element)
+            on_points, on_cells = on_points + of_grids, on_cells + of_cells
+        on_cells = distinct(on_cells)
         on_points = [_with_corners(a, len(mesh.points)) for a in distinct(on_points)]
         paths = write_vtu(path, mesh.points, mesh.cells, on_points, on_cells, mesh.names)
     cells = sum(len(c.nodes) for c in mesh.cells)

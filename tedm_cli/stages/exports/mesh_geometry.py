@@ -22,7 +22,8 @@ OPTICAL, BLOCK = "optical element", "compensation mass"
 @dataclass(frozen=True, eq=False)
 class MeshGeometry:
     """Points [N, 3] (m, basic frame), cells, arrays on both, names behind numbers; cards and numbers of elements that
-    have no cell. Arrays on points are of the grids, which come first; behind them are the corners of blocks."""
+    have no cell. Arrays on points are of the grids, which come first; behind them are the corners of blocks. `element`:
+    row of the element of each cell, -1 of others."""
 
     points: FloatArray
     cells: list[Cells]
@@ -30,6 +31,7 @@ class MeshGeometry:
     on_cells: list[MeshArray]
     names: list[Names]
     left_out: dict[str, int]
+    element: IntArray
 
 
 def mesh_geometry(unit: Reader, distortion: Reader | None, blocks: Blocks | None) -> MeshGeometry:
@@ -130,7 +132,9 @@ def mesh_geometry(unit: Reader, distortion: Reader | None, blocks: Blocks | None
         Names("compensation_mass", block_names, block_names),
     ]
     left_out = dict(sorted(Counter(card[left].tolist()).items()))
-    return MeshGeometry(np.concatenate([position, corner]), cells, on_points, on_cells, names, left_out)
+    element = np.full(len(types), -1)
+    element[: len(row)] = row
+    return MeshGeometry(np.concatenate([position, corner]), cells, on_points, on_cells, names, left_out, element)
 
 
 def optical_grids(unit: Reader, distortion: Reader) -> IntArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from tedm_cli.contracts import OPTICS
@@ -12,6 +12,7 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.results.adjoint_map import OutputMap
 from tedm_cli.results.case_file import read_temperature
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series
@@ -21,6 +22,7 @@ from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.series import read_series
 
 if TYPE_CHECKING:
+    from tedm_cli.figures.adjoint_map import MapViews
     from tedm_cli.figures.spec import Figure
 
 
@@ -124,6 +126,12 @@ def simulated_series(file: Reader, requirements: Sequence[AppliedRequirement], c
     from tedm_cli.figures.series import series_figure
 
     return series_figure(read_simulated_series(file, requirements, confidence))
+
+
+def adjoint_map(views: Callable[[], MapViews], found: OutputMap, bound: float, title: str, unit: str) -> Figure:
+    from tedm_cli.figures.adjoint_map import adjoint_figure
+
+    return adjoint_figure(views(), found.density, bound, title, unit)
 
 
 def bench(layout: OpticalLayout) -> Figure:

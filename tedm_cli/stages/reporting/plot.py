@@ -29,6 +29,7 @@ from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, quantity
 from tedm_cli.stages.reporting import draw
+from tedm_cli.stages.reporting.plot_adjoint import adjoint_specs
 from tedm_cli.stages.reporting.plot_dynamics import dynamics_specs
 from tedm_cli.stages.reporting.plot_dynamics_in_time import in_time_specs
 from tedm_cli.stages.reporting.plot_imposed import imposed_specs
@@ -167,6 +168,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         all_cases[:1],
         partial(draw.temperature, results.cases[0]),
     )
+    specs += adjoint_specs(results, cases)
     if results.gravity is not None:
         specs += _gravity_specs(results.gravity, areas)
     specs += imposed_specs(results)

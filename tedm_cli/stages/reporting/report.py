@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import datetime
 from collections.abc import Sequence
 from os.path import relpath
@@ -12,7 +11,7 @@ from typing import Literal
 from tedm_cli.config.project import Project, ReportTable
 from tedm_cli.contracts import ADJOINT, UNIT_LOADS
 from tedm_cli.errors import UsageError
-from tedm_cli.files.build_folder import ADJOINT_FILE, UNIT_LOADS_FILE, require_input
+from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader, cannot_write, open_checked, replacing
 from tedm_cli.report.contents import Front, ReportFigure, ReportInputs, documents_of
@@ -21,12 +20,15 @@ from tedm_cli.report.html import to_html
 from tedm_cli.report.inline import read_figure
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.provenance import ReportFile
+from tedm_cli.report.where import Where, binding_output
 from tedm_cli.results.adjoint import read_adjoint
+from tedm_cli.results.adjoint_map import has_map, read_map, read_mapped_model
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.dynamics import read_closed_loop
 from tedm_cli.results.field import read_field
 from tedm_cli.results.model import read_distortion_size, read_model_size
+from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import read_optics
 from tedm_cli.results.series import read_series_summary
 from tedm_cli.stages.common import out_path
@@ -96,7 +98,6 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
     with (
         open_results(project) as results,
         open_checked(loads, UNIT_LOADS) as unit_loads,
-        contextlib.ExitStack() as stack,
     ):
         upstream = [*input_files([loads]), results.distortion_file]
         for file in (results.distortion, *(m.reader for m in results.matrices)):
@@ -107,7 +108,7 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
             ReportFigure(s.section, s.caption, read_figure(build / FIGURES / s.name, s.sources), s.name, s.decides)
             for s in figure_specs(results, cases)
         ]
-        adjoint = _adjoint(build, results, stack)
+        adjoint = results.adjoint
         why = "" if adjoint is None else read_adjoint(adjoint)
         made = [] if adjoint is None else [adjoint]
         readers = [unit_loads, results.distortion, *(m.reader for m in results.matrices), *made, *results.cases]
@@ -115,7 +116,8 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
         readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
         readers += results.simulated_series.values()
         readers += [results.imposed] if results.imposed is not None else []
-        hashes = [*upstream, *(m.file for m in results.matrices), *input_files(r.path for r in made)]
+        hashes = [*upstream, *(m.file for m in results.matrices)]
+        hashes += [] if results.adjoint_file is None else [results.adjoint_file]
         hashes += results.case_files
         hashes += results.series_files.values()
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
@@ -139,19 +141,23 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
                 requirement_titles=results.requirement_titles,
                 model_view=VIEW if (folder / VIEW).is_file() else "",
                 no_adjoint=why if isinstance(why, str) else "",
+                where=_where(results, unit_loads, cases),
             )
         )
 
 
-def _adjoint(build: Path, results: Results, stack: contextlib.ExitStack) -> Reader | None:
-    """What every temperature does, where it has been made; refused where it is of other matrices than there are now."""
-    path = build / ADJOINT_FILE
-    if results.gravity is None or not path.exists():
-        return None
-    reader = stack.enter_context(open_checked(path, ADJOINT))
-    for made in results.matrices:
-        require_input(reader, made.file)
-    return reader
+def _where(results: Results, unit_loads: Reader, cases: Sequence[CaseNoise]) -> Where:
+    """Where temperatures act on the output that binds, or why that is not known."""
+    adjoint, label = results.adjoint, binding_output(cases)
+    if results.gravity is None:
+        return Where(no_map="that takes test masses, and the project has none")
+    if adjoint is None:
+        return Where(no_map=f"{ADJOINT.made_by} has not been run")
+    if adjoint.has(ADJOINT.REFUSAL):
+        return Where(no_map="; ".join(adjoint.strings(ADJOINT.REFUSAL)))
+    if not has_map(adjoint, label):
+        return Where(no_map=f"{adjoint.path.name} was made without {label}")
+    return Where(read_map(adjoint, label), read_mapped_model(adjoint, unit_loads))
 
 
 def _front(table: ReportTable) -> Front:
