@@ -32,6 +32,7 @@ class TemperatureSensitivity:
     mean : [r, L], of an element's own mean.
     gradient : [r, L, 2, 2], of its gradients at ends A and B (third index) in planes 1 and 2, see
         `tedm_cli.fem.structure.ElementTemperatures`.
+    motion : [6 N, r], the solutions λ, in the frame of the positions; per unit of the output and N or N·m.
     """
 
     grid: FloatArray
@@ -39,6 +40,7 @@ class TemperatureSensitivity:
     average: sp.csr_matrix
     mean: FloatArray
     gradient: FloatArray
+    motion: FloatArray
 
     def felt(self, own: BoolArray) -> FloatArray:
         """The same of grids [r, N] where the elements `own` [L] have temperatures of their own instead of theirs."""

@@ -178,9 +178,11 @@ class StaticSolution:
         loads = element_loads(self._structure)
         grid = np.zeros((len(names), self._structure.n_grids))
         own: list[FloatArray] = []
+        motions = np.empty((6 * self._structure.n_grids, len(names)))
         for first in range(0, len(names), _BATCH):
             some = slice(first, first + _BATCH)
             motion = np.asarray(self._transform @ self._unknowns(outputs[:, some], names[some]))
+            motions[:, some] = motion
             grid[some] = (self._thermal.coupling.T @ motion).T
             own.append(loads.work(motion))
             self._progress(min(first + _BATCH, len(names)), len(names), "solve")
@@ -192,6 +194,7 @@ class StaticSolution:
             average=loads.average,
             mean=of_elements[..., 0],
             gradient=of_elements[..., 1:].reshape(*of_elements.shape[:2], 2, 2),
+            motion=motions,
         )
 
     def _own(self, batch: list[LoadCase]) -> FloatArray | None:
