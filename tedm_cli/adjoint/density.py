@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,8 +40,14 @@ class GravitySum:
     lumped: bool
 
 
-def gravity_share(position: FloatArray, masses: ElementMasses, members: BoolArray, how: GravitySum) -> GravityShare:
-    """-G of the mass of some `members` [E] of the elements.
+def gravity_share(
+    position: FloatArray,
+    masses: ElementMasses,
+    members: BoolArray,
+    how: GravitySum,
+    advance: Callable[[int], None],
+) -> GravityShare:
+    """-G of the mass of some `members` [E] of the elements; `advance`: see `structure_gravity`.
 
     Raises
     ------
@@ -66,7 +72,7 @@ def gravity_share(position: FloatArray, masses: ElementMasses, members: BoolArra
     found = side_by_side(
         lambda tm, on: structure_gravity(distribution, tm, tolerance=how.tolerance, G=how.constant, advance=on),
         how.test_masses,
-        lambda _: None,
+        advance,
     )
     force = acceleration_outputs(
         stack_rows([f.operator for f in found]), distribution.lever_node, stack_rows([f.rotation for f in found])

@@ -204,7 +204,7 @@ def _local_stiffness(plane: FloatArray, block: ShellBlock, part: slice, rates: F
     plate = bent > 0.0
     own = 1.0 / block.shear_stiffness[part][plate]
     fading = sheared[plate] / (_SHEAR_CORRECTION[n] * bent[plate])
-    share = 1.0 / (1.0 + fading / own)  # of the shear's own flexibility in the whole
+    share = 1.0 - fading / (own + fading)  # of the shear's own flexibility in the whole
     rate = share * shear_rate[plate] + (1.0 - share) * plate_rate[plate]
     corrected[plate] = rate / (own + fading)
     return np.asarray(stiffness + plate_rate[:, None, None] * bending + corrected[:, None, None] * shear)

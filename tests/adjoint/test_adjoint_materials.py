@@ -23,6 +23,7 @@ from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.reading import cross_reference, deck_files, read_deck
 from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.nastran.structure.material_use import material_use
+from tedm_cli.progress import silent
 from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes
 from tedm_cli.stages.adjoint.model import coupled_structure, warmed_model
 from tedm_cli.stages.model.deck import write_deck
@@ -120,7 +121,7 @@ def solved(tmp_path_factory) -> Solved:
     rows = np.concatenate([gravity_rows(geometry), others], axis=1)
     found = StaticSolution(structure).adjoint(rows, [f"{k}" for k in range(9)])
     value, motions = solved_rows(path, rows)
-    gravity = gravity_of(geometry, use, np.ones(len(use.element_id), dtype=bool), HOW)
+    gravity = gravity_of(geometry, use, np.ones(len(use.element_id), dtype=bool), HOW, silent)
     batches = iter([motions[:, :2], motions[:, 2:]])
     changes = material_changes(structure, use, found, model.own, model.areas, gravity, batches)
     return Solved(path, rows, value, changes, use)
@@ -193,7 +194,7 @@ def test_densities(solved, mid):
     found, wanted = solved.changes.dlnrho[list(solved.use.material_id).index(mid)], up - down
     assert wanted[:6].any() == (mid not in (3, 4))
     assert not found[6:].any()
-    agree(found, wanted, 1e-5)
+    agree(found, wanted, 1e-10)
 
 
 @pytest.mark.parametrize("pid", [1, 4])

@@ -34,6 +34,18 @@ def material_use(model: Any) -> MaterialUse:
     )
 
 
+def material_cards(model: Any) -> dict[int, tuple[str, str]]:
+    """Card of every material of `material_use`, and the properties of elements that name it: "PSOLID 1, CONROD"."""
+    users: dict[int, dict[str, None]] = {}
+    for _, element in sorted(model.elements.items()):
+        laws, _, _ = _materials(model, element)
+        prop = None if element.type == "CONROD" else model.properties[element.pid]
+        name = "CONROD" if prop is None else f"{prop.type} {prop.pid}"
+        for mid in laws:
+            users.setdefault(mid, {})[name] = None
+    return {mid: (model.materials[mid].type, ", ".join(names)) for mid, names in sorted(users.items()) if mid}
+
+
 def _materials(model: Any, element: Any) -> tuple[tuple[int, int, int], int, int]:
     """Materials of an element's laws, of its mass, and the property that has its thickness; 0: none.
 

@@ -17,6 +17,7 @@ from tedm_cli.fem.structure import Structure
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.masses import ElementMasses
 from tedm_cli.nastran.geometry import ModelGeometry
+from tedm_cli.progress import Step, counter
 
 _BATCH = 16  # areas whose displacements are held at a time
 
@@ -71,7 +72,7 @@ def material_changes(
 
 
 def gravity_of(
-    geometry: ModelGeometry, use: MaterialUse, heavy: BoolArray, how: GravitySum
+    geometry: ModelGeometry, use: MaterialUse, heavy: BoolArray, how: GravitySum, step: Step
 ) -> list[tuple[int, int, GravityShare]]:
     """-G of the mass of materials, by rows of the material and of the thickness (-1: none) of its elements.
 
@@ -92,9 +93,10 @@ def gravity_of(
     )
     out = []
     heavy = heavy & (e.structural_kg != 0.0) & (use.mass >= 0)
+    advance = counter(step, len(how.test_masses) * int(heavy.sum()), "summing the materials")
     for material, thickness in np.unique(np.stack([use.mass, use.thickness], axis=1)[heavy], axis=0):
         members = heavy & (use.mass == material) & (use.thickness == thickness)
-        out.append((int(material), int(thickness), gravity_share(geometry.position_m, masses, members, how)))
+        out.append((int(material), int(thickness), gravity_share(geometry.position_m, masses, members, how, advance)))
     return out
 
 

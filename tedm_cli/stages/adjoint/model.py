@@ -24,9 +24,11 @@ class WarmedModel:
     """A structure of N grids and L shells, bars and rods, by ascending ids, and its k areas.
 
     element_id : [L]. name, areas : [k]. own : [L], elements that have temperatures of their own in an area.
+    geometry : grids, elements and their masses.
     """
 
     structure: Structure
+    geometry: ModelGeometry
     element_id: IntArray
     name: list[str]
     areas: list[Warmed]
@@ -64,6 +66,7 @@ def warmed_model(model: Any, structure: Structure, files: list[Path], uniform_la
             own[area.element] = True
     return WarmedModel(
         structure=structure,
+        geometry=geometry,
         element_id=ids,
         name=[load.label for load in loads],
         areas=areas,
