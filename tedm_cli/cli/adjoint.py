@@ -7,7 +7,19 @@ from typing import Annotated
 import typer
 
 from tedm_cli.cli.app import answer, app, open_project
-from tedm_cli.cli.options import DEFAULT_BUILD, DEFAULT_CONFIG, BuildDir, Config, Json, Output, Quiet, Verbose
+from tedm_cli.cli.options import (
+    DEFAULT_BUILD,
+    DEFAULT_CONFIG,
+    DEFAULT_TOP,
+    BuildDir,
+    Config,
+    Json,
+    Output,
+    Quiet,
+    Top,
+    Verbose,
+    rows,
+)
 
 
 @app.command("build-adjoint")
@@ -22,14 +34,16 @@ def build_adjoint(
             help="Where this model has no adjoint here, write a file that says why, and succeed; so the chain does.",
         ),
     ] = False,
+    top: Top = DEFAULT_TOP,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Effect of the temperature of each grid on each output.
+    """Effect of the temperature of each grid, and of each material, on each output.
 
     By one factorisation of the model that `solve` solves, whatever the number of areas. The sums over the areas are
-    held against [S_SG] and N. Read-outs are among the outputs where optics.h5 is.
+    held against [S_SG] and N. Read-outs are among the outputs where optics.h5 is. Materials and shells are ranked by
+    what one per cent more of a modulus, an expansion, a density or a thickness does.
     """
     from tedm_cli.cli.printing.adjoint import adjoint_dict, adjoint_lines
     from tedm_cli.progress import progress
@@ -38,4 +52,4 @@ def build_adjoint(
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
         done = stage(project, output, step, or_say_why=or_say_why)
-    answer(as_json, quiet, lambda: adjoint_lines(done), lambda: adjoint_dict(done))
+    answer(as_json, quiet, lambda: adjoint_lines(done, rows(top)), lambda: adjoint_dict(done))

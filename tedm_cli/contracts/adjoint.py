@@ -1,4 +1,4 @@
-"""adjoint.h5: what the temperature of every grid and element does to every output."""
+"""adjoint.h5: what the temperature of every grid and element, and every material, does to every output."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from tedm_cli.contracts.spec import (
     Values,
 )
 
+MATERIAL_CARDS = ("MAT1", "MAT9", "MAT11")
 _FOUND = "adjoint"  # absent where there is none, which /refusal explains
 
 
@@ -142,6 +143,64 @@ class AdjointFile(AreaDatasets, FileKind):
         open_ended=True,
         group=_FOUND,
     )
+    MATERIAL_ID = _found(
+        "/material/id", ("material",), "int", "1", "Nastran id of each material", Values(ascending=True, least=1)
+    )
+    MATERIAL_CARD = _found("/material/card", ("material",), "str", "1", "its card", Values(words=MATERIAL_CARDS))
+    MATERIAL_USED_BY = _found("/material/used_by", ("material",), "str", "1", "properties of elements that name it")
+    MATERIAL_EXPANSION = Dataset(
+        "/material/expansion",
+        ("material",),
+        "float",
+        "1/K",
+        "coefficient of thermal expansion; NaN of those that are not the same in all directions",
+        optional=True,
+        open_ended=True,
+        group=_FOUND,
+    )
+    DS_DLNE = _found(
+        "/material/dS_dlnE",
+        ("material", "row", "area"),
+        "float",
+        None,
+        "change of /area/sum by the logarithm of the moduli, which grow together: the Poisson ratios stay",
+    )
+    DS_DLNALPHA = _found(
+        "/material/dS_dlnalpha",
+        ("material", "row", "area"),
+        "float",
+        None,
+        "change by the logarithm of the expansion: what the material does of /area/sum, to which all of them sum",
+    )
+    DS_DALPHA = _found(
+        "/material/dS_dalpha",
+        ("material", "row", "area"),
+        "float",
+        None,
+        "change by an expansion that is added to that of the material, the same in all directions",
+    )
+    DS_DLNRHO = _found(
+        "/material/dS_dlnrho",
+        ("material", "row", "area"),
+        "float",
+        None,
+        "change by the logarithm of the density, without non-structural and concentrated mass; 0 of read-outs",
+    )
+    SHELL_PROPERTY_ID = _found(
+        "/shell/property_id",
+        ("shell",),
+        "int",
+        "1",
+        "Nastran id of each property of shells, PSHELL",
+        Values(ascending=True, least=1),
+    )
+    DS_DLNT = _found(
+        "/shell/dS_dlnt",
+        ("shell", "row", "area"),
+        "float",
+        None,
+        "change by the logarithm of its thickness: of stiffness, thermal forces and structural mass",
+    )
     CHECK_BLOCK = _found(
         "/check/block", ("row",), "str", "1", "rows whose differences are measured by the largest of them together"
     )
@@ -162,4 +221,4 @@ class AdjointFile(AreaDatasets, FileKind):
     CHECK_RESIDUAL = _found("/check/residual", (), "float", "1", "largest relative residual of the solutions")
 
 
-ADJOINT = AdjointFile("adjoint", 1, "tedm build-adjoint", fixed_dims={"xyz": 3, "xyz_column": 3, "plane": 2})
+ADJOINT = AdjointFile("adjoint", 2, "tedm build-adjoint", fixed_dims={"xyz": 3, "xyz_column": 3, "plane": 2})

@@ -35,6 +35,7 @@ class TemperatureSensitivity:
     whole_id : [E], ids of all elements, ascending.
     whole : [r, E], of each of them when all of it warms: its forces times λ. Their sum is that of `grid`, the response
         to 1 K everywhere.
+    motion : [6 N, r], the solutions λ, in the frame of the positions; per unit of the output and N or N·m.
     """
 
     grid: FloatArray
@@ -44,6 +45,7 @@ class TemperatureSensitivity:
     gradient: FloatArray
     whole_id: IntArray
     whole: FloatArray
+    motion: FloatArray
 
     def felt(self, own: BoolArray) -> FloatArray:
         """The same of grids [r, N] where the elements `own` [L] have temperatures of their own instead of theirs."""

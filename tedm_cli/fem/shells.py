@@ -60,7 +60,8 @@ def _matrices(position: FloatArray, block: ShellBlock, part: slice) -> ElementMa
     _require_convex(plane, block.element_id[part])
     height = block.offset[part, None] - flat[..., 2]  # from the grids to the mid-surface
     height[np.abs(height) < _FLAT * np.abs(plane).max(axis=(1, 2))[:, None]] = 0.0
-    local = _local_stiffness(plane, block, part)
+    rates = np.ones((e, 3)) if block.law_rates is None else block.law_rates[part]
+    local = _local_stiffness(plane, block, part, rates)
 
     arm = height[..., None] * axes[:, None, 2]
     turn = np.zeros((e, 6 * n, 6 * n))  # motions of the grids, basic frame, to local motions of the mid-surface
@@ -72,9 +73,10 @@ def _matrices(position: FloatArray, block: ShellBlock, part: slice) -> ElementMa
     grown_arms = np.zeros((e, 6 * n, 1))
     grown_arms[:, 2::6, 0] = height
     back = turn.transpose(0, 2, 1)
-    expansion_load = (back @ (_push(plane, block.membrane_stiffness[part]) - local @ grown_arms))[..., 0]
+    push = rates[:, 0, None, None] * _push(plane, block.membrane_stiffness[part])
+    expansion_load = (back @ (push - local @ grown_arms))[..., 0]
     share = (block.expansion[part] / n)[:, None, None]
-    bend = block.bending_expansion[part, None, None] * _bend(plane, block.bending_stiffness[part])
+    bend = (rates[:, 1] * block.bending_expansion[part])[:, None, None] * _bend(plane, block.bending_stiffness[part])
     return ElementMatrices(
         dof=dof_of(block.connectivity[part], 6),
         grids=block.connectivity[part],
@@ -178,16 +180,21 @@ def _curvature(gradient: FloatArray) -> FloatArray:
     return curvature.reshape(e, q, 3, 6 * n)
 
 
-def _local_stiffness(plane: FloatArray, block: ShellBlock, part: slice) -> FloatArray:
-    """Stiffness [e, 6 n, 6 n] of shells with corners [e, n, 2] in their own axes."""
+def _local_stiffness(plane: FloatArray, block: ShellBlock, part: slice, rates: FloatArray) -> FloatArray:
+    """Stiffness [e, 6 n, 6 n] of shells with corners [e, n, 2] in their own axes, or its change by rates [e, 3].
+
+    The stiffness is homogeneous in membrane, bending and shear: it is its own change where all rates are one.
+    """
     value, gradient, weight = _gradients(plane)
     e, q, n, _ = gradient.shape
     drilling = np.zeros((e, q, 1, n, 6))  # rz - (v,x - u,y) / 2
     drilling[:, :, 0, :, 5] = value
     drilling[:, :, 0, :, 0], drilling[:, :, 0, :, 1] = 0.5 * gradient[..., 1], -0.5 * gradient[..., 0]
 
+    in_plane, plate_rate, shear_rate = rates.T
     stiffness = _energy(_membrane(gradient, weight), block.membrane_stiffness[part], weight)
     stiffness += _energy(drilling.reshape(e, q, 1, 6 * n), block.drilling_stiffness[part, None, None], weight)
+    stiffness *= in_plane[:, None, None]
     bending = _energy(_curvature(gradient), block.bending_stiffness[part], weight)
     shear = _energy(*_shear(plane))
     turning = (np.arange(6 * n) % 6 > 2) & (np.arange(6 * n) % 6 < 5)
@@ -195,9 +202,12 @@ def _local_stiffness(plane: FloatArray, block: ShellBlock, part: slice) -> Float
     sheared = np.diagonal(shear, axis1=1, axis2=2)[:, turning].sum(axis=1)
     corrected = np.zeros(e)
     plate = bent > 0.0
-    flexibility = 1.0 / block.shear_stiffness[part][plate] + sheared[plate] / (_SHEAR_CORRECTION[n] * bent[plate])
-    corrected[plate] = 1.0 / flexibility
-    return stiffness + bending + corrected[:, None, None] * shear
+    own = 1.0 / block.shear_stiffness[part][plate]
+    fading = sheared[plate] / (_SHEAR_CORRECTION[n] * bent[plate])
+    share = 1.0 - fading / (own + fading)  # of the shear's own flexibility in the whole
+    rate = share * shear_rate[plate] + (1.0 - share) * plate_rate[plate]
+    corrected[plate] = rate / (own + fading)
+    return np.asarray(stiffness + plate_rate[:, None, None] * bending + corrected[:, None, None] * shear)
 
 
 def _energy(strain: FloatArray, law: FloatArray, weight: FloatArray) -> FloatArray:

@@ -180,9 +180,11 @@ class StaticSolution:
         own: list[FloatArray] = []
         order = np.argsort(ids := element_ids(self._structure), kind="stable")
         whole = np.zeros((len(names), len(ids)))
+        motions = np.empty((6 * self._structure.n_grids, len(names)))
         for first in range(0, len(names), _BATCH):
             some = slice(first, first + _BATCH)
             motion = np.asarray(self._transform @ self._unknowns(outputs[:, some], names[some]))
+            motions[:, some] = motion
             grid[some] = (self._thermal.coupling.T @ motion).T
             own.append(loads.work(motion))
             whole[some] = (self._warming @ motion).T[:, order]
@@ -197,6 +199,7 @@ class StaticSolution:
             gradient=of_elements[..., 1:].reshape(*of_elements.shape[:2], 2, 2),
             whole_id=ids[order],
             whole=whole,
+            motion=motions,
         )
 
     def _own(self, batch: list[LoadCase]) -> FloatArray | None:

@@ -126,6 +126,8 @@ class ShellBlock:
     offset : [E], m, of the mid-surface from the grids along the normal.
     expansion, bending_expansion : [E], 1/K, of the membrane, and of the bending under a gradient through the thickness.
     reference_temperature : [E], K.
+    law_rates : [E, 3], or None of shells as they are. Where given, matrices of the shells are what they change by, over
+        the common factor of the membrane (with the tie of its drilling), of the bending and of the shear stiffness.
     """
 
     element_id: IntArray = field(default_factory=lambda: no_ints(0))
@@ -138,6 +140,7 @@ class ShellBlock:
     expansion: FloatArray = field(default_factory=lambda: no_floats(0))
     bending_expansion: FloatArray = field(default_factory=lambda: no_floats(0))
     reference_temperature: FloatArray = field(default_factory=lambda: no_floats(0))
+    law_rates: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -45,11 +45,12 @@ _LINE = {
 }
 DIMENSIONS: dict[type, dict[str, Dimension]] = {
     Elements: {
-        **dict.fromkeys(("id", "type", "property_id", "node_offset", "node_index", "weight", "partial"), _SAME),
-        **dict.fromkeys(("mass_kg", "added_kg"), u.MASS),
+        **dict.fromkeys(("id", "type", "property_id", "node_offset", "node_index", "partial"), _SAME),
+        **dict.fromkeys(("weight", "structural_weight"), _SAME),
+        **dict.fromkeys(("mass_kg", "added_kg", "structural_kg"), u.MASS),
         "density": u.DENSITY,
         "expansion": u.EXPANSION,
-        "lever": u.LENGTH,
+        **dict.fromkeys(("lever", "structural_lever"), u.LENGTH),
         "section": _SAME,  # a thickness or an area, by element: see `elements_in_si`
     },
     Concentrated: {
@@ -71,7 +72,7 @@ DIMENSIONS: dict[type, dict[str, Dimension]] = {
         "offset": u.LENGTH,
     },
     ShellBlock: {
-        **dict.fromkeys(("element_id", "connectivity"), _SAME),
+        **dict.fromkeys(("element_id", "connectivity", "law_rates"), _SAME),
         **dict.fromkeys(("membrane_stiffness", "shear_stiffness", "drilling_stiffness"), u.FORCE_PER_LENGTH),
         "bending_stiffness": u.MOMENT,  # per length, over a curvature
         "offset": u.LENGTH,

@@ -17,6 +17,7 @@ from tedm_cli.report.document import Block, Document, Facts, Figure, FileLink, L
 from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words, loop_detail_section
 from tedm_cli.report.evidence import change_section, sure_section, why_section
 from tedm_cli.report.field import field_section
+from tedm_cli.report.materials import materials_section
 from tedm_cli.report.model import model_section
 from tedm_cli.report.numbering import held, numbered
 from tedm_cli.report.optics import optics_section
@@ -36,6 +37,7 @@ from tedm_cli.report.where import Where, where_section
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.dynamics_in_time import IN_TIME
 from tedm_cli.results.field import FieldAtRest
+from tedm_cli.results.materials import MaterialEffect
 from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsResults
@@ -77,7 +79,8 @@ class ReportInputs:
 
     `field` is None of a project without test masses, `optics` of one without optics. `closed_loop` is None where there
     can be none, and then `no_loop` says why, or where it has not been simulated. `no_adjoint`: why there is no adjoint
-    of the model, where one was asked for; `where`: what it says of the output that binds.
+    of the model, where one was asked for; `where`, `materials`: what it says of the output that binds, and of
+    materials.
     `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report
     that shows the model, or "".
     """
@@ -99,6 +102,7 @@ class ReportInputs:
     model_view: str = ""
     no_adjoint: str = ""
     where: Where = default(default_factory=Where)
+    materials: Sequence[MaterialEffect] = ()
 
     @property
     def at_rest(self) -> list[DcVerdict]:
@@ -232,6 +236,7 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
     if inputs.field is not None:
         sections += [
             _sensitivity_section([*of["sensitivity"], *of["where"]], inputs.no_adjoint),
+            *([materials_section(inputs.materials)] if inputs.materials else []),
             field_section(inputs.field, of["field"]),
         ]
     if inputs.optics is not None:

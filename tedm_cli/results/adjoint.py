@@ -1,4 +1,4 @@
-"""What adjoint.h5 says of the areas; the sensitivities of grids are left in the file."""
+"""What adjoint.h5 says of the areas and of materials; the sensitivities of grids are left in the file."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from tedm_cli.contracts import ADJOINT
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.materials import MaterialEffect, material_effects
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,7 @@ class AdjointResults:
 
     label, unit : of the outputs. n_grids, n_elements : how many temperatures there are of grids, and of elements that
     may have their own. value : [r, k], S_SG and N. cancellation, difference, allowed : [r, k], and gradient :
-    [r, k, 3], as in adjoint.h5.
+    [r, k, 3], as in adjoint.h5. materials : effects of materials and of thicknesses, largest first.
     """
 
     label: list[str]
@@ -48,6 +49,7 @@ class AdjointResults:
     gradient: FloatArray
     difference: FloatArray
     allowed: FloatArray
+    materials: list[MaterialEffect]
 
     @property
     def mean_cancellation(self) -> FloatArray:
@@ -72,15 +74,18 @@ def read_adjoint(file: Reader) -> AdjointResults | str:
     """What adjoint.h5 says, or why there is no adjoint."""
     if file.has(ADJOINT.REFUSAL):
         return "; ".join(file.strings(ADJOINT.REFUSAL))
+    areas = read_areas(file)
+    value = np.asarray(file.array(ADJOINT.AREA_SUM) + file.array(ADJOINT.DIRECT), dtype=np.float64)
     return AdjointResults(
         label=file.strings(ADJOINT.ROW_LABEL),
         unit=file.strings(ADJOINT.ROW_UNIT),
-        areas=read_areas(file),
+        areas=areas,
         n_grids=file.dataset(ADJOINT.GRID_ID).shape[0],
         n_elements=file.dataset(ADJOINT.ELEMENT_ID).shape[0],
-        value=np.asarray(file.array(ADJOINT.AREA_SUM) + file.array(ADJOINT.DIRECT), dtype=np.float64),
+        value=value,
         cancellation=file.array(ADJOINT.AREA_CANCELLATION),
         gradient=file.array(ADJOINT.AREA_GRADIENT),
         difference=file.array(ADJOINT.CHECK_DIFFERENCE),
         allowed=file.array(ADJOINT.CHECK_ALLOWED),
+        materials=material_effects(file, value, file.strings(ADJOINT.CHECK_BLOCK), ~areas.gradient),
     )

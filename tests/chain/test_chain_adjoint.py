@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 from dataclasses import replace
@@ -18,18 +19,22 @@ sys.path.append(str(Path(__file__).parents[1] / "borders"))
 
 from border_tools import Outcome, edited, tedm, untouched
 
+from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import ADJOINT, OPTICS, SENSITIVITY
+from tedm_cli.contracts import ADJOINT, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.fem.structure import LoadCase
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.operator import contract
-from tedm_cli.nastran.structure.deck import read_solver_deck
+from tedm_cli.gravity.structure import stack_rows, structure_gravity
+from tedm_cli.nastran.reading import read_deck
+from tedm_cli.nastran.structure.deck import read_solver_deck, solver_structure
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.progress import silent
 from tedm_cli.results.adjoint import read_adjoint
+from tedm_cli.results.unit_loads import mass_of
 from tedm_cli.stages.adjoint.build import build_adjoint
 from tedm_cli.stages.optics.build import build_optics
 
@@ -142,6 +147,77 @@ def test_unit_loads_and_any_field_solved_in_memory(small: Project, adjoint: Path
     agree(found["/s"].sum(axis=1, keepdims=True), wanted[:, n : n + 1], DOUBLE)
     agree(found["/s"] @ steps.T, wanted[:, n + 1 :], DOUBLE)
     assert not found["/element/own"].any()
+
+
+def test_materials_are_what_a_changed_deck_does(small: Project, adjoint: Path) -> None:
+    """The modulus and the expansion of the struts, by cards that are changed, solved in memory, through the chain."""
+    found = arrays(adjoint)
+    row = found["/material/id"].tolist().index(6)
+    assert found["/material/expansion"][row] == 7e-6
+
+    def value(**change: float) -> np.ndarray:
+        path = Path(small.resolve("unit_loads.bdf"))
+        raw = read_deck(path, cross_reference=False)
+        for name, factor in change.items():
+            setattr(raw.materials[6], name, factor * getattr(raw.materials[6], name))
+        structure, cases = solver_structure(raw, path)
+        return by_motion(small, np.array([u for _, u in StaticSolution(structure).solve(cases[:-1])]))
+
+    up, down = value(e=1.001, g=1.001), value(e=0.999, g=0.999)
+    agree(found["/material/dS_dlnE"][row], (up - down) / 0.002, 1e-5)
+    by_one = (value(a=1.5) - value(a=0.5)) / 7e-6
+    agree(found["/material/dS_dalpha"][row], by_one, 1e-9)
+    agree(found["/material/dS_dlnalpha"][row], 7e-6 * by_one, 1e-9)
+
+
+def test_materials_sum_to_the_matrices(small: Project, adjoint: Path) -> None:
+    """All expansions; all densities, with the two concentrated masses; a factor of all moduli is nothing."""
+    found = arrays(adjoint)
+    agree(found["/material/dS_dlnalpha"].sum(axis=0), found["/area/sum"], 1e-9)
+    assert not found["/material/dS_dlnrho"][:, 12:].any()
+    _, config = load_model(small.model)
+    with (
+        open_checked(small.build_dir / "unit_loads.h5", UNIT_LOADS) as unit,
+        open_checked(small.build_dir / "distortion.h5", DISTORTION) as distortion,
+    ):
+        points = replace(mass_of(unit), elements=())
+        motion = distortion.array(DISTORTION.D_TRANSLATION)
+    assert points.total_kg == pytest.approx(0.24)
+    pulls = [structure_gravity(points, tm, tolerance=1e-6) for tm in config.test_masses()]
+    weighs = found["/material/dS_dlnrho"].sum(axis=0)
+    weighs[:12] += contract(stack_rows([one.operator for one in pulls]), motion)
+    weighs[12:] = found["/area/sum"][12:]
+    agree(weighs, found["/area/sum"], SINGLE)
+    moduli = found["/material/dS_dlnE"]
+    for part in (slice(6), slice(6, 12), [12, 15, 18, 21], [13, 14, 16, 17, 19, 20, 22, 23]):
+        assert np.abs(moduli.sum(axis=0)[part]).max() < 10.0 * SINGLE * np.abs(moduli[:, part]).max()
+    assert found["/shell/dS_dlnt"].shape == (0, 24, 28)
+
+
+def test_materials_are_ranked_by_what_a_little_more_does(adjoint: Path) -> None:
+    """`tedm show` says the change of an rms that the file gives when its matrices are changed by a hundredth."""
+    shown = json.loads(tedm("show", adjoint, "--json").ok().out)["materials"]
+    found, sizes = arrays(adjoint), [abs(m["change"]) for m in shown]
+    assert sizes == sorted(sizes, reverse=True)
+    paths = {"modulus": "dS_dlnE", "expansion": "dS_dlnalpha", "density": "dS_dlnrho"}
+    assert {m["quantity"] for m in shown} == set(paths)
+    with open_checked(adjoint, ADJOINT) as file:
+        labels, areas = file.strings(ADJOINT.ROW_LABEL), file.strings(ADJOINT.AREA_NAME)
+    value = found["/area/sum"] + found["/direct"]
+    for one in shown:
+        material = found["/material/id"].tolist().index(int(one["of"].removeprefix("MAT1 ")))
+        change = found[f"/material/{paths[one['quantity']]}"][material]
+        rms = [np.linalg.norm(value + step * change, axis=1) for step in (-1e-4, 1e-4)]
+        every = (rms[1] - rms[0]) / 2e-4 / np.linalg.norm(value, axis=1)
+        row = labels.index(one["output"])
+        assert one["change"] == pytest.approx(every[row], rel=1e-5, abs=1e-9)
+        assert abs(one["change"]) == pytest.approx(np.abs(every).max(), rel=1e-5, abs=1e-9)
+        terms = np.abs(value[row] * change[row])
+        assert terms[areas.index(one["area"])] == pytest.approx(terms.max(), rel=1e-6)
+    assert next(m["used_by"] for m in shown if m["of"] == "MAT1 6") == "PBAR 10"
+    few = tedm("show", adjoint, "--top", "3").ok().out
+    assert f"and {len(shown) - 3} more (--top 0: all)" in few
+    assert f"{shown[0]['of']} {shown[0]['quantity']}" in few
 
 
 def test_the_independently_solved_model(mini: Project, tmp_path: Path) -> None:

@@ -203,7 +203,11 @@ def test_fem_bimetal_strip_bends_to_timoshenkos_curvature():
         for alpha, side in ((2e-5, 1.0), (1e-5, -1.0))
     ]
     both = type(layers[0])(
-        **{name: np.concatenate([getattr(layer, name) for layer in layers]) for name in vars(layers[0])}
+        **{
+            name: np.concatenate([getattr(layer, name) for layer in layers])
+            for name, value in vars(layers[0]).items()
+            if value is not None
+        }
     )
     model = structure(position, quads=both, held=[(0, "123456")])
     (motion,), _ = solve(model, heat)

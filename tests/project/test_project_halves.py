@@ -223,7 +223,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "accuracy": ("8.1", "-o", "{out}"),
     "check-layout": (),
     "explain": ("TM1_x",),
-    "suggest-areas": ("--count", "3", "-o", "{out}/areas.csv"),
+    "suggest-areas": ("--count", "20", "-o", "{out}/areas.csv"),
     "run-case": ("3", "-o", "{out}/case.h5"),
     "run-series": ("warm", "-o", "{out}/series.h5"),
     "build-dynamics": (),
@@ -249,7 +249,16 @@ REFUSED = {
         ("check-layout", "build-optics", "explain", "build-dynamics", "simulate", "plot"), NO_OPTICS
     ),
     READ_OUT: dict.fromkeys(
-        ("build-sensitivity", "audit-mesh", "self-gravity", "accuracy", "build-adjoint", "build-dynamics", "simulate"),
+        (
+            "build-sensitivity",
+            "audit-mesh",
+            "self-gravity",
+            "accuracy",
+            "build-adjoint",
+            "suggest-areas",
+            "build-dynamics",
+            "simulate",
+        ),
         NO_MASSES,
     ),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 _MUCH = 10  # cancellation from which on an area's mean hides what is in it
 
 
-def adjoint_lines(done: AdjointSummary) -> list[str]:
-    """How many temperatures there are, whether their sums are the unit loads, and what evens out within areas."""
+def adjoint_lines(done: AdjointSummary, most: int | None) -> list[str]:
+    """How many temperatures there are, whether their sums are the unit loads, what evens out, and materials."""
     if isinstance(done.results, str):
         return [f"{done.path}: no adjoint of this model, and the file says so: {done.results}"]
     found = done.results
@@ -28,6 +29,8 @@ def adjoint_lines(done: AdjointSummary) -> list[str]:
         f"sums over the {len(found.areas)} areas are their unit loads, within {found.difference.max():.1e} of the"
         f" largest of each block, and {(found.difference / found.allowed).max():.2g} of what is allowed",
         *_table(found),
+        "",
+        *material_lines([asdict(effect) for effect in found.materials], most),
     ]
 
 
@@ -55,7 +58,25 @@ def adjoint_dict(done: AdjointSummary) -> dict[str, Any]:
             }
             for a in found.acting_most
         ],
+        "materials": [asdict(effect) for effect in found.materials],
     }
+
+
+def material_lines(materials: list[dict[str, Any]], most: int | None) -> list[str]:
+    """What one per cent more of each property does, the `most` of them; None: all."""
+    if not materials:
+        return []
+    rows = [
+        (f"{m['of']} {m['quantity']}", m["used_by"], f"{m['change']:+.3g} %", m["output"], m["area"])
+        for m in materials[:most]
+    ]
+    more = len(materials) - len(rows)
+    return [
+        "what one per cent more does to the rms of the output that it changes most, where the temperatures of the areas"
+        " vary independently and by as much",
+        *table(("one per cent of", "in", "rms", "output", "most by"), rows, right=(2,)),
+        *([f"and {more} more (--top 0: all)"] if more else []),
+    ]
 
 
 def _table(found: AdjointResults) -> list[str]:

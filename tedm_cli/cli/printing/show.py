@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tedm_cli.cli.printing.adjoint import material_lines
 from tedm_cli.cli.printing.table import above_rounding, table
 from tedm_cli.results.wording import count, ratio_text
 
@@ -19,6 +20,7 @@ def show_lines(d: dict[str, Any], most: int | None) -> list[str]:
     return [
         *_verdict_lines(d, most),
         *(f"{key}: {_value(value)}" for key, value in d["main"].items() if key not in judged),
+        *material_lines(d.get("materials", []), most),
         "",
         *origin,
         *inputs,

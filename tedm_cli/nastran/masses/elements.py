@@ -34,6 +34,8 @@ class Elements:
     mass_kg : [E], with non-structural mass; added_kg : [E], what NSM sets add of it.
     lever : [M, 3], offset of the element's mass from each of its nodes, basic frame, m.
     weight : [M], density of the mass at each of its nodes over the mean of its nodes.
+    structural_kg, structural_lever, structural_weight : the same three of the mass that the materials have, all but
+        non-structural mass and that of springs.
     density, expansion : [E], of the material; NaN where the property has no single one. section : [E], m, m² or 0.
     partial : ids of elements that lack some of their midside nodes; only their corners are kept.
     """
@@ -50,6 +52,9 @@ class Elements:
     section: FloatArray
     lever: FloatArray
     weight: FloatArray
+    structural_kg: FloatArray
+    structural_lever: FloatArray
+    structural_weight: FloatArray
     partial: list[int]
 
 
@@ -172,13 +177,16 @@ def _groups(cards: _Cards, position: FloatArray, to_basic: ToBasic) -> list[_Gro
 def _integrated(model: Any, cards: _Cards, groups: list[_Group], factor: float) -> Elements:
     """The masses of the groups, integrated over their elements and put into the order of the model."""
     count = len(cards.id)
-    measure, mass, section = np.zeros(count), np.zeros(count), np.zeros(count)
+    measure, mass, structural, section = (np.zeros(count) for _ in range(4))
     for group in groups:
         if group.spread is not None and group.shape is not None:
             s = group.spread
             measure[group.place], mass[group.place], tangled = contents(
                 group.shape, group.position + s.axis, s.structural + s.nonstructural
             )
+            structural[group.place] = mass[group.place]
+            if s.nonstructural.any():
+                structural[group.place] = contents(group.shape, group.position + s.axis, s.structural)[1]
             bad = group.place[tangled & (mass[group.place] != 0.0)]
             if bad.size:
                 raise PhysicsError(
@@ -192,6 +200,7 @@ def _integrated(model: Any, cards: _Cards, groups: list[_Group], factor: float) 
     added = nonstructural(model, Measured(cards.id, cards.card, property_id, property_type, measure), cards.where)
     mass += added * measure
     lever, weight = np.zeros((len(cards.node_index), 3)), np.ones(len(cards.node_index))
+    structural_lever, structural_weight = np.zeros_like(lever), np.ones_like(weight)
     for group in groups:
         place, shape = group.place, group.shape
         if group.spread is None or shape is None:
@@ -207,13 +216,14 @@ def _integrated(model: Any, cards: _Cards, groups: list[_Group], factor: float) 
             mixed = (s.structural[..., None] * s.structural_lever + loads[..., None] * s.nonstructural_lever) / whole[
                 ..., None
             ]
-            relative = whole / whole.mean(axis=1, keepdims=True)
         to = cards.node_offset[place][:, None] + np.arange(shape.nodes)
         # where all of the mass is at one place, that place to the last digit
         same = (s.structural_lever == s.nonstructural_lever).all(axis=2) | (loads == 0.0)
         lever[to] = np.where(same[..., None], s.structural_lever, np.nan_to_num(mixed))
-        even = np.ptp(whole, axis=1) == 0.0
-        weight[to[~even]] = relative[~even]
+        structural_lever[to] = s.structural_lever
+        for density_at, relative in ((whole, weight), (s.structural, structural_weight)):
+            uneven = np.ptp(density_at, axis=1) != 0.0
+            relative[to[uneven]] = density_at[uneven] / density_at[uneven].mean(axis=1, keepdims=True)
     density, expansion = _materials(cards.element, cards.where)
     return Elements(
         id=cards.id,
@@ -228,6 +238,9 @@ def _integrated(model: Any, cards: _Cards, groups: list[_Group], factor: float) 
         section=section,
         lever=lever,
         weight=weight,
+        structural_kg=structural * factor,
+        structural_lever=structural_lever,
+        structural_weight=structural_weight,
         partial=cards.partial,
     )
 

@@ -1,4 +1,4 @@
-"""build-adjoint: what the temperature of every grid and element does to every output, by one factorisation."""
+"""build-adjoint: what every temperature and every material does to every output, by one factorisation."""
 
 from __future__ import annotations
 
@@ -11,13 +11,17 @@ import numpy as np
 
 from tedm_cli.adjoint.agreement import Agreement, agreement
 from tedm_cli.adjoint.areas import Temperatures, gradient_sensitivity, temperatures
+from tedm_cli.adjoint.density import GravitySum
+from tedm_cli.adjoint.materials import MaterialUse
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import ADJOINT, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import InputError, PhysicsError, TedmError
+from tedm_cli.fem.adjoint import TemperatureSensitivity
 from tedm_cli.fem.static import StaticReport, StaticSolution
+from tedm_cli.fem.structure import Structure
 from tedm_cli.files.build_folder import (
     ADJOINT_FILE,
     DISTORTION_FILE,
@@ -32,9 +36,11 @@ from tedm_cli.files.build_folder import (
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.nastran.reading import deck_files, read_deck
+from tedm_cli.nastran.structure.material_use import material_cards, material_use
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
 from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model
 from tedm_cli.stages.adjoint.outputs import Outputs, accelerations, read_outs
 from tedm_cli.stages.common import copy_areas, out_path
@@ -45,8 +51,8 @@ class Adjoint:
     """What was found of r outputs and k areas.
 
     of : sensitivities by the temperatures of the model. whole : by those of whole elements, [r, E], as is `whole_id`
-    [E]. sums : [r, k], over the areas. cancellation : [r, k], as in
-    adjoint.h5.
+    [E]. sums : [r, k], over the areas. cancellation : [r, k], as in adjoint.h5. use, cards, changes : of its
+    materials, with card and properties by id.
     """
 
     model: WarmedModel
@@ -57,6 +63,9 @@ class Adjoint:
     sums: FloatArray
     agreement: Agreement
     cancellation: FloatArray
+    use: MaterialUse
+    cards: dict[int, tuple[str, str]]
+    changes: MaterialChanges
     static: StaticReport
 
 
@@ -126,7 +135,7 @@ def build_adjoint(project: Project, output: Path | None, step: Step, *, or_say_w
             require_input(read_out, trace.inputs[1])
         require_same_areas(sensitivity, distortion, *([] if read_out is None else [read_out]))
         gravity = accelerations(sensitivity, distortion)
-        found = _found(raw, files, table.uniform_label, gravity, read_out, optics, step)
+        found = _found(raw, files, config, gravity, unit, read_out, optics, step)
         if isinstance(found, TedmError) and not or_say_why:
             raise found
         with create(out, ADJOINT, trace) as writer:
@@ -156,8 +165,9 @@ def _optics(project: Project) -> tuple[_Optics | None, str]:
 def _found(
     raw: Any,
     files: list[Path],
-    uniform_label: str,
+    config: ModelConfig,
     outputs: Outputs,
+    unit: Reader,
     read_out: Reader | None,
     optics: _Optics | None,
     step: Step,
@@ -168,7 +178,8 @@ def _found(
         structure = coupled_structure(raw, deck)
     except InputError as exc:
         return exc
-    model = warmed_model(raw, structure, files, uniform_label)
+    use, cards = material_use(raw), material_cards(raw)
+    model = warmed_model(raw, structure, files, config.model.uniform_label)
     if optics is not None and read_out is not None:
         outputs += read_outs(read_out, optics.layout, optics.file.path, structure.grid_id)
     try:
@@ -180,9 +191,44 @@ def _found(
     sums = of.sums(model.areas)
     agreed = agreement(sums + outputs.direct, outputs.wanted, outputs.rounding, outputs.block, model.gradient)
     wrong = _disagreement(agreed, model, outputs, deck)
-    whole_id, whole = by_temperature.whole_id, by_temperature.whole
-    found = Adjoint(model, outputs, of, whole_id, whole, sums, agreed, of.cancellation(model.areas), solution.report)
-    return found if wrong is None else wrong
+    if wrong is not None:
+        return wrong  # and no material changes what is not that of these elements
+    changes = _changes(structure, use, by_temperature, model, config, unit, step)
+    return Adjoint(
+        model,
+        outputs,
+        of,
+        by_temperature.whole_id,
+        by_temperature.whole,
+        sums,
+        agreed,
+        of.cancellation(model.areas),
+        use,
+        cards,
+        changes,
+        solution.report,
+    )
+
+
+def _changes(
+    structure: Structure,
+    use: MaterialUse,
+    found: TemperatureSensitivity,
+    model: WarmedModel,
+    config: ModelConfig,
+    unit: Reader,
+    step: Step,
+) -> MaterialChanges:
+    """By the displacements in unit_loads.h5; parts of the model that stand for test masses have no mass there."""
+    settings = config.gravity
+    how = GravitySum(
+        test_masses=config.test_masses(),
+        tolerance=settings.quadrature_tolerance,
+        constant=settings.gravitational_constant_m3_kg_s2,
+        lumped=settings.mass_model == "lumped",
+    )
+    gravity = gravity_of(model.geometry, use, unit.array(UNIT_LOADS.ELEMENT_MASS) != 0.0, how, step)
+    return material_changes(structure, use, found, model.own, model.areas, gravity, unit_motions(unit))
 
 
 def _disagreement(agreed: Agreement, model: WarmedModel, outputs: Outputs, deck: Path) -> PhysicsError | None:
@@ -222,7 +268,22 @@ def _write(writer: Writer, found: Adjoint) -> None:
     writer.write(
         ADJOINT.AREA_GRADIENT, gradient_sensitivity(of, model.areas, model.places), units="per K/m, see /row/unit"
     )
+    _write_materials(writer, found, per_area)
     writer.write(ADJOINT.CHECK_BLOCK, outputs.block)
     writer.write(ADJOINT.CHECK_DIFFERENCE, found.agreement.difference)
     writer.write(ADJOINT.CHECK_ALLOWED, found.agreement.allowed)
     writer.write(ADJOINT.CHECK_RESIDUAL, found.static.max_relative_residual)
+
+
+def _write_materials(writer: Writer, found: Adjoint, per_area: str) -> None:
+    use, changes = found.use, found.changes
+    writer.write(ADJOINT.MATERIAL_ID, use.material_id)
+    writer.write(ADJOINT.MATERIAL_CARD, [found.cards[mid][0] for mid in use.material_id.tolist()])
+    writer.write(ADJOINT.MATERIAL_USED_BY, [found.cards[mid][1] for mid in use.material_id.tolist()])
+    writer.write(ADJOINT.MATERIAL_EXPANSION, use.expansion)
+    writer.write(ADJOINT.DS_DLNE, changes.dlne, units=per_area)
+    writer.write(ADJOINT.DS_DLNALPHA, changes.dlnalpha, units=per_area)
+    writer.write(ADJOINT.DS_DALPHA, changes.dalpha, units=f"per 1/K and {per_area}")
+    writer.write(ADJOINT.DS_DLNRHO, changes.dlnrho, units=per_area)
+    writer.write(ADJOINT.SHELL_PROPERTY_ID, use.shell_property_id)
+    writer.write(ADJOINT.DS_DLNT, changes.dlnt, units=per_area)

@@ -26,9 +26,11 @@ class WarmedModel:
 
     element_id : [L]. name, areas : [k]. own : [L], elements that have temperatures of their own in an area.
     volume : of all elements by ascending ids, m³.
+    geometry : grids, elements and their masses.
     """
 
     structure: Structure
+    geometry: ModelGeometry
     element_id: IntArray
     name: list[str]
     areas: list[Warmed]
@@ -67,6 +69,7 @@ def warmed_model(model: Any, structure: Structure, files: list[Path], uniform_la
             own[area.element] = True
     return WarmedModel(
         structure=structure,
+        geometry=geometry,
         element_id=ids,
         name=[load.label for load in loads],
         areas=areas,

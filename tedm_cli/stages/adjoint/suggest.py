@@ -136,12 +136,13 @@ def suggest_areas(
         raise UsageError("give --count or --error, one of the two")
     if error is not None and (fact := AREA_ERROR.fact(error)):
         raise UsageError(f"--error: {fact}")
+    config = load_model(project.model)[1]
+    config.required_test_masses(project.model)
     field = model_field(project, even=even)
     metres = tuple(mm / 1e3 for mm in length)
     found, fine = _merged(field, count, metres, step)
     number = _count(found, count, error, field)
     present = area_error(field.points, field.area, metres, step)
-    config = load_model(project.model)[1]
     new = found.areas(number)[fine]
     members, origin = _new_areas(field, new, config)
     done = Suggestion(

@@ -21,7 +21,7 @@ from tedm_cli.report.inline import read_figure
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.provenance import ReportFile
 from tedm_cli.report.where import Where, binding_output
-from tedm_cli.results.adjoint import read_adjoint
+from tedm_cli.results.adjoint import AdjointResults, read_adjoint
 from tedm_cli.results.adjoint_map import has_map, read_map, read_mapped_model
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
@@ -109,7 +109,7 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
             for s in figure_specs(results, cases)
         ]
         adjoint = results.adjoint
-        why = "" if adjoint is None else read_adjoint(adjoint)
+        by_adjoint = None if adjoint is None else read_adjoint(adjoint)
         made = [] if adjoint is None else [adjoint]
         readers = [unit_loads, results.distortion, *(m.reader for m in results.matrices), *made, *results.cases]
         readers += results.series.values()
@@ -140,8 +140,9 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
                 front=_front(project.report),
                 requirement_titles=results.requirement_titles,
                 model_view=VIEW if (folder / VIEW).is_file() else "",
-                no_adjoint=why if isinstance(why, str) else "",
+                no_adjoint=by_adjoint if isinstance(by_adjoint, str) else "",
                 where=_where(results, unit_loads, cases),
+                materials=by_adjoint.materials if isinstance(by_adjoint, AdjointResults) else (),
             )
         )
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tedm_cli.contracts import CASE, DISTORTION, DYNAMICS, OPTICS, RELEASE, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import ADJOINT, CASE, DISTORTION, DYNAMICS, OPTICS, RELEASE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.store import Reader, kind_of, open_checked
 from tedm_cli.results.adjoint import read_adjoint
 from tedm_cli.results.dynamics import read_stability
@@ -33,6 +34,7 @@ def show_dict(path: Path) -> dict[str, Any]:
                 for p, shape, unit, name in file.table()
             ],
             "main": _main_numbers(file),
+            **({"materials": _materials(file)} if kind is ADJOINT else {}),
         }
 
 
@@ -108,6 +110,12 @@ def _adjoint(file: Reader) -> dict[str, Any]:
         "largest_difference": float(found.difference.max()),
         "largest_over_allowed": float((found.difference / found.allowed).max()),
     }
+
+
+def _materials(file: Reader) -> list[dict[str, Any]]:
+    """The effects of materials and thicknesses, largest first; none where there is no adjoint."""
+    found = read_adjoint(file)
+    return [] if isinstance(found, str) else [asdict(effect) for effect in found.materials]
 
 
 def _loop(file: Reader) -> dict[str, Any]:
