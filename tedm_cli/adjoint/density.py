@@ -8,26 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.adjoint.outputs import acceleration_outputs
-from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.arrays import BoolArray, FloatArray
+from tedm_cli.fem.parts import NodalForces
 from tedm_cli.gravity.masses import ElementMasses, PointMasses, mass_distribution
 from tedm_cli.gravity.structure import stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.threads import side_by_side
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class GravityShare:
-    """Accelerations by the displacements of some grids: -G of a part of the mass.
-
-    dof, force : [n] and [n, 6 t], degrees of freedom 6 row + component, and the rows of -G by them.
-    """
-
-    dof: IntArray
-    force: FloatArray
-
-    def of(self, motion: FloatArray) -> FloatArray:
-        """-G u [6 t, k] for k motions u [6 N, k]."""
-        return np.asarray(self.force.T @ motion[self.dof])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,8 +32,8 @@ def gravity_share(
     members: BoolArray,
     how: GravitySum,
     advance: Callable[[int], None],
-) -> GravityShare:
-    """-G of the mass of some `members` [E] of the elements; `advance`: see `structure_gravity`.
+) -> NodalForces:
+    """Rows of -G by the mass of some `members` [E] of the elements, [n, 6 t]; `advance`: see `structure_gravity`.
 
     Raises
     ------
@@ -77,4 +63,4 @@ def gravity_share(
     force = acceleration_outputs(
         stack_rows([f.operator for f in found]), distribution.lever_node, stack_rows([f.rotation for f in found])
     )
-    return GravityShare(dof=(6 * grids[:, None] + np.arange(6)).ravel(), force=force)
+    return NodalForces(dof=(6 * grids[:, None] + np.arange(6)).ravel(), force=force)

@@ -20,7 +20,7 @@ from tedm_cli.adjoint.areas import Warmed, temperatures
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.fem.adjoint import TemperatureSensitivity
 from tedm_cli.fem.parts import (
-    PartWork,
+    NodalForces,
     of_elements,
     part_work,
     shell_ids,
@@ -66,11 +66,11 @@ class MaterialUse:
 class ThermalShare:
     """Changes of r outputs under k areas by forces alone, and the stiffness that the change of displacements lacks.
 
-    by_force : [r, k], λᵀ ∂f/∂p. part : its `elastic` of the displacements under the areas is to be taken off.
+    by_force : [r, k], λᵀ ∂f/∂p. elastic : its work over the displacements under the areas is to be taken off.
     """
 
     by_force: FloatArray
-    part: PartWork
+    elastic: NodalForces
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -98,8 +98,8 @@ def material_work(
     """
 
     def share(part: Structure) -> ThermalShare:
-        work = part_work(part, found.motion, found)
-        return ThermalShare(by_force=temperatures(work.by_temperature, own).sums(areas), part=work)
+        thermal, elastic = part_work(part, found.motion, found)
+        return ThermalShare(by_force=temperatures(thermal, own).sums(areas), elastic=elastic)
 
     modulus, dalpha, dlnalpha = [], [], []
     for row, expansion in enumerate(use.expansion):

@@ -28,19 +28,17 @@ Block = TypeVar("Block", bound="DataclassInstance")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PartWork:
-    """Work of a part's forces over r motions λ of the whole structure.
+class NodalForces:
+    """Forces of a part for each of r outputs, where it has any.
 
-    by_temperature : work of its thermal forces, by the temperatures of all grids and elements of the structure.
-    dof, force : [n] and [n, r], degrees of freedom 6 row + component that it holds, and its forces K λ.
+    dof, force : [n] and [n, r], degrees of freedom 6 row + component, and forces and moments on them.
     """
 
-    by_temperature: TemperatureSensitivity
     dof: IntArray
     force: FloatArray
 
-    def elastic(self, motion: FloatArray) -> FloatArray:
-        """λᵀ K u [r, k] for k motions u [6 N, k]."""
+    def work(self, motion: FloatArray) -> FloatArray:
+        """Over k motions [6 N, k] of all grids, [r, k]."""
         return np.asarray(self.force.T @ motion[self.dof])
 
 
@@ -114,9 +112,16 @@ def _split(part: Structure, values: FloatArray) -> tuple[FloatArray, FloatArray]
     return values[:count], values[count:]
 
 
-def part_work(parts: Structure, motion: FloatArray, whole: TemperatureSensitivity) -> PartWork:
-    """Work of a part's forces over motions [6 N, r] of the structure of which `whole` is the sensitivity."""
-    operators, loads = assemble(parts), element_loads(parts)
+def part_work(
+    part: Structure, motion: FloatArray, whole: TemperatureSensitivity
+) -> tuple[TemperatureSensitivity, NodalForces]:
+    """What a part does over motions λ [6 N, r] of the structure of which `whole` is the sensitivity.
+
+    Returns
+    -------
+    The work of its thermal forces, by the temperatures of all grids and elements of the structure, and its forces K λ.
+    """
+    operators, loads = assemble(part), element_loads(part)
     dof = np.flatnonzero(np.diff(operators.stiffness.indptr))
     rows = np.searchsorted(whole.element_id, loads.element_id)
     work = loads.work(motion)
@@ -124,10 +129,6 @@ def part_work(parts: Structure, motion: FloatArray, whole: TemperatureSensitivit
     gradient = np.zeros_like(whole.gradient)
     mean[:, rows] = work[..., 0]
     gradient[:, rows] = work[..., 1:].reshape(*work.shape[:2], 2, 2)
-    return PartWork(
-        by_temperature=replace(
-            whole, grid=np.asarray((operators.thermal.coupling.T @ motion).T), mean=mean, gradient=gradient
-        ),
-        dof=dof,
-        force=np.asarray(operators.stiffness[dof] @ motion),
-    )
+    grid = np.asarray((operators.thermal.coupling.T @ motion).T)
+    thermal = replace(whole, grid=grid, mean=mean, gradient=gradient)
+    return thermal, NodalForces(dof=dof, force=np.asarray(operators.stiffness[dof] @ motion))

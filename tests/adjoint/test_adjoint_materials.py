@@ -16,6 +16,7 @@ from strut_model import card, deck, define, project
 
 from tedm_cli.adjoint.density import GravitySum
 from tedm_cli.adjoint.materials import MaterialUse
+from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.gravity.structure import stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
@@ -24,7 +25,7 @@ from tedm_cli.nastran.reading import cross_reference, deck_files, read_deck
 from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.nastran.structure.material_use import material_use
 from tedm_cli.progress import silent
-from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes
+from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import coupled_structure, warmed_model
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.masses import distribution_of
@@ -221,3 +222,22 @@ def test_which_material_is_whose(solved):
     np.testing.assert_array_equal(of[use.law[rows]], wanted)
     np.testing.assert_array_equal(of[use.mass[rows]], [1, 6, 6, 6, 2, 5, 6])
     np.testing.assert_array_equal(use.thickness[rows], [0, -1, 1, 1, -1, -1, -1])
+
+
+def test_motions_are_per_unit_of_their_area():
+    """Of 40 areas, more than are held at a time, with steps of their own."""
+    rng = np.random.default_rng(2)
+    data = {
+        UNIT_LOADS.AREA_LOAD_K: rng.uniform(1.0, 5.0, 40),
+        UNIT_LOADS.TRANSLATION: rng.normal(size=(40, 3, 3)).astype(np.float32),
+        UNIT_LOADS.ROTATION: rng.normal(size=(40, 3, 3)).astype(np.float32),
+    }
+
+    class File:
+        array = dataset = staticmethod(data.__getitem__)
+
+    found = np.concatenate(list(unit_motions(File())), axis=1)
+    assert found.dtype == np.float64
+    for area in (0, 16, 39):
+        both = np.hstack([data[UNIT_LOADS.TRANSLATION][area], data[UNIT_LOADS.ROTATION][area]]).astype(float)
+        np.testing.assert_array_equal(found[:, area], both.ravel() / data[UNIT_LOADS.AREA_LOAD_K][area])

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.adjoint.areas import Warmed
-from tedm_cli.adjoint.density import GravityShare, GravitySum, gravity_share
+from tedm_cli.adjoint.density import GravitySum, gravity_share
 from tedm_cli.adjoint.materials import MaterialUse, material_work
 from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.fem.adjoint import TemperatureSensitivity
+from tedm_cli.fem.parts import NodalForces
 from tedm_cli.fem.structure import Structure
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.masses import ElementMasses
@@ -39,7 +40,7 @@ def material_changes(
     found: TemperatureSensitivity,
     own: BoolArray,
     areas: Sequence[Warmed],
-    gravity: list[tuple[int, int, GravityShare]],
+    gravity: list[tuple[int, int, NodalForces]],
     motions: Iterator[FloatArray],
 ) -> MaterialChanges:
     """Put the shares of the materials together.
@@ -62,9 +63,9 @@ def material_changes(
         start = some.stop
         for out, shares in ((dlne, work.modulus), (dlnt, work.thickness)):
             for row, share in enumerate(shares):
-                out[row, :, some] -= share.part.elastic(motion)
+                out[row, :, some] -= share.elastic.work(motion)
         for material, thickness, mass in gravity:
-            pulled = mass.of(motion)
+            pulled = mass.work(motion)
             dlnrho[material, : len(pulled), some] += pulled
             if thickness >= 0:
                 dlnt[thickness, : len(pulled), some] += pulled
@@ -73,7 +74,7 @@ def material_changes(
 
 def gravity_of(
     geometry: ModelGeometry, use: MaterialUse, heavy: BoolArray, how: GravitySum, step: Step
-) -> list[tuple[int, int, GravityShare]]:
+) -> list[tuple[int, int, NodalForces]]:
     """-G of the mass of materials, by rows of the material and of the thickness (-1: none) of its elements.
 
     Parameters
