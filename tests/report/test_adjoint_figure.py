@@ -62,7 +62,9 @@ def test_signs_have_their_colours_and_sizes_their_depth() -> None:
 
 def test_without_volume_it_is_grey() -> None:
     grey, _ = halves(figure([np.nan, -1e-3], 1e-3))
+    nothing, _ = halves(figure([0.0, -1e-3], 1e-3))
     assert np.ptp(grey) < 0.02
+    assert grey.mean() < nothing.mean() - 0.15
     said = [t.get_text() for t in figure([np.nan, 1.0], 1.0).texts]
     assert any("grey: no volume" in t for t in said)
 
