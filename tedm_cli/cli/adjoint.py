@@ -39,7 +39,7 @@ def build_adjoint(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Effect of the temperature of each grid, and of each material, on each output.
+    """Effect of each grid and material on each output.
 
     By one factorisation of the model that `solve` solves, whatever the number of areas. The sums over the areas are
     held against [S_SG] and N. Read-outs are among the outputs where optics.h5 is. Materials and shells are ranked by
