@@ -203,8 +203,8 @@ def export_vtu(
     """Write the finite-element mesh for ParaView.
 
     Elements, areas, masses, compensation masses; displacements per kelvin; the gradient of an output, and what each
-    grid contributes to it under an area or has in its noise; after build-adjoint, what a kelvin of each grid and element
-    does to it. Without options: what the worst verdict is about.
+    grid contributes to it under an area or has in its noise; after build-adjoint, what a kelvin of each grid and
+    element does to it. Without options: what the worst verdict is about.
     """
     from tedm_cli.cli.printing.mesh import mesh_dict, mesh_lines
     from tedm_cli.progress import progress
