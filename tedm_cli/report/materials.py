@@ -15,7 +15,8 @@ def materials_section(effects: Sequence[MaterialEffect]) -> Section:
     text = (
         "What one per cent more of a property does to the output that it changes most: the change of the root mean"
         " square of that output where the temperatures of all areas vary independently and by as much. A modulus grows"
-        " with the Poisson ratio unchanged; density is that of structural mass. The last column names the area through which most of it comes."
+        " with the Poisson ratio unchanged; density is that of structural mass. The last column names the area through"
+        " which most of it comes."
     )
     head = columns("Property", "Material or shell", "In", "Change\n(%)", "Output", "Most by", text=(0, 1, 2, 4, 5))
     table = Table(head, tuple(map(_row, effects)), "Materials and shells, by what one per cent more of each does.")

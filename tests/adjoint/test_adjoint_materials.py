@@ -6,6 +6,7 @@ import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from tedm_cli.adjoint.density import GravitySum
 from tedm_cli.adjoint.materials import MaterialUse
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.fem.static import StaticSolution
+from tedm_cli.files.store import Reader
 from tedm_cli.gravity.structure import stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.nastran.geometry import model_geometry
@@ -227,7 +229,7 @@ def test_which_material_is_whose(solved):
 def test_motions_are_per_unit_of_their_area():
     """Of 40 areas, more than are held at a time, with steps of their own."""
     rng = np.random.default_rng(2)
-    data = {
+    data: dict[str, np.ndarray] = {
         UNIT_LOADS.AREA_LOAD_K: rng.uniform(1.0, 5.0, 40),
         UNIT_LOADS.TRANSLATION: rng.normal(size=(40, 3, 3)).astype(np.float32),
         UNIT_LOADS.ROTATION: rng.normal(size=(40, 3, 3)).astype(np.float32),
@@ -236,7 +238,7 @@ def test_motions_are_per_unit_of_their_area():
     class File:
         array = dataset = staticmethod(data.__getitem__)
 
-    found = np.concatenate(list(unit_motions(File())), axis=1)
+    found = np.concatenate(list(unit_motions(cast(Reader, File()))), axis=1)
     assert found.dtype == np.float64
     for area in (0, 16, 39):
         both = np.hstack([data[UNIT_LOADS.TRANSLATION][area], data[UNIT_LOADS.ROTATION][area]]).astype(float)
