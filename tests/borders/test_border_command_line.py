@@ -206,7 +206,9 @@ def test_names_of_the_project_are_completed(chain: Project, tmp_path: Path, monk
     assert complete("tedm run-case ", tmp_path) == []
 
 
-def test_completion_can_be_shown() -> None:
+def test_completion_can_be_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Typer looks for the shell among the processes above, where a run of tests in the background has none.
+    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
     done = shell('"$@"', "--show-completion", "bash")
     assert done.returncode == 0, done.stderr
     assert "complete -o default -F _tedm_completion tedm" in done.stdout

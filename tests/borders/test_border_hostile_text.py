@@ -100,6 +100,7 @@ def built(project: Project) -> Project:
         ["build-distortion"],
         ["build-sensitivity"],
         ["build-optics"],
+        ["build-adjoint"],
         ["run-case", "all"],
     ):
         project.run(command, *more, "-q").ok()
