@@ -295,7 +295,7 @@ def run(made: Project, command: str, *args: object) -> Outcome:
 
 
 def test_commands_tell_what_has_what(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tedm_cli.figures.model._DPI", 40)
+    monkeypatch.setattr("tedm_cli.figures.model.DPI", 40)
     made = project(tmp_path, deck(1), TABLES)
     done = run(made, "areas", "-o", tmp_path / "a.csv", "--figure", tmp_path / "a.svg")
     assert done.code == 0, done.err

@@ -274,8 +274,7 @@ def test_all_problems_come_at_once(text: str, tmp_path: Path) -> None:
         "path[1].steps[4]",
         "sets.B[1]",
         "sets.C",
-        "wavelength",
-        "wavelength_m",
+        "wavelength",  # and with it that wavelength_m is missing
     }
 
 
@@ -354,7 +353,7 @@ def test_test_masses_may_expand(text: str, tmp_path: Path, layout: OpticalLayout
         ("TM1", "TM3", "test_mass_expansion[0].test_mass", "no test_mass is called 'TM3'; did you mean TM"),
         ("TM1", "W1", "test_mass_expansion[0].test_mass", "no test_mass is called 'W1'"),
         ("1.65e-5", '"a"', "test_mass_expansion[0].expansion_per_K", "valid number"),
-        ("area", "aera", "test_mass_expansion[0].aera", "unknown key; did you mean area?"),
+        ("area", "aera", "test_mass_expansion[0].aera", "unknown key; did you mean area, which is missing?"),
     ],
 )
 def test_expansions_that_are_wrong(text: str, tmp_path: Path, old: str, new: str, where: str, fact: str) -> None:
