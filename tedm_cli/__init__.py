@@ -1,3 +1,3 @@
 """Thermo-elastic distortion modelling for drag-free satellites."""
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
