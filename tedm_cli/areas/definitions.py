@@ -101,7 +101,7 @@ def define_areas(members: Membership, table: AreasTable, listed: Mapping[str, In
         if mine.any() and not ((mine & felt).any() or cards.any()):  # a remainder of elements came after it
             work.problems.append((area.at, f"all grids of area '{area.name}' are of elements {_OWN}"))
     if work.problems:
-        raise ConfigError(work.problems, where=where)
+        raise ConfigError(work.problems, where=where, hint=work.hint)
     for mask, fact in (
         (members.structural, "areas without any structural grid"),
         (felt, f"areas whose grids are all of elements {_OWN}"),
@@ -141,6 +141,7 @@ class _Work:
     problems: list[tuple[str, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     overlaps: list[Overlap] = field(default_factory=list)
+    hint: str = ""
 
     def __post_init__(self) -> None:
         self.owner = np.full(len(self.members.grid_id), -1)
@@ -229,6 +230,8 @@ class _Work:
             fact = f"all grids of area '{d.name}' are of elements {_OWN}: {names}"
         else:
             fact = f"area '{d.name}' has no grid" + _nothing(d, " with element stiffness")
+            if d.remainder:
+                self.hint = f"remove {area.at} ({d.name}): all grids are in areas_csv or in other areas"
         self.problems.append((area.at, fact))
 
     def selected(self, listed: int, wanted: Sequence[_Wanted]) -> dict[str, BoolArray]:

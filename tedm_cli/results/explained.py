@@ -19,11 +19,15 @@ ROUNDING = 1e-12  # shares, and sums over what is summed, below this are nothing
 
 @dataclass(frozen=True)
 class Column:
-    """Name of a column, what its cells are (`fixed`: numbers with one decimal), and their unit where all have one."""
+    """Name of a column, what its cells are (`fixed`: numbers with one decimal), and their unit where all have one.
+
+    whole : what shares are of, for its title where tables of one output differ in that.
+    """
 
     name: str
     form: Form = "text"
     unit: str = ""
+    whole: str = ""
 
 
 @dataclass(frozen=True)

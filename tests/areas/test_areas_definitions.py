@@ -273,6 +273,15 @@ def test_refused(row: Membership, tables: list[dict[str, Any]], place: str, fact
     assert any(fact in f for p, f in caught.value.problems if p == place), caught.value.problems
 
 
+def test_a_remainder_of_nothing_is_to_be_removed(row: Membership) -> None:
+    with pytest.raises(ConfigError) as caught:
+        define(row, {"name": "A", "property": "1:40"}, {"name": "REST", "remainder": True})
+    assert caught.value.hint == "remove areas.define[1] (REST): all grids are in areas_csv or in other areas"
+    with pytest.raises(ConfigError) as caught:
+        define(row, {"name": "A", "property": 12})
+    assert not caught.value.hint
+
+
 def test_the_documented_examples_are_some() -> None:
     text = (Path(__file__).parents[2] / "docs" / "how-to" / "areas.md").read_text(encoding="utf-8")
     blocks = re.findall(r"(?m)(?:^    .*\n|^\n(?=    ))+", text)

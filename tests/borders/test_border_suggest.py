@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from border_tools import SMALL, Project, replace
 from matplotlib.figure import Figure
 
 from tedm_cli.areas.csv_file import read_area_csv
+from tedm_cli.cli.printing.suggest import _errors
 from tedm_cli.contracts import CASE
 from tedm_cli.figures.model import AreaModel
 from tedm_cli.files.store import open_checked
@@ -99,6 +101,54 @@ def test_areas_of_elements_and_gradients_stay(small: Project, tmp_path: Path) ->
     small.run("areas").ok()
 
 
+@pytest.fixture
+def defined(small: Project) -> Project:
+    """Two areas of elements and the rest of the grids by definitions, and a CSV of three areas; solved and built."""
+    areas = small.folder / "ltp_small_areas.csv"
+    rows = "".join(line for line in areas.read_text().splitlines(True) if "STRUT" not in line and "OB_" not in line)
+    areas.write_text(re.sub(r"(FLANGE|IS1|IS2)_\w+", r"\1_ALL", rows))
+    table = '[[areas.define]]\nname = "STRUT_{}"\nproperty = 10\ncarrier = "elements"\nbox = {{ y_m = [{}] }}\n'
+    rest = '[[areas.define]]\nname = "OB_Rest"\nremainder = true\n'
+    define = [table.format("A", "0.0, inf"), table.format("B", "-inf, 0.0"), rest]
+    replace(small.model, "[[test_mass]]", "".join(define) + "[[test_mass]]")
+    built(small)
+    return small
+
+
+def test_areas_that_are_defined(defined: Project, tmp_path: Path) -> None:
+    """What has to follow is said and is enough; present areas that are enough are called so; an error out of reach."""
+    out, length = tmp_path / "areas.csv", ("--length-mm", 500)
+    told = defined.run("suggest-areas", "--error", 0.9, "--length-mm", 1e6).ok().out
+    assert "the 6 present areas are enough" in told
+    assert "* 6 areas, those that there are\n" in told
+    told = defined.run("suggest-areas", "--error", 0.5, *length).ok().out
+    assert "are enough" not in told
+    assert "* 7 areas, 2 of them new, of 50 grids;" in told  # the flanges, two by two
+
+    refusal = defined.run("suggest-areas", "--error", 1e-6, "--length-mm", 20)
+    refusal.refused(2, "--error 1e-06 is not reached: ", "an area of elements, which is not divided here")
+    where = re.search(r"areas leave 0\.\d+, of ([AB]_TM[12]_x) at 20 mm, most by (STRUT_[AB]), an area", refusal.err)
+    assert where, refusal.err
+    output, area = where.groups()
+    hint = f"hint: divide {area} in [areas] define (`tedm explain {output} --grids` shows where)\n"
+    assert refusal.err.endswith(hint)
+    defined.run("explain", output, "--grids").ok()
+
+    told = defined.run("suggest-areas", "--count", 30, *length, "-o", out).ok().out
+    remove = "with the CSV, remove OB_Rest from [areas] define (its grids are in the CSV); the other entries stay"
+    assert f"note: {remove}\n" in told
+    text = out.read_text()
+    (defined.folder / "ltp_small_areas.csv").write_text(
+        text.replace("OB_REST", "OB_PART").replace("OB_Rest", "OB_PART")
+    )
+    defined.run("areas").refused(
+        3, "area 'OB_Rest' has no grid: nothing is left", hint="remove areas.define[2] (OB_Rest)"
+    )
+    (defined.folder / "ltp_small_areas.csv").write_text(text)
+    replace(defined.model, '[[areas.define]]\nname = "OB_Rest"\nremainder = true\n', "")
+    defined.run("areas").ok()
+
+
 def test_an_even_field_is_the_case_of_all_areas_correlated(small: Project) -> None:
     """Where nothing decorrelates: the ratios of case 1, with the temperatures of the cases file."""
     said = json.loads(small.run("suggest-areas", "--count", 30, "--length-mm", 1e9, "--json").ok().out)
@@ -142,6 +192,12 @@ def test_lines_and_figure(chain: Project, tmp_path: Path, monkeypatch: pytest.Mo
     assert len(model.name) == len(model.group) == 30
     assert np.unique(model.label).tolist() == list(range(30))
     assert {g for n, g in zip(model.name, model.group, strict=True) if n.startswith("STRUT")} == {"struts"}
+
+
+def test_no_error_has_no_sign() -> None:
+    ratio = np.array([[0.9997, 1.0002], [0.9, 1.05], [1.2, 0.9]])
+    assert _errors(ratio) == ["0.0 %", "-10.0 %", "+20.0 %"]
+    assert _errors(np.array([[0.99948]])) == ["-0.1 %"]
 
 
 @pytest.mark.parametrize(

@@ -61,6 +61,8 @@ def test_as_text_the_largest_come_first(small: Project) -> None:
     assert "1 K everywhere" in lines[2]
     assert len([line for line in lines if line.startswith("and ")]) == 2
     head = next(i for i, line in enumerate(lines) if line.startswith("place in area"))
+    assert "  share of all %  " in lines[head]
+    assert "  share of grids %  " in next(line for line in lines if line.startswith("grid  "))
     assert (
         len([line for line in lines[head + 2 : head + 5] if re.search(r" -?\d+\.\d +-?\d+\.\d +-?\d+\.\d ", line)]) == 3
     )

@@ -54,7 +54,8 @@ def _rows(one: Table, most: int | None) -> list[dict[str, Any]]:
 
 
 def _title(column: Column) -> str:
-    return column.name + (f" ({column.unit})" if column.unit else " %" if column.form == "share" else "")
+    name = f"{column.name} of {column.whole}" if column.whole else column.name
+    return name + (f" ({column.unit})" if column.unit else " %" if column.form == "share" else "")
 
 
 def _text(cell: Cell, column: Column) -> str:

@@ -35,12 +35,23 @@ def suggestion_lines(done: Suggestion, top: int | None) -> list[str]:
         lines.append(
             f"the {done.n_present} areas leave out most of {output} at ℓ = {mm:g} mm, {100 * left:.0f} % of it: {named}"
         )
-    sizes = [len(ids) for ids in done.members.values()]
-    lines.append(
-        f"* {done.count} areas, {len(sizes)} of them new, of {min(sizes):,} to {max(sizes):,} grids"
-        + (f": {done.path}, for areas_csv in [model]" if done.path is not None else "; -o writes them for areas_csv")
-    )
+    if done.enough:
+        lines.append(f"the {done.n_present} present areas are enough")
+    if done.path is not None:
+        follows = f": {done.path}, for areas_csv in [model]"
+    else:
+        follows = "; -o writes them for areas_csv" if done.new else ""
+    lines.append(f"* {done.count} areas, {_new(done)}{follows}")
     return lines + [f"note: {note}" for note in done.notes]
+
+
+def _new(done: Suggestion) -> str:
+    """How many of the areas are new, and their sizes."""
+    if not done.new:
+        return "those that there are"
+    few, most = min(done.new), max(done.new)
+    sizes = f"{few:,} to {most:,}" if most > few else f"{few:,}"
+    return f"{len(done.new)} of them new, of {sizes} grids"
 
 
 def _worst(ratio: FloatArray) -> float:
@@ -53,4 +64,4 @@ def _errors(ratio: FloatArray) -> list[str]:
 
 
 def _percent(value: float) -> str:
-    return f"{100 * value:+.1f} %"
+    return f"{100 * value:+.1f} %" if abs(value) >= 0.5e-3 else "0.0 %"

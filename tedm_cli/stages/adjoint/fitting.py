@@ -29,6 +29,14 @@ def fit_notes(
     areas, kept, notes = field.areas, field.areas.name[field.kept].tolist(), []
     if kept:
         notes.append(f"areas of elements and gradients stay as they are defined: {', '.join(kept)}")
+    stay = {name.upper() for name in kept}  # Nastran does not tell upper from lower case in labels
+    replaced = [d.name for d in config.areas.define if d.name.upper() not in stay]
+    if replaced:
+        whose = "its" if len(replaced) == 1 else "their"
+        others = "; the other entries stay" if len(replaced) < len(config.areas.define) else ""
+        notes.append(
+            f"with the CSV, remove {', '.join(replaced)} from [areas] define ({whose} grids are in the CSV){others}"
+        )
     rows = [np.searchsorted(field.grid_id, ids) for ids in members.values()]
     centroid = np.array([field.position[r].mean(axis=0) for r in rows]).reshape(-1, 3)
     if areas.centroid_m is not None:

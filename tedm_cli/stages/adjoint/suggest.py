@@ -10,7 +10,7 @@ import numpy as np
 
 from tedm_cli.adjoint.merging import Merged, area_covariance, merge_areas
 from tedm_cli.adjoint.mirrored import mirrored_clusters
-from tedm_cli.adjoint.temperature_field import AreaError, area_error
+from tedm_cli.adjoint.temperature_field import AreaError, area_error, field_products
 from tedm_cli.areas.attributes import rule_of
 from tedm_cli.areas.csv_file import area_csv_text
 from tedm_cli.areas.suggested import suggested_names
@@ -43,6 +43,7 @@ class Suggestion:
     """Areas that are suggested, and the errors of these and other counts.
 
     present : of the areas that there are. merged : of all counts, areas that stay as they are among them.
+    error : what was asked for, None where a count was.
     members : ids of the grids of the suggested areas of grids. notes : what has to follow when they are taken.
     path : of their CSV.
     """
@@ -51,6 +52,7 @@ class Suggestion:
     even: bool
     length_mm: tuple[float, ...]
     count: int
+    error: float | None
     present: AreaError
     merged: Merged
     members: dict[str, IntArray]
@@ -61,6 +63,18 @@ class Suggestion:
     def n_present(self) -> int:
         """Areas of mean temperatures that there are."""
         return int((~self.field.areas.gradient).sum())
+
+    @property
+    def new(self) -> list[int]:
+        """Grids of each suggested area whose grids are not those of a present one."""
+        present = {tuple(sorted(self.field.grid_id[rows].tolist())) for rows in self.field.members}
+        return [len(ids) for ids in self.members.values() if tuple(sorted(ids.tolist())) not in present]
+
+    @property
+    def enough(self) -> bool:
+        """Whether the present areas are within the error that was asked for, and no fewer are suggested."""
+        worst = np.abs(self.present.ratio - 1.0).max()
+        return self.error is not None and bool(worst <= self.error) and self.count >= self.n_present
 
     @property
     def counts(self) -> list[int]:
@@ -141,7 +155,10 @@ def suggest_areas(
     field = model_field(project, even=even)
     metres = tuple(mm / 1e3 for mm in length)
     found, fine = _merged(field, count, metres, step)
-    number = _count(found, count, error, field)
+    enough = None if error is None else found.count_within(error)
+    if error is not None and enough is None:
+        raise _not_reached(field, found, fine, error, length, config)
+    number = _count(found, count) if enough is None else enough
     present = area_error(field.points, field.area, metres, step)
     new = found.areas(number)[fine]
     members, origin = _new_areas(field, new, config)
@@ -150,6 +167,7 @@ def suggest_areas(
         even=even,
         length_mm=length,
         count=number,
+        error=error,
         present=present,
         merged=found,
         members=members,
@@ -210,22 +228,39 @@ def _merged(field: ModelField, count: int | None, length: tuple[float, ...], ste
     return merge_areas(area_covariance(points, fine, length, step), pairs, twin, step), fine
 
 
-def _count(found: Merged, count: int | None, error: float | None, field: ModelField) -> int:
-    if count is not None:
-        if count < found.fewest:
-            raise UsageError(
-                f"--count {count}: at least {found.fewest} areas, as parts that the correlation cases tell apart, and"
-                " parts that do not touch, stay apart"
-            )
-        return found.nearest(count)
-    assert error is not None
-    enough = found.count_within(error)
-    if enough is None:
+def _count(found: Merged, count: int | None) -> int:
+    assert count is not None
+    if count < found.fewest:
         raise UsageError(
-            f"--error {error:g} is not reached: {found.k:,} areas leave {found.error[-1]:.2g}; "
-            + (f"{field.kept.sum()} areas stay as they are" if field.kept.any() else "a larger error, or --count")
+            f"--count {count}: at least {found.fewest} areas, as parts that the correlation cases tell apart, and"
+            " parts that do not touch, stay apart"
         )
-    return enough
+    return found.nearest(count)
+
+
+def _not_reached(
+    field: ModelField, found: Merged, fine: IntArray, error: float, length_mm: tuple[float, ...], config: ModelConfig
+) -> UsageError:
+    """Of all areas: the output and length that are told worst, and the present area that leaves most of it out."""
+    off = np.abs(found.ratio_at(found.k) - 1.0)
+    number, row = np.unravel_index(int(off.argmax()), off.shape)
+    output, mm = field.outputs[row], length_mm[number]
+    left = (field.points.sensitivity - field.points.of_areas(fine))[row : row + 1]
+    terms = left * field_products(field.points.position, left, (mm / 1e3,))[0]
+    area = int(np.bincount(field.area, terms[0]).argmax())
+    name = str(field.areas.name[area])
+    fact = (
+        f"--error {error:g} is not reached: {found.k:,} areas leave {off.max():.2g}, of {output} at {mm:g} mm,"
+        f" most by {name}"
+    )
+    if not field.kept[area]:
+        return UsageError(fact, hint="a larger error, or --count")
+    defined = name.upper() in [d.name.upper() for d in config.areas.define]
+    where = "[areas] define" if defined else "the unit-load deck, whose temperature cards say the areas of elements"
+    return UsageError(
+        f"{fact}, an area of elements, which is not divided here",
+        hint=f"divide {name} in {where} (`tedm explain {output} --grids` shows where)",
+    )
 
 
 def _pair_notes(count: int | None, number: int) -> list[str]:

@@ -87,7 +87,7 @@ def _places(found: OutputMap, model: MappedModel) -> Table:
         for p in model.places(found)
     )
     columns = (
-        *(Column("place in area"), Column("value", "number", found.unit), Column("share", "share"), *_MM),
+        *(Column("place in area"), Column("value", "number", found.unit), Column("share", "share", whole="all"), *_MM),
         *(Column("volume", "fixed", "cm^3"), Column("elements", "number"), Column("largest element", "number")),
     )
     return Table("places", columns, rows, ranked=True)
@@ -111,7 +111,7 @@ def _grids(found: OutputMap, model: MappedModel) -> Table:
         Column("grid", "number"),
         Column("area"),
         Column("value", "number", found.unit),
-        Column("share", "share"),
+        Column("share", "share", whole="grids"),
     )
     return Table("grids", (*columns, *_MM), rows, ranked=True)
 
