@@ -50,7 +50,7 @@ def adjoint_specs(results: Results, cases: Sequence[CaseNoise]) -> list[FigureSp
                 f"adjoint_{label}.svg",
                 SECTION,
                 f"Where a kelvin acts on the {title}: {unit}, of every element. Its integral over the model is what"
-                " 1 K everywhere does; warm places of opposite colour cancel.",
+                " 1 K everywhere does; places of opposite colour cancel when both are warm.",
                 (f"{source.path.name} {source.sha256}",),
                 partial(draw.adjoint_map, views, found, bound, f"Where a kelvin acts: {title}", unit),
                 decides=label == first,
