@@ -40,7 +40,7 @@ help: ## Show this help
 	@echo "make reference print docs/reference/ files.md, commands.md and configuration.md from the code"
 	@echo "make bench    run the benchmarks"
 	@echo "make fuzz     judge $(FUZZ_COUNT) damaged inputs (FUZZ_SEED=$(FUZZ_SEED), FUZZ_COUNT): half an hour"
-	@echo "make faults   kill every command, make all and tedm run at many moments, fill the disk, run chains at once: ten minutes"
+	@echo "make faults   kill every command, make all and tedm run at many moments, fill the disk, run chains at once: five minutes"
 	@echo "make clean    remove $(BUILD); make distclean removes $(VENV) as well"
 	@echo
 	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM (samples only; of the"
