@@ -34,7 +34,6 @@ _CODES = (
     ),
     (PhysicsError.exit_code, "a physical check failed; with `--fail-on-violation` also a requirement"),
     (130, "interrupted by Ctrl-C"),
-    (141, "the reader of a pipe has left"),
     (143, "ended by SIGTERM"),
 )
 _SHARED = 20  # an option that so many commands have is told once
@@ -43,7 +42,7 @@ _SHARED = 20  # an option that so many commands have is told once
 def document() -> str:
     """The text of docs/reference/commands.md."""
     program = command_line()
-    root = typer.Context(program, info_name="tedm")
+    root = typer.Context(program, info_name="tedm", **program.context_settings)  # -h, which commands keep once known
     commands = {name: program.commands[name] for name in program.list_commands(root)}
     commands = {name: command for name, command in commands.items() if not command.hidden}
     contexts = {name: typer.Context(command, info_name=name, parent=root) for name, command in commands.items()}

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 from border_tools import ROOT, SMALL, Project, tedm
 from test_border_streams import shell
 
@@ -276,7 +277,8 @@ def test_examples_are_what_a_command_takes(
     monkeypatch.chdir(chain.folder)
     first, *words = shlex.split(typed)
     assert first == name
-    COMMANDS[name].make_context(name, list(words))  # an error where it does not take them
+    root = typer.Context(command_line(), info_name="tedm", **command_line().context_settings)
+    COMMANDS[name].make_context(name, list(words), parent=root)  # an error where it does not take them
     assert f"\n    tedm {typed}\n" in tedm(name, "--help").ok().out
     assert f"\n    tedm {typed}\n" in (ROOT / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
 

@@ -177,6 +177,6 @@ def _drilling_lines(done: SolveReport) -> list[str]:
         f" (grid {change.moves}), rotations by up to {change.rotation:.2g} (grid {change.turns}){of_optics}; each of"
         " the largest of all grids",
         "note: the stiffness of shells about their normal has a part in the results, and no physics fixes it: rotations"
-        f" change by up to {change.rotation:.2g} (grid {change.turns}){of_optics}, with PARAM,K6ROT a hundred times as"
-        f" large; {advice}; compare solvers with the same PARAM,K6ROT",
+        f" change by up to {change.rotation:.2g} (grid {change.turns}){of_optics}, each of the largest rotation of all"
+        f" grids, with PARAM,K6ROT a hundred times as large; {advice}; compare solvers with the same PARAM,K6ROT",
     ]
