@@ -46,6 +46,14 @@ def opened(file: Any, path: str) -> Any:
     return h5py.Dataset(item, readonly=True) if isinstance(item, h5py.h5d.DatasetID) else file[path]
 
 
+def found(file: Any, path: str) -> Any | None:
+    """What is at a path; None where nothing is."""
+    try:
+        return opened(file, path)
+    except KeyError:
+        return None
+
+
 def texts(dataset: Any) -> list[str]:
     """The strings of fixed length that a dataset holds, in one list."""
     return [v.decode() for v in np.atleast_1d(dataset[()]).ravel().tolist()]

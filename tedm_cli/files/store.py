@@ -235,7 +235,7 @@ def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Write
             yield writer
             writer.finish(provenance)
         sink.check()
-        seal(temporary)
+        _fitting.add((seal(temporary), kind.name))  # `finish` has compared it with its contract
 
 
 def _plain(value: Any) -> str | int | float | list[Any]:
