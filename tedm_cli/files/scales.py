@@ -15,7 +15,7 @@ import h5py
 
 from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import Dataset, FileKind
-from tedm_cli.files.datasets import fixed_length, found, opened
+from tedm_cli.files.datasets import fill, fixed_length, found, opened, say
 from tedm_cli.files.elsewhere import kept_elsewhere
 
 _CLASS, _SCALE = "CLASS", b"DIMENSION_SCALE"
@@ -29,6 +29,7 @@ class Scales:
     def __init__(self, file: Any, kind: FileKind, new: NewDataset) -> None:
         self._file, self._kind, self._new = file, kind, new
         self._made: dict[tuple[str, str], Any] = {}
+        self._labels: dict[str | tuple[str, ...], tuple[AnyArray, dict[str, str]]] = {}
 
     def attach(self, written: Iterable[tuple[Any, Dataset]]) -> None:
         """Tie all datasets to their dimensions, at the end.
@@ -64,15 +65,21 @@ class Scales:
         return scale
 
     def _copy(self, path: str, label: str | tuple[str, ...]) -> Any:
-        values = fixed_length(label) if isinstance(label, tuple) else self._file[label][()]
+        if label not in self._labels:
+            self._labels[label] = self._read(label)
+        values, attributes = self._labels[label]
         scale = self._new(path, values)
-        if values.size:
-            scale[...] = values
-        attributes = {"units": "1", "_Encoding": "utf-8"} if isinstance(label, tuple) else self._file[label].attrs
-        for name in _COPIED:
-            if name in attributes:
-                scale.attrs[name] = attributes[name]
+        fill(scale, values)
+        for name, text in attributes.items():
+            say(scale, name, text)
         return scale
+
+    def _read(self, label: str | tuple[str, ...]) -> tuple[AnyArray, dict[str, str]]:
+        """The values of a label and its attributes, which many groups repeat."""
+        if isinstance(label, tuple):
+            return fixed_length(label), {"units": "1", "_Encoding": "utf-8"}
+        dataset = self._file[label]
+        return dataset[()], {name: dataset.attrs[name] for name in _COPIED if name in dataset.attrs}
 
     def _bare(self, dim: str, size: int) -> Any:
         if ("", f"n_{dim}") not in self._made:
