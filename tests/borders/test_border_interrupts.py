@@ -131,9 +131,8 @@ def test_a_library_that_does_not_come_back_is_left(tmp_path: Path) -> None:
             interrupted(deaf)
 
     def deaf() -> None:
-        threading.Timer(
-            0.3, lambda: os.kill(os.getpid(), signal.SIGINT)
-        ).start()  # here it is heeded, whatever the load
+        # Here it is heeded, however long it took to come here.
+        threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
         while True:  # catches every interrupt, as often as it comes
             with contextlib.suppress(BaseException):
                 time.sleep(60)
