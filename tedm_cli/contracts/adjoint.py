@@ -23,6 +23,12 @@ def _found(
     return Dataset(path, dims, dtype, units, long_name, optional=True, values=values, group=_FOUND)
 
 
+def _placed(path: str, dims: tuple[str, ...], units: str, long_name: str) -> Dataset:
+    """Of areas of mean temperatures; NaN of areas that are gradients."""
+    frame = BASIC if "xyz" in dims else ""
+    return Dataset(path, dims, "float", units, long_name, frame, True, open_ended=True, group=_FOUND)
+
+
 class AdjointFile(AreaDatasets, FileKind):
     """Its datasets by name; `ADJOINT` is the kind of file."""
 
@@ -143,6 +149,12 @@ class AdjointFile(AreaDatasets, FileKind):
         open_ended=True,
         group=_FOUND,
     )
+    AREA_MIDDLE = _placed("/area/middle", ("area", "xyz"), "m", "centroid by volume, where gradients within are 0")
+    AREA_VOLUME = _placed("/area/volume", ("area",), "m^3", "volume of what has the area's temperature")
+    AREA_LOW = _placed(
+        "/area/low", ("area", "xyz"), "m", "smallest coordinates of its grids, and of the centres of its elements"
+    )
+    AREA_HIGH = _placed("/area/high", ("area", "xyz"), "m", "largest coordinates of the same")
     MATERIAL_ID = _found(
         "/material/id", ("material",), "int", "1", "Nastran id of each material", Values(ascending=True, least=1)
     )
@@ -221,4 +233,4 @@ class AdjointFile(AreaDatasets, FileKind):
     CHECK_RESIDUAL = _found("/check/residual", (), "float", "1", "largest relative residual of the solutions")
 
 
-ADJOINT = AdjointFile("adjoint", 2, "tedm build-adjoint", fixed_dims={"xyz": 3, "xyz_column": 3, "plane": 2})
+ADJOINT = AdjointFile("adjoint", 3, "tedm build-adjoint", fixed_dims={"xyz": 3, "xyz_column": 3, "plane": 2})

@@ -40,14 +40,12 @@ SHORT_STEP = 0.8  # share of an area's step that its own elements receive at lea
 _NAMED = 12  # areas named in a line
 
 
-def binding_section(cases: Sequence[CaseNoise], areas: AreaTable, benches: int, figures: Sequence[Figure]) -> Section:
+def binding_section(cases: Sequence[CaseNoise], benches: int, figures: Sequence[Figure]) -> Section:
     """Each judged output in the case that decides it: what limits it, in words; figures of the worst."""
     rows = []
     for found in worst_first(noise_judgements(cases)):
         case, j = found.decides
-        rows.append(
-            row(capital(output_title(found.output)), _where(case, j.ratio), limited_by(case, j, areas, benches))
-        )
+        rows.append(row(capital(output_title(found.output)), _where(case, j.ratio), limited_by(case, j, benches)))
     caption = "What the noise of each judged output comes from, in the case that decides its verdict."
     table = Table(columns("Output", "Ratio", "Made of", text=(0, 1, 2)), tuple(rows), caption, tight=True)
     title = "Evidence: what the noise comes from"

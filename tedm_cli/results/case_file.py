@@ -164,6 +164,7 @@ def read_case(file: Reader) -> CaseNoise:
         reason=file.string(CASE.CASE_REASON),
         safety_factor=file.number(CASE.CASE_SAFETY_FACTOR),
         temperature=file.string(CASE.TEMPERATURE_MODEL).replace("sqrt(Hz)", "√Hz"),
+        areas=read_areas(file),
         block=file.array(CASE.CASE_BLOCK),
         frequency_hz=file.array(CASE.FREQUENCY),
         judged=_read_judged(file),

@@ -12,6 +12,7 @@ import numpy as np
 from tedm_cli.adjoint.agreement import Agreement, agreement
 from tedm_cli.adjoint.areas import Temperatures, gradient_sensitivity, temperatures
 from tedm_cli.adjoint.density import GravitySum
+from tedm_cli.adjoint.linear_fields import area_shapes
 from tedm_cli.adjoint.materials import MaterialUse
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
@@ -268,6 +269,11 @@ def _write(writer: Writer, found: Adjoint) -> None:
     writer.write(
         ADJOINT.AREA_GRADIENT, gradient_sensitivity(of, model.areas, model.places), units="per K/m, see /row/unit"
     )
+    shapes = area_shapes(model.areas, model.places)
+    writer.write(ADJOINT.AREA_MIDDLE, shapes.middle)
+    writer.write(ADJOINT.AREA_VOLUME, shapes.volume)
+    writer.write(ADJOINT.AREA_LOW, shapes.low)
+    writer.write(ADJOINT.AREA_HIGH, shapes.high)
     _write_materials(writer, found, per_area)
     writer.write(ADJOINT.CHECK_BLOCK, outputs.block)
     writer.write(ADJOINT.CHECK_DIFFERENCE, found.agreement.difference)

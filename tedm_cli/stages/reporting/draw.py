@@ -50,10 +50,10 @@ def certainty(cases: Sequence[CaseNoise], kind: str) -> Figure:
     return certainty_figure(cases, kind)
 
 
-def contributors(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> Figure:
+def contributors(case: CaseNoise, j: JudgedOutput) -> Figure:
     from tedm_cli.figures.contributors import contributors_figure
 
-    return contributors_figure(case, j, areas)
+    return contributors_figure(case, j)
 
 
 def improvement(case: CaseNoise, j: JudgedOutput) -> Figure:

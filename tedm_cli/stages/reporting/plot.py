@@ -146,7 +146,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
                 "contributors",
                 f"What the noise of the {title} is made of in case {case.id}. Negative bars reduce the total.",
                 (only,),
-                partial(draw.contributors, case, judged, areas),
+                partial(draw.contributors, case, judged),
                 decides=place == 0,
             )
             add(
