@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -91,7 +92,7 @@ class CasesConfig(Strict):
     def within(self, case_id: str) -> list[int]:
         """Numbers of the tables of gradients within areas that a case has."""
         found = enumerate(self.temperature.within)
-        return [number for number, table in found if table.cases is None or case_id in table.cases]
+        return [number for number, table in found if table.is_in(case_id)]
 
     @property
     def needs_adjoint(self) -> bool:
@@ -175,7 +176,7 @@ def load_cases(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[Co
     problems += config.temperature.filter_problems(low, high)
     for number, of in enumerate(config.temperature.within):
         for wanted in of.cases or ():
-            if wanted not in config.ids:
+            if not any(fnmatchcase(case_id, wanted) for case_id in config.ids):
                 fact = f"there is no case {wanted!r}; there are: {', '.join(config.ids)}"
                 problems.append((f"temperature.within[{number}].cases", fact))
     problems += _realisation_problems(config)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fnmatch import fnmatchcase
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -32,7 +33,9 @@ class WithinTable(SelectingTable):
     axes: Annotated[list[Axis], Field(min_length=1, max_length=3)] | None = Field(
         default=None, description="Axes of the basic frame. Left out, those along which the area extends."
     )
-    cases: Names | None = Field(default=None, description="Ids of the cases that have them. Left out, all.")
+    cases: Names | None = Field(
+        default=None, description="Ids, or patterns of ids, of the cases that have them. Left out, all."
+    )
     level_K_per_m: GradientLevel | None = Field(
         default=None, description='Level of "thesis" and "white", which need it or across_K.'
     )
@@ -73,6 +76,10 @@ class WithinTable(SelectingTable):
             what = "both are given" if levels else "neither is given"
             raise ValueError(f"preset {self.preset} needs either level_K_per_m, in K/m/sqrt(Hz), or across_K: {what}")
         return self
+
+    def is_in(self, case_id: str) -> bool:
+        """Whether a case has these gradients."""
+        return self.cases is None or any(fnmatchcase(case_id, pattern) for pattern in self.cases)
 
 
 def gradient_name(of: str, axis: str) -> str:

@@ -155,6 +155,33 @@ class AdjointFile(AreaDatasets, FileKind):
         "/area/low", ("area", "xyz"), "m", "smallest coordinates of its grids, and of the centres of its elements"
     )
     AREA_HIGH = _placed("/area/high", ("area", "xyz"), "m", "largest coordinates of the same")
+    FIELD_LENGTH = Dataset(
+        "/field/length",
+        ("length",),
+        "float",
+        "m",
+        "correlation lengths of temperature fields of one amplitude everywhere; not of large models, unless asked for",
+        optional=True,
+        values=Values(ascending=True),
+    )
+    FIELD_RATIO = Dataset(
+        "/field/ratio",
+        ("length", "row"),
+        "float",
+        "1",
+        "root mean square of the output by the means of the areas over that of the field; NaN where nothing acts",
+        optional=True,
+        open_ended=True,
+    )
+    FIELD_LEFT_OUT = Dataset(
+        "/field/left_out",
+        ("length", "row"),
+        "float",
+        "1",
+        "root mean square of what the areas leave out of the output, over that of the output; NaN where nothing acts",
+        optional=True,
+        open_ended=True,
+    )
     MATERIAL_ID = _found(
         "/material/id", ("material",), "int", "1", "Nastran id of each material", Values(ascending=True, least=1)
     )

@@ -6,12 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.contracts import ADJOINT
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.materials import MaterialEffect, material_effects
+
+_LEAST = 1e-3  # of the largest output of a block: what is less is zero by symmetry
+_ALTOGETHER = 1e8  # from here on a sum is the rounding of its terms
+_MATTERS = 1e-2  # of the largest terms of an output
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +35,34 @@ class ActingAreas:
 
 
 @dataclass(frozen=True, eq=False)
+class FieldError:
+    """How the areas tell r outputs of even temperature fields of L correlation lengths.
+
+    length_m : [L]. ratio, left_out : [L, r], as in adjoint.h5.
+    """
+
+    length_m: FloatArray
+    ratio: FloatArray
+    left_out: FloatArray
+
+
+@dataclass(frozen=True)
+class Cancelling:
+    """A sum over an area in which terms cancel, and how far: the sizes of its terms over that of their sum."""
+
+    area: str
+    output: str
+    factor: float
+
+
+@dataclass(frozen=True, eq=False)
 class AdjointResults:
     """The adjoint by its areas; r outputs, k areas.
 
     label, unit : of the outputs. n_grids, n_elements : how many temperatures there are of grids, and of elements that
     may have their own. value : [r, k], S_SG and N. cancellation, difference, allowed : [r, k], and gradient :
-    [r, k, 3], as in adjoint.h5. materials : effects of materials and of thicknesses, largest first.
+    [r, k, 3], as in adjoint.h5. materials : effects of materials and of thicknesses, largest first. block : [r], rows
+    that are compared with each other. field : None where the areas were not held against one.
     """
 
     label: list[str]
@@ -50,12 +76,40 @@ class AdjointResults:
     difference: FloatArray
     allowed: FloatArray
     materials: list[MaterialEffect]
+    block: list[str]
+    field: FieldError | None
 
     @property
     def mean_cancellation(self) -> FloatArray:
         """The cancellations of all areas of a mean temperature in all outputs, of those where anything acts."""
         found = self.cancellation[:, ~self.areas.gradient]
         return np.asarray(found[~np.isnan(found)])
+
+    @property
+    def felt(self) -> BoolArray:
+        """Outputs [r] that areas of mean temperatures do act on: others of a block are zero by symmetry."""
+        size = np.linalg.norm(self.value[:, ~self.areas.gradient], axis=1)
+        block = np.array(self.block)
+        return np.array([one > _LEAST * size[block == of].max() for one, of in zip(size, block, strict=True)])
+
+    @property
+    def cancelling_most(self) -> list[Cancelling]:
+        """The sums of mean temperatures in which terms cancel most, the worst first.
+
+        Of those that matter: the sizes of the terms are a hundredth or more of the largest of that output. What is
+        zero by symmetry cancels altogether, and is left out.
+        """
+        means = np.flatnonzero(~self.areas.gradient)
+        factor = self.cancellation[:, means]
+        with np.errstate(invalid="ignore"):
+            sizes = factor * np.abs(self.value[:, means])
+        sizes = np.where(np.isfinite(sizes), sizes, 0.0)
+        counts = self.felt[:, None] & (sizes >= _MATTERS * sizes.max(axis=1, keepdims=True)) & (factor < _ALTOGETHER)
+        rows, columns = np.nonzero(counts)
+        order = np.argsort(-factor[rows, columns], kind="stable")
+        names = self.areas.name[means].tolist()
+        places = [(int(rows[i]), int(columns[i])) for i in order]
+        return [Cancelling(names[column], self.label[row], float(factor[row, column])) for row, column in places]
 
     @property
     def acting_most(self) -> list[ActingAreas]:
@@ -68,6 +122,23 @@ class AdjointResults:
             one, two = int(np.abs(value).argmax()), int(size[row].argmax())
             out.append(ActingAreas(label, unit, names[one], float(value[one]), names[two], float(size[row, two])))
         return out
+
+
+def read_field_error(file: Reader) -> FieldError | None:
+    """How the areas tell an even field, where adjoint.h5 has it."""
+    if not file.has(ADJOINT.FIELD_RATIO):
+        return None
+    datasets = (ADJOINT.FIELD_LENGTH, ADJOINT.FIELD_RATIO, ADJOINT.FIELD_LEFT_OUT)
+    return FieldError(*(file.array(dataset) for dataset in datasets))
+
+
+def field_ratio(file: Reader, label: str) -> tuple[FloatArray, FloatArray] | None:
+    """Correlation lengths [L] and the ratio [L] of an output; None where it has none, as differences do."""
+    field, labels = read_field_error(file), file.strings(ADJOINT.ROW_LABEL)
+    if field is None or label not in labels:
+        return None
+    ratio = field.ratio[:, labels.index(label)]
+    return None if np.isnan(ratio).any() else (field.length_m, ratio)
 
 
 def read_adjoint(file: Reader) -> AdjointResults | str:
@@ -87,5 +158,7 @@ def read_adjoint(file: Reader) -> AdjointResults | str:
         gradient=file.array(ADJOINT.AREA_GRADIENT),
         difference=file.array(ADJOINT.CHECK_DIFFERENCE),
         allowed=file.array(ADJOINT.CHECK_ALLOWED),
+        block=file.strings(ADJOINT.CHECK_BLOCK),
+        field=read_field_error(file),
         materials=material_effects(file, value, file.strings(ADJOINT.CHECK_BLOCK), ~areas.gradient),
     )

@@ -218,6 +218,13 @@ class TemperatureSpectra:
     unit: list[str]
 
 
+def temperature_words(of_case: Mapping[str, str]) -> str:
+    """Levels and shapes of the temperatures by case, told once: those with gradients within areas have more of them."""
+    common = min(of_case.values(), key=len)
+    said = [f"in case {i} also {words.removeprefix(f'{common}; ')}" for i, words in of_case.items() if words != common]
+    return "; ".join([common, *said])
+
+
 def level_unit(groups: Iterable[str]) -> str:
     """Unit of the levels of groups, as heads of tables say it: of gradients it is another."""
     units = dict.fromkeys(sorted(unit_of_group(group) for group in groups))

@@ -14,6 +14,7 @@ from tedm_cli.adjoint.areas import Temperatures, gradient_sensitivity, temperatu
 from tedm_cli.adjoint.density import GravitySum
 from tedm_cli.adjoint.linear_fields import area_shapes
 from tedm_cli.adjoint.materials import MaterialUse
+from tedm_cli.adjoint.temperature_field import AreaError
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.optics import load_layout
@@ -41,6 +42,7 @@ from tedm_cli.nastran.structure.material_use import material_cards, material_use
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
 from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.stages.adjoint.even_field import even_field_error, write_error
 from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model
 from tedm_cli.stages.adjoint.outputs import Outputs, accelerations, read_outs
@@ -53,7 +55,7 @@ class Adjoint:
 
     of : sensitivities by the temperatures of the model. whole : by those of whole elements, [r, E], as is `whole_id`
     [E]. sums : [r, k], over the areas. cancellation : [r, k], as in adjoint.h5. use, cards, changes : of its
-    materials, with card and properties by id.
+    materials, with card and properties by id. field : of an even temperature field, where it was found.
     """
 
     model: WarmedModel
@@ -67,6 +69,7 @@ class Adjoint:
     use: MaterialUse
     cards: dict[int, tuple[str, str]]
     changes: MaterialChanges
+    field: AreaError | None
     static: StaticReport
 
 
@@ -95,11 +98,14 @@ class _Optics:
     layout: OpticalLayout
 
 
-def build_adjoint(project: Project, output: Path | None, step: Step, *, or_say_why: bool = False) -> AdjointSummary:
+def build_adjoint(
+    project: Project, output: Path | None, step: Step, *, or_say_why: bool = False, area_error: bool = False
+) -> AdjointSummary:
     """Solve one problem for each acceleration and read-out, and hold the sums over the areas against S_SG and N.
 
     Read-outs are there where optics.h5 is. With `or_say_why` a model that has no adjoint here, or whose results are not
-    those of its elements here, makes a file that says so.
+    those of its elements here, makes a file that says so. With `area_error` the areas are held against a temperature
+    field however large the model is.
 
     Raises
     ------
@@ -136,7 +142,7 @@ def build_adjoint(project: Project, output: Path | None, step: Step, *, or_say_w
             require_input(read_out, trace.inputs[1])
         require_same_areas(sensitivity, distortion, *([] if read_out is None else [read_out]))
         gravity = accelerations(sensitivity, distortion)
-        found = _found(raw, files, config, gravity, unit, read_out, optics, step)
+        found = _found(raw, files, config, gravity, unit, read_out, optics, step, area_error=area_error)
         if isinstance(found, TedmError) and not or_say_why:
             raise found
         with create(out, ADJOINT, trace) as writer:
@@ -172,6 +178,8 @@ def _found(
     read_out: Reader | None,
     optics: _Optics | None,
     step: Step,
+    *,
+    area_error: bool,
 ) -> Adjoint | InputError | PhysicsError:
     """The adjoint of a model that `ingest` has read, of `outputs` and those of optics.h5; or why there is none here."""
     deck = files[0]
@@ -195,6 +203,7 @@ def _found(
     if wrong is not None:
         return wrong  # and no material changes what is not that of these elements
     changes = _changes(structure, use, by_temperature, model, config, unit, step)
+    field = even_field_error(of, outputs.direct, model, step, however_many=area_error)
     return Adjoint(
         model,
         outputs,
@@ -207,6 +216,7 @@ def _found(
         use,
         cards,
         changes,
+        field,
         solution.report,
     )
 
@@ -274,6 +284,8 @@ def _write(writer: Writer, found: Adjoint) -> None:
     writer.write(ADJOINT.AREA_VOLUME, shapes.volume)
     writer.write(ADJOINT.AREA_LOW, shapes.low)
     writer.write(ADJOINT.AREA_HIGH, shapes.high)
+    if found.field is not None:
+        write_error(writer, found.field)
     _write_materials(writer, found, per_area)
     writer.write(ADJOINT.CHECK_BLOCK, outputs.block)
     writer.write(ADJOINT.CHECK_DIFFERENCE, found.agreement.difference)
