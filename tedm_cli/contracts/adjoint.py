@@ -24,8 +24,9 @@ def _found(
 
 
 def _placed(path: str, dims: tuple[str, ...], units: str, long_name: str) -> Dataset:
-    """Of areas of mean temperatures; NaN of areas that are gradients."""
+    """Of areas of mean temperatures."""
     frame = BASIC if "xyz" in dims else ""
+    long_name = f"{long_name}; NaN of areas that are gradients"
     return Dataset(path, dims, "float", units, long_name, frame, True, open_ended=True, group=_FOUND)
 
 

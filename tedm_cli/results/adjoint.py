@@ -134,8 +134,8 @@ def read_field_error(file: Reader) -> FieldError | None:
 
 def field_ratio(file: Reader, label: str) -> tuple[FloatArray, FloatArray] | None:
     """Correlation lengths [L] and the ratio [L] of an output; None where it has none, as differences do."""
-    field, labels = read_field_error(file), file.strings(ADJOINT.ROW_LABEL)
-    if field is None or label not in labels:
+    field = read_field_error(file)
+    if field is None or label not in (labels := file.strings(ADJOINT.ROW_LABEL)):
         return None
     ratio = field.ratio[:, labels.index(label)]
     return None if np.isnan(ratio).any() else (field.length_m, ratio)

@@ -275,7 +275,10 @@ def _open(project: Project) -> Iterator[_Files]:
         read_out = next((f for f in files if f.kind is OPTICS), None)
         read_outs = None if read_out is None else read_read_outs(read_out)
         missing = [path for path, *_ in wanted if not path.exists()]
-        gradients = None if missing else case_gradients(project, load_cases(project.cases)[1], read_outputs(project))
+        of_cases = load_cases(project.cases)[1]
+        gradients = None
+        if of_cases.needs_adjoint and not missing:
+            gradients = case_gradients(project, of_cases, read_outputs(project))
         if gradients is not None and gradients.path is not None and not gradients.path.exists():
             missing.append(gradients.path)
         yield _Files(project, files[0], gravity, read_outs, _rows(gravity, read_outs), gradients, tuple(missing))
