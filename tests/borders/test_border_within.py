@@ -167,6 +167,20 @@ def _steps(project: Project) -> tuple[Step, ...]:
     return chain_of(chain_files(load_project(project.folder / "tedm.toml", project.build)))
 
 
+def test_spectra_from_a_table(copied: Project) -> None:
+    """By the name of a gradient, or for all of its group; in K/m."""
+    path = copied.folder / "cases.toml"
+    path.write_text(path.read_text().replace("across_K = 1e-4", 'preset = "table"\ntable = "spectra.csv"'))
+    (copied.folder / "spectra.csv").write_text("frequency_hz,bench grad y,OB\n1e-5,4e-3,1e-3\n1,4e-3,1e-3\n")
+    copied.run("run-case", "gradients").ok()
+    with open_checked(copied.build / "casegradients.h5", CASE) as file:
+        level = file.array(CASE.TEMPERATURE_ASD)[file.array(CASE.TEMPERATURE_SPECTRUM)[-3:], 0]
+        assert "spectra.csv" in [item.path.name for item in file.provenance().inputs]
+    np.testing.assert_allclose(level, [1e-3, 4e-3, 1e-3], rtol=1e-12)
+    (copied.folder / "spectra.csv").write_text("frequency_hz,bench grad y\n1e-5,4e-3\n1,4e-3\n")
+    copied.run("run-case", "gradients").refused(3, "no column for 2 of 3 gradient areas: bench grad x, bench grad z")
+
+
 def test_the_loop_feels_them(copied: Project) -> None:
     """By the rows of the adjoint, in the order of the loop."""
     copied.run("build-dynamics").ok()
