@@ -183,13 +183,14 @@ $(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML) $(OPTICS_SOURCES)
 	$(TEDM) build-optics $(OPTIONS)
 
 # Of a project with test masses: what every temperature does to the outputs, or why this model has none of that here.
+# CASE_ADJOINT is the same file, where the cases take something of it.
 ifneq ($(ADJOINT),)
 $(ADJOINT): $(UNIT_DECK) $(MATRICES) $(BUILD)/halves $(ADJOINT_OP2)
 	$(TEDM) build-adjoint --or-say-why $(OPTIONS)
 endif
 
 define CASE_RULE
-$(1): $(MATRICES) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(MATRICES) $(CASE_ADJOINT) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))
@@ -199,7 +200,7 @@ $(BUILD)/dynamics.h5: $(MATRICES) $(DYNAMICS_TOML) $(DYNAMICS_SOURCES)
 	$(TEDM) build-dynamics $(OPTIONS)
 
 define SIMULATION_RULE
-$(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(BUILD)/dynamics.h5 $(CASE_ADJOINT) $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) simulate $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(SIMULATION_FILES),$(eval $(call SIMULATION_RULE,$(file))))

@@ -84,13 +84,20 @@ class Places:
     element: FloatArray
     element_volume: FloatArray
 
-    def of(self, area: Warmed) -> FloatArray:
-        """Places [n + m, 3] of what is warmed from their centroid, weighted by volume."""
-        place = np.concatenate([self.grid[area.grid], self.element[area.element]])
-        weight = np.concatenate([self.grid_volume[area.grid], self.element_volume[area.element]])
+    def at(self, area: Warmed) -> FloatArray:
+        """Places [n + m, 3] of what is warmed."""
+        return np.concatenate([self.grid[area.grid], self.element[area.element]])
+
+    def weight(self, area: Warmed) -> FloatArray:
+        """Volumes [n + m] of what is warmed."""
+        return np.concatenate([self.grid_volume[area.grid], self.element_volume[area.element]])
+
+    def centroid(self, area: Warmed) -> FloatArray:
+        """Of what is warmed, weighted by volume, [3]."""
+        weight = self.weight(area)
         if not weight.sum() > 0.0:  # corners of quadratic elements alone, or grids of none
             weight = np.ones(len(weight))
-        return np.asarray(place - weight @ place / weight.sum())
+        return np.asarray(weight @ self.at(area) / weight.sum())
 
 
 def gradient_sensitivity(of: Temperatures, areas: Sequence[Warmed], places: Places) -> FloatArray:
@@ -101,5 +108,5 @@ def gradient_sensitivity(of: Temperatures, areas: Sequence[Warmed], places: Plac
     out = np.full((len(of.grid), len(areas), 3), np.nan)
     for number, area in enumerate(areas):
         if area.gradient is None:
-            out[:, number] = of.terms(area) @ places.of(area)
+            out[:, number] = of.terms(area) @ (places.at(area) - places.centroid(area))
     return out

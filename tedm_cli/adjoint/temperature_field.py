@@ -113,12 +113,12 @@ def area_error(points: FieldPoints, area: IntArray, length_m: Sequence[float], s
     """
     exact, model = points.sensitivity, points.of_areas(area)
     left = exact - model
-    products = field_products(points.position, np.concatenate([exact, model, left]), length_m, step)
+    products = field_products(points.position, np.concatenate([exact, model]), length_m, step)
     r = len(exact)
     of_exact, of_model = (
         np.einsum("rn,lrn->lr", rows, products[:, part]) for rows, part in ((exact, slice(r)), (model, slice(r, 2 * r)))
     )
-    terms = left * products[:, 2 * r :]
+    terms = left * (products[:, :r] - products[:, r:])
     of_area = np.array([[np.bincount(area, row) for row in rows] for rows in terms])
     of_left = np.maximum(of_area.sum(axis=2), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):

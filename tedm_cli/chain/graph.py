@@ -34,7 +34,8 @@ class ChainFiles:
     unit_loads, distortion, loop : what the stages make of them; `loop` is None where there is no drag-free loop.
     sensitivity, read_out : the matrices of the two halves of the chain, where the project has them.
     adjoint : what every temperature does to their outputs; of a project with test masses. adjoint_results : of the
-    user's own solver, that it is made of; none where it is solved here.
+    user's own solver, that it is made of; none where it is solved here. case_needs_adjoint : whether cases take
+    something of it.
     gravity_sources, optics_sources, dynamics_sources : tables beside the configuration that these halves read.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
     runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
@@ -61,6 +62,7 @@ class ChainFiles:
     read_out: Path | None
     adjoint: Path | None
     adjoint_results: tuple[Path, ...]
+    case_needs_adjoint: bool
     loop: Path | None
     gravity_sources: tuple[Path, ...]
     optics_sources: tuple[Path, ...]
@@ -79,6 +81,11 @@ class ChainFiles:
     @property
     def matrices(self) -> tuple[Path, ...]:
         return _there(self.sensitivity, self.read_out)
+
+    @property
+    def case_adjoint(self) -> Path | None:
+        """The adjoint, where cases are made from it as well."""
+        return self.adjoint if self.case_needs_adjoint else None
 
     def remembered(self) -> dict[Path, str]:
         """Files of the build folder that change when the halves of the chain do, the symmetry plane, or what
@@ -137,13 +144,13 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
         step(["build-adjoint", "--or-say-why"], [files.adjoint], *found)
     cases = (files.cases, *files.case_sources)
     for run in files.runs:
-        step(["run-case", run.name], [run.file], *matrices, halves, *cases, *files.spectra)
+        step(["run-case", run.name], [run.file], *matrices, files.case_adjoint, halves, *cases, *files.spectra)
     for run in files.series:
         step(["run-series", run.name], [run.file], *matrices, halves, *cases, *run.tables)
     if files.loop is not None:
         step(["build-dynamics"], [files.loop], *matrices, files.dynamics, *files.dynamics_sources)
         for run in files.simulations:
-            step(["simulate", run.name], [run.file], files.loop, *cases, *files.spectra)
+            step(["simulate", run.name], [run.file], files.loop, files.case_adjoint, *cases, *files.spectra)
         for run in files.simulated_series:
             step(["simulate", "--series", run.name], [run.file], files.loop, *cases, *run.tables)
     made = [run.file for run in (*files.runs, *files.simulations, *files.series)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -88,6 +89,16 @@ class CasesConfig(Strict):
             hint=f"did you mean {near[0]}?" if near else "",
         )
 
+    def within(self, case_id: str) -> list[int]:
+        """Numbers of the tables of gradients within areas that a case has."""
+        found = enumerate(self.temperature.within)
+        return [number for number, table in found if table.is_in(case_id)]
+
+    @property
+    def needs_adjoint(self) -> bool:
+        """Whether any case takes something of adjoint.h5."""
+        return any(self.within(case_id) for case_id in self.ids)
+
     def applied_requirements(self) -> list[AppliedRequirement]:
         """Requirements with the outputs they judge."""
         return [table.applied() for table in self.requirements]
@@ -163,6 +174,11 @@ def load_cases(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[Co
             if before != path_here:
                 problems.append((path_here, f"{table.name} judges {output} already in {before}"))
     problems += config.temperature.filter_problems(low, high)
+    for number, of in enumerate(config.temperature.within):
+        for wanted in of.cases or ():
+            if not any(fnmatchcase(case_id, wanted) for case_id in config.ids):
+                fact = f"there is no case {wanted!r}; there are: {', '.join(config.ids)}"
+                problems.append((f"temperature.within[{number}].cases", fact))
     problems += _realisation_problems(config)
     names_of_series = [table.name for table in config.series]
     for number, name in enumerate(names_of_series):

@@ -9,7 +9,7 @@ import numpy as np
 
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.project import Project
-from tedm_cli.config.temperature import SpectrumColumns
+from tedm_cli.config.temperature_spectrum import SpectrumColumns
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.temperature import TemperatureModel
@@ -31,13 +31,19 @@ def temperature_model(
 
     `tables`, by the names that the configuration has for them, are spectra that no file holds.
     """
+    return config.temperature.model(areas, spectrum_tables(project, config, tables), where=str(project.cases))
+
+
+def spectrum_tables(
+    project: Project, config: CasesConfig, tables: Mapping[str, SpectrumColumns] | None = None
+) -> dict[str, SpectrumColumns]:
+    """What the tables of spectra hold, by the names in the configuration; `tables`: as `temperature_model`."""
     quantities = config.temperature.table_quantities()
     held = tables or {}
-    read = {
+    return {
         name: held[name] if name in held else _read(path, quantity)
         for (name, quantity), path in zip(quantities.items(), table_paths(project, config), strict=True)
     }
-    return config.temperature.model(areas, read, where=str(project.cases))
 
 
 def _read(path: Path, quantity: Quantity) -> SpectrumColumns:

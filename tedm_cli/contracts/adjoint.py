@@ -23,6 +23,13 @@ def _found(
     return Dataset(path, dims, dtype, units, long_name, optional=True, values=values, group=_FOUND)
 
 
+def _placed(path: str, dims: tuple[str, ...], units: str, long_name: str) -> Dataset:
+    """Of areas of mean temperatures."""
+    frame = BASIC if "xyz" in dims else ""
+    long_name = f"{long_name}; NaN of areas that are gradients"
+    return Dataset(path, dims, "float", units, long_name, frame, True, open_ended=True, group=_FOUND)
+
+
 class AdjointFile(AreaDatasets, FileKind):
     """Its datasets by name; `ADJOINT` is the kind of file."""
 
@@ -143,6 +150,39 @@ class AdjointFile(AreaDatasets, FileKind):
         open_ended=True,
         group=_FOUND,
     )
+    AREA_MIDDLE = _placed("/area/middle", ("area", "xyz"), "m", "centroid by volume, where gradients within are 0")
+    AREA_VOLUME = _placed("/area/volume", ("area",), "m^3", "volume of what has the area's temperature")
+    AREA_LOW = _placed(
+        "/area/low", ("area", "xyz"), "m", "smallest coordinates of its grids, and of the centres of its elements"
+    )
+    AREA_HIGH = _placed("/area/high", ("area", "xyz"), "m", "largest coordinates of the same")
+    FIELD_LENGTH = Dataset(
+        "/field/length",
+        ("length",),
+        "float",
+        "m",
+        "correlation lengths of temperature fields of one amplitude everywhere; not of large models, unless asked for",
+        optional=True,
+        values=Values(ascending=True),
+    )
+    FIELD_RATIO = Dataset(
+        "/field/ratio",
+        ("length", "row"),
+        "float",
+        "1",
+        "root mean square of the output by the means of the areas over that of the field; NaN where nothing acts",
+        optional=True,
+        open_ended=True,
+    )
+    FIELD_LEFT_OUT = Dataset(
+        "/field/left_out",
+        ("length", "row"),
+        "float",
+        "1",
+        "root mean square of what the areas leave out of the output, over that of the output; NaN where nothing acts",
+        optional=True,
+        open_ended=True,
+    )
     MATERIAL_ID = _found(
         "/material/id", ("material",), "int", "1", "Nastran id of each material", Values(ascending=True, least=1)
     )
@@ -230,4 +270,4 @@ class AdjointFile(AreaDatasets, FileKind):
     )
 
 
-ADJOINT = AdjointFile("adjoint", 2, "tedm build-adjoint", fixed_dims={"xyz": 3, "xyz_column": 3, "plane": 2})
+ADJOINT = AdjointFile("adjoint", 3, "tedm build-adjoint", fixed_dims={"xyz": 3, "xyz_column": 3, "plane": 2})

@@ -167,7 +167,7 @@ class CaseFile(AreaDatasets, FileKind):
         ("verdict",),
         "float",
         "1",
-        "ratio without the motion of the bench as one; NaN for other outputs than read-outs",
+        "ratio without the motion of the bench as one; NaN for other outputs than read-outs, and with gradients within",
         open_ended=True,
     )
     BOUND_RATIO_BOUND = Dataset("/bound_ratio/bound", ("bound",), "str", "1", "bounds, as under /bounds", values=NAMES)

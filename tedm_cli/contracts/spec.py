@@ -63,7 +63,8 @@ NAMES = Values(unique=True)
 FLAG = Values(flag=True)
 ID = Values(least=1)
 COUNT = Values(least=0)
-KINDS_OF_AREA, UNITS_OF_AREA = ("mean", "gradient"), ("K", "K/m")
+KINDS_OF_AREA = ("mean", "gradient", "gradient_x", "gradient_y", "gradient_z")
+UNITS_OF_AREA = ("K", "K/m")
 PER_AREA = "m/K; m/(K/m) of gradients"
 TURN_PER_AREA = "rad/K; rad/(K/m) of gradients"
 MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -192,7 +193,8 @@ class AreaDatasets:
         ("area",),
         "str",
         "1",
-        "its unit load: a mean temperature, or a gradient through its shells and bars at an unchanged mean",
+        "its unit load: a mean temperature, or a gradient through its shells and bars at an unchanged mean; in cases"
+        " also gradients within areas along x, y, z, without one",
         values=Values(words=KINDS_OF_AREA),
     )
     AREA_UNIT = Dataset(

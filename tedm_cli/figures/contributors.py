@@ -28,10 +28,10 @@ _LEAST = 5e-4  # share that would be printed as zero
 _OTHERS = "#9A9A9A"
 
 
-def contributors_figure(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> Figure:
+def contributors_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
     """A panel each for groups, areas and, of a read-out, optical elements: the largest shares, and all others."""
     with style():
-        parts = [("by group", *_by_group(j, areas)), ("by thermal area", *_by_area(j, areas))]
+        parts = [("by group", *_by_group(j, case.areas)), ("by thermal area", *_by_area(j, case.areas))]
         if j.path is not None and j.path_band is not None:
             parts.append(("by optical element that moves", j.path, j.path_band))
         tables = [(title, ranked(at), in_band) for title, at, in_band in parts]

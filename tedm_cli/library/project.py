@@ -18,7 +18,7 @@ from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.model import load_model
 from tedm_cli.config.nearest import NO_PROJECT, Found, nearest_project, project_in
 from tedm_cli.config.optics import load_layout
-from tedm_cli.config.temperature import SpectrumColumns
+from tedm_cli.config.temperature_spectrum import SpectrumColumns
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.files.in_memory import in_memory
@@ -27,7 +27,6 @@ from tedm_cli.library.build import Build, build_folder
 from tedm_cli.library.datasets import dataset_of
 from tedm_cli.library.xarray_door import xarray
 from tedm_cli.noise.correlation import CorrelationCase, LabelledMatrix
-from tedm_cli.noise.correlation import correlation as found_correlation
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.quantities import FREQUENCY, MATRIX_ENTRY, TEMPERATURE_ASD
 from tedm_cli.results.case_file import write_case
@@ -185,13 +184,13 @@ def run_case(
     instead, spectra = _in_place(of, given)
     setting = case_setting(of, *load_cases(of.cases, instead), spectra)
     chosen = _case(setting.config, str(case), correlation, of.cases)
-    result = setting.run(chosen, found_correlation(chosen, setting.outputs.areas))
+    result = setting.run(chosen, setting.correlation(chosen))
     requirement_list = [applied.requirement for applied in setting.criteria.requirements]
     with in_memory(
         CASE,
         (setting.file,),
         f"tedm.run_case({case!r})",
-        lambda writer: write_case(writer, result, setting.outputs.area_id, requirement_list),
+        lambda writer: write_case(writer, result, setting.outputs_of(chosen.id).area_id, requirement_list),
     ) as file:
         made = dataset_of(file)
     return made.assign_attrs(changed=", ".join(changed)) if changed else made

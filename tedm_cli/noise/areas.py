@@ -13,8 +13,11 @@ from tedm_cli.symmetry_plane import BASIC_PLANE, SymmetryPlane
 
 SHIELDS = ("inside", "outside")
 SIDES = ("+y", "-y", "mid")
-UNITS = {"mean": "K", "gradient": "K/m"}
-"""Kinds of areas, and the unit of their temperatures: a mean temperature, or a gradient at an unchanged mean."""
+AXES = ("x", "y", "z")
+WITHIN = tuple(f"gradient_{axis}" for axis in AXES)
+UNITS = {"mean": "K", "gradient": "K/m", **dict.fromkeys(WITHIN, "K/m")}
+"""Kinds of areas, and the unit of their temperatures: a mean temperature; a gradient through shells and bars at an
+unchanged mean; a gradient within areas along x, y or z of the basic frame."""
 
 GRADIENTS = " (gradients)"
 
@@ -31,7 +34,7 @@ class AreaTable:
     side : [k] str, `+y`, `-y` or `mid` with respect to the symmetry plane of the structure.
     centroid_m : [k, 3], basic frame; only cases with mirror pairs ask for it.
     plane : the symmetry plane.
-    kind : [k] str, `mean` or `gradient`: what its unit load is. None given: all are means.
+    kind : [k] str, a key of `UNITS`: what its temperature is. None given: all are means.
 
     Raises
     ------
@@ -70,7 +73,12 @@ class AreaTable:
     @property
     def gradient(self) -> BoolArray:
         """[k]: the areas whose temperature is a gradient, K/m; the others' is a mean temperature, K."""
-        return np.asarray(self.kind == "gradient")
+        return np.asarray(self.kind != "mean")
+
+    @property
+    def within(self) -> BoolArray:
+        """[k]: the gradients within areas, which have no unit load and no displacements."""
+        return np.isin(self.kind, WITHIN)
 
     @property
     def group_by_unit(self) -> NDArray[np.str_]:
@@ -82,6 +90,15 @@ class AreaTable:
         centroid = None if self.centroid_m is None else self.centroid_m[mask]
         columns = (self.name[mask], self.group[mask], self.shield[mask], self.side[mask])
         return AreaTable(*columns, centroid, plane=self.plane, kind=self.kind[mask])
+
+    def and_last(self, more: AreaTable) -> AreaTable:
+        """These areas, and after them those of another table; of this one's symmetry plane."""
+        names = ("name", "group", "shield", "side", "kind")
+        name, group, shield, side, kind = (np.concatenate([getattr(self, n), getattr(more, n)]) for n in names)
+        centroid = None
+        if self.centroid_m is not None and more.centroid_m is not None:
+            centroid = np.concatenate([self.centroid_m, more.centroid_m])
+        return AreaTable(name, group, shield, side, centroid, plane=self.plane, kind=kind)
 
     @property
     def unit(self) -> list[str]:

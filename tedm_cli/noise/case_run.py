@@ -35,7 +35,8 @@ class CaseResult:
     psd : [n_out, F], unit²/Hz; bounds : what other correlations of the active areas would give.
     verdicts : in the order of the requirements and their outputs; safety_factor : on amplitudes, in verdicts only.
     bound_ratio : [verdicts, 5], the ratio each of `BOUNDS` would have.
-    distortion_ratio : [verdicts], the ratio of a read-out if the bench did not move as one; NaN for other outputs.
+    distortion_ratio : [verdicts], the ratio of a read-out if the bench did not move as one; NaN for other outputs, and
+        where gradients within areas act.
     filter_sensitivity : verdict ratios for other orders and corners; None where no spectrum is low-pass.
     improvements : of each verdict; groups : [G], of their group_factor, as `AreaTable.group_by_unit`.
     contributions : where the noise comes from.
@@ -154,13 +155,16 @@ def _bound_ratios(bounds: Bounds, frequency_hz: FloatArray, judged: Judged, safe
 
 
 def _distortion_ratios(noise: OutputNoise, outputs: Outputs, judged: Judged, safety_factor: float) -> FloatArray:
-    """Ratio [verdicts] of the read-outs without the motion of the bench as one."""
+    """Ratio [verdicts] of the read-outs without the motion of the bench as one; NaN where that is not known."""
     ratio = np.full(len(judged), np.nan)
     for v, (requirement, o) in enumerate(judged):
         parts = outputs.parts_of_read_outs.get(outputs.labels[o])
-        if parts is not None:
+        if parts is None:
+            continue
+        unknown = np.isnan(parts.distortion)
+        if not (unknown & noise.correlation.active).any():
             f = noise.frequency_hz[in_band(requirement, noise.frequency_hz)]
-            psd = noise.of(parts.distortion[None]).at(f).psd()[0]
+            psd = noise.of(np.where(unknown, 0.0, parts.distortion)[None]).at(f).psd()[0]
             ratio[v] = (safety_factor * np.sqrt(psd) / requirement.amplitude(f)).max()
     return ratio
 

@@ -24,7 +24,7 @@ class ReadOutParts:
     Parameters
     ----------
     names : [p], optical elements; by_element : [p, k], what the motion of each makes of the read-out; their sum is it.
-    distortion : [k], the read-out if the bench did not move as one.
+    distortion : [k], the read-out if the bench did not move as one; NaN of areas of which that is not known.
     """
 
     names: tuple[str, ...]

@@ -10,9 +10,8 @@ from fnmatch import fnmatchcase
 import numpy as np
 from numpy.typing import NDArray
 
-from tedm_cli.arrays import BoolArray, FloatArray, IndexArray
+from tedm_cli.arrays import BoolArray, IndexArray
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.symmetry_plane import SymmetryPlane
 
 Facts = list[tuple[str, str]]
 
@@ -92,7 +91,7 @@ def _mirror_pairs(selector: BlockSelector, index: IndexArray, areas: AreaTable) 
         fact = "mirror pairs are matched by centroids, which these areas do not have; rebuild distortion.h5 and on"
         return [], [("", fact)]
     else:
-        partner = _nearest_images(areas.centroid_m, areas.plane, plus, minus)
+        partner = _nearest_images(areas, plus, minus)
     alone = np.concatenate([plus[partner < 0], minus[~np.isin(minus, partner)]])
     if alone.size:
         how = f"name with {selector.mirror_names[1]!r}" if selector.mirror_names else "area near its mirrored centroid"
@@ -106,16 +105,18 @@ def _mirror_pairs(selector: BlockSelector, index: IndexArray, areas: AreaTable) 
     return pairs + [np.array([i]) for i in middle], []
 
 
-def _nearest_images(centroid_m: FloatArray, plane: SymmetryPlane, plus: IndexArray, minus: IndexArray) -> IndexArray:
-    """For each area in `plus` the one in `minus` at its mirrored centroid, -1 where there is none.
+def _nearest_images(areas: AreaTable, plus: IndexArray, minus: IndexArray) -> IndexArray:
+    """For each area in `plus` the one in `minus` of its kind at its mirrored centroid, -1 where there is none.
 
     Both must be each other's nearest image, and miss it by less than their distance from the plane: areas that are
     further off are neighbours along the structure, no images.
     """
-    if not (plus.size and minus.size):
+    centroid_m, plane = areas.centroid_m, areas.plane
+    if centroid_m is None or not (plus.size and minus.size):
         return np.full(len(plus), -1, dtype=np.intp)
     image = plane.image(centroid_m[plus])
     distance = np.linalg.norm(image[:, None] - centroid_m[minus], axis=2)
+    distance[areas.kind[plus][:, None] != areas.kind[minus]] = np.inf  # three gradients have one centroid
     nearest = distance.argmin(axis=1)
     mutual = distance.argmin(axis=0)[nearest] == np.arange(len(plus))
     near = distance[np.arange(len(plus)), nearest] < np.abs(plane.distance(centroid_m[plus]))

@@ -239,6 +239,17 @@ class TemperatureModel:
             ]
         )
 
+    def and_gradients(self, spectra: Sequence[Spectrum]) -> TemperatureModel:
+        """With more areas behind these, of spectra in K/m/√Hz."""
+        more = TemperatureModel.from_spectra(spectra, np.ones(len(spectra), dtype=bool))
+        first = len(self.shapes)
+        return TemperatureModel(
+            np.concatenate([self.scale, more.scale]),
+            np.concatenate([self.shape_index, first + more.shape_index]),
+            (*self.shapes, *more.shapes),
+            self.gradient_shapes | {first + number for number in more.gradient_shapes},
+        )
+
     @property
     def gradient(self) -> BoolArray:
         """[k]: the areas whose spectrum is in K/m/√Hz."""

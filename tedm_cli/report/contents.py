@@ -195,11 +195,11 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
     judged = any(c.judged for c in cases)
     sections = [
         summary_section(cases, dc, loop, words, titles, inputs.field is not None, inputs.remarks, inputs.model_view),
-        remedy_section(cases, areas, dc, loop, titles, figures["improvement"]),
+        remedy_section(cases, dc, loop, titles, figures["improvement"]),
         cases_section(cases, [*figures["verdict"], *figures["all cases"]]),
     ]
     if judged:
-        sections.append(binding_section(cases, areas, inputs.benches, figures["contributors"]))
+        sections.append(binding_section(cases, inputs.benches, figures["contributors"]))
         sections.append(where_section(cases, inputs.where, figures["where"]))
     if dc:
         sections.append(at_rest_section(dc, figures["field"]))
@@ -218,15 +218,15 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
     """Everything else."""
     cases, areas, loop, of = inputs.cases, inputs.areas, inputs.closed_loop, figures.annex
     words = closed_loop_words(loop, inputs.no_loop, [case.id for case in cases], titles)
-    sections = [cards_section(cases, areas, inputs.at_rest, words, titles, inputs.benches)]
+    sections = [cards_section(cases, inputs.at_rest, words, titles, inputs.benches)]
     sections.append(every_case_section(cases, [*of["verdict"], *of["all cases"]], titles))
     if of["cases"]:
         sections.append(spectra_section(of["cases"]))
     if any(c.judged for c in cases):
         sections += [
-            why_section(cases, areas, of["contributors"], titles),
+            why_section(cases, of["contributors"], titles),
             sure_section(cases, of["certainty"]),
-            change_section(cases, areas, of["improvement"], titles),
+            change_section(cases, of["improvement"], titles),
         ]
     if loop is not None:
         ids = [case.id for case in cases]

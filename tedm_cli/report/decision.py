@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from tedm_cli.gravity.requirements import DcVerdict
-from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Label, Link, Paragraph, Ref, Section, State, Strong, Text, VerdictCard
 from tedm_cli.report.evidence import cancels, few, improvement_key
 from tedm_cli.report.verdicts import Titles, exceeding, state_of
@@ -38,7 +37,6 @@ _LARGE = 0.1  # of the largest contribution: a term of this size is a large one
 
 def cards_section(
     cases: Sequence[CaseNoise],
-    areas: AreaTable,
     dc: Sequence[DcVerdict],
     closed_loop: Paragraph,
     titles: Titles,
@@ -48,14 +46,14 @@ def cards_section(
 
     `closed_loop` is what is to be said of the drag-free loop here; `benches`: how many the read-outs are of.
     """
-    cards = [_card(limit, pairs, areas, titles, benches) for limit, pairs in by_requirement(without_repeats(cases))]
+    cards = [_card(limit, pairs, titles, benches) for limit, pairs in by_requirement(without_repeats(cases))]
     if dc:
         cards.append(_field_card(dc))
     cards.sort(key=lambda card: _ORDER.index(card.state))
     return Section("requirements", "Each requirement", "Requirements", (*cards, closed_loop), new_page=True)
 
 
-def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles, benches: int) -> VerdictCard:
+def _card(limit: Limit, pairs: Sequence[Pair], titles: Titles, benches: int) -> VerdictCard:
     likely = [p for p in pairs if p[0].role == LIKELY]
     possible = possible_of(pairs)
     case, j = deciding(pairs)
@@ -81,7 +79,7 @@ def _card(limit: Limit, pairs: Sequence[Pair], areas: AreaTable, titles: Titles,
     facts += [
         ("All possible cases", _by_case(possible)),
         ("How sure", (f"{how_sure(case, j)} (", Ref("sure"), ").")),
-        ("Limited by", limited_by(case, j, areas, benches)),
+        ("Limited by", limited_by(case, j, benches)),
         ("What would help" if not j.passed else "Margin", _improvement(case, j, limit.name)),
     ]
     return VerdictCard(state, word, title, lead, tuple(facts))
@@ -154,13 +152,14 @@ def how_sure(case: CaseNoise, j: JudgedOutput) -> str:
     return capital(text)
 
 
-def limited_by(case: CaseNoise, j: JudgedOutput, areas: AreaTable, benches: int = 1) -> str:
+def limited_by(case: CaseNoise, j: JudgedOutput, benches: int = 1) -> str:
     """Groups, areas and optical elements with the largest parts of the power, or that large terms cancel."""
+    areas = case.areas
     of_area = areas.group_by_unit
     groups = {name: float(j.share[of_area == name].sum()) for name in dict.fromkeys(of_area.tolist())}
     single = dict(zip(areas.name, j.share.tolist(), strict=True))
     said = [_parts("groups", groups)]
-    said.append(cancelling(case, j, areas) or _parts("areas", single))
+    said.append(cancelling(case, j) or _parts("areas", single))
     if j.path is not None:
         said.append(_parts("optical elements", j.path))
     if j.distortion_ratio is not None:
@@ -168,10 +167,11 @@ def limited_by(case: CaseNoise, j: JudgedOutput, areas: AreaTable, benches: int 
     return f"Noise power at {mhz_text(j.contribution_hz)}: {'; '.join(said)}"
 
 
-def cancelling(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> str:
+def cancelling(case: CaseNoise, j: JudgedOutput) -> str:
     """`twelve large terms cancel to 8.92 × 10⁻¹³ m/√Hz`, where areas of a block go against each other; else ""."""
     if not cancels(j.share):
         return ""
+    areas = case.areas
     size = np.abs(j.contribution)
     large = int((size >= _LARGE * size.max()).sum())
     total = float(j.asd[int(np.abs(case.frequency_hz - j.contribution_hz).argmin())])

@@ -27,6 +27,7 @@ from tedm_cli.report.evidence import factor_cell, ratio_cell
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import DIAGNOSTIC, deciding
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
+from tedm_cli.results.noise import temperature_words
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, clause, mhz_text, percent, ratio_text, sci
 
@@ -102,7 +103,7 @@ def loop_detail_section(
     facts: list[tuple[str, Text]] = [
         ("Controller", found.stability.origin),
         ("Read-outs heard", f"set {first.read_out_set}"),
-        ("Temperature noise", first.temperature),
+        ("Temperature noise", temperature_words({c.id: c.temperature for c in found.cases})),
         ("Safety factor", f"{first.safety_factor:g}, on noise amplitudes"),
     ]
     if missing := _missing(found, ids):

@@ -36,7 +36,7 @@ def improvement_key(requirement: str, output: str) -> str:
     return f"improvement {requirement} {output}"
 
 
-def why_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[Figure], titles: Titles) -> Section:
+def why_section(cases: Sequence[CaseNoise], figures: Sequence[Figure], titles: Titles) -> Section:
     """For each judged output, in the case that decides it: the areas, groups and elements its noise comes from."""
     tables: list[Block] = []
     for case, j in deciding_pairs(cases):
@@ -44,7 +44,7 @@ def why_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[
             f"{capital(output_title(j.output))} ({j.output}), case {case.id}: what makes {ratio_text(j.ratio)} times"
             f" the limit of {titles(j.requirement)} at {mhz_text(j.contribution_hz)}."
         )
-        tables.append(Columns(tuple(_parts(j, areas)), text))
+        tables.append(Columns(tuple(_parts(j, case.areas)), text))
     text = (
         "Each judged output in the case that decides its verdict: the worst of the likely ones where they violate it,"
         " or else the worst of all that can occur. Share: part of the noise power, at the binding frequency and over"
@@ -163,14 +163,14 @@ def _ratio_span(low: float, high: float) -> Cell:
     return Cell(span(low, high), "violated" if low > 1.0 else "met" if high <= 1.0 else "open")
 
 
-def change_section(cases: Sequence[CaseNoise], areas: AreaTable, figures: Sequence[Figure], titles: Titles) -> Section:
+def change_section(cases: Sequence[CaseNoise], figures: Sequence[Figure], titles: Titles) -> Section:
     """For each verdict, in the case that decides it: what quieter or better matched areas would make of it."""
     blocks: list[Block] = []
     for case, j in deciding_pairs(cases):
         of = f"{capital(output_title(j.output))}, case {case.id}"
         blocks += [
             Heading(f"{of}: {ratio_text(j.ratio)} × the limit of {titles(j.requirement)}"),
-            _by_group(j, areas, f"{of}: required temperature stability."),
+            _by_group(j, case.areas, f"{of}: required temperature stability."),
             _by_area(j, f"{of}: improvement by area."),
         ]
     text = (

@@ -30,7 +30,7 @@ from tedm_cli.results.deciding import by_requirement
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.field import FieldAtRest, not_allocated
 from tedm_cli.results.model import DistortionSize, ModelSize
-from tedm_cli.results.noise import CaseNoise
+from tedm_cli.results.noise import CaseNoise, temperature_words
 from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import at_rest_title, by_subsystem, mass_title, output_title
@@ -40,14 +40,12 @@ SHORT_STEP = 0.8  # share of an area's step that its own elements receive at lea
 _NAMED = 12  # areas named in a line
 
 
-def binding_section(cases: Sequence[CaseNoise], areas: AreaTable, benches: int, figures: Sequence[Figure]) -> Section:
+def binding_section(cases: Sequence[CaseNoise], benches: int, figures: Sequence[Figure]) -> Section:
     """Each judged output in the case that decides it: what limits it, in words; figures of the worst."""
     rows = []
     for found in worst_first(noise_judgements(cases)):
         case, j = found.decides
-        rows.append(
-            row(capital(output_title(found.output)), _where(case, j.ratio), limited_by(case, j, areas, benches))
-        )
+        rows.append(row(capital(output_title(found.output)), _where(case, j.ratio), limited_by(case, j, benches)))
     caption = "What the noise of each judged output comes from, in the case that decides its verdict."
     table = Table(columns("Output", "Ratio", "Made of", text=(0, 1, 2)), tuple(rows), caption, tight=True)
     title = "Evidence: what the noise comes from"
@@ -213,7 +211,10 @@ def assumptions_section(
     """What every verdict takes for granted: temperatures, safety factor, cases, requirements, masses, an odd layout."""
     first = cases[0]
     factor = f"{first.safety_factor:g}, on noise amplitudes wherever they are compared to a requirement"
-    facts: list[tuple[str, Text]] = [("Temperature noise", first.temperature), ("Safety factor", factor)]
+    facts: list[tuple[str, Text]] = [
+        ("Temperature noise", temperature_words({c.id: c.temperature for c in cases})),
+        ("Safety factor", factor),
+    ]
     if first.filter_order.size:
         orders = ", ".join(f"{v:g}" for v in first.filter_order)
         corners = ", ".join(f"{v * 1e3:g}" for v in first.filter_corner_hz)

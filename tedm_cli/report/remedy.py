@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from tedm_cli.gravity.requirements import DcVerdict
-from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.assumed_filter import filter_remedy, turned_by_filter
 from tedm_cli.report.document import (
     Block,
@@ -58,7 +57,6 @@ _TOLD = 3  # outputs whose remedy is told in sentences; those of all are in the 
 
 def remedy_section(
     cases: Sequence[CaseNoise],
-    areas: AreaTable,
     dc: Sequence[DcVerdict],
     loop: ClosedLoop | None,
     titles: Titles,
@@ -70,7 +68,7 @@ def remedy_section(
     closed = [j for j in worst_first(loop_judgements(loop)) if j.state != "met"]
     blocks: list[Block] = []
     if noise:
-        blocks += [Heading("Temperatures"), *_temperatures(noise, areas)]
+        blocks += [Heading("Temperatures"), *_temperatures(noise)]
     if outside := exceeding(dc):
         blocks += [Heading("Field at rest"), *_balance(outside, len(dc))]
     if closed:
@@ -90,7 +88,7 @@ def remedy_section(
     return Section("todo", "What to do", "What to do", tuple(blocks), new_page=True)
 
 
-def _temperatures(noise: Noise, areas: AreaTable) -> list[Block]:
+def _temperatures(noise: Noise) -> list[Block]:
     blocks: list[Block] = [Paragraph(_first_remedy(noise))]
     rows: list[Row] = []
     for found in noise:
@@ -106,7 +104,7 @@ def _temperatures(noise: Noise, areas: AreaTable) -> list[Block]:
         "Ratio with each measure. Areas and blocks are those that help most, chosen one after the other; a"
         " common temperature: all areas of the blocks follow one fluctuation, each with its own amplitude."
     )
-    return [*blocks, Table(head, tuple(rows), text, tight=True), _stability(noise, areas)]
+    return [*blocks, Table(head, tuple(rows), text, tight=True), _stability(noise)]
 
 
 def _first_remedy(noise: Noise) -> Text:
@@ -193,13 +191,13 @@ def _verdict(ratio: float) -> Cell:
     return Cell("yes", "met") if ratio <= 1.0 else Cell("no", "violated")
 
 
-def _stability(noise: Noise, areas: AreaTable) -> Table:
+def _stability(noise: Noise) -> Table:
     """Temperature noise of each group, and what would just be allowed of what fails: by itself, and with all alike."""
     rows: list[Row] = []
-    of_area, groups = areas.group_by_unit, dict[str, float]()
+    groups = dict[str, float]()
     for found in [j for j in noise if j.state == "violated"] or noise:
         case, j = found.decides
-        m = j.improvement
+        m, of_area = j.improvement, case.areas.group_by_unit
         groups |= m.group_factor
         title = f"{capital(output_title(found.output))}, case {case.id}"
         rows.append(row(title, f"at {mhz_text(j.binding_hz)}", kind="head"))

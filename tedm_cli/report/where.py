@@ -5,23 +5,30 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.report.document import Block, Figure, Paragraph, Section, Table, columns, row
 from tedm_cli.report.verdicts import noise_judgements, worst_first
 from tedm_cli.results.adjoint_map import MappedModel, OutputMap
 from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import count, decimals, percent, sci, unit_text
+from tedm_cli.results.wording import and_text, count, decimals, percent, sci, unit_text
 
 _SHOWN = 10
 
 
 @dataclass(frozen=True, eq=False)
 class Where:
-    """The map of the output that binds, and the mesh it is of; or, in `no_map`, why there is none."""
+    """The map of the output that binds, and the mesh it is of; or, in `no_map`, why there is none.
+
+    length_m, ratio : [L], of even temperature fields of these correlation lengths, how much of the output's root mean
+    square the areas tell; None where that was not found.
+    """
 
     output: OutputMap | None = None
     model: MappedModel | None = None
     no_map: str = ""
+    length_m: FloatArray | None = None
+    ratio: FloatArray | None = None
 
 
 def binding_output(cases: Sequence[CaseNoise]) -> str:
@@ -29,6 +36,19 @@ def binding_output(cases: Sequence[CaseNoise]) -> str:
     nothing is judged."""
     found = worst_first(noise_judgements(cases))
     return found[0].output.split(", ")[0] if found else ""
+
+
+def _against_a_field(where: Where, names: str) -> list[Block]:
+    """Whether areas of one temperature are enough for this output."""
+    if where.length_m is None or where.ratio is None:
+        return []
+    told = [f"{percent(r)} at {1e3 * length:g} mm" for length, r in zip(where.length_m, where.ratio, strict=True)]
+    text = (
+        "Areas of one temperature each tell a part of what an uneven temperature does to the"
+        f" {output_title(names)}: of its root mean square in a field of one amplitude everywhere, {and_text(told)} of"
+        " correlation length. 100 % would be all of it; the rest is done by temperatures that differ within areas."
+    )
+    return [Paragraph(text)]
 
 
 def where_section(cases: Sequence[CaseNoise], where: Where, figures: Sequence[Figure]) -> Section:
@@ -64,6 +84,7 @@ def where_section(cases: Sequence[CaseNoise], where: Where, figures: Sequence[Fi
             " of all elements' sensitivities, whatever their signs. Two places of one area with opposite signs cancel"
             " as long as the area warms evenly: a gradient between them does not."
         ),
+        *_against_a_field(where, names),
         *figures,
         Table(head, rows, caption, tight=True),
     ]

@@ -13,6 +13,10 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.materials import MaterialEffect, material_effects
 
+_LEAST = 1e-3  # of the largest output of a block: what is less is zero by symmetry
+_ALTOGETHER = 1e8  # from here on a sum is the rounding of its terms
+_MATTERS = 1e-2  # of the largest terms of an output
+
 
 @dataclass(frozen=True, eq=False)
 class ActingAreas:
@@ -31,6 +35,27 @@ class ActingAreas:
 
 
 @dataclass(frozen=True, eq=False)
+class FieldError:
+    """How the areas tell r outputs of even temperature fields of L correlation lengths.
+
+    length_m : [L]. ratio, left_out : [L, r], as in adjoint.h5.
+    """
+
+    length_m: FloatArray
+    ratio: FloatArray
+    left_out: FloatArray
+
+
+@dataclass(frozen=True)
+class Cancelling:
+    """A sum over an area in which terms cancel, and how far: the sizes of its terms over that of their sum."""
+
+    area: str
+    output: str
+    factor: float
+
+
+@dataclass(frozen=True, eq=False)
 class AdjointResults:
     """The adjoint by its areas; r outputs, k areas.
 
@@ -38,7 +63,8 @@ class AdjointResults:
     may have their own. value : [r, k], S_SG and N. cancellation, difference, allowed : [r, k], and gradient :
     [r, k, 3], as in adjoint.h5. materials : effects of materials and of thicknesses, largest first. moduli_together :
     the largest change by a factor common to all moduli, over the largest of its block: none, but for rounding, where
-    displacements are those of the stiffness here.
+    displacements are those of the stiffness here. block : [r], rows that are compared with each other. field : None
+    where the areas were not held against one.
     """
 
     label: list[str]
@@ -53,12 +79,40 @@ class AdjointResults:
     allowed: FloatArray
     materials: list[MaterialEffect]
     moduli_together: float
+    block: list[str]
+    field: FieldError | None
 
     @property
     def mean_cancellation(self) -> FloatArray:
         """The cancellations of all areas of a mean temperature in all outputs, of those where anything acts."""
         found = self.cancellation[:, ~self.areas.gradient]
         return np.asarray(found[~np.isnan(found)])
+
+    @property
+    def felt(self) -> BoolArray:
+        """Outputs [r] that areas of mean temperatures do act on: others of a block are zero by symmetry."""
+        size = np.linalg.norm(self.value[:, ~self.areas.gradient], axis=1)
+        block = np.array(self.block)
+        return np.array([one > _LEAST * size[block == of].max() for one, of in zip(size, block, strict=True)])
+
+    @property
+    def cancelling_most(self) -> list[Cancelling]:
+        """The sums of mean temperatures in which terms cancel most, the worst first.
+
+        Of those that matter: the sizes of the terms are a hundredth or more of the largest of that output. What is
+        zero by symmetry cancels altogether, and is left out.
+        """
+        means = np.flatnonzero(~self.areas.gradient)
+        factor = self.cancellation[:, means]
+        with np.errstate(invalid="ignore"):
+            sizes = factor * np.abs(self.value[:, means])
+        sizes = np.where(np.isfinite(sizes), sizes, 0.0)
+        counts = self.felt[:, None] & (sizes >= _MATTERS * sizes.max(axis=1, keepdims=True)) & (factor < _ALTOGETHER)
+        rows, columns = np.nonzero(counts)
+        order = np.argsort(-factor[rows, columns], kind="stable")
+        names = self.areas.name[means].tolist()
+        places = [(int(rows[i]), int(columns[i])) for i in order]
+        return [Cancelling(names[column], self.label[row], float(factor[row, column])) for row, column in places]
 
     @property
     def acting_most(self) -> list[ActingAreas]:
@@ -71,6 +125,23 @@ class AdjointResults:
             one, two = int(np.abs(value).argmax()), int(size[row].argmax())
             out.append(ActingAreas(label, unit, names[one], float(value[one]), names[two], float(size[row, two])))
         return out
+
+
+def read_field_error(file: Reader) -> FieldError | None:
+    """How the areas tell an even field, where adjoint.h5 has it."""
+    if not file.has(ADJOINT.FIELD_RATIO):
+        return None
+    datasets = (ADJOINT.FIELD_LENGTH, ADJOINT.FIELD_RATIO, ADJOINT.FIELD_LEFT_OUT)
+    return FieldError(*(file.array(dataset) for dataset in datasets))
+
+
+def field_ratio(file: Reader, label: str) -> tuple[FloatArray, FloatArray] | None:
+    """Correlation lengths [L] and the ratio [L] of an output; None where it has none, as differences do."""
+    field = read_field_error(file)
+    if field is None or label not in (labels := file.strings(ADJOINT.ROW_LABEL)):
+        return None
+    ratio = field.ratio[:, labels.index(label)]
+    return None if np.isnan(ratio).any() else (field.length_m, ratio)
 
 
 def read_adjoint(file: Reader) -> AdjointResults | str:
@@ -93,6 +164,8 @@ def read_adjoint(file: Reader) -> AdjointResults | str:
         allowed=file.array(ADJOINT.CHECK_ALLOWED),
         materials=material_effects(file, value, block, ~areas.gradient),
         moduli_together=_moduli_together(file.array(ADJOINT.DS_DLNE), value, block, areas.gradient),
+        block=block,
+        field=read_field_error(file),
     )
 
 

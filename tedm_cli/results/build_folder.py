@@ -34,6 +34,7 @@ from tedm_cli.files.build_folder import (
     OPTICS_FILE,
     SENSITIVITY_FILE,
     case_file_name,
+    require_areas_and_more,
     require_configuration,
     require_input,
     require_same_areas,
@@ -159,10 +160,12 @@ def open_results(project: Project) -> Iterator[Results]:
         for made in matrices:
             require_input(made.reader, distortion_file)
         used = [m.file for m in matrices]
+        adjoint = None if gravity is None else _adjoint(build / ADJOINT_FILE, used, stack)
+        adjoint_file = None if adjoint is None else input_files([adjoint.path])[0]
         cases = []
         for case_id, path in zip(config.ids, paths, strict=True):
             case = stack.enter_context(open_checked(path, CASE))
-            require_current(case, case_id, used, [file])
+            require_current(case, case_id, used_by_case(used, adjoint_file, config, case_id), [file])
             cases.append(case)
         series = {}
         for name in (table.name for table in config.series if (build / series_file_name(table.name)).exists()):
@@ -173,18 +176,17 @@ def open_results(project: Project) -> Iterator[Results]:
         if gravity is not None and (build / IMPOSED_FILE).exists():
             imposed = stack.enter_context(open_checked(build / IMPOSED_FILE, IMPOSED))
             _require_made_from(imposed, [gravity.file], [], f"rebuild it with `{IMPOSED.made_by}`, or delete it")
-        adjoint = None if gravity is None else _adjoint(build / ADJOINT_FILE, used, stack)
         no_loop = why_no_loop(project, model)
-        loop = _Loop(None, [], {}, []) if no_loop else _open_dynamics(project, config, used, file, stack)
-        looped = [*loop.simulations, *loop.series.values()]
-        require_same_areas(distortion, *(m.reader for m in matrices), *cases, *series.values(), *looped)
+        loop = _Loop(None, [], {}, []) if no_loop else _open_dynamics(project, config, used, adjoint_file, file, stack)
+        require_same_areas(distortion, *(m.reader for m in matrices), *series.values(), *loop.series.values())
+        require_areas_and_more(distortion, *cases, *loop.simulations)
         yield Results(
             distortion, distortion_file, gravity, read_out, cases, list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
             no_loop, loop.dynamics, None if loop.dynamics is None else input_files([loop.dynamics.path])[0],
             loop.simulations, list(input_files([reader.path for reader in loop.simulations])),
             imposed, None if imposed is None else input_files([imposed.path])[0],
-            adjoint, None if adjoint is None else input_files([adjoint.path])[0],
+            adjoint, adjoint_file,
             loop.series, {name: input_files([reader.path])[0] for name, reader in loop.series.items()},
             loop.requirements,
         )  # fmt: skip
@@ -227,7 +229,12 @@ class _Loop:
 
 
 def _open_dynamics(
-    project: Project, cases: CasesConfig, used: Sequence[InputFile], config: ConfigFile, stack: contextlib.ExitStack
+    project: Project,
+    cases: CasesConfig,
+    used: Sequence[InputFile],
+    adjoint: InputFile | None,
+    config: ConfigFile,
+    stack: contextlib.ExitStack,
 ) -> _Loop:
     """The loop, the cases and series in it, as far as they have been made; refused where not from what is there.
 
@@ -253,7 +260,7 @@ def _open_dynamics(
     simulations = []
     for case_id, made in paths.items():
         simulations.append(stack.enter_context(open_checked(made, SIMULATION)))
-        require_current(simulations[-1], case_id, used, [*configs, config])
+        require_current(simulations[-1], case_id, used_by_case(used, adjoint, cases, case_id), [*configs, config])
     series = {}
     for name in (table.name for table in cases.series):
         made = path.with_name(simulated_series_file_name(name))
@@ -262,6 +269,13 @@ def _open_dynamics(
             hint = f"rebuild it with `{SIMULATED_SERIES.made_by} {name}`, or delete it"
             _require_made_from(series[name], used, [*configs, config], hint)
     return _Loop(dynamics, simulations, series, dynamics_config.applied_requirements())
+
+
+def used_by_case(
+    used: Sequence[InputFile], adjoint: InputFile | None, config: CasesConfig, case_id: str
+) -> list[InputFile]:
+    """What a case is made from: what all are, and the adjoint where the case takes something of it."""
+    return [*used, *([adjoint] if adjoint is not None and config.within(case_id) else [])]
 
 
 def require_current(case: Reader, case_id: str, used: Sequence[InputFile], configs: Sequence[ConfigFile]) -> None:

@@ -164,6 +164,7 @@ def read_case(file: Reader) -> CaseNoise:
         reason=file.string(CASE.CASE_REASON),
         safety_factor=file.number(CASE.CASE_SAFETY_FACTOR),
         temperature=file.string(CASE.TEMPERATURE_MODEL).replace("sqrt(Hz)", "√Hz"),
+        areas=read_areas(file),
         block=file.array(CASE.CASE_BLOCK),
         frequency_hz=file.array(CASE.FREQUENCY),
         judged=_read_judged(file),
@@ -310,14 +311,31 @@ def read_bound(file: Reader, bound: str, labels: Sequence[str]) -> FloatArray:
     return np.array([file.array(_BOUND[bound].format(output=label)) for label in labels])
 
 
+def read_temperatures(files: Sequence[Reader]) -> TemperatureSpectra:
+    """Distinct spectra of the cases of one configuration: what all have, and of each the gradients within areas."""
+    found = [read_temperature(file) for file in files]
+    first, asd, name, unit = found[0], [*found[0].asd], [*found[0].name], [*found[0].unit]
+    for more in found[1:]:
+        for one, words, of in zip(more.asd, more.name, more.unit, strict=True):
+            if words not in name:
+                asd, name, unit = [*asd, one], [*name, words], [*unit, of]
+    return TemperatureSpectra(first.frequency_hz, np.array(asd), name, unit)
+
+
 def read_temperature(file: Reader) -> TemperatureSpectra:
     """Distinct spectra of a case file, each named by the shield sides and the number of its areas; not of silent
-    gradients."""
+    gradients. Those of gradients within areas are named by these."""
     index, asd, areas = file.array(CASE.TEMPERATURE_SPECTRUM), file.array(CASE.TEMPERATURE_ASD), read_areas(file)
     kept, names, units = [], [], []
     for q in range(len(asd)):
         gradient = bool(areas.gradient[index == q].any())
         if gradient and not asd[q].any():
+            continue
+        within = areas.within & (index == q)
+        if within.any():
+            kept.append(q)
+            names.append(listed(areas.name[within].tolist(), 3))
+            units.append("K/m")
             continue
         sides, counts = np.unique(areas.shield[index == q], return_counts=True)
         what = "gradient area" if gradient else "area"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.noise.areas import unit_of_group
+from tedm_cli.noise.areas import AreaTable, unit_of_group
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.ranking import all_largest, first_largest
 from tedm_cli.results.titles import requirement_title
@@ -153,7 +153,8 @@ class JudgedOutput:
 class CaseNoise:
     """One correlation case: its setting, judged outputs, and the limits they were judged by.
 
-    `role` is likely, possible or diagnostic; `reason` says why the case is there, empty where nothing is said.
+    `areas` are its k areas: those of the model, and behind them gradients within areas where the case has any. `role`
+    is likely, possible or diagnostic; `reason` says why the case is there, empty where nothing is said.
     `block` is [k], the correlated block of each area, -1 for silent ones. `filter_order` and
     `filter_corner_hz` are the axes of each `filter_ratio`, empty where there is no low-pass.
     """
@@ -164,6 +165,7 @@ class CaseNoise:
     reason: str
     safety_factor: float
     temperature: str
+    areas: AreaTable
     block: IntArray
     frequency_hz: FloatArray
     judged: tuple[JudgedOutput, ...]
@@ -214,6 +216,13 @@ class TemperatureSpectra:
     asd: FloatArray
     name: list[str]
     unit: list[str]
+
+
+def temperature_words(of_case: Mapping[str, str]) -> str:
+    """Levels and shapes of the temperatures by case, told once: those with gradients within areas have more of them."""
+    common = min(of_case.values(), key=len)
+    said = [f"in case {i} also {words.removeprefix(f'{common}; ')}" for i, words in of_case.items() if words != common]
+    return "; ".join([common, *said])
 
 
 def level_unit(groups: Iterable[str]) -> str:

@@ -96,7 +96,7 @@ def test_a_gradient_within_an_area_is_that_field_of_its_grids(tmp_path):
     assert np.abs(found - wanted).max() < PRECISION * np.abs(wanted).max()
     assert model.name[0] == "LOWER"
     plate = [-0.2 + 0.05 * 8 / 2, -0.15 + 0.05 * 6 / 2, 0.0]
-    lower = model.places.of(model.areas[0])
+    lower = model.places.at(model.areas[0]) - model.places.centroid(model.areas[0])
     wanted = np.tile(plate, (len(lower), 1))
     np.testing.assert_allclose(structure.position[model.areas[0].grid] - lower, wanted, rtol=0.0, atol=2e-4)
 

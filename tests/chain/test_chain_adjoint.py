@@ -19,6 +19,7 @@ sys.path.append(str(Path(__file__).parents[1] / "borders"))
 
 from border_tools import Outcome, edited, tedm, untouched
 
+from tedm_cli.adjoint.temperature_field import FieldPoints, area_error
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
@@ -218,6 +219,55 @@ def test_materials_are_ranked_by_what_a_little_more_does(adjoint: Path) -> None:
     few = tedm("show", adjoint, "--top", "3").ok().out
     assert f"and {len(shown) - 3} more (--top 0: all)" in few
     assert f"{shown[0]['of']} {shown[0]['quantity']}" in few
+
+
+def test_areas_against_an_even_field(small: Project, adjoint: Path) -> None:
+    """By whole matrices: C of all grids, and of the areas' means weighted by volume; 1 where the field is even."""
+    found = arrays(adjoint)
+    with open_checked(small.build_dir / "unit_loads.h5", UNIT_LOADS) as unit:
+        position = unit.array(UNIT_LOADS.GRID_POSITION)
+        offset, index = unit.array(UNIT_LOADS.AREA_NODE_OFFSET), unit.array(UNIT_LOADS.AREA_NODE_INDEX)
+    k = len(offset) - 1
+    grids = np.sort(index)
+    of_area = np.zeros((len(grids), k))
+    of_area[np.searchsorted(grids, index), np.repeat(np.arange(k), np.diff(offset))] = 1.0
+    volume = np.abs(found["/grid/volume"][grids])
+    weight = of_area * volume[:, None] / (volume @ of_area)
+    s = found["/s"][:, grids]
+    distance = np.linalg.norm(position[grids, None] - position[grids], axis=2)
+
+    def spread(rows: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+        return np.sqrt(np.einsum("rn,nm,rm->r", rows, covariance, rows))
+
+    for number, length in enumerate(found["/field/length"]):
+        covariance = np.exp(-distance / length)
+        exact, means = spread(s, covariance), weight.T @ covariance @ weight
+        np.testing.assert_allclose(found["/field/ratio"][number], spread(s @ of_area, means) / exact, rtol=1e-9)
+        left = spread(s - s @ of_area @ weight.T, covariance) / exact
+        np.testing.assert_allclose(found["/field/left_out"][number], left, rtol=1e-6)
+    assert found["/field/ratio"].min() < 0.9, "these areas are coarse"
+    points = FieldPoints(position=position[grids], volume=volume, sensitivity=s)
+    error = area_error(points, of_area.argmax(axis=1), [1e12])
+    felt = np.abs(s.sum(axis=1)) > 1e-3 * np.abs(s).sum(axis=1)
+    assert felt.sum() > 6
+    np.testing.assert_allclose(error.ratio[0, felt], 1.0, rtol=1e-6)
+
+
+def test_what_cancels_is_named(adjoint: Path) -> None:
+    """By area and output, the worst first: their gradient is what there is to hide. Not what is zero by symmetry."""
+    with open_checked(adjoint, ADJOINT) as file:
+        found = read_adjoint(file)
+    assert not isinstance(found, str)
+    worst = found.cancelling_most
+    factors = [one.factor for one in worst]
+    assert factors == sorted(factors, reverse=True)
+    assert 1.0 <= factors[-1] < 10.0 < factors[0] < 1e8
+    names = found.areas.name.tolist()
+    for one in worst[:5]:
+        row, column = found.label.index(one.output), names.index(one.area)
+        assert one.factor == found.cancellation[row, column]
+        assert one.factor * abs(found.value[row, column]) > 1e-2 * np.abs(found.value[row]).max()
+    assert {one.output for one in worst} == {label for label, felt in zip(found.label, found.felt, strict=True) if felt}
 
 
 def test_the_independently_solved_model(mini: Project, tmp_path: Path) -> None:

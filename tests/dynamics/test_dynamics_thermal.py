@@ -33,7 +33,7 @@ def test_an_area_that_follows_later_does_so_in_the_loop(delay_s: float) -> None:
     read_out[COORDINATES.index("TM2_x"), 1] = motion
     words = np.array(["first", "second"])
     areas = AreaTable(words, words, np.array(["inside"] * 2), np.array(["mid"] * 2), np.zeros((2, 3)))
-    rows = ThermalRows(areas, np.array([1, 2]), acceleration, read_out, "A")
+    rows = ThermalRows(areas, np.array([1, 2]), acceleration, read_out, "A", list(STRAY), list(COORDINATES))
     together = Correlation.of_factor(np.ones((2, 1)), np.array([0.0, delay_s]))
     thermal = rows.driven_by(white_model(areas, inside_K=1.0), together, np.array([frequency]))
     exact = budget(plant, control, [], thermal, np.array([frequency]), labels, difference_s=step_s).total[0]

@@ -118,10 +118,11 @@ def test_nothing_is_cut_off(figures: dict[str, Figure]) -> None:
 def test_long_names_are_not_cut_off(cases: list[CaseNoise], areas: AreaTable) -> None:
     long = dataclasses.replace(cases[1], title="A title that goes on and on " * 9)
     named = dataclasses.replace(areas, name=np.array([f"{n}_AND_A_LONG_NAME_TOO" for n in areas.name]))
+    case, j = worth_showing(cases, "displacement")[0]
     maps = AreaMap("|N|", "m/K", ["ONE_LONG_OUTPUT_x", "u"], np.ones((2, 5)))
     for figure in (
         case_figure(long),
-        contributors_figure(*worth_showing(cases, "displacement")[0], named),
+        contributors_figure(dataclasses.replace(case, areas=named), j),
         map_figure(*one_page(maps, named), "m"),
     ):
         with style():

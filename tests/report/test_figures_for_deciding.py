@@ -54,12 +54,12 @@ def long_names(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
     ]
 
 
-def figures_of(cases: Sequence[CaseNoise], areas: AreaTable, kind: str) -> dict[str, Figure]:
+def figures_of(cases: Sequence[CaseNoise], kind: str) -> dict[str, Figure]:
     case, j = worth_showing(cases, kind)[0]
     return {
         "cases": cases_figure(cases, kind),
         "certainty": certainty_figure(cases, kind),
-        "contributors": contributors_figure(case, j, areas),
+        "contributors": contributors_figure(case, j),
         "improvement": improvement_figure(case, j),
         "all": overlay_figure(cases, kind),
         "case": case_figure(case),
@@ -86,8 +86,9 @@ def test_texts_are_whole_and_clear_of_each_other(
         cases = long_names(cases)
         longer = [np.array([3 * f"{v}_" for v in column]) for column in (areas.name, areas.group)]
         areas = dataclasses.replace(areas, name=longer[0], group=longer[1])
+        cases = [dataclasses.replace(c, areas=areas) for c in cases]
         at_rest = [dataclasses.replace(v, test_mass=9 * v.test_mass) for v in at_rest]
-    for name, figure in {**figures_of(cases, areas, kind), "at rest": at_rest_figure(at_rest)}.items():
+    for name, figure in {**figures_of(cases, kind), "at rest": at_rest_figure(at_rest)}.items():
         assert overlaps(drawn(figure)) == [], name
         width, height = figure.get_size_inches()
         assert width == 7.0
@@ -158,10 +159,10 @@ def test_ranges_are_the_bounds_of_the_files(finished: Project, cases: list[CaseN
         assert j.ratio <= spans[8.0][1] * (1 + 1e-9)
 
 
-def test_shares_of_every_panel_sum_to_the_whole(cases: list[CaseNoise], areas: AreaTable) -> None:
+def test_shares_of_every_panel_sum_to_the_whole(cases: list[CaseNoise]) -> None:
     for kind, panels in zip(KINDS, (2, 3), strict=True):
         case, j = worth_showing(cases, kind)[0]
-        figure = contributors_figure(case, j, areas)
+        figure = contributors_figure(case, j)
         assert len(figure.axes) == panels, "optical elements for read-outs alone"
         # The made-up gains and motions do not fit together, so elements do not make up the whole of the noise.
         wholes = [(1.0, 1.0), (1.0, 1.0)]
@@ -173,7 +174,7 @@ def test_shares_of_every_panel_sum_to_the_whole(cases: list[CaseNoise], areas: A
             assert sum(band) == pytest.approx(100.0 * in_band)
         names = [t.get_text() for t in figure.axes[1].get_yticklabels()]
         for name, bar in zip(names, figure.axes[1].patches, strict=True):
-            assert bar.get_width() == pytest.approx(100 * j.share[areas.name.tolist().index(name)])
+            assert bar.get_width() == pytest.approx(100 * j.share[case.areas.name.tolist().index(name)])
             assert bool(bar.get_hatch()) == (bar.get_width() < 0.0)
 
 

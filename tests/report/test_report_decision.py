@@ -59,12 +59,12 @@ def judged(ratio: float, output: str = "A_TM1_x", **more: object) -> JudgedOutpu
 
 
 def case(case_id: str, role: str, *outputs: JudgedOutput) -> CaseNoise:
-    return CaseNoise(case_id, f"Title {case_id}", role, "", 2.0, "white", np.array([0, 0, 1]), FREQUENCY, outputs,
-                     (LIMIT,), np.array([2.0]), np.array([1e-3, 1e-2]))  # fmt: skip
+    return CaseNoise(case_id, f"Title {case_id}", role, "", 2.0, "white", AREAS, np.array([0, 0, 1]), FREQUENCY,
+                     outputs, (LIMIT,), np.array([2.0]), np.array([1e-3, 1e-2]))  # fmt: skip
 
 
 def cards(cases: Sequence[CaseNoise], dc: DcVerdict = PASSED_DC) -> list[VerdictCard]:
-    found = cards_section(cases, AREAS, [dc], LOOP, str)
+    found = cards_section(cases, [dc], LOOP, str)
     return [b for b in found.blocks if isinstance(b, VerdictCard)]
 
 
@@ -106,14 +106,14 @@ def test_the_worst_card_comes_first() -> None:
 
 def test_a_field_that_nothing_limits_is_said_not_to_be_judged() -> None:
     likely = [case("1", "likely", judged(0.2))]
-    found = cards_section(likely, AREAS, [], LOOP, str)
+    found = cards_section(likely, [], LOOP, str)
     assert [b.name for b in found.blocks if isinstance(b, VerdictCard)] == [LIMIT.name]
     assert sentence(likely, []).startswith("All that is required is met")
     assert sentence([case("1", "likely")], []) == "Nothing is judged: the project names no requirement."
     section = at_rest_section([], [])
     assert len(section.blocks) == 1
     assert "is not judged" in plain(section.blocks[0].text)  # type: ignore[union-attr]
-    assert remedy_section(likely, AREAS, [], None, str, []).blocks[0] == Paragraph(
+    assert remedy_section(likely, [], None, str, []).blocks[0] == Paragraph(
         "Nothing has to be done: all judged requirements are met in every case that can occur."
     )
 
@@ -156,7 +156,7 @@ def test_a_verdict_that_another_filter_turns_is_told_in_the_sentence_and_in_what
 ) -> None:
     """Filters halve and double each ratio: what is then met, violated or at risk otherwise is never told as certain."""
     cases = [case(role, role, judged(ratio)) for role, ratio in ratios.items()]
-    blocks = remedy_section(cases, AREAS, [PASSED_DC], None, str, []).blocks
+    blocks = remedy_section(cases, [PASSED_DC], None, str, []).blocks
     told = [plain(b.text) for b in blocks if isinstance(b, Paragraph)]
     action = [t for t in told if t.startswith("Measure the spectrum of the temperatures, or confirm the filter: ")]
     said = sentence(cases)
@@ -213,7 +213,7 @@ def test_how_sure_a_verdict_is(ratio: float, more: dict[str, Any], said: str) ->
 
 
 def test_what_limits() -> None:
-    text = limited_by(case("1", "likely"), judged(2.0, path={"M1": 0.8, "BS1": 0.2}), AREAS)
+    text = limited_by(case("1", "likely"), judged(2.0, path={"M1": 0.8, "BS1": 0.2}))
     assert "groups struts 92 %, bench 8 %" in text
     assert text.endswith("if the bench did not move as one, the ratio would be 0.700")
     assert "areas S1 90 %, B1 8 %; optical elements M1 80 %, BS1 20 %" in text
@@ -227,7 +227,7 @@ def test_terms_that_cancel_are_told_by_their_amplitudes_and_not_as_percentages()
         contribution=np.array([1.2, -1.15, 0.05]),
         path={"M1": 1.2, "BS1": -0.2},
     )
-    text = limited_by(case("1", "likely"), replace(j, contribution_hz=1e-2, asd=np.array([9.0, 0.1])), AREAS)
+    text = limited_by(case("1", "likely"), replace(j, contribution_hz=1e-2, asd=np.array([9.0, 0.1])))
     assert "two large terms, S1 the largest with 1.2 m/√Hz, cancel to 0.1 m/√Hz" in text
     assert "optical elements cancel each other, M1 and BS1 the largest" in text
     assert "120" not in text
@@ -286,7 +286,7 @@ def test_outputs_that_say_the_same_are_told_once() -> None:
 
 
 def test_required_stability_names_levels() -> None:
-    section = change_section([case("1", "likely", judged(2.0))], AREAS, [], str)
+    section = change_section([case("1", "likely", judged(2.0))], [], str)
     tables = [b for b in section.blocks if isinstance(b, Table)]
     rows = {r.cells[0].text: [c.text for c in r.cells[1:]] for r in tables[0].rows}
     assert rows["struts"] == ["2", "1.00 × 10⁻³", "0.250", "2.50 × 10⁻⁴"]

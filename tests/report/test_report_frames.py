@@ -85,11 +85,11 @@ def test_several_benches_are_listed_with_their_elements_and_axes_that_read_outs_
 @pytest.mark.parametrize(("benches", "said"), [(1, "if the bench did not"), (2, "if each bench did not")])
 def test_of_several_benches_each_moves_as_one(finished: Project, benches: int, said: str) -> None:
     with open_results(finished) as results:
-        cases, areas = [read_case(r) for r in results.cases], results.areas
-    section = binding_section(cases, areas, benches, [])
+        cases = [read_case(r) for r in results.cases]
+    section = binding_section(cases, benches, [])
     text = " ".join(cell for row in tables(section.blocks, "What the noise")[0] for cell in row)
     assert text.count(f"{said} move as one, the ratio would be") == 2
-    cards = cards_section(cases, areas, [], Paragraph(""), lambda name: name, benches)
+    cards = cards_section(cases, [], Paragraph(""), lambda name: name, benches)
     assert f"{said} move as one" in str(cards)
 
 

@@ -20,7 +20,6 @@ from tedm_cli.contracts import CASE, SENSITIVITY
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.store import open_checked
 from tedm_cli.gravity.requirements import DcVerdict
-from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import silent
 from tedm_cli.report.document import (
     Block,
@@ -192,7 +191,7 @@ def test_the_remedy_of_the_loop_meets_the_requirement_and_no_more(closed: Closed
             assert f"| {and_text(j.together)} | {rounded_down(j.together_factor)} |" in written["r.md"]
 
 
-def test_nothing_to_do_where_all_is_met(cases: list[CaseNoise], closed: ClosedLoop, areas: AreaTable) -> None:
+def test_nothing_to_do_where_all_is_met(cases: list[CaseNoise], closed: ClosedLoop) -> None:
     dc = [DcVerdict("TM1", "a_x", "IS+LTP", 1e-10, -1e-9, 1e-9)]
     met = [
         replace(c, judged=tuple(replace(j, passed=True, ratio=0.5, filter_ratio=None) for j in c.judged)) for c in cases
@@ -201,19 +200,19 @@ def test_nothing_to_do_where_all_is_met(cases: list[CaseNoise], closed: ClosedLo
         closed,
         cases=tuple(replace(c, judged=tuple(replace(j, passed=True) for j in c.judged)) for c in closed.cases),
     )
-    found = remedy_section(met, areas, dc, loop, str, [])
+    found = remedy_section(met, dc, loop, str, [])
     assert [plain(b.text) for b in found.blocks if isinstance(b, Paragraph)] == [
         "Nothing has to be done: all judged requirements are met in every case that can occur."
     ]
-    found = remedy_section(cases, areas, dc, loop, str, [])
+    found = remedy_section(cases, dc, loop, str, [])
     assert [b.text for b in found.blocks if isinstance(b, Heading)] == ["Temperatures"]
 
 
-def test_the_remedy_of_every_output_that_fails_is_told(cases: list[CaseNoise], areas: AreaTable) -> None:
+def test_the_remedy_of_every_output_that_fails_is_told(cases: list[CaseNoise]) -> None:
     """The worst first, the next in a sentence each: with their case, how far off they are, and what is allowed."""
     worse = [replace(c, judged=tuple(replace(j, passed=False, ratio=3.0) for j in c.judged)) for c in cases]
     first, *others = worst_first(noise_judgements(worse))
-    section = remedy_section(worse, areas, [], None, str, [])
+    section = remedy_section(worse, [], None, str, [])
     text = next(plain(b.text) for b in section.blocks if isinstance(b, Paragraph))
     assert output_title(first.output) in text.split("For the ")[0]
     assert len(others) > 1

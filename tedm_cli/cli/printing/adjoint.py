@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tedm_cli.stages.adjoint.build import AdjointSummary
     from tedm_cli.stages.adjoint.deck import AdjointDeckSummary
 
+_WORST = 3  # sums that are named
 _MUCH = 10  # cancellation from which on an area's mean hides what is in it
 
 
@@ -96,6 +97,8 @@ def adjoint_dict(done: AdjointSummary) -> dict[str, Any]:
         "largest_difference": found.difference.max(),
         "largest_share_of_allowed": float((found.difference / found.allowed).max()),
         "median_cancellation": float(np.median(found.mean_cancellation)),
+        "cancelling_most": [asdict(c) for c in found.cancelling_most[:_WORST]],
+        "field": None if found.field is None else _field_dict(found),
         "outputs": [
             {
                 "output": a.output,
@@ -106,6 +109,19 @@ def adjoint_dict(done: AdjointSummary) -> dict[str, Any]:
             for a in found.acting_most
         ],
         "materials": [asdict(effect) for effect in found.materials],
+    }
+
+
+def _field_dict(found: AdjointResults) -> dict[str, Any]:
+    field = found.field
+    assert field is not None
+    return {
+        "length_m": field.length_m.tolist(),
+        "outputs": [
+            {"output": label, "ratio": field.ratio[:, row].tolist(), "left_out": field.left_out[:, row].tolist()}
+            for row, label in enumerate(found.label)
+            if found.felt[row]
+        ],
     }
 
 
@@ -144,4 +160,29 @@ def _table(found: AdjointResults) -> list[str]:
         f"within an area the sizes of what each grid does are {np.median(cancels):.2g} times their sum (median)",
         f"in {int((cancels > _MUCH).sum()):,} of {cancels.size:,} sums they are more than {_MUCH} times as much: an"
         " even temperature hides there what an uneven one does",
+        *_cancelling(found),
+        "",
+        *_against_a_field(found),
+    ]
+
+
+def _cancelling(found: AdjointResults) -> list[str]:
+    """The worst of what cancels, by name."""
+    worst = [f"{c.area} in {c.output} ({c.factor:.3g})" for c in found.cancelling_most[:_WORST]]
+    return [f"most of what does not cancel altogether: {', '.join(worst)}"] if worst else []
+
+
+def _against_a_field(found: AdjointResults) -> list[str]:
+    """The ratios furthest from 1 over the correlation length, and what is left out."""
+    field, felt = found.field, np.flatnonzero(found.felt)
+    if field is None:
+        return ["areas against a temperature field: not found of so many grids; --area-error does it all the same"]
+    rows = []
+    for length, ratio, left in zip(field.length_m, field.ratio[:, felt], field.left_out[:, felt], strict=True):
+        far, most = int(np.abs(ratio - 1.0).argmax()), int(left.argmax())
+        names = [found.label[felt[i]] for i in (far, most)]
+        rows.append((f"{1e3 * length:g}", f"{ratio[far]:.3f}", names[0], f"{100 * left[most]:.1f} %", names[1]))
+    return [
+        "areas against even temperature fields of some correlation length: rms by the areas over that of the field",
+        *table(("length mm", "ratio", "furthest from 1", "left out", "most in"), rows, right=(0, 1, 3)),
     ]

@@ -75,7 +75,9 @@ def contributor_lines(r: CaseResult, most: int | None) -> list[str]:
         if verdict.output in c.path_share:
             shares = c.path_share[verdict.output].tolist(), c.path_band_share[verdict.output].tolist()
             lines.append(f"  optical elements: {_parts(list(zip(c.path_names, *shares, strict=True)), most)}")
-            lines.append(f"  ratio if {the_bench(r.outputs.benches)} did not move as one: {r.distortion_ratio[v]:.3g}")
+            without = r.distortion_ratio[v]
+            known = "not known with gradients within areas" if np.isnan(without) else f"{without:.3g}"
+            lines.append(f"  ratio if {the_bench(r.outputs.benches)} did not move as one: {known}")
         lines.append(f"  largest over all correlations: {_signs(r, o, most)}")
         lines += _improvement_lines(r, v, verdict, most)
     return lines

@@ -11,7 +11,9 @@ import numpy as np
 from tedm_cli.adjoint.agreement import Agreement, agreement
 from tedm_cli.adjoint.areas import Temperatures, gradient_sensitivity, temperatures
 from tedm_cli.adjoint.density import GravitySum
+from tedm_cli.adjoint.linear_fields import area_shapes
 from tedm_cli.adjoint.materials import MaterialUse
+from tedm_cli.adjoint.temperature_field import AreaError
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.project import Project
@@ -24,6 +26,7 @@ from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.nastran.structure.material_use import material_cards, material_use
 from tedm_cli.progress import Step
 from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.stages.adjoint.even_field import even_field_error, write_error
 from tedm_cli.stages.adjoint.inputs import AdjointInputs, adjoint_inputs
 from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model
@@ -43,7 +46,8 @@ class Adjoint:
     """What was found of r outputs and k areas.
 
     of : sensitivities by the temperatures of the model. sums : [r, k], over the areas. cancellation : [r, k], as in
-    adjoint.h5. use, cards, changes : of its materials, with card and properties by id.
+    adjoint.h5. use, cards, changes : of its materials, with card and properties by id. field : of an even temperature
+    field, where it was found.
     """
 
     model: WarmedModel
@@ -56,6 +60,7 @@ class Adjoint:
     use: MaterialUse
     cards: dict[int, tuple[str, str]]
     changes: MaterialChanges
+    field: AreaError | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +84,13 @@ def build_adjoint(
     *,
     or_say_why: bool = False,
     results: Sequence[Path] = (),
+    area_error: bool = False,
 ) -> AdjointSummary:
     """Solve one problem for each acceleration and read-out, and hold the sums over the areas against S_SG and N.
 
     Read-outs are there where optics.h5 is. With `or_say_why` a model that has no adjoint here, or whose results are not
-    those of its elements here, makes a file that says so.
+    those of its elements here, makes a file that says so. With `area_error` the areas are held against a temperature
+    field however large the model is.
 
     Parameters
     ----------
@@ -100,7 +107,7 @@ def build_adjoint(
     out = out_path(project, ADJOINT_FILE, output)
     files = adjoint_results(project, results, out)
     with adjoint_inputs(project, files) as given:
-        found = _found(given, files, step)
+        found = _found(given, files, step, area_error=area_error)
         if isinstance(found, TedmError) and not or_say_why:
             raise found
         with create(out, ADJOINT, given.trace) as writer:
@@ -115,7 +122,9 @@ def build_adjoint(
     return AdjointSummary(out, results_there, given.no_read_outs, of)
 
 
-def _found(given: AdjointInputs, results: Sequence[Path], step: Step) -> Adjoint | InputError | PhysicsError:
+def _found(
+    given: AdjointInputs, results: Sequence[Path], step: Step, *, area_error: bool
+) -> Adjoint | InputError | PhysicsError:
     """The adjoint of a model that `ingest` has read; or why there is none here."""
     try:
         structure = coupled_structure(given.raw, given.deck)
@@ -137,6 +146,8 @@ def _found(given: AdjointInputs, results: Sequence[Path], step: Step) -> Adjoint
     wrong = _disagreement(agreed, model, outputs, given.deck, results)
     if wrong is not None:
         return wrong  # and no material changes what is not that of these elements
+    changes = _changes(structure, use, solved.sensitivity, model, given.config, given.unit, step)
+    field = even_field_error(of, outputs.direct, model, step, however_many=area_error)
     return Adjoint(
         model,
         outputs,
@@ -147,7 +158,8 @@ def _found(given: AdjointInputs, results: Sequence[Path], step: Step) -> Adjoint
         of.cancellation(model.areas),
         use,
         cards,
-        _changes(structure, use, solved.sensitivity, model, given.config, given.unit, step),
+        changes,
+        field,
     )
 
 
@@ -211,6 +223,13 @@ def _write(writer: Writer, found: Adjoint) -> None:
     writer.write(
         ADJOINT.AREA_GRADIENT, gradient_sensitivity(of, model.areas, model.places), units="per K/m, see /row/unit"
     )
+    shapes = area_shapes(model.areas, model.places)
+    writer.write(ADJOINT.AREA_MIDDLE, shapes.middle)
+    writer.write(ADJOINT.AREA_VOLUME, shapes.volume)
+    writer.write(ADJOINT.AREA_LOW, shapes.low)
+    writer.write(ADJOINT.AREA_HIGH, shapes.high)
+    if found.field is not None:
+        write_error(writer, found.field)
     _write_materials(writer, found, per_area)
     writer.write(ADJOINT.CHECK_BLOCK, outputs.block)
     writer.write(ADJOINT.CHECK_DIFFERENCE, found.agreement.difference)

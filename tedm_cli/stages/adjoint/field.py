@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tedm_cli.adjoint.area_points import area_points
+from tedm_cli.adjoint.areas import Places, Temperatures, Warmed
 from tedm_cli.adjoint.connected import joining, sharing_an_element
 from tedm_cli.adjoint.mirrored import images
 from tedm_cli.adjoint.temperature_field import FieldPoints
@@ -32,8 +34,6 @@ from tedm_cli.noise.requirements import in_band
 from tedm_cli.noise.told_apart import paired, told_apart
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.outputs import read_outputs
-
-_LEAST = 1e-9  # of the mean volume: what a point has at least
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -158,27 +158,32 @@ def _gathered(adjoint: Reader, unit: Reader, judged: _Judged, cases: list[Correl
     offset, index = unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET), unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX)
     members = _parts(unit.array(UNIT_LOADS.AREA_NODE_INDEX), unit.array(UNIT_LOADS.AREA_NODE_OFFSET))
     carried = _parts(unit.array(UNIT_LOADS.AREA_ELEMENT_INDEX), unit.array(UNIT_LOADS.AREA_ELEMENT_OFFSET))
-    means = np.flatnonzero(~areas.gradient)
-    s = _rows(adjoint, outputs, adjoint.array(ADJOINT.S))
-    volume = np.abs(adjoint.array(ADJOINT.GRID_VOLUME))
+    number = adjoint.array(ADJOINT.ELEMENT_ID)
+    row_of = np.full(int(number.max(initial=0)) + 1, -1)
+    row_of[number] = np.arange(len(number))
+    ids = unit.array(UNIT_LOADS.ELEMENT_ID)
+    warmed = [
+        Warmed(grid=m, element=row_of[ids[c]], gradient=np.zeros((len(c), 2)) if gradient else None)
+        for m, c, gradient in zip(members, carried, areas.gradient.tolist(), strict=True)
+    ]
+    rows = [_rows(adjoint, outputs, adjoint.array(d)) for d in (ADJOINT.S, ADJOINT.ELEMENT_MEAN, ADJOINT.DIRECT)]
+    own = adjoint.array(ADJOINT.ELEMENT_OWN) == 1
+    at_element = np.searchsorted(ids, number)
+    centre = np.add.reduceat(position[index], offset[:-1], axis=0)[at_element] / np.diff(offset)[at_element, None]
+    found = area_points(
+        Temperatures(grid=rows[0], own=own, mean=rows[1], gradient=np.zeros((*rows[1].shape, 2))),
+        rows[2],
+        warmed,
+        Places(
+            grid=position,
+            grid_volume=adjoint.array(ADJOINT.GRID_VOLUME),
+            element=centre,
+            element_volume=adjoint.array(ADJOINT.ELEMENT_VOLUME),
+        ),
+    )
+    points, area, grid = found.points, found.area, found.grid
     owner = np.full(len(grid_id), -1)
-    for a in means:
-        owner[members[a]] = a
-    grid = np.flatnonzero(owner >= 0)
-    number, own = unit.array(UNIT_LOADS.ELEMENT_ID), adjoint.array(ADJOINT.ELEMENT_OWN) == 1
-    element = np.searchsorted(number, adjoint.array(ADJOINT.ELEMENT_ID)[own])
-    element_owner = np.full(len(number), -1)
-    for a in means:
-        element_owner[carried[a]] = a
-    corners = np.add.reduceat(position[index], offset[:-1], axis=0) if element.size else position[:0]
-    at = np.concatenate([position[grid], corners[element] / np.diff(offset)[element, None]])
-    mean = _rows(adjoint, outputs, adjoint.array(ADJOINT.ELEMENT_MEAN))[:, own]
-    size = np.concatenate([volume[grid], adjoint.array(ADJOINT.ELEMENT_VOLUME)[own]])
-    size = np.maximum(size, _LEAST * size.mean())
-    area = np.concatenate([owner[grid], element_owner[element]])
-    direct = _rows(adjoint, outputs, adjoint.array(ADJOINT.DIRECT))  # follows the mean temperature of its area
-    felt = np.concatenate([s[:, grid], mean], axis=1)
-    felt += direct[:, area] * size / np.bincount(area, size, len(areas))[area]
+    owner[grid] = area[: len(grid)]
     kept = np.array([bool(c.size) for c in carried]) | areas.gradient
     part = np.where((owner >= 0) & ~kept[owner], told_apart(areas, cases, amplitude)[owner], -1)
     pairs = sharing_an_element(offset, index, part)
@@ -187,16 +192,16 @@ def _gathered(adjoint: Reader, unit: Reader, judged: _Judged, cases: list[Correl
     pairs = row[pairs]
     pairs = pairs[(pairs >= 0).all(axis=1)]
     free = np.flatnonzero(~kept[area])
-    image = images(at, areas.plane, (paired(areas, cases) & ~kept)[area])
+    image = images(points.position, areas.plane, (paired(areas, cases) & ~kept)[area])
     return ModelField(
         outputs=outputs,
         frequency_hz=judged.frequency_hz,
         ratio_per_deviation=judged.ratio_per_deviation,
-        points=FieldPoints(position=at, volume=size, sensitivity=felt * amplitude[:, area]),
+        points=replace(points, sensitivity=points.sensitivity * amplitude[:, area]),
         area=area,
         grid=grid,
         kept=kept,
-        pairs=np.concatenate([pairs, free[joining(_among(pairs, free), at[free], area[free])]]),
+        pairs=np.concatenate([pairs, free[joining(_among(pairs, free), points.position[free], area[free])]]),
         image=np.full(len(area), -1) if image is None else image,
         areas=areas,
         cases=cases,

@@ -8,6 +8,7 @@ import numpy as np
 
 from tedm_cli.areas.attributes import area_attributes
 from tedm_cli.arrays import IntArray
+from tedm_cli.config.cases import load_cases
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import project_plane
@@ -52,7 +53,11 @@ def fit_notes(
             if now[place] != before[old]:
                 notes.append(f"areas.rule: {name} is of {what} {now[place]}, but {areas.name[old]} of {before[old]}")
     table = AreaTable(found.name, found.group, found.shield, found.side, centroid, plane=plane, kind=found.kind)
+    cases = load_cases(project.cases)[1]
     for case in field.cases:
+        if cases.within(case.id):
+            notes.append(f"case {case.id} has gradients within areas, and was not tried with these")
+            continue
         try:
             correlation(case, table)
         except TedmError as exc:

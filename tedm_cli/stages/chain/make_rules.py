@@ -67,6 +67,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("MATRICES", "the build folder", files.matrices)
     make.files("ADJOINT", "the build folder", [files.adjoint])
     make.files("ADJOINT_OP2", "model.adjoint_op2", files.adjoint_results)
+    make.files("CASE_ADJOINT", "the build folder", [files.case_adjoint])
     make.files("CASE_SOURCES", "requirement, case", files.case_sources)
     make.files("SPECTRA", "temperature", files.spectra)
     make.files("DYNAMICS_TOML", "dynamics", [files.dynamics])

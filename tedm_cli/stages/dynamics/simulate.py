@@ -24,6 +24,8 @@ from tedm_cli.noise.requirements import Requirement, in_band
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import write_areas
+from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.within import and_spectra, case_gradients
 from tedm_cli.stages.dynamics.loop import Loop
 from tedm_cli.stages.dynamics.prepared import prepare
 from tedm_cli.stages.dynamics.realisation import RealisedLoop, realise_loop, write_realisation
@@ -68,15 +70,18 @@ def simulate(
 
     Raises
     ------
-    InputError : dynamics.h5 is missing or stale.
+    InputError : dynamics.h5 is missing or stale, or adjoint.h5 where a case has gradients within areas.
     ConfigError : requirements that do not fit, all at once.
     """
     ready = prepare(project)
-    loop, rows, frequency, config = ready.loop, ready.rows, ready.frequency_hz, ready.config
+    loop, frequency, config = ready.loop, ready.frequency_hz, ready.config
     outputs = tuple(dict.fromkeys(label for _, label in ready.judged))
-    temperature = temperature_model(project, config, rows.areas)
+    of_areas = temperature_model(project, config, ready.rows.areas)
+    gradients = case_gradients(project, config, read_outputs(project))
     for number, case_id in enumerate(case_ids):
         case = config.case(case_id, where=str(project.cases))
+        more = gradients.of(case_id)
+        rows, temperature = ready.rows.with_gradients(more), and_spectra(of_areas, more)
         noise = TemperatureNoise(temperature, correlation(case, rows.areas, temperature.heard))
         thermal = rows.driven_by(temperature, noise.correlation, frequency)
         step(number, len(case_ids), "closed loop")
@@ -92,7 +97,8 @@ def simulate(
         )
         path = output if output is not None else project.build_dir / simulation_file_name(case.id)
         matrix = config.case_table(case.id).matrix
-        inputs = [*ready.inputs, *table_paths(project, config), *([Path(matrix)] if matrix else [])]
+        used = [*ready.inputs, *gradients.sources(case_id)]
+        inputs = [*used, *table_paths(project, config), *([Path(matrix)] if matrix else [])]
         with create(path, KIND, provenance(ready.configs, inputs)) as writer:
             write_simulation(writer, result, [r.requirement for r in ready.requirements])
             if realised is not None:

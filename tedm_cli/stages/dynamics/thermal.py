@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,19 +30,40 @@ from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.self_gravity import read_self_gravity
+from tedm_cli.results.within import Gradients, and_numbers
 
 _AXES = LARGEST_ANGLE_RAD  # of a test mass in the layout against those in the model: more are two test masses
 
 
 @dataclass(frozen=True, eq=False)
 class ThermalRows:
-    """Accelerations [12, k] of the test masses and read-outs [15, k] per kelvin of the k areas."""
+    """Accelerations [12, k] of the test masses and read-outs [15, k] per kelvin of the k areas.
+
+    acceleration_label [12], read_out_label [15] : the outputs of sensitivity.h5 and optics.h5 that they are; empty
+    where there is none.
+    """
 
     areas: AreaTable
     area_id: IntArray
     acceleration: FloatArray
     read_out: FloatArray
     set_name: str
+    acceleration_label: list[str]
+    read_out_label: list[str]
+
+    def with_gradients(self, more: Gradients | None) -> ThermalRows:
+        """With gradients within areas behind the model's areas."""
+        if more is None:
+            return self
+        silent = np.zeros(len(more.areas))
+        by_label = {"": silent, **more.rows}
+        return replace(
+            self,
+            areas=self.areas.and_last(more.areas),
+            area_id=and_numbers(self.area_id, len(more.areas)),
+            acceleration=np.hstack([self.acceleration, [by_label[label] for label in self.acceleration_label]]),
+            read_out=np.hstack([self.read_out, [by_label[label] for label in self.read_out_label]]),
+        )
 
     def driven_by(
         self, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
@@ -88,19 +109,22 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
                 )
         k = len(areas)
         acceleration, read_out = np.zeros((len(STRAY), k)), np.zeros((len(COORDINATES), k))
+        labels = [""] * len(STRAY), [""] * len(COORDINATES)
         gravity, read_outs = read_self_gravity(s), read_read_outs(o)
         for label, row in zip(gravity.label, gravity.S, strict=True):
             name, _, rest = label.partition("_")
-            acceleration[STRAY.index(f"{names[name]}_{rest}")] = row
+            place = STRAY.index(f"{names[name]}_{rest}")
+            acceleration[place], labels[0][place] = row, label
         chosen = _chosen(read_outs.sets, wanted_set, project)
         for label, row in zip(read_outs.label, read_outs.N[chosen], strict=True):
             name, _, rest = label.rpartition("_")
             if name in names:
-                read_out[COORDINATES.index(f"{names[name]}_{rest}")] = row
+                place = COORDINATES.index(f"{names[name]}_{rest}")
+                read_out[place], labels[1][place] = row, f"{chosen}_{label}"
         for what, rows in ((f"{s_path}: /S", acceleration), (f"{o_path}: /N/{chosen}", read_out)):
             if not np.isfinite(rows).all():
                 raise InputError("has values that are not finite", where=what)
-        return ThermalRows(areas, s.array(SENSITIVITY_KIND.AREA_ID), acceleration, read_out, chosen)
+        return ThermalRows(areas, s.array(SENSITIVITY_KIND.AREA_ID), acceleration, read_out, chosen, *labels)
 
 
 def _chosen(sets: list[str], wanted: str | None, project: Project) -> str:

@@ -13,6 +13,7 @@ from tedm_cli.results.areas import unit_per
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_share, by_size, clean_sum, row_tables, sizes
 from tedm_cli.results.optics import ReadOuts
 from tedm_cli.results.titles import output_title
+from tedm_cli.results.within import Gradients
 from tedm_cli.results.wording import count
 
 _SHARE = "share: of the output's variance where all areas of a mean temperature fluctuate alike and independently"
@@ -40,6 +41,29 @@ def explain_area(name: str, areas: AreaTable, rows: Rows) -> Told:
     facts = (f"group {areas.group[i]}; {areas.shield[i]} the thermal shield; side {areas.side[i]}; load: {kind}",)
     notes = (f"{_SHARE}; rank: among {count(number, 'area')}",) if mean else ()
     return Told(name, "thermal area", name, facts, (table,), notes)
+
+
+def explain_gradient(name: str, of: Gradients, cases: Sequence[str], units: Mapping[str, str]) -> Told:
+    """What a gradient within areas does to every output; `units` of the outputs, by label."""
+    i = of.areas.name.tolist().index(name)
+    extent = float(of.extent_m[i])
+    listed: list[tuple[Cell, ...]] = [
+        (label, float(row[i]), unit_per(units[label], "K/m"), float(row[i]) / extent, unit_per(units[label], "K"))
+        for label, row in of.rows.items()
+    ]
+    columns = (
+        *(Column("output"), Column("value", "number"), Column("unit"), Column("across", "number"), Column("unit")),
+    )
+    areas = of.areas
+    axis = areas.kind[i].removeprefix("gradient_")
+    facts = (
+        f"group {areas.group[i]}; {areas.shield[i]} the thermal shield; side {areas.side[i]}; no unit load: from"
+        f" adjoint.h5; in case{'s' if len(cases) > 1 else ''} {', '.join(cases)}",
+        f"1 K/m along {axis} of the basic frame, {1e3 * extent:.4g} mm from end to end; {of.spectra[i].level_K:.3g}"
+        f" K/m/sqrt(Hz), {of.spectra[i].words()}",
+    )
+    note = "across: per kelvin of difference between the ends"
+    return Told(name, "gradient within areas", name, facts, (Table("outputs", columns, tuple(listed)),), (note,))
 
 
 def explain_group(name: str, areas: AreaTable, rows: Rows) -> Told:

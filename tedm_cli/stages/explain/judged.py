@@ -25,6 +25,7 @@ from tedm_cli.files.build_folder import (
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.gravity.requirements import ALL, AtRestLimit, DcVerdict
 from tedm_cli.noise.requirements import AppliedRequirement
+from tedm_cli.results.areas import read_areas
 from tedm_cli.results.dynamics import LoopOutput, read_simulation
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_share, by_size
 from tedm_cli.results.field import dc_verdicts
@@ -108,6 +109,12 @@ def explain_case(project: Project, name: str) -> Told:
             tables.append(Table(key, _NOISE, rows, ranked=True))
             notes += unread
             facts += [f"{'by itself' if kind is CASE else 'in closed loop'}: {line}" for line in _summary(rows)]
+    path = project.build_dir / case_file_name(name)
+    if path.exists():
+        with open_checked(path, CASE) as file:
+            areas = read_areas(file)
+        if areas.within.any():
+            facts.append(f"with gradients within areas: {', '.join(areas.name[areas.within].tolist())}")
     notes.append(f"`tedm run-case {name} -v` says what each verdict comes from")
     return Told(name, "case", table.title, tuple(facts), tuple(tables), tuple(notes))
 

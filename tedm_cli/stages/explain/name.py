@@ -28,9 +28,18 @@ from tedm_cli.noise.differences import terms
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.explained import Told, also, without_empty
 from tedm_cli.results.optics import ReadOuts, read_read_outs
+from tedm_cli.results.outputs import read_outputs
 from tedm_cli.results.self_gravity import read_self_gravity
+from tedm_cli.results.within import CaseGradients, case_gradients
 from tedm_cli.stages.common import known_name
-from tedm_cli.stages.explain.areas import Rows, explain_area, explain_difference, explain_element, explain_group
+from tedm_cli.stages.explain.areas import (
+    Rows,
+    explain_area,
+    explain_difference,
+    explain_element,
+    explain_gradient,
+    explain_group,
+)
 from tedm_cli.stages.explain.grids import explain_grids
 from tedm_cli.stages.explain.judged import (
     explain_case,
@@ -79,6 +88,7 @@ class _Files:
     gravity: Reader | None
     read_outs: ReadOuts | None
     rows: Rows
+    gradients: CaseGradients | None
     missing: tuple[Path, ...]
 
 
@@ -164,6 +174,7 @@ def _sorts(files: _Files, load: Load) -> list[tuple[str, Sequence[str], Teller]]
     sorts += [
         ("requirement", requirement_names(project), lambda n: explain_requirement(project, n)),
         ("thermal area", areas.name.tolist(), lambda n: explain_area(n, areas, rows)),
+        ("gradient within areas", _gradient_names(files), lambda n: _gradient(files, n)),
         ("group of thermal areas", sorted(set(areas.group.tolist())), lambda n: explain_group(n, areas, rows)),
     ]
     if gravity is not None:
@@ -202,6 +213,19 @@ def _of_set(load: Load, name: str, r: ReadOuts) -> tuple[str, Load]:
 def _gravity(files: _Files, name: str) -> Told:
     assert files.gravity is not None
     return without_empty(explain_self_gravity(files.project, files.gravity, name, ((1.0, name),)))
+
+
+def _gradient_names(files: _Files) -> list[str]:
+    found = files.gradients
+    return [] if found is None else [name for of in found.tables.values() for name in of.areas.name.tolist()]
+
+
+def _gradient(files: _Files, name: str) -> Told:
+    assert files.gradients is not None
+    found = files.gradients
+    number, of = next((n, of) for n, of in found.tables.items() if name in of.areas.name.tolist())
+    cases = [case_id for case_id in found.config.ids if number in found.config.within(case_id)]
+    return explain_gradient(name, of, cases, {label: unit for label, (unit, _) in files.rows.items()})
 
 
 def _difference(files: _Files, label: str) -> Told:
@@ -250,8 +274,14 @@ def _open(project: Project) -> Iterator[_Files]:
         gravity = next((f for f in files if f.kind is SENSITIVITY), None)
         read_out = next((f for f in files if f.kind is OPTICS), None)
         read_outs = None if read_out is None else read_read_outs(read_out)
-        missing = tuple(path for path, *_ in wanted if not path.exists())
-        yield _Files(project, files[0], gravity, read_outs, _rows(gravity, read_outs), missing)
+        missing = [path for path, *_ in wanted if not path.exists()]
+        of_cases = load_cases(project.cases)[1]
+        gradients = None
+        if of_cases.needs_adjoint and not missing:
+            gradients = case_gradients(project, of_cases, read_outputs(project))
+        if gradients is not None and gradients.path is not None and not gradients.path.exists():
+            missing.append(gradients.path)
+        yield _Files(project, files[0], gravity, read_outs, _rows(gravity, read_outs), gradients, tuple(missing))
 
 
 def _rows(gravity: Reader | None, r: ReadOuts | None) -> Rows:

@@ -10,10 +10,11 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import CASE
-from tedm_cli.errors import InputError
+from tedm_cli.errors import InputError, UsageError
 from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.contributions import share_weights
+from tedm_cli.noise.selection import listed
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.case_file import read_case, read_correlation
 from tedm_cli.stages.common import known_name
@@ -30,14 +31,14 @@ class Worst:
 
 
 def worst_of_cases(paths: Sequence[Path]) -> Worst | None:
-    """The worst verdict of the case files `paths`; None where nothing is judged."""
+    """The worst verdict of the case files `paths`; of cases without gradients within areas, which move no mesh."""
     found: list[Worst] = []
     for path in paths:
         with open_checked(path, CASE) as file:
-            case, areas = read_case(file), read_areas(file)
-            if case.judged:
+            case = read_case(file)
+            if case.judged and not case.areas.within.any():
                 worst = max(case.judged, key=lambda j: j.ratio)
-                area = str(areas.name[np.abs(worst.share).argmax()])
+                area = str(case.areas.name[np.abs(worst.share).argmax()])
                 found.append(Worst(case.id, worst.output, area, worst.ratio))
     return max(found, key=lambda w: w.ratio, default=None)
 
@@ -67,7 +68,16 @@ def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, f
     """Weights [k] that turn a term of an output into its share of the PSD, and the frequency (Hz): see `share_weights`.
 
     The frequency is that of the case's grid next to the output's binding frequency.
+
+    Raises
+    ------
+    UsageError : there is no such output; the case has gradients within areas, of which there are no displacements.
     """
+    within = read_areas(file).within
+    if within.any():
+        names = listed(np.array(file.strings(CASE.AREA_NAME))[within].tolist())
+        fact = f"case {file.string(CASE.CASE_ID)} has gradients within areas ({names}), which have no displacements"
+        raise UsageError(fact, hint="name a case without, or the areas of the model")
     o = file.strings(CASE.OUTPUT_LABEL).index(
         known_name(f"output of {file.path.name}", label, file.strings(CASE.OUTPUT_LABEL))
     )

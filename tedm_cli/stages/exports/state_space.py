@@ -27,6 +27,7 @@ from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.build_folder import require_current
 from tedm_cli.results.case_file import read_psd
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
+from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients, with_gradients
 from tedm_cli.stages.exports.case import destination
 
 DEFAULT_TOLERANCE = 0.01
@@ -43,13 +44,15 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class _Inputs:
-    """What all cases have in common: the project, its cases file as read, the outputs and the temperatures' model."""
+    """What all cases have in common: the project, its cases file as read, the outputs and the temperatures' model; and
+    what each has of gradients within areas."""
 
     project: Project
     file: ConfigFile
     config: CasesConfig
     outputs: ModelOutputs
     temperature: TemperatureModel
+    gradients: CaseGradients
 
 
 @dataclass(frozen=True)
@@ -84,8 +87,8 @@ def export_state_space(
     places = [destination(project.build_dir, f"{_stem(i)}_state_space", fmt, output, len(ids)) for i in ids]
     file, config = load_cases(project.cases)
     outputs = read_outputs(project)
-    outputs = outputs.with_differences(config.applied_requirements())
-    inputs = _Inputs(project, file, config, outputs, temperature_model(project, config, outputs.areas))
+    temperature = temperature_model(project, config, outputs.areas)
+    inputs = _Inputs(project, file, config, outputs, temperature, case_gradients(project, config, outputs))
     return [_export(inputs, case_id, fmt, place, wanted) for case_id, place in zip(ids, places, strict=True)]
 
 
@@ -94,7 +97,9 @@ def _stem(case_id: str) -> str:
 
 
 def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str], wanted: Wanted) -> ExportedSystem:
-    project, config, outputs, temperature = inputs.project, inputs.config, inputs.outputs, inputs.temperature
+    project, config, more = inputs.project, inputs.config, inputs.gradients.of(case_id)
+    outputs = with_gradients(inputs.outputs, more).with_differences(config.applied_requirements())
+    temperature = and_spectra(inputs.temperature, more)
     case = config.case(case_id, where=str(project.cases))
     source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
     band = (config.frequency.min_hz, config.frequency.max_hz)
@@ -103,7 +108,7 @@ def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str],
     frequency = config.frequency_hz()
     path = project.build_dir / case_file_name(case_id)
     if path.exists():
-        psd, compared = _stored(inputs, case_id, path), path.name
+        psd, compared = _stored(inputs, case_id, path, outputs.labels), path.name
     else:
         psd = source.psd(outputs.rows, frequency)
         compared = "the exact spectra"
@@ -150,11 +155,12 @@ def _notes(
     ]
 
 
-def _stored(inputs: _Inputs, case_id: str, path: Path) -> FloatArray:
+def _stored(inputs: _Inputs, case_id: str, path: Path, labels: Sequence[str]) -> FloatArray:
     """The PSDs [n_out, F] of a case file, which must be of the present sensitivities and configuration."""
     with open_checked(path, CASE) as stored:
-        require_current(stored, case_id, input_files(inputs.outputs.sources), [inputs.file])
-        return read_psd(stored, inputs.outputs.labels)
+        used = [*inputs.outputs.sources, *inputs.gradients.sources(case_id)]
+        require_current(stored, case_id, input_files(used), [inputs.file])
+        return read_psd(stored, labels)
 
 
 def _deviation(psd: FloatArray, wanted: FloatArray) -> float:

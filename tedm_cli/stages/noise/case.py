@@ -6,20 +6,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.arrays import BoolArray, FloatArray
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
-from tedm_cli.config.temperature import SpectrumColumns
+from tedm_cli.config.temperature_spectrum import SpectrumColumns
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.files.build_folder import case_file_name, provenance
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import create
-from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, judged_outputs, run_case
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.noise.log_spectrum import require_speckit
@@ -28,6 +27,7 @@ from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
+from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients, with_gradients
 from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
 
 _REFUSED_TOO = "; refused too: "
@@ -37,7 +37,8 @@ _REFUSED_TOO = "; refused too: "
 class CaseSetting:
     """What all cases of a project share: `file`, the cases file, as `config`; the outputs, and what judges them.
 
-    `temperature` is of the areas of the outputs; frequency_hz : [F].
+    `temperature` is of the areas of the outputs, which are the model's; frequency_hz : [F]. gradients : within areas,
+    as far as the cases have them.
     """
 
     file: ConfigFile
@@ -46,10 +47,25 @@ class CaseSetting:
     temperature: TemperatureModel
     frequency_hz: FloatArray
     criteria: Criteria
+    gradients: CaseGradients
+
+    def outputs_of(self, case_id: str) -> ModelOutputs:
+        """The outputs, and their differences, with the columns of what the case has beside the model's areas."""
+        outputs = with_gradients(self.outputs, self.gradients.of(case_id))
+        return outputs.with_differences(self.criteria.requirements)
+
+    def temperature_of(self, case_id: str) -> TemperatureModel:
+        """Of the areas of `outputs_of`."""
+        return and_spectra(self.temperature, self.gradients.of(case_id))
+
+    def correlation(self, case: CorrelationCase) -> Correlation:
+        """Of the areas of `outputs_of`; raises what `noise.correlation.correlation` does."""
+        return correlation(case, self.outputs_of(case.id).areas, self.temperature_of(case.id).heard)
 
     def run(self, case: CorrelationCase, found: Correlation) -> CaseResult:
         """One case, whose correlation of the areas has been `found`."""
-        return run_case(case, self.outputs, self.temperature, self.frequency_hz, self.criteria, found)
+        outputs, temperature = self.outputs_of(case.id), self.temperature_of(case.id)
+        return run_case(case, outputs, temperature, self.frequency_hz, self.criteria, found)
 
 
 def case_setting(
@@ -70,14 +86,15 @@ def case_setting(
     model = load_model(project.model)[1]
     halves_of(project, model).require_judgeable(criteria.requirements, where=project.cases)
     require_parallel(project, criteria.requirements, model)
-    outputs = read_outputs(project).with_differences(criteria.requirements)
+    outputs = read_outputs(project)
     temperature = temperature_model(project, config, outputs.areas, tables)
     frequency = config.frequency_hz()
     try:  # what is wrong with requirements is wrong in every case
-        judged_outputs(criteria, outputs, frequency)
+        judged_outputs(criteria, outputs.with_differences(criteria.requirements), frequency)
     except ConfigError as error:
         raise ConfigError(error.problems, where=str(project.cases)) from None
-    return CaseSetting(file, config, outputs, temperature, frequency, criteria)
+    gradients = case_gradients(project, config, outputs, tables)
+    return CaseSetting(file, config, outputs, temperature, frequency, criteria, gradients)
 
 
 def run_cases(
@@ -94,8 +111,8 @@ def run_cases(
     is told of all their problems at once, before, and the same is raised at the end.
     """
     setting = case_setting(project, *load_cases(project.cases))
-    config, outputs, criteria = setting.config, setting.outputs, setting.criteria
-    fitting, refused = _checked(config, case_ids, outputs.areas, setting.temperature.heard, project.cases)
+    config, criteria = setting.config, setting.criteria
+    fitting, refused = _checked(setting, case_ids, project.cases)
     known = len(refused)
     problem = _together(refused, project.cases) if refused else None
     if problem is not None and fitting:
@@ -110,9 +127,12 @@ def run_cases(
             refused[case.id] = error
             continue
         matrix = config.case_table(case.id).matrix
-        inputs = [*outputs.sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
+        used = [*setting.outputs.sources, *setting.gradients.sources(case.id)]
+        inputs = [*used, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
         with create(path, CASE, provenance([setting.file], inputs)) as writer:
-            write_case(writer, result, outputs.area_id, [r.requirement for r in criteria.requirements])
+            write_case(
+                writer, result, setting.outputs_of(case.id).area_id, [r.requirement for r in criteria.requirements]
+            )
             if realised is not None:
                 write_realisation(writer, realised)
         done(path, result, realised)
@@ -124,15 +144,15 @@ def run_cases(
 
 
 def _checked(
-    config: CasesConfig, case_ids: Sequence[str], areas: AreaTable, heard: BoolArray, where: Path
+    setting: CaseSetting, case_ids: Sequence[str], where: Path
 ) -> tuple[list[tuple[CorrelationCase, Correlation]], dict[str, TedmError]]:
     """The cases that fit the model with their correlations, and what is wrong with each of the others, by id."""
     fitting: list[tuple[CorrelationCase, Correlation]] = []
     refused: dict[str, TedmError] = {}
     for case_id in case_ids:
         try:
-            case = config.case(case_id, where=str(where))
-            fitting.append((case, correlation(case, areas, heard)))
+            case = setting.config.case(case_id, where=str(where))
+            fitting.append((case, setting.correlation(case)))
         except TedmError as error:
             refused[case_id] = error
     return fitting, refused

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import OPTICS
 from tedm_cli.figures.pages import MapPage
 from tedm_cli.files.store import Reader
@@ -13,7 +14,7 @@ from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.adjoint_map import OutputMap
-from tedm_cli.results.case_file import read_temperature
+from tedm_cli.results.case_file import read_temperatures
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series
 from tedm_cli.results.field import dc_verdicts
@@ -50,10 +51,10 @@ def certainty(cases: Sequence[CaseNoise], kind: str) -> Figure:
     return certainty_figure(cases, kind)
 
 
-def contributors(case: CaseNoise, j: JudgedOutput, areas: AreaTable) -> Figure:
+def contributors(case: CaseNoise, j: JudgedOutput) -> Figure:
     from tedm_cli.figures.contributors import contributors_figure
 
-    return contributors_figure(case, j, areas)
+    return contributors_figure(case, j)
 
 
 def improvement(case: CaseNoise, j: JudgedOutput) -> Figure:
@@ -62,10 +63,16 @@ def improvement(case: CaseNoise, j: JudgedOutput) -> Figure:
     return improvement_figure(case, j)
 
 
-def temperature(case: Reader) -> Figure:
+def temperature(cases: Sequence[Reader]) -> Figure:
     from tedm_cli.figures.spectra import temperature_figure
 
-    return temperature_figure(read_temperature(case))
+    return temperature_figure(read_temperatures(cases))
+
+
+def field_ratio(length_mm: FloatArray, ratio: Mapping[str, FloatArray], title: str) -> Figure:
+    from tedm_cli.figures.field_ratio import field_ratio_figure
+
+    return field_ratio_figure(length_mm, ratio, title)
 
 
 def self_gravity_by_area(page: MapPage, areas: AreaTable) -> Figure:

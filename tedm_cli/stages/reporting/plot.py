@@ -24,7 +24,14 @@ from tedm_cli.results.build_folder import Matrices, Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.deciding import worth_showing
 from tedm_cli.results.field import dc_verdicts, place_text
-from tedm_cli.results.noise import REALISATION_CONFIDENCE, CaseNoise, NamedImprovement, kinds_of, titled
+from tedm_cli.results.noise import (
+    REALISATION_CONFIDENCE,
+    CaseNoise,
+    NamedImprovement,
+    kinds_of,
+    temperature_words,
+    titled,
+)
 from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, quantity
@@ -146,7 +153,7 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
                 "contributors",
                 f"What the noise of the {title} is made of in case {case.id}. Negative bars reduce the total.",
                 (only,),
-                partial(draw.contributors, case, judged, areas),
+                partial(draw.contributors, case, judged),
                 decides=place == 0,
             )
             add(
@@ -161,12 +168,13 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
                 partial(draw.improvement, case, judged),
                 decides=place == 0 and not judged.passed,
             )
+    shown = _with_own_temperatures(cases)
     add(
         "temperature.svg",
         "all cases",
-        f"Temperature noise: {cases[0].temperature}.",
-        all_cases[:1],
-        partial(draw.temperature, results.cases[0]),
+        f"Temperature noise: {temperature_words({c.id: c.temperature for c in cases})}.",
+        tuple(all_cases[i] for i in shown),
+        partial(draw.temperature, [results.cases[i] for i in shown]),
     )
     specs += adjoint_specs(results, cases)
     if results.gravity is not None:
@@ -223,6 +231,11 @@ def _gravity_specs(gravity: Matrices, areas: AreaTable) -> list[FigureSpec]:
 def _worst_filters(cases: list[CaseNoise], kind: str) -> bool:
     """Whether the worst output of a case was tried with other temperature filters: there is a low-pass."""
     return any(c.worst(kind).filter_ratio is not None for c in cases if c.of_kind(kind))
+
+
+def _with_own_temperatures(cases: Sequence[CaseNoise]) -> list[int]:
+    """The first case, whose spectra of the model's areas are those of all, and those with gradients within areas."""
+    return [number for number, case in enumerate(cases) if not number or case.areas.within.any()]
 
 
 def _levels_words(improvement: NamedImprovement) -> str:

@@ -16,6 +16,7 @@ from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.report.where import binding_output
+from tedm_cli.results.adjoint import field_ratio, read_field_error
 from tedm_cli.results.adjoint_map import has_map, read_map, read_mapped_model
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.deciding import without_repeats
@@ -54,6 +55,21 @@ def adjoint_specs(results: Results, cases: Sequence[CaseNoise]) -> list[FigureSp
                 (f"{source.path.name} {source.sha256}",),
                 partial(draw.adjoint_map, views, found, bound, f"Where a kelvin acts: {title}", unit),
                 decides=label == first,
+            )
+        )
+    told = {label: field_ratio(adjoint, label) for label in (names.split(", ")[0] for names in judged)}
+    ratios = {label: of[1] for label, of in told.items() if of is not None}
+    lengths = read_field_error(adjoint)
+    if ratios and lengths is not None:
+        specs.append(
+            FigureSpec(
+                "areas_against_a_field.svg",
+                SECTION,
+                "How much areas of one temperature tell of even temperature fields, over their correlation length: root"
+                " mean square of each judged output by the means over the areas, over that of the field. Below 1: what"
+                " differs within the areas does the rest.",
+                (f"{source.path.name} {source.sha256}",),
+                partial(draw.field_ratio, 1e3 * lengths.length_m, ratios, "Thermal areas against a temperature field"),
             )
         )
     return specs

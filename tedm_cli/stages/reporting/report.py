@@ -21,7 +21,7 @@ from tedm_cli.report.inline import read_figure
 from tedm_cli.report.markdown import to_markdown
 from tedm_cli.report.provenance import ReportFile
 from tedm_cli.report.where import Where, binding_output
-from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.results.adjoint import AdjointResults, field_ratio, read_adjoint
 from tedm_cli.results.adjoint_map import has_map, read_map, read_mapped_model
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
@@ -158,7 +158,9 @@ def _where(results: Results, unit_loads: Reader, cases: Sequence[CaseNoise]) -> 
         return Where(no_map="; ".join(adjoint.strings(ADJOINT.REFUSAL)))
     if not has_map(adjoint, label):
         return Where(no_map=f"{adjoint.path.name} was made without {label}")
-    return Where(read_map(adjoint, label), read_mapped_model(adjoint, unit_loads))
+    found = field_ratio(adjoint, label)
+    lengths, ratio = (None, None) if found is None else found
+    return Where(read_map(adjoint, label), read_mapped_model(adjoint, unit_loads), length_m=lengths, ratio=ratio)
 
 
 def _front(table: ReportTable) -> Front:

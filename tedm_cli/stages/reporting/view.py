@@ -68,7 +68,8 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
         for file in (results.distortion, *(m.reader for m in results.matrices)):
             for one in used:
                 require_input(file, one)
-        outputs = read_outputs(project).with_differences(results.config.applied_requirements())
+        of_model = read_outputs(project)
+        outputs = of_model.with_differences(results.config.applied_requirements())
         drawing = _drawing(project, results, unit, outputs.areas, most_numbers, step)
         content = ViewModel(
             title=project.title,
@@ -79,7 +80,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
             outputs=outputs,
             output_titles=[capital(output_title(label)) for label in outputs.labels],
             limits=limits_of(results.cases, results.requirement_titles),
-            cases=case_views(project, results, outputs, step),
+            cases=case_views(project, results, of_model, step),
             series=series_films(project, results, outputs.areas),
             drawing=drawing,
             half=results.half,

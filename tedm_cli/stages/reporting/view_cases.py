@@ -23,6 +23,8 @@ from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.case_file import read_case, read_correlation
 from tedm_cli.results.noise import CaseNoise, titled
+from tedm_cli.results.outputs import ModelOutputs
+from tedm_cli.results.within import and_spectra, case_gradients, with_gradients
 from tedm_cli.results.wording import mhz_text
 from tedm_cli.view.patterns import typical_pattern
 from tedm_cli.view.payload import CaseView, Film, Limits, VerdictView
@@ -31,6 +33,7 @@ SAMPLES = 256
 FILM_NUMBERS = 2_000_000  # of all cases: 4 MB before they are deflated; of many areas and cases there are fewer samples
 _FEWEST = 16
 SEED = 1
+_NOT_SHOWN = "Its gradients within areas are in its spectra and ratios, but move nothing on this page."
 _PER_PERIOD = 16  # samples in a period of the lowest frequency of the requirements
 _RESOLVED = 16  # the filters of a realisation, 128 periods long, resolve the lowest frequency over this
 
@@ -43,33 +46,39 @@ def limits_of(cases: Sequence[Reader], titles: Mapping[str, str]) -> Limits:
     return Limits(first.frequency_hz, [q.name for q in limits], [q.plain for q in limits], amplitude)
 
 
-def case_views(project: Project, results: Results, outputs: Outputs, step: Step) -> list[CaseView]:
-    """Every case, with a realisation where its noise can be held."""
-    temperature = temperature_model(project, results.config, outputs.areas)
-    films = len(outputs.areas) * len(results.cases)
+def case_views(project: Project, results: Results, outputs: ModelOutputs, step: Step) -> list[CaseView]:
+    """Every case, with a realisation where its noise can be held, of the areas of the model: these alone move it."""
+    of_areas = temperature_model(project, results.config, outputs.areas)
+    gradients = case_gradients(project, results.config, outputs)
+    k = len(outputs.areas)
+    films = k * len(results.cases)
     samples = max(_FEWEST, min(SAMPLES, FILM_NUMBERS // films))
     views = []
     for number, file in enumerate(results.cases):
         step(number, len(results.cases), "realising cases")
         case = read_case(file)
+        more = gradients.of(case.id)
+        own = with_gradients(outputs, more).with_differences(results.config.applied_requirements())
+        temperature = and_spectra(of_areas, more)
         views.append(
             CaseView(
                 id=case.id,
                 title=case.title,
                 role=case.role,
-                reason=case.reason,
+                reason=case.reason if more is None else f"{case.reason} {_NOT_SHOWN}".strip(),
                 safety_factor=case.safety_factor,
                 temperature=case.temperature,
-                silent=np.flatnonzero(~case.active),
-                verdicts=_verdicts(file, case, outputs),
-                film=_realisation(project, results.config, case.id, temperature, outputs, samples),
+                silent=np.flatnonzero(~case.active[:k]),
+                verdicts=_verdicts(file, case, own, k),
+                film=_realisation(project, results.config, case.id, temperature, own, k, samples),
             )
         )
     step(len(results.cases), len(results.cases), "realising cases")
     return views
 
 
-def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs) -> list[VerdictView]:
+def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs, k: int) -> list[VerdictView]:
+    """The verdicts of a case, and temperatures of the first k areas that go with them."""
     found = read_correlation(file)
     spectrum, asd = file.array(CASE.TEMPERATURE_SPECTRUM), file.array(CASE.TEMPERATURE_ASD)
     extremal = file.array(CASE.EXTREMAL.of("maximum"))
@@ -90,8 +99,8 @@ def _verdicts(file: Reader, case: CaseNoise, outputs: Outputs) -> list[VerdictVi
                 hz=judged.binding_hz,
                 asd=judged.asd,
                 pattern_hz=float(case.frequency_hz[f]),
-                typical=typical_pattern(outputs.rows[output], amplitude, real, float(judged.asd[f])),
-                worst=sign * amplitude,  # all contributions add up: the bound
+                typical=typical_pattern(outputs.rows[output], amplitude, real, float(judged.asd[f]))[:k],
+                worst=(sign * amplitude)[:k],  # all contributions add up: the bound
             )
         )
     return views
@@ -103,9 +112,10 @@ def _realisation(
     case_id: str,
     temperature: TemperatureModel,
     outputs: Outputs,
+    k: int,
     samples: int,
 ) -> Film | None:
-    """A few periods of the lowest frequency that is judged, sampled finely enough to be played."""
+    """A few periods of the lowest frequency that is judged, sampled finely enough to be played; of the first areas."""
     case = config.case(case_id, where=str(project.cases))
     source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
     lowest = config.lowest_band_hz()
@@ -116,7 +126,7 @@ def _realisation(
         blocks = list(temperature_blocks(source, Plan(rate, samples, SEED, low, high, lowest)))
     except InputError:  # delays of more past noise than is held; the case is shown without a realisation
         return None
-    values: FloatArray = np.concatenate(blocks, axis=1)
+    values: FloatArray = np.concatenate(blocks, axis=1)[:k]
     words = (
         f"one realisation of the temperatures of this case, seed {SEED}: {samples} samples, {1.0 / rate:.4g} s apart,"
         f" with the case's spectrum from {mhz_text(low)}, below which it is level, to {mhz_text(high)}"
