@@ -140,14 +140,16 @@ SIZE_OPTION = $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM))
 LTP_LAYOUT := $(or $(OPTICS_TOML),configs/optics.toml)
 LISA_LAYOUT := $(or $(OPTICS_TOML),configs/lisa_like/optics.toml)
 
-$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(LTP_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
+LTP_IMPORTED := $(addprefix sample_models/,deck_cards.py ltp_like_assumptions.py ltp_like_network.py ltp_like_solids.py)
+
+$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(LTP_IMPORTED) $(LTP_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
 	$(BIN)/python $< $(SIZE_OPTION) --layout $(LTP_LAYOUT) -o $@
 
-$(BUILD)/lisa.bdf: sample_models/lisa_like.py sample_models/lisa_like_layout.py sample_models/ltp_like.py $(LISA_LAYOUT) \
-		$(BUILD)/element_size | $(RUN_STAMP)
+$(BUILD)/lisa.bdf: $(addprefix sample_models/,lisa_like.py lisa_like_layout.py deck_cards.py ltp_like_solids.py) \
+		$(LISA_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
 	$(BIN)/python $< $(SIZE_OPTION) --layout $(LISA_LAYOUT) -o $@
 
-$(BUILD)/ltp_areas.csv: $(BUILD)/ltp.bdf ;
+$(BUILD)/ltp_areas.csv $(patsubst %,$(BUILD)/thermal_%.csv,nodes conductors powers elements): $(BUILD)/ltp.bdf ;
 $(BUILD)/lisa_areas.csv: $(BUILD)/lisa.bdf ;
 
 # Written anew only when the variable has another value than last time.

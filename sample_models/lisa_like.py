@@ -21,8 +21,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from deck_cards import field8, footprint, grid_card, list_card, real8, round_bar
 from lisa_like_layout import placed
-from ltp_like import field8, footprint, grid_card, list_card, real8, round_bar
 from ltp_like_solids import Block, Mesh, fill, subdivide
 
 # name: (material id, E [Pa], Poisson's ratio, density [kg/m3], expansion [1/K]); handbook values, rounded

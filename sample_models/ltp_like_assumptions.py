@@ -79,6 +79,7 @@ CONTACT = Table(
     "W/(m2 K)",
     {
         "BRACKET and EH": (500.0, f"bolts: {ASSUMED}"),
+        "BRACKET and FLANGE": (500.0, f"bolts: {ASSUMED}"),
         "BRACKET and OB": (200.0, f"bolts into inserts: {ASSUMED}"),
         "BRACKET and VE": (500.0, f"bolts: {ASSUMED}"),
         "CAGING and VE": (500.0, f"bolts: {ASSUMED}"),

@@ -1,7 +1,7 @@
 """The thermal network of the LTP-like sample, from the same blocks as its deck. Synthetic, not flight data.
 
-`write_network` writes four tables beside the deck: `thermal_nodes.csv`, `thermal_conductors.csv`, `thermal_powers.csv`, and
-`thermal_elements.csv` with the finite elements of each node. The nodes are parts of the thermal areas, and what carries no
+`write_network` writes four tables beside the deck: `thermal_nodes.csv`, `thermal_conductors.csv`, `thermal_powers.csv`,
+and `thermal_elements.csv` with the finite elements of each node. Nodes are parts of the thermal areas, and what has no
 element: test masses, units, the two skins of the thermal shield's panels, the spacecraft's panels (boundaries).
 
 * Capacity: mass times specific heat.
@@ -117,13 +117,12 @@ def emittance(node: str) -> float:
 
 @dataclass
 class Solids:
-    """The coarsest cells of the blocks and the test masses: names of nodes, and of each cell its node, -1 where void."""
+    """Blocks and test masses as coarse cells: planes and centroids (mm), volumes (m3), each cell's node or -1."""
 
     planes: list[np.ndarray]
     names: list[str]
     of: np.ndarray
     material: list[str]
-    density: list[float]
     volume: np.ndarray
     centroid: np.ndarray
 
@@ -131,33 +130,27 @@ class Solids:
 def solids(detail: str) -> Solids:
     half = TEST_MASS_HALF
     masses = [
-        Block(f"TM{n}", "gold_platinum", (sx * TEST_MASS_X - half, sx * TEST_MASS_X + half), (-half, half), (-half, half))
-        for n, sx in ((1, -1), (2, 1))
+        Block(f"TM{n}", "gold_platinum", (x - half, x + half), (-half, half), (-half, half))
+        for n, x in ((1, -TEST_MASS_X), (2, TEST_MASS_X))
     ]
-    faces = [[sx * TEST_MASS_X + u for sx in (-1, 1) for u in (-half, half)], [-half, half], [-half, half]]
-    all_blocks = [*blocks(detail), *masses]
+    faces = [[x + u for x in (-TEST_MASS_X, TEST_MASS_X) for u in (-half, half)], [-half, half], [-half, half]]
     planes = [np.unique([*p, *f]) for p, f in zip(grid_planes(detail, math.inf), faces, strict=True)]
+    all_blocks = [*blocks(detail), *masses]
     owner = owners((planes[0], planes[1], planes[2]), all_blocks)
-    centres, edges = [(p[:-1] + p[1:]) / 2 for p in planes], [np.diff(p) for p in planes]
-    of, numbers = np.full(owner.shape, -1), dict[str, int]()
-    material, density, volume, moment = list[str](), list[float](), list[float](), list[np.ndarray]()
-    for n, block in enumerate(all_blocks):
-        for cell in np.argwhere(owner == n):
-            at = np.array([c[i] for c, i in zip(centres, cell, strict=True)])
-            number = numbers.setdefault(node_of(detail, block.area, at), len(numbers))
-            if number == len(volume):
-                material.append(str(block.material))
-                density.append(
-                    MASS["test mass"] / (2 * half * MM) ** 3 if block.area[:2] == "TM" else MATERIALS[material[-1]][3]
-                )
-                volume.append(0.0)
-                moment.append(np.zeros(3))
-            size = float(np.prod([e[i] for e, i in zip(edges, cell, strict=True)]))
-            volume[number] += size
-            moment[number] += size * at
-            of[tuple(cell)] = number
-    sizes = np.array(volume)
-    return Solids(planes, list(numbers), of, material, density, sizes * MM**3, np.array(moment) / sizes[:, None])
+    cells = np.argwhere(owner >= 0)
+    cells = cells[np.argsort(owner[tuple(cells.T)], kind="stable")]  # nodes in the order of their blocks
+    own = [all_blocks[n] for n in owner[tuple(cells.T)]]
+    at = np.stack([((p[:-1] + p[1:]) / 2)[i] for p, i in zip(planes, cells.T, strict=True)], axis=1)
+    size = np.prod([np.diff(p)[i] for p, i in zip(planes, cells.T, strict=True)], axis=0)
+    node = [node_of(detail, block.area, place) for block, place in zip(own, at, strict=True)]
+    material = {name: str(block.material) for name, block in zip(node, own, strict=True)}
+    names = list(material)
+    number = np.array([names.index(name) for name in node])
+    of = np.full(owner.shape, -1)
+    of[tuple(cells.T)] = number
+    volume = np.bincount(number, size)
+    centroid = np.stack([np.bincount(number, size * at[:, axis]) / volume for axis in range(3)], axis=1)
+    return Solids(planes, names, of, list(material.values()), volume * MM**3, centroid)
 
 
 def conduct(net: Network, s: Solids) -> None:
@@ -288,8 +281,9 @@ def instrument(net: Network, detail: str, find: Callable[[np.ndarray], str], ele
 def network(detail: str, elements: Sequence[dict]) -> Network:
     """The whole network; `elements` are those of the optical layout."""
     net, s = Network(), solids(detail)
-    for name, material, density, volume, at in zip(s.names, s.material, s.density, s.volume, s.centroid, strict=True):
-        net.node(name, float(volume) * density * C_P[material], at)
+    for name, material, volume, at in zip(s.names, s.material, s.volume, s.centroid, strict=True):
+        kg = MASS["test mass"] if part(name) == "TM" else float(volume) * MATERIALS[material][3]
+        net.node(name, kg * C_P[material], at)
     conduct(net, s)
     suspend(net, detail)
     spacecraft(net)
@@ -298,7 +292,7 @@ def network(detail: str, elements: Sequence[dict]) -> Network:
 
     def find(at: np.ndarray) -> str:
         """The node of the bench whose cell is next below a place (mm), or nearest to it."""
-        near = min(bench, key=lambda n: float(np.linalg.norm((s.centroid[n] - at))))
+        near = min(bench, key=lambda n: float(np.linalg.norm(s.centroid[n] - at)))
         cell = [int(np.clip(np.searchsorted(p, v) - 1, 0, len(p) - 2)) for p, v in zip(s.planes, at, strict=True)]
         below = [n for n in s.of[cell[0], cell[1], : cell[2] + 1] if n in bench]
         return s.names[below[-1] if below else near]
@@ -310,7 +304,10 @@ def network(detail: str, elements: Sequence[dict]) -> Network:
 def write_network(
     detail: str, m: Mesh, bars: Sequence[tuple[int, str]], elements: Sequence[dict], folder: Path
 ) -> None:
-    """The four tables into a folder: of the solids of a mesh, numbered from 1, and of bars (element id, area), four to a strut."""
+    """Write the tables into a folder.
+
+    The elements of the mesh are numbered from 1; `bars` are (element id, area), four to a strut from its hub on.
+    """
     net = network(detail, elements)
     number = {name: n for n, name in enumerate(net.nodes)}
 
