@@ -67,9 +67,12 @@ def _fit(wanted: FloatArray, x: FloatArray) -> FloatArray:
     at = np.stack([np.log(order), corner])
     for _ in range(_STEPS):
         normal = np.einsum("pfi,pfj->pij", jacobian, jacobian)
-        normal[:, [0, 1], [0, 1]] *= 1.0 + damping[:, None]
-        normal[:, [0, 1], [0, 1]] += 1e-300
         down = np.einsum("pfi,pf->pi", jacobian, residual)
+        normal[:, [0, 1], [0, 1]] *= 1.0 + damping[:, None]
+        for i, (least, most) in enumerate(bounds):  # what is at an end, and would go beyond it, stays there
+            held = ((at[i] <= least) & (down[:, i] < 0.0)) | ((at[i] >= most) & (down[:, i] > 0.0))
+            down[held, i] = normal[held, 0, 1] = normal[held, 1, 0] = 0.0
+        normal[:, [0, 1], [0, 1]] += 1e-300
         det = normal[:, 0, 0] * normal[:, 1, 1] - normal[:, 0, 1] ** 2
         det = np.where(det > 0.0, det, np.inf)
         step = np.stack([
