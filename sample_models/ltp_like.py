@@ -28,6 +28,7 @@ from ltp_like_solids import (
     HUB_MASSES,
     MATERIALS,
     MM,
+    STRUT_BARS,
     STRUT_RADIUS_M,
     TEST_MASS_X,
     Mesh,
@@ -116,9 +117,9 @@ def suspension(
         yield list_card(["RBE2", eid, hub, 123], (int(i) + 1 for i in face))
         for strut in both:
             ids = [hub]
-            for j in range(1, 5):
+            for j in range(1, STRUT_BARS + 1):
                 gid = 800000 + 100 * strut.number + j
-                yield grid_card(gid, np.round(centre + (strut.end - centre) * j / 4, 6))
+                yield grid_card(gid, np.round(centre + (strut.end - centre) * j / STRUT_BARS, 6))
                 areas.append((gid, f"STRUT_{strut.number}"))
                 ids.append(gid)
             for a, b in pairwise(ids):

@@ -40,6 +40,7 @@ from ltp_like_solids import (
     HUB_MASSES,
     MATERIALS,
     MM,
+    STRUT_BARS,
     STRUT_RADIUS_M,
     TEST_MASS_X,
     Block,
@@ -236,25 +237,25 @@ def spacecraft(net: Network) -> None:
 
 
 def suspend(net: Network, detail: str) -> None:
-    """Struts in two halves each, and the hubs where they meet their flange."""
+    """Struts, a node for each of their bars from the hub on, and the hubs where they meet their flange."""
     section = math.pi * STRUT_RADIUS_M**2
     for strut in struts(detail):
-        hub, name = f"HUB_{strut.flange}", f"STRUT_{strut.number}"
-        side = "SC_PLUS_Y" if strut.end[1] > 0 else "SC_MINUS_Y"
+        hub, side = f"HUB_{strut.flange}", "SC_PLUS_Y" if strut.end[1] > 0 else "SC_MINUS_Y"
         if hub not in net.nodes:
             kg = HUB_MASSES.get(strut.flange, 0.0) if detail == "small" else 0.0
             net.node(hub, kg * C_P["electronics"], strut.hub)
             net.join(f"FLANGE_{strut.flange}", hub, gl=LINK["flange to hub"])
-        length = float(np.linalg.norm(strut.end - strut.hub)) * MM
-        capacity = section * length / 2 * MATERIALS["glass_fibre"][3] * C_P["glass_fibre"]
-        quarter = K["glass_fibre"] * section / (length / 4)
-        for n, half in enumerate(("INNER", "OUTER")):
-            net.node(f"{name}_{half}", capacity, strut.hub + (strut.end - strut.hub) * (0.25 + 0.5 * n))
-            wall = math.pi * STRUT_RADIUS_M * length
-            net.join(f"{name}_{half}", side, gr=wall * plates(emittance("STRUT"), emittance("SC")))
-        net.join(hub, f"{name}_INNER", gl=quarter)
-        net.join(f"{name}_INNER", f"{name}_OUTER", gl=quarter / 2)
-        net.join(f"{name}_OUTER", side, gl=quarter)
+        length = float(np.linalg.norm(strut.end - strut.hub)) * MM / STRUT_BARS
+        capacity = section * length * MATERIALS["glass_fibre"][3] * C_P["glass_fibre"]
+        along = K["glass_fibre"] * section / length
+        before, gl = hub, 2 * along
+        for n in range(STRUT_BARS):
+            bar = f"STRUT_{strut.number}_{n + 1}"
+            net.node(bar, capacity, strut.hub + (strut.end - strut.hub) * (n + 0.5) / STRUT_BARS)
+            net.join(before, bar, gl=gl)
+            net.join(bar, side, gr=2 * math.pi * STRUT_RADIUS_M * length * plates(emittance("STRUT"), emittance("SC")))
+            before, gl = bar, along
+        net.join(before, side, gl=2 * along)
 
 
 def instrument(net: Network, detail: str, find: Callable[[np.ndarray], str], elements: Iterable[dict]) -> None:
@@ -306,7 +307,7 @@ def write_network(
 ) -> None:
     """Write the tables into a folder.
 
-    The elements of the mesh are numbered from 1; `bars` are (element id, area), four to a strut from its hub on.
+    The elements of the mesh are numbered from 1; `bars` are (element id, area), those of each strut from its hub on.
     """
     net = network(detail, elements)
     number = {name: n for n, name in enumerate(net.nodes)}
@@ -328,5 +329,5 @@ def write_network(
         for eid, (corners, block) in enumerate(zip(m.hexes, m.block, strict=True), start=1)
     ]
     for n, (eid, area) in enumerate(bars):
-        of_elements.append((f"{area}_{'INNER' if n % 4 < 2 else 'OUTER'}", eid))
+        of_elements.append((f"{area}_{n % STRUT_BARS + 1}", eid))
     write("elements", ["tmm_node,element_id", *(f"{name},{eid}" for name, eid in of_elements)])

@@ -136,6 +136,7 @@ def flange_blocks(detail: str) -> Iterable[Block]:
 
 FLANGE_SIGNS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 STRUT_RADIUS_M = 6.0e-3
+STRUT_BARS = 4  # bar elements to a strut
 
 
 @dataclass(frozen=True)

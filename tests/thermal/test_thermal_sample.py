@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
 from collections import Counter, defaultdict
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from dense_network import SIGMA, DenseNetwork, DenseSpectra, read_network, rows, spectra
+from thermal_project import ThermalProject
 
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.reading import read_deck
@@ -169,7 +172,8 @@ def test_conductors_by_hand(full: DenseNetwork) -> None:
         return float(full.gl[at[a], at[b]])
 
     length, section = np.sqrt(0.06**2 + 0.1**2 + 0.11**2), np.pi * 0.006**2
-    ways = [gl("HUB_1", "STRUT_1_INNER"), gl("STRUT_1_INNER", "STRUT_1_OUTER"), gl("STRUT_1_OUTER", "SC_MINUS_Y")]
+    chain = ["HUB_1", *(f"STRUT_1_{n}" for n in (1, 2, 3, 4)), "SC_MINUS_Y"]
+    ways = [gl(a, b) for a, b in pairwise(chain)]
     assert 1 / sum(1 / g for g in ways) == pytest.approx(0.5 * section / length, rel=1e-8)
 
     left, mid = "OB_BENCH_LEFT_PLUS_Y_EDGE_TOP", "OB_BENCH_MID_PLUS_Y_EDGE_TOP"
@@ -300,10 +304,34 @@ def test_configuration_fits_the_network(detail: str, coarse: Path) -> None:
     assert tables["map"]["conductivity_W_m_K"] == {n: k for n, k in bodies.items() if detail == "full" or n in "126"}
 
 
+def test_build_thermal_finds_the_same(folder: Path, net: DenseNetwork, tmp_path: Path) -> None:
+    """Steady state, gains and spectra in thermal.h5 against the dense solution: no code in common."""
+    frequency = [1e-5, 1e-4, 1e-3, 1e-2, 0.1]
+    project = ThermalProject(tmp_path / "project")
+    text = THERMAL["small" if folder == SMALL else "full"].read_text(encoding="utf-8").split("\n[map]")[0]
+    text = f"{text.replace('{build_dir}/', '')}\n[frequency]\nlist_hz = {frequency}\n"
+    (project.folder / "thermal.toml").write_text(text, encoding="utf-8")
+    for name in NAMES:
+        shutil.copy(folder / name, project.folder)
+    project.run("build-thermal").ok()
+    expected = spectra(net, project.folder / "thermal.toml", np.array(frequency))
+    with project.file() as file:
+        assert file["node/name"].asstr()[()].tolist() == net.name
+        assert file["node/free"][()].tolist() == net.free.tolist()
+        assert file["disturbance/name"].asstr()[()].tolist() == expected.disturbance
+        np.testing.assert_allclose(file["steady_K"][()], net.steady, rtol=1e-11)
+        scale = np.abs(expected.transfer).max(axis=1, keepdims=True)
+        assert (np.abs(file["transfer"][()] - expected.transfer) / scale).max() < 1e-10
+        own = np.sqrt(np.einsum("fii->fi", expected.psd).real)
+        assert (np.abs(file["psd"][()] - expected.psd) / (own[:, :, None] * own[:, None, :])).max() < 1e-9
+
+
 def test_page_shows_what_is_assumed() -> None:
     """The table of docs/explanation/sample.md is the one that the script prints."""
     script = ROOT / "sample_models" / "ltp_like_assumptions.py"
-    printed = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True).stdout
+    printed = subprocess.run(
+        [sys.executable, "-X", "utf8", script], capture_output=True, encoding="utf-8", check=True
+    ).stdout
     assert printed.count("\n") > 40
     assert printed in (ROOT / "docs" / "explanation" / "sample.md").read_text(encoding="utf-8"), (
         f"python {script.relative_to(ROOT)} prints the table"
