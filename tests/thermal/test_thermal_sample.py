@@ -231,6 +231,25 @@ def test_gains_are_the_slopes_of_the_steady_state(full: DenseNetwork) -> None:
     np.testing.assert_allclose(gain.real, ((warm[1] - warm[0]) / (2 * step))[full.free], atol=1e-8)
 
 
+def test_a_strut_is_a_rod(full: DenseNetwork) -> None:
+    """Its mean at 1 µHz against a continuous rod that conducts and radiates, between its hub and the panel."""
+    frequency, (k, density, c_p, radius) = 1e-6, (0.5, 1950.0, 900.0, 0.006)
+    gain = full.transfer(np.array([frequency]), [{"kind": "temperature", "nodes": ["SC_MINUS_Y"]}])[0, :, 0]
+    names = [full.name[i] for i in full.free]
+    hub = gain[names.index("HUB_1")]
+    bars = [names.index(f"STRUT_1_{n}") for n in (1, 2, 3, 4)]
+    section, length = np.pi * radius**2, np.sqrt(0.06**2 + 0.1**2 + 0.11**2)
+    wall = 2 * np.pi * radius / (1 / 0.05 + 1 / 0.85 - 1) * 4 * SIGMA
+    t = full.steady[full.free][bars].mean()
+    given, taken = wall * full.steady[full.name.index("SC_MINUS_Y")] ** 3, wall * t**3
+    stored = taken + 2j * np.pi * frequency * density * c_p * section
+    m, ground = np.sqrt(stored / (k * section)) * length, given / stored
+    a = hub - ground
+    b = (1 - ground - a * np.cosh(m)) / np.sinh(m)
+    mean = ground + (a * np.sinh(m) + b * (np.cosh(m) - 1)) / m
+    assert abs(gain[bars].mean() / mean - 1) < 0.02
+
+
 def time_constants(net: DenseNetwork) -> np.ndarray:
     """Of the linearised network, s, ascending; nodes without capacity eliminated."""
     k, f = net.conduction(net.steady), net.free
