@@ -50,7 +50,7 @@ class SpectrumColumns:
     asd: FloatArray
 
 
-class _SpectrumTable(Strict):
+class SpectrumChoice(Strict):
     """What a spectrum may be; keys that its preset does not use are refused."""
 
     quantity: ClassVar[Quantity] = TEMPERATURE_ASD
@@ -73,7 +73,7 @@ class _SpectrumTable(Strict):
     )
 
     @model_validator(mode="after")
-    def _no_idle_keys(self) -> _SpectrumTable:
+    def _no_idle_keys(self) -> SpectrumChoice:
         given, p = self.model_fields_set, self.preset
         facts = []
         if p != "thesis" and (idle := sorted(given & {*_FILTER})):
@@ -118,7 +118,7 @@ class _SpectrumTable(Strict):
         return ShapedSpectrum(level_K, self.reference_hz, self.corner_hz, self.order)
 
 
-class _SelectingTable(_SpectrumTable):
+class _SelectingTable(SpectrumChoice):
     """A spectrum for areas of one kind, means or gradients: those that meet every key given, each by any value."""
 
     of_gradients: ClassVar[bool]
@@ -213,7 +213,7 @@ class GradientTable(_SelectingTable):
         return self
 
 
-class TemperatureTable(_SpectrumTable):
+class TemperatureTable(SpectrumChoice):
     """Temperature noise of all areas. Keys that the preset does not use are refused."""
 
     outside_K: TemperatureLevel = Field(
@@ -233,7 +233,7 @@ class TemperatureTable(_SpectrumTable):
 
     def filter_problems(self, low_hz: float, high_hz: float) -> list[tuple[str, str]]:
         """(dotted path, fact) of the low-pass shapes that are implausible between two frequencies."""
-        levels: list[tuple[str, _SpectrumTable, float]] = [
+        levels: list[tuple[str, SpectrumChoice, float]] = [
             ("temperature", self, level) for level in (self.outside_K, self.inside_K)
         ]
         levels += [(f"temperature.override[{i}]", o, o.level_K or 0.0) for i, o in enumerate(self.overrides)]
@@ -247,7 +247,7 @@ class TemperatureTable(_SpectrumTable):
 
     def table_quantities(self) -> dict[str, Quantity]:
         """Quantity of each of these files, by name."""
-        tables: list[_SpectrumTable] = [self, *self.overrides, *self.gradients]
+        tables: list[SpectrumChoice] = [self, *self.overrides, *self.gradients]
         return {t.table: t.quantity for t in tables if t.table is not None}
 
     @model_validator(mode="after")
