@@ -5,9 +5,9 @@ vol. 1, chapter 7), which interpolate temperatures here as they do in the therma
 
     K_ij = Σ_e ∫ k ∇N_i · ∇N_j dV
 
-Plates conduct along their mid-surface with k times thickness, lines along their axis with k times section; gradients of
-both are those within the surface or along the line. Gauss rules are those of the stiffness of solids, or richer: exact on
-undistorted elements, and of full rank but for the constant.
+Plates conduct along their mid-surface with k times thickness, lines along their axis with k times section; gradients
+of both are those within the surface or along the line. Gauss rules are those of the stiffness of solids, or richer:
+exact on undistorted elements, and of full rank but for the constant.
 """
 
 from __future__ import annotations

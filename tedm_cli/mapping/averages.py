@@ -31,25 +31,23 @@ class Volumes:
         """The element [M] of each place."""
         return np.repeat(np.arange(len(self.node_offset) - 1), np.diff(self.node_offset))
 
-    def of_elements(self) -> FloatArray:
-        """[E], m³."""
-        return np.asarray(np.bincount(self.element, self.volume, len(self.node_offset) - 1))
-
 
 def averages(of: Volumes, row: IntArray, rows: int, grids: int) -> sp.csr_matrix:
-    """Averages by volume [rows, grids] of what is given on grids: the exact mean of the field that elements interpolate.
+    """Averages by volume [rows, grids] of what is given on grids: the exact mean of what elements interpolate.
 
-    Every row sums to one; it is empty where a row has no element.
+    Every row sums to one; it is empty where a row has nothing. Rows have a volume in all.
 
     Parameters
     ----------
-    row : [E], of each element, or `NONE`.
+    row : [M], of each place, or `NONE`: all places of an element in one row make the average over the element; those of
+        a grid, over what is nearest to it.
     """
-    mine = row[of.element]
-    taken = mine != NONE
-    total = np.bincount(mine[taken], of.volume[taken], rows)
-    weight = of.volume[taken] / total[mine[taken]]
-    return sp.coo_matrix((weight, (mine[taken], of.node_index[taken])), shape=(rows, grids)).tocsr()
+    taken = row != NONE
+    total = np.bincount(row[taken], of.volume[taken], rows)
+    weight = of.volume[taken] / total[row[taken]]
+    out = sp.coo_matrix((weight, (row[taken], of.node_index[taken])), shape=(rows, grids)).tocsr()
+    sums = np.asarray(out.sum(axis=1)).ravel()
+    return sp.csr_matrix(sp.diags(1.0 / np.where(sums == 0.0, 1.0, sums)) @ out)  # what rounding left of one
 
 
 def conducting_parts(conduction: sp.csr_matrix, grids: BoolArray) -> IntArray:

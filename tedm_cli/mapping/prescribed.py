@@ -4,8 +4,8 @@ The method of prescribed average temperatures (PAT; ESA STM-285, SINAS):
 
     minimise ½ Tᵀ K_c T   subject to   A T = τ:     [K_c Aᵀ; A 0] [T; μ] = [f; τ],   f = 0,   T = P τ
 
-Its Euler equation is steady conduction with a source that is even over each thermal node: μ is what flows out of it. For
-an output with sensitivities s to the temperatures of grids, sᵀ P is the μ of f = s and τ = 0, since the matrix is
+Its Euler equation is steady conduction with a source that is even over each thermal node: μ is what flows out of it.
+For an output with sensitivities s to the temperatures of grids, sᵀ P is the μ of f = s and τ = 0, since the matrix is
 symmetric: one solution for each output, whatever the number of nodes.
 
 The matrix is neither definite nor, with averages over thousands of grids, sparse. So K_c is held at one grid of each
@@ -16,8 +16,8 @@ Numerica 14, 2005, section 5). With X = K_g⁻¹ Aᵀ, S = A X, in each part, wh
 
 where what is held takes no heat, because the sources of a part sum to zero.
 
-A node whose elements are in several parts that nothing joins has its temperature as average in each of them. The literal
-average over all would let one piece be too warm where another is too cold.
+A node whose elements are in several parts that nothing joins has its temperature as average in each of them. The
+literal average over all would let one piece be too warm where another is too cold.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ class PrescribedAverages:
 
 
 def refuse_dependent(averages: sp.csr_matrix, part: IntArray) -> None:
-    """`DependentAverages` where rows [n, N] of averages, each of a part [n], follow from others, by pivoted Cholesky."""
+    """`DependentAverages` where rows [n, N] of averages, each of a part [n], follow from others (pivoted Cholesky)."""
     length = np.sqrt(np.asarray(averages.multiply(averages).sum(axis=1)).ravel())
     scaled = sp.csr_matrix(sp.diags(1.0 / length) @ averages)
     for number in np.unique(part):
@@ -172,4 +172,3 @@ def refuse_dependent(averages: sp.csr_matrix, part: IntArray) -> None:
         _, pivot, rank, _ = scipy.linalg.lapack.dpstrf(gram, tol=_DEPENDENT, lower=1)
         if rank < len(rows):
             raise DependentAverages(rows[np.sort(pivot[rank:] - 1)])
-

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from tedm_cli import deck_units as u
-
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.fem.conduction import ConductingMesh, has_conduction
 from tedm_cli.nastran.geometry import ModelGeometry, id_list
@@ -116,7 +115,9 @@ class _Table:
         for mid in sorted(self._configured):
             at, card = f"map.conductivity_W_m_K.{mid}", self._cards.get(mid)
             if mid not in self._used:
-                problems.append((at, f"no conducting element has the material {mid}; there are: {id_list(sorted(self._used))}"))
+                problems.append(
+                    (at, f"no conducting element has the material {mid}; there are: {id_list(sorted(self._used))}")
+                )
             elif card is not None and card.type == "MAT4":
                 problems.append((at, f"{deck} has a MAT4 {mid} already: leave one of the two out"))
         if problems:
