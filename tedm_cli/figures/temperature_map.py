@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import ListedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -16,7 +16,8 @@ from tedm_cli.figures.style import SMALL, heading, heading_lines, style
 
 _NO_TEMPERATURE = "#B8B8B8"
 _STEPS, _BAR, _WIDE = 96, 0.13, 4.6  # steps of colour; inches
-_TABLE = colormaps["inferno"]  # as light in grey as in colour, and read as warm and cold
+# As light in grey as in colour, read as warm and cold; the darkest colours would hide the shading.
+_TABLE = ListedColormap(colormaps["plasma"](np.linspace(0.15, 0.97, 256)))
 
 
 def temperature_figure(views: MapViews, temperature: FloatArray, title: str) -> Figure:

@@ -90,7 +90,7 @@ def _write_cards(path: Path, mapped: MappedField) -> tuple[list[Path], list[int]
     rows = _reached(mapped)
     ids = fem.geometry.grid_id[rows]
     with replacing(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as stream:
-        stream.write(f"$ Temperatures of {len(rows)} grids, at rest {plain(reference.value)}. In the case control:\n")
+        stream.write(f"$ Temperatures of {len(rows)} grids; at rest {plain(reference.value)}\n$ In the case control:\n")
         for sid, name in zip(sids, mapped.name, strict=False):
             shown = name.encode("ascii", "replace").decode("ascii")[:40]
             stream.write(f"$   TEMPERATURE(LOAD) = {sid:<9} $ {shown}\n")
