@@ -40,9 +40,12 @@ def build_thermal(
     of each does to the outputs.
     """
     from tedm_cli.cli.printing.thermal import thermal_dict, thermal_lines
+    from tedm_cli.progress import progress
     from tedm_cli.stages.thermal.build import build_thermal as stage
 
-    done = stage(open_project(config, build_dir, verbose), output)
+    project = open_project(config, build_dir, verbose)
+    with progress(quiet) as step:
+        done = stage(project, output, step)
     answer(as_json, quiet, lambda: thermal_lines(done), lambda: thermal_dict(done))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.spec import NAMES, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import BASIC, FLAG, NAMES, Dataset, FileKind, Values
 
 KINDS_OF_NODE = ("diffusive", "arithmetic", "boundary")
 KINDS_OF_DISTURBANCE = ("temperature", "power")
@@ -49,6 +49,27 @@ class ThermalFile(FileKind):
     )
     STEADY_K = Dataset(
         "/steady_K", ("node",), "float", "K", "temperature in the steady state", optional=True, group=_NETWORK
+    )
+    NODE_SOLVED = Dataset(
+        "/node/solved",
+        ("node",),
+        "int",
+        "1",
+        "1: the temperature was solved for, 0: it was given",
+        optional=True,
+        values=FLAG,
+        group=_NETWORK,
+    )
+    NODE_POSITION = Dataset(
+        "/node/position",
+        ("node", "xyz"),
+        "float",
+        "m",
+        "where the node is, as the network tells it; nan: not told",
+        BASIC,
+        optional=True,
+        open_ended=True,
+        group="position",
     )
     CONDUCTOR_A = Dataset(
         "/conductor/node_a",

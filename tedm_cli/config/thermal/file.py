@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.base import (
     IDENTIFIER,
     Bounded,
@@ -21,7 +23,10 @@ from tedm_cli.config.base import (
 from tedm_cli.config.temperature import SpectrumChoice
 from tedm_cli.config.thermal.map import MapTable
 from tedm_cli.files.provenance import ConfigFile
-from tedm_cli.quantities import POWER_ASD, POWER_SHARE
+from tedm_cli.noise.temperature import Spectrum, TabulatedSpectrum
+from tedm_cli.quantities import FREQUENCY, NOISE_LEVEL, POWER_ASD, POWER_SHARE, TIME_STAMP
+from tedm_cli.tables.csv_table import read_table
+from tedm_cli.thermal.linear import TEMPERATURE, Place
 
 NodeName = Annotated[str, Field(min_length=1)]
 Nodes = Annotated[list[NodeName], Field(min_length=1)]
@@ -46,10 +51,23 @@ class NetworkTable(Strict):
     tmd: FileName | None = Field(
         default=None, description="An ESATAN-TMS file `.TMD` (HDF5) in place of the CSV tables."
     )
+    time_s: Annotated[float, Bounded(TIME_STAMP)] | None = Field(
+        default=None, description="Which of the times of a TMD file counts. Else the last."
+    )
+    unit: Literal["K", "degC"] | None = Field(
+        default=None, description="Unit of the temperatures of a TMD file that has no offset (its attribute `TAbs`)."
+    )
+    temperatures: Literal["keep", "start"] = Field(
+        default="keep",
+        description="Whether temperatures of diffusive and arithmetic nodes that are given are kept, or the steady "
+        "state is solved for from there. Those of boundaries are always kept.",
+    )
 
     @model_validator(mode="after")
     def _one_source(self) -> NetworkTable:
         csv = [key for key in ("nodes", "conductors", "powers") if getattr(self, key) is not None]
+        if self.tmd is None and (idle := [key for key in ("time_s", "unit") if getattr(self, key) is not None]):
+            raise ValueError(f"has no tmd, but {', '.join(idle)} given")
         if self.tmd is not None and csv:
             raise ValueError(f"has both tmd and {', '.join(csv)}")
         if self.tmd is None and (self.nodes is None or self.conductors is None):
@@ -108,6 +126,22 @@ class DisturbanceTable(SpectrumChoice):
         if isinstance(given, dict) and "table" in given and "preset" not in given:
             return {**given, "preset": "table"}
         return given
+
+    def place(self) -> Place:
+        """Where it acts, and the share of each node."""
+        equal = 1.0 if self.kind == TEMPERATURE else 1.0 / len(self.nodes)
+        share = tuple(self.weights) if self.weights is not None else (equal,) * len(self.nodes)
+        return Place(self.kind, tuple(self.nodes), share)
+
+    def own_spectrum(self, folder: Path) -> Spectrum:
+        """Its spectrum; `InputError` for its table, whose name is relative to `folder`."""
+        if self.table is None:
+            level = self.level_K if self.kind == TEMPERATURE else self.level_W
+            return self.spectrum(level or 0.0)
+        path = folder / self.table
+        rows = read_table(path, {"frequency_hz": FREQUENCY, "amplitude": NOISE_LEVEL})
+        frequency, amplitude = (np.array([row.number[c] for row in rows]) for c in ("frequency_hz", "amplitude"))
+        return TabulatedSpectrum.of(frequency, amplitude, str(path))
 
     @model_validator(mode="after")
     def _fits_its_kind(self) -> DisturbanceTable:
@@ -201,6 +235,17 @@ class ThermalConfig(Strict):
                     if (other := pairs.setdefault(frozenset((a, b)), k)) != k:
                         raise ValueError(f"correlation[{k}]: {b} and {a} have a correlation already, in [{other}]")
         return self
+
+    def correlation(self) -> FloatArray:
+        """[u, u], of the disturbances in the order of the file; not yet checked."""
+        rows = {d.name: row for row, d in enumerate(self.disturbances)}
+        found = np.eye(len(rows))
+        for table in self.correlations:
+            for a in table.disturbances:
+                for b in table.disturbances:
+                    if a != b:
+                        found[rows[a], rows[b]] = table.rho
+        return found
 
     def file_names(self) -> list[str]:
         """Files beside this one that the network and its disturbances are read from; those of the map are its own."""
