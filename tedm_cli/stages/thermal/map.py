@@ -52,7 +52,7 @@ def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity
         found = read_temperature_effects(file)
         if found is None:
             return None
-        fem = finite_elements(project)
+        fem = finite_elements(project, solved=True)
         for used in input_files(fem.files):
             require_input(file, used)
     if not np.array_equal(found.grid_id, fem.geometry.grid_id):

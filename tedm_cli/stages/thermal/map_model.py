@@ -78,14 +78,14 @@ class FiniteElements:
         return corner_areas(self.geometry, loads.values(), owner)
 
 
-def finite_elements(project: Project) -> FiniteElements:
+def finite_elements(project: Project, *, solved: bool = False) -> FiniteElements:
     """Read the model of a project: that which is to be solved where its areas are defined, else the unit-load deck.
 
-    Raises what `tedm areas` does of them.
+    `solved`: the unit-load deck in any case, which adjoint.h5 is of. Raises what `tedm areas` does of them.
     """
     file, config = load_model(project.model)
     table = config.model
-    bdf = table.bdf if defines_areas(config) else None
+    bdf = table.bdf if defines_areas(config) and not solved else None
     source = project.resolve(bdf if bdf is not None else table.deck)
     model = read_deck(source, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units())
     files = deck_files(model, source)
