@@ -43,7 +43,7 @@ def tmd_network(path: Path, time_s: float | None, unit: str | None) -> GivenNetw
     if twice := next((name for name in kept if kept.count(name) > 1), None) if len(set(kept)) < len(kept) else None:
         raise InputError(f"node {twice} is there twice", where=where)
     capacity = _bounded(HEAT_CAPACITY, model.capacity[active], kept, where)
-    kinds = np.array([_KINDS[k] for k in model.kind if k != _INACTIVE])
+    kinds = np.array([_KINDS[k] for k in model.kind if k != _INACTIVE], dtype=np.dtype("U10"))  # room for arithmetic
     kinds[(kinds == DIFFUSIVE) & (capacity == 0.0)] = ARITHMETIC
     if (odd := np.flatnonzero((kinds == ARITHMETIC) & (capacity != 0.0))).size:
         raise InputError(
