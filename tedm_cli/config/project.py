@@ -85,9 +85,13 @@ class Project:
 
     def resolve(self, text: str) -> Path:
         """A path written in the model configuration: relative to that file, `{build_dir}` replaced."""
+        return self.beside(self.model, text)
+
+    def beside(self, file: Path, text: str) -> Path:
+        """A path written in this configuration file: relative to it, `{build_dir}` replaced."""
         if "{build_dir}" in text:
             return Path(text.replace("{build_dir}", str(self.build_dir)))
-        return self.model.parent / text
+        return file.parent / text
 
     def required_optics(self) -> Path:
         """The layout, for what cannot be done without; `ConfigError` where there is none."""

@@ -217,7 +217,7 @@ class ThermalFile(FileKind):
         ("free", "disturbance"),
         "float",
         "1",
-        "root mean square of ln(fit / gain) over the frequencies; nan: no gain",
+        "root mean square of ln(fit / gain) over the frequencies, at most 64 of them; nan: no gain",
         optional=True,
         open_ended=True,
         group=_DISTURBED,

@@ -25,7 +25,7 @@ def test_the_file_holds_what_the_rooms_compute(project: ThermalProject) -> None:
     project.run("build-thermal").ok()
     _, config = load_thermal(project.folder / "thermal.toml")
     assert config.network is not None
-    given = read_network(project.folder, config.network)
+    given = read_network(config.network, project.folder.joinpath)
     steady = given.steady()
     share = shares(given.network, [d.place() for d in config.disturbances], where="")
     with project.file() as file:

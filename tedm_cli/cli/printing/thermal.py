@@ -40,7 +40,7 @@ def result_lines(r: ThermalResults) -> list[str]:
         head = ("disturbance", "largest gains for f to 0", "order", "corner mHz", "beyond", "fit error")
         lines += table(head, [_row(d) for d in r.disturbances], right=(4, 5))
         lines += [
-            "order, corner: median and range over the nodes of the low-pass 1/sqrt(1 + (f/fc)^2n) that fits each gain best",
+            "order, corner: median and range over the nodes of the low-pass 1/sqrt(1 + (f/fc)^2n) that fits each gain",
             "beyond: nodes whose corner is not near the frequencies; fit error: median of the rms of ln(fit/gain)",
         ]
     return lines

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -133,12 +134,12 @@ class DisturbanceTable(SpectrumChoice):
         share = tuple(self.weights) if self.weights is not None else (equal,) * len(self.nodes)
         return Place(self.kind, tuple(self.nodes), share)
 
-    def own_spectrum(self, folder: Path) -> Spectrum:
-        """Its spectrum; `InputError` for its table, whose name is relative to `folder`."""
+    def own_spectrum(self, path_of: Callable[[str], Path]) -> Spectrum:
+        """Its spectrum; `InputError` for its table, which is where `path_of` says."""
         if self.table is None:
             level = self.level_K if self.kind == TEMPERATURE else self.level_W
             return self.spectrum(level or 0.0)
-        path = folder / self.table
+        path = path_of(self.table)
         rows = read_table(path, {"frequency_hz": FREQUENCY, "amplitude": NOISE_LEVEL})
         frequency, amplitude = (np.array([row.number[c] for row in rows]) for c in ("frequency_hz", "amplitude"))
         return TabulatedSpectrum.of(frequency, amplitude, str(path))
@@ -200,7 +201,7 @@ class ThermalOutputTable(Strict):
 class ThermalConfig(Strict):
     """Network, frequencies, disturbances, correlations, outputs, map. All may be left out.
 
-    Paths are relative to this file.
+    Paths are relative to this file; `{build_dir}` in a path stands for the build folder.
     """
 
     network: NetworkTable | None = Field(default=None, description="The network. Without it there is the map alone.")

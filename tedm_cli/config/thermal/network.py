@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,20 +34,20 @@ _CONDUCTORS = {"node_a": None, "node_b": None, "GL_W_K": CONDUCTANCE, "GR_m2": R
 _POWERS = {"node": None, "power_W": HEAT}
 
 
-def read_network(folder: Path, table: NetworkTable) -> GivenNetwork:
-    """The network and the temperatures that are given of it; names of files are relative to `folder`.
+def read_network(table: NetworkTable, path_of: Callable[[str], Path]) -> GivenNetwork:
+    """The network and the temperatures that are given of it; `path_of` says where the files are that it names.
 
     Raises
     ------
     InputError : what is wrong in the tables, with file and line; a node from which nothing leads to a boundary.
     """
     if table.tmd is not None:
-        found = tmd_network(folder / table.tmd, table.time_s, table.unit)
+        found = tmd_network(path_of(table.tmd), table.time_s, table.unit)
     else:
         found = _from_csv(
-            folder / str(table.nodes),
-            folder / str(table.conductors),
-            None if table.powers is None else folder / table.powers,
+            path_of(str(table.nodes)),
+            path_of(str(table.conductors)),
+            None if table.powers is None else path_of(table.powers),
         )
     found.network.require_reached(where=found.where)
     return found if table.temperatures == "keep" else found.as_start()

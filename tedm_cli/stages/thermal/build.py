@@ -45,11 +45,11 @@ def build_thermal(project: Project, output: Path | None, step: Step) -> ThermalS
     file, config = load_thermal(path)
     solved = None
     if config.network is not None:
-        solved = solved_network(project, path.parent, config.network, config, str(path), step)
+        solved = solved_network(project, path, config.network, config, step)
     mapped = node_sensitivity(project, config)
     if solved is None and mapped is None:
         raise ConfigError([("", "there is no [network], and no [map] with adjoint.h5")], where=str(path), hint=_NOTHING)
-    inputs = [*(path.parent / name for name in config.file_names()), *(() if mapped is None else mapped.inputs)]
+    inputs = [*(project.beside(path, name) for name in config.file_names()), *(() if mapped is None else mapped.inputs)]
     configs = [file, *(() if solved is None else solved.configs), *(() if mapped is None else mapped.configs)]
     out = out_path(project, THERMAL_FILE, output)
     with create(out, KIND, provenance(configs, inputs)) as writer:

@@ -68,20 +68,24 @@ class SolvedNetwork:
 
 def solved_network(
     project: Project,
-    folder: Path,
+    file: Path,
     table: NetworkTable,
     config: ThermalConfig,
-    where: str,
     step: Step,
 ) -> SolvedNetwork:
-    """Read the network, find its steady state, and the gains of its disturbances at every frequency.
+    """Read the network of `file`, find its steady state, and the gains of its disturbances at every frequency.
 
     Raises
     ------
     InputError : what is wrong in tables; nodes of disturbances or outputs that are not there.
     PhysicsError : no steady state; correlations that are not positive semidefinite.
     """
-    given = read_network(folder, table)
+
+    def path_of(name: str) -> Path:
+        return project.beside(file, name)
+
+    where = str(file)
+    given = read_network(table, path_of)
     steady = given.steady()
     network = given.network
     share = shares(network, [d.place() for d in config.disturbances], where=where)
@@ -93,12 +97,12 @@ def solved_network(
     if config.frequency is not None:
         frequency = np.array(config.frequency.list_hz)
     else:
-        file, cases = load_cases(project.cases)
-        frequency, configs = cases.frequency_hz(), (file,)
+        cases_file, cases = load_cases(project.cases)
+        frequency, configs = cases.frequency_hz(), (cases_file,)
     names = [d.name for d in config.disturbances]
     correlation = config.correlation()
     check_correlation(correlation, names=names, where=f"{where}: [[correlation]]")
-    spectra = tuple(d.own_spectrum(folder) for d in config.disturbances)
+    spectra = tuple(d.own_spectrum(path_of) for d in config.disturbances)
     asd = np.stack([spectrum.amplitude(frequency) for spectrum in spectra])
     outputs = rows_of(linear.name, [network.name[row] for row in kept])
     _require_room(len(frequency) * len(kept) * len(names), "gains", len(kept), where)
