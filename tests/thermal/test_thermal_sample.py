@@ -153,10 +153,10 @@ MIRROR_Y = [
 
 @pytest.mark.parametrize("pairs", [MIRROR_X, MIRROR_Y], ids=["x", "y"])
 def test_mirror_images_conduct_and_radiate_alike(net: DenseNetwork, pairs: list[tuple[str, str]]) -> None:
-    """All but the units, which differ, and the masses on two hubs of the small model."""
+    """All but phasemeter and laser, which differ, and the masses on two hubs of the small model."""
     image = [net.name.index(mirrored(n, pairs)) for n in net.name]
     assert sorted(image) == list(range(len(image)))
-    units = np.array([n.startswith("UNIT") for n in net.name])
+    units = np.array([n in ("UNIT_PHASEMETER", "UNIT_LASER") for n in net.name])
     for matrix in (net.gl, net.gr):
         same = np.isclose(matrix, matrix[np.ix_(image, image)], rtol=1e-8, atol=0)
         assert same[np.ix_(~units, ~units)].all()
@@ -273,7 +273,7 @@ def test_time_constants(full: DenseNetwork) -> None:
     ways = [out[np.ix_(inside, ~inside)].sum(), out[np.ix_(shield, ~inside & ~shield)].sum()]
     together = full.capacity[inside].sum() * (1 / ways[0] + 1 / ways[1])
     assert 1.0 < tau[-3] / together < 1.5, "longer, as the inside is not isothermal"
-    assert np.sum(tau > 4.1 * 3600) == 5, "then the sensors against each other, and the bench against both"
+    assert np.sum(tau > 5 * 3600) == 5, "then the sensors against each other, and the bench against both"
 
 
 def asd(noise: DenseSpectra, net: DenseNetwork, pattern: str) -> np.ndarray:
