@@ -74,7 +74,7 @@ def map_temperatures(
         typer.Option("--figure", metavar="FILE", help="Draw the model coloured by temperature (.svg or .png)."),
     ] = None,
     shown: Annotated[
-        str | None, typer.Option("--set", metavar="NAME", help="The set that the figure shows. Default: the first.")
+        str | None, typer.Option("--draw", metavar="ROW", help="The set that the figure shows. Default: the first.")
     ] = None,
     top: Top = DEFAULT_TOP,
     as_json: Json = False,

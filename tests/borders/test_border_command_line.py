@@ -28,7 +28,16 @@ from tedm_cli.stages.chain.plan import Plan
 from tedm_cli.stages.chain.project_files import chain_files
 
 COMMANDS: dict[str, Any] = {name: c for name, c in command_line().commands.items() if not c.hidden}
-RANKED = {"audit-mesh", "build-adjoint", "build-optics", "explain", "run-case", "show", "suggest-areas"}
+RANKED = {
+    "audit-mesh",
+    "build-adjoint",
+    "build-optics",
+    "explain",
+    "map-temperatures",
+    "run-case",
+    "show",
+    "suggest-areas",
+}
 
 
 def options(name: str) -> dict[str, Any]:

@@ -141,10 +141,10 @@ def test_mystran_reads_the_cards(two: Project, tmp_path: Path) -> None:
 
 
 def test_figure(two: Project) -> None:
-    found = mapped(two, "--figure", two.folder / "field.svg", "--set", "up")
+    found = mapped(two, "--figure", two.folder / "field.svg", "--draw", "up")
     assert found["files"] == [str(two.folder / "field.svg")]
     assert "temperatures up of model.bdf" in (two.folder / "field.svg").read_text()
-    two.run("map-temperatures", two.folder / "tau.csv", "--figure", "a.svg", "--set", "Up").refused(
+    two.run("map-temperatures", two.folder / "tau.csv", "--figure", "a.svg", "--draw", "Up").refused(
         2, "no set", hint="up"
     )
     two.run("map-temperatures", two.folder / "tau.csv", "--figure", "a.pdf").refused(2, ".svg or .png")

@@ -30,6 +30,7 @@ from tedm_cli.contracts import KINDS as CONTRACTS
 
 RUN = ["run-case", "own"]
 DYNAMICS = [["build-dynamics"]]
+MAP = [["map-temperatures", "tau.csv", "-o", "build/grids.h5"]]
 #: By kind: the file that is damaged, and the commands that read it.
 READERS: dict[str, tuple[str, list[list[str]]]] = {
     "tedm.toml": ("tedm.toml", [["check-layout"]]),
@@ -42,6 +43,9 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "budget.csv": ("budget.csv", [RUN]),
     "spectra.csv": ("spectra.csv", [RUN]),
     "series.csv": ("series.csv", [["run-series", "warm"]]),
+    "map.csv": ("map.csv", MAP),
+    "places.csv": ("places.csv", MAP),
+    "tau.csv": ("tau.csv", MAP),
     "nodes.csv": ("nodes.csv", [["run-series", "nodes"]]),
     "r.csv": ("r.csv", [RUN]),
     "r.npz": ("r.npz", [["run-case", "npz"]]),
@@ -78,7 +82,7 @@ _READ = {
 #: Of tables, how many columns of labels stand before the numbers.
 LABELS = {
     "budget.csv": 0, "spectra.csv": 0, "series.csv": 0, "points.csv": 0, "magnetic.csv": 0, "blocks.csv": 1, "r.csv": 1,
-    "S_BW.csv": 2, "nodes.csv": 2,
+    "S_BW.csv": 2, "nodes.csv": 2, "map.csv": 1, "tau.csv": 1,
 }  # fmt: skip
 Numbers = dict[str, np.ndarray]
 

@@ -8,7 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.contracts import ADJOINT, CASE, DISTORTION, DYNAMICS, OPTICS, RELEASE, SENSITIVITY, THERMAL, UNIT_LOADS
+from tedm_cli.contracts import (
+    ADJOINT,
+    CASE,
+    DISTORTION,
+    DYNAMICS,
+    OPTICS,
+    RELEASE,
+    SENSITIVITY,
+    TEMPERATURES,
+    THERMAL,
+    UNIT_LOADS,
+)
 from tedm_cli.files.store import Reader, kind_of, open_checked
 from tedm_cli.results.adjoint import read_adjoint
 from tedm_cli.results.dynamics import read_stability
@@ -96,6 +107,9 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         }
     if file.kind is THERMAL:
         return _thermal(file)
+    if file.kind is TEMPERATURES:
+        sets = zip(file.strings(TEMPERATURES.SET_NAME), file.array(TEMPERATURES.TEMPERATURE), strict=True)
+        return {name: f"{field.min():.6g} to {field.max():.6g} K" for name, field in sets}
     found = _judgement(file)["verdicts"] or []
     return {
         f"{v['output']} {v['requirement']}": f"ratio {v['ratio']:.4g}, {'pass' if v['passed'] else 'FAIL'}"

@@ -69,7 +69,7 @@ def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity
         unit=found.unit,
         value=sensitivity(mapping, found),
         configs=(fem.config_file,),
-        inputs=(*(where.parent / name for name in config.map.file_names()), *fem.files, path),
+        inputs=(*(project.beside(where, name) for name in config.map.file_names()), *fem.files, path),
     )
 
 

@@ -175,7 +175,7 @@ def _unmapped_areas(table: MapTable, names: list[str], where: Path) -> set[int]:
 def _weighted(fem: FiniteElements, table: MapTable, where: Path) -> Mapping:
     """The nodes as weighted means on whole areas."""
     assert table.weights is not None
-    path, names = where.parent / table.weights, list(fem.areas)
+    path, names = fem.project.beside(where, table.weights), list(fem.areas)
     weights = read_node_weights(path).weights
     unmapped = _unmapped_areas(table, names, where)
     unknown = [area for area in weights if area not in names]

@@ -60,7 +60,7 @@ def associate(fem: FiniteElements, table: MapTable, conducting: BoolArray, where
     if table.areas:
         return work.of_areas(set(name.upper() for name in table.unmapped))
     if table.elements is not None:
-        work.listed(where.parent / table.elements)
+        work.listed(fem.project.beside(where, table.elements))
     for number, node in enumerate(table.nodes):
         at, before = f"map.node[{number}]", len(work.problems)
         selector = Selector(fem.members, at, work.problems, work.notes)
@@ -72,7 +72,7 @@ def associate(fem: FiniteElements, table: MapTable, conducting: BoolArray, where
             work.add(node.name, np.flatnonzero(np.any(met, axis=0)), at)
     work.raise_problems()
     if table.nearest is not None:
-        return work.near(where.parent / table.nearest, table.nearest_within_m)
+        return work.near(fem.project.beside(where, table.nearest), table.nearest_within_m)
     return work.result()
 
 

@@ -128,7 +128,7 @@ def map_temperatures(
         volume = np.bincount(place[taken], of.volume[taken], len(mapping.node)).astype(np.float64)
         found = quality(mapping.through, of, place, sets.tau, field)
     mapped = MappedField(mapping, sets.name, sets.tau, field)
-    inputs = [given, *fem.files, *(where.parent / name for name in config.map.file_names())]
+    inputs = [given, *fem.files, *(project.beside(where, name) for name in config.map.file_names())]
     paths, sid, notes = write_field(output, mapped, lambda: provenance([file, fem.config_file], inputs))
     if figure is not None:
         from tedm_cli.stages.thermal.map_figure import draw_field
