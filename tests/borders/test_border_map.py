@@ -323,6 +323,7 @@ def refused(project: Project, code: int, *pieces: str, hint: str = "") -> None:
         ("set,LOW,HIGH\nup,1,1e9\n", "HIGH: temperature"),
         ("set,LOW,HIGH\n,1,2\n", "tau.csv:2: set is empty"),
         ("set,LOW,HIGH\nup,1,2\nUP,1,2\n", "tau.csv:3: set 'UP' is there twice"),
+        ('set,LOW,HIGH\n"up\nFORCE,1",1,2\n', "the name of a set must be one line of printable text"),
         ("set,LOW,HIGH\n", "holds a header and nothing else"),
         ("", "is empty"),
     ],
@@ -339,6 +340,7 @@ def test_temperatures_that_are_none(two: Project, text: str, fact: str) -> None:
         ("tmm_node,element_id\nLOW,1\nLOW,1\nHIGH,2\n", 4, "nodes.csv:3: element 1 of node 'LOW' is in line 2 already"),
         ("tmm_node,element_id\nLOW,1\nlow,2\n", 4, "nodes.csv:3: node 'low' is also spelled 'LOW'"),
         ("tmm_node,element_id\nLOW,1\nHIGH,3\n", 4, "node 'HIGH' names 1 elements that the model lacks: 3"),
+        ('tmm_node,element_id\n"LOW\tER",1\n', 4, "the name of a node must be one line of printable text"),
         ("tmm_node,element_id\nLOW,1.5\n", 4, "element_id must be a whole number"),
         ("tmm_node,element_id\nLOW,0\n", 4, "nodes.csv:2: element_id"),
         ("node,element\nLOW,1\n", 4, "must begin with the header tmm_node,element_id"),
@@ -389,16 +391,16 @@ def test_places_that_are_none(two: Project, text: str, code: int, fact: str) -> 
 
 
 @pytest.mark.parametrize(
-    ("weights", "fact"),
+    ("weights", "code", "fact"),
     [
-        ("node,area,weight\nA,LEFT,1\n", "has no weights for RIGHT"),
-        ("node,area,weight\nA,LEFT,1\nA,RIGHTS,1\n", "is called 'RIGHTS'; did you mean RIGHT?"),
-        ("node,area,weight\nA,LEFT,1\na,RIGHT,1\n", "node 'a' is also spelled 'A'"),
+        ("node,area,weight\nA,LEFT,1\n", 3, "has no weights for RIGHT"),
+        ("node,area,weight\nA,LEFT,1\nA,RIGHTS,1\n", 3, "is called 'RIGHTS'; did you mean RIGHT?"),
+        ("node,area,weight\nA,LEFT,1\na,RIGHT,1\n", 4, "node 'a' is also spelled 'A'"),
     ],
 )
-def test_weights_that_are_none(two: Project, weights: str, fact: str) -> None:
+def test_weights_that_are_none(two: Project, weights: str, code: int, fact: str) -> None:
     with_map(two, '[map]\nweights = "w.csv"\n', w=weights)
-    refused(two, 3, fact)
+    refused(two, code, fact)
 
 
 def test_nodes_that_others_fix(two: Project) -> None:

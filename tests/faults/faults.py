@@ -23,7 +23,7 @@ from pathlib import Path
 
 sys.path += [str(Path(__file__).parents[1] / name) for name in ("", "borders", "fuzz")]
 
-from border_tools import CONFIGS, ROOT, heed_interrupts
+from border_tools import CONFIGS, ROOT, SMALL, heed_interrupts
 from fuzz_hdf5_judge import DYNAMICS, SERIES
 from fuzz_users_project import small_chain
 

@@ -33,7 +33,8 @@ FAMILIES: dict[str, dict[str, int]] = {
              "S_BW.csv.toml": 10},
     "CSV": {
         "areas.csv": 25, "blocks.csv": 20, "points.csv": 20, "budget.csv": 15, "spectra.csv": 15, "series.csv": 20,
-        "nodes.csv": 15, "r.csv": 20, "map.csv": 10, "places.csv": 10, "tau.csv": 10, "S_BW.csv": 15, "magnetic.csv": 10,
+        "nodes.csv": 15, "r.csv": 20, "S_BW.csv": 15, "magnetic.csv": 10, "map.csv": 10, "places.csv": 10,
+        "tau.csv": 10,
     },
     "NPZ and MAT": {"r.npz": 20, "optics.npz": 15, "controller.npz": 8, "optics.mat": 17},
     "STL": {"body.stl": 10},
