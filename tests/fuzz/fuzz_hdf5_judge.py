@@ -43,6 +43,7 @@ MADE = {
     "simulation_warm.h5": ["simulate", "--series", "warm"],
     "release.h5": ["simulate", "--release", "TM1_x=1e-6"],
     "figure_6_2.h5": ["simulate", "--figure-6.2"],
+    "thermal.h5": ["build-thermal"],
 }
 #: By file: the commands that read it.
 READERS: dict[str, tuple[str, ...]] = {
@@ -63,6 +64,7 @@ READERS: dict[str, tuple[str, ...]] = {
     "simulation_warm.h5": ("show simulation_warm.h5", "view"),
     "release.h5": ("show release.h5",),
     "figure_6_2.h5": ("show figure_6_2.h5", "view"),
+    "thermal.h5": ("show thermal.h5",),
 }
 NO_CONFIG = ("show", "export-case")
 

@@ -13,6 +13,10 @@ class MapTable(Strict):
     elements: FileName | None = Field(default=None, description="A CSV `tmm_node,element_id`.")
     areas: bool = Field(default=False, description="Whether the thermal areas of the model are the nodes.")
 
+    def file_names(self) -> list[str]:
+        """The files that it names."""
+        return [] if self.elements is None else [self.elements]
+
     @model_validator(mode="after")
     def _one_association(self) -> MapTable:
         if (self.elements is None) != self.areas:
