@@ -165,13 +165,13 @@ def test_a_session_is_read() -> None:
 
 
 TOML = [block for page in pages() for block in blocks(page) if block.is_toml]
-WHOLE: list[tuple[type[Any], Path | None]] = [
+WHOLE: list[tuple[type[Any], Path]] = [
     (ModelConfig, ROOT / "configs" / "model.toml"),
     (CasesConfig, MINIMAL / "cases.toml"),
     (OpticsTables, ROOT / "configs" / "optics.toml"),
     (ProjectTable, MINIMAL / "tedm.toml"),
     (DynamicsConfig, ROOT / "configs" / "dynamics.toml"),
-    (ThermalConfig, None),  # all of its tables may be left out
+    (ThermalConfig, ROOT / "tests" / "docs" / "thermal.toml"),
 ]
 
 
@@ -194,7 +194,7 @@ def problems_of(piece: dict[str, Any]) -> list[tuple[str, str]]:
         return [problem for model, table in tables for problem in _problems(model, table)]
     case = {"case": [{"id": "1", "title": "its keys alone", **piece}]}
     found = [
-        _problems(model, put_into({} if path is None else tomllib.loads(path.read_text(encoding="utf-8")), put))
+        _problems(model, put_into(tomllib.loads(path.read_text(encoding="utf-8")), put))
         for model, path in WHOLE
         for put in (piece, *([case] if model is CasesConfig else []))
     ]
