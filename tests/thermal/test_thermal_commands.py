@@ -60,8 +60,15 @@ def test_what_is_printed(project: ThermalProject) -> None:
     assert "coldest SPACE 3 K, hottest BOX 297.807 K" in out
     assert "powers 3 W, boundaries take 3 W; largest imbalance of 4 nodes solved for" in out
     assert "gains of 4 nodes at 6 frequencies from 1e-05 to 0.01 Hz; spectra of them all" in out
-    assert "panel" in out
-    said = json.loads(project.run("build-thermal", "--json").ok().out)
+    with project.file() as file:
+        names, S = file["node/free_name"].asstr()[()].tolist(), file["psd"][3]  # at 1 mHz
+    power = S.diagonal().real
+    pairs = {(a, b): abs(S[i, j]) ** 2 / power[i] / power[j]
+             for i, a in enumerate(names) for j, b in enumerate(names) if i < j}  # fmt: skip
+    (a, b), least = min(pairs.items(), key=lambda item: item[1])
+    median = np.median(list(pairs.values()))
+    assert f"coherence of two nodes at 1 mHz: median {median:.3g}, least {least:.3g} ({a} and {b})" in out
+    said = json.loads(project.run("build-thermal", "--json").ok().out, parse_constant=pytest.fail)
     assert said["steady"]["hottest"][0] == "BOX"
     assert said["steady"]["power_W"] == 3.0
     assert [d["name"] for d in said["disturbances"]] == ["panel", "bus"]

@@ -85,8 +85,8 @@ def _sets(done: MappedSummary, top: int | None) -> list[str]:
     if len(shown) < len(order):
         lines.append(f"... {len(order) - len(shown)} more sets, of smaller changes")
     if q is not None:
-        lines.append(
-            f"averages over the nodes' elements are kept to {q.kept.max():.1e} K; TEMP cards that gave all grids of a"
-            " node its temperature would change by the last column across one element"
-        )
+        lines += [
+            "by TEMP cards: the same change where all grids of a node have its temperature",
+            f"averages over the nodes' elements are kept to {q.kept.max():.1e} K",
+        ]
     return lines

@@ -36,6 +36,11 @@ def result_lines(r: ThermalResults) -> list[str]:
         lines.append(
             f"gains of {count(r.kept, 'node')} at {number:,} frequencies from {low:g} to {high:g} Hz; {spectra}"
         )
+    if (c := r.coherence) is not None:
+        lines.append(
+            f"coherence of two nodes at {1e3 * c.frequency_hz:g} mHz: median {c.median:.3g}, least {c.least:.3g}"
+            f" ({and_text(c.pair)})"
+        )
     if r.disturbances:
         head = ("disturbance", "largest gains for f to 0", "order", "corner mHz", "beyond", "fit error")
         lines += table(head, [_row(d) for d in r.disturbances], right=(4, 5))

@@ -100,19 +100,12 @@ class MapTable(Strict):
     @model_validator(mode="after")
     def _one_way(self) -> MapTable:
         by_element = [key for key in ("elements", "nodes", "nearest") if getattr(self, key)]
-        ways = [
-            w
-            for w in (
-                " and ".join(by_element).replace("nodes", "node"),
-                self.areas and "areas",
-                self.weights and "weights",
-            )
-            if w
-        ]
+        ways = [" and ".join(by_element).replace("nodes", "node")] * bool(by_element)
+        ways += ["areas"] * self.areas + ["weights"] * (self.weights is not None)
         if not ways:
             raise ValueError("says of no node where it is: give elements, node, nearest, areas = true or weights")
         if len(ways) > 1:
-            raise ValueError(f"gives {' and '.join(map(str, ways))}: these are different ways, give one")
+            raise ValueError(f"gives {' and '.join(ways)}: these are different ways, give one")
         if self.nearest_within_m is not None and self.nearest is None:
             raise ValueError("nearest_within_m is of nearest, which is not given")
         if self.weights is not None and (self.conductivity_W_m_K or self.rigid_conductance_W_K is not None):

@@ -19,6 +19,7 @@ from tedm_cli.mapping.averages import NONE, conducting_parts
 from tedm_cli.mapping.node_map import ConductedMap, DependentNodes, WeightedMap
 from tedm_cli.nastran.conductivity import conductors
 from tedm_cli.nastran.geometry import id_list
+from tedm_cli.stages.thermal.map_files import require_one_spelling
 from tedm_cli.stages.thermal.map_model import FiniteElements
 from tedm_cli.stages.thermal.map_nodes import Association, associate, near_name
 
@@ -195,8 +196,7 @@ def _weighted(fem: FiniteElements, table: MapTable, where: Path) -> Mapping:
     nodes = list(dict.fromkeys(node for of in weights.values() for node in of))
     spelled: dict[str, str] = {}
     for node in nodes:
-        if spelled.setdefault(node.upper(), node) != node:
-            raise ConfigError([("", f"node {node!r} is also spelled {spelled[node.upper()]!r}")], where=str(path))
+        require_one_spelling(spelled, node, str(path))
     matrix = np.zeros((len(names), len(nodes)))
     for area, of in weights.items():
         for node, weight in of.items():

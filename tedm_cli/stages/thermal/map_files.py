@@ -79,6 +79,18 @@ def read_places(path: Path) -> tuple[list[str], FloatArray]:
 
 
 def require_one_spelling(spelled: dict[str, str], name: str, where: str) -> None:
-    """Refuse a name that differs from an earlier one in the case of its letters alone; `spelled` keeps them."""
+    """Refuse a name that differs from an earlier one in the case of its letters alone; `spelled` keeps them.
+
+    What is no line of printable text is refused too.
+    """
+    require_printable("node", name, where)
     if spelled.setdefault(name.upper(), name) != name:
         raise InputError(f"node {name!r} is also spelled {spelled[name.upper()]!r}", where=where)
+
+
+def require_printable(what: str, name: str, where: str) -> None:
+    """Refuse a name that is more than one line, or that cannot be seen."""
+    if unseen := [c for c in name if not c.isprintable()]:
+        raise InputError(
+            f"the name of a {what} must be one line of printable text; it holds {unseen[0]!r}", where=where
+        )

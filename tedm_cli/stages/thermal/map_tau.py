@@ -11,6 +11,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.quantities import TEMPERATURE
+from tedm_cli.stages.thermal.map_files import require_printable
 from tedm_cli.stages.thermal.map_nodes import near_name
 from tedm_cli.tables.csv_table import csv_lines, decimal_comma_hint, number_of, require_no_tabs
 
@@ -51,6 +52,7 @@ def read_given(path: Path, nodes: Sequence[str]) -> Given:
             raise InputError(f"{len(fields)} fields, the header has {len(header)}", where=place, hint=hint)
         if not fields[0]:
             raise InputError("set is empty", where=place)
+        require_printable("set", fields[0], place)
         if fields[0].upper() in (name.upper() for name in names):
             raise InputError(f"set {fields[0]!r} is there twice", where=place)
         names.append(fields[0])
