@@ -123,7 +123,8 @@ def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_
     assert done.returncode == 0, done.stderr
     commands = [line.split()[1] for line in done.stdout.splitlines() if "/bin/tedm " in line]
     assert commands.count("simulate") == commands.count("run-case") == 12
-    assert commands[-3:] == ["plot", "report", "view"]
+    assert commands.count("build-thermal") == 1
+    assert [name for name in commands if name != "build-thermal"][-3:] == ["plot", "report", "view"]
     assert commands.index("build-dynamics") < commands.index("simulate")
 
 
