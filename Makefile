@@ -126,13 +126,13 @@ endif
 # A layout beside the project file counts from when it is put there, though nothing may name it. A later version of the
 # program may have variables that an older file lacks.
 $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)/optics.toml) $(CASES_TOML) \
-		$(DYNAMICS_TOML) $(GRAVITY_SOURCES) tedm_cli/stages/chain/make_rules.py | $(RUN_STAMP)
+		$(DYNAMICS_TOML) $(THERMAL_TOML) $(GRAVITY_SOURCES) tedm_cli/stages/chain/make_rules.py | $(RUN_STAMP)
 	$(TEDM) make-rules $(OPTIONS)
 
 # A configuration file that the project no longer names may be gone.
-$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(GRAVITY_SOURCES): ;
+$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(GRAVITY_SOURCES): ;
 
-all: $(BUILD)/report.html $(BUILD)/view.html
+all: $(BUILD)/report.html $(BUILD)/view.html $(THERMAL)
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
@@ -140,14 +140,16 @@ SIZE_OPTION = $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM))
 LTP_LAYOUT := $(or $(OPTICS_TOML),configs/optics.toml)
 LISA_LAYOUT := $(or $(OPTICS_TOML),configs/lisa_like/optics.toml)
 
-$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(LTP_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
+LTP_IMPORTED := $(addprefix sample_models/,deck_cards.py ltp_like_assumptions.py ltp_like_network.py ltp_like_solids.py)
+
+$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(LTP_IMPORTED) $(LTP_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
 	$(BIN)/python $< $(SIZE_OPTION) --layout $(LTP_LAYOUT) -o $@
 
-$(BUILD)/lisa.bdf: sample_models/lisa_like.py sample_models/lisa_like_layout.py sample_models/ltp_like.py $(LISA_LAYOUT) \
-		$(BUILD)/element_size | $(RUN_STAMP)
+$(BUILD)/lisa.bdf: $(addprefix sample_models/,lisa_like.py lisa_like_layout.py deck_cards.py ltp_like_solids.py) \
+		$(LISA_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
 	$(BIN)/python $< $(SIZE_OPTION) --layout $(LISA_LAYOUT) -o $@
 
-$(BUILD)/ltp_areas.csv: $(BUILD)/ltp.bdf ;
+$(BUILD)/ltp_areas.csv $(patsubst %,$(BUILD)/thermal_%.csv,nodes conductors powers elements): $(BUILD)/ltp.bdf ;
 $(BUILD)/lisa_areas.csv: $(BUILD)/lisa.bdf ;
 
 # Written anew only when the variable has another value than last time.
@@ -187,6 +189,12 @@ $(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML) $(OPTICS_SOURCES)
 ifneq ($(ADJOINT),)
 $(ADJOINT): $(UNIT_DECK) $(MATRICES) $(BUILD)/halves $(ADJOINT_OP2)
 	$(TEDM) build-adjoint --or-say-why $(OPTIONS)
+endif
+
+# Of a project with a thermal model: its network, and what its nodes do to the outputs.
+ifneq ($(THERMAL),)
+$(THERMAL): $(THERMAL_TOML) $(THERMAL_SOURCES)
+	$(TEDM) build-thermal $(OPTIONS)
 endif
 
 define CASE_RULE

@@ -21,8 +21,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from deck_cards import field8, footprint, grid_card, list_card, real8, round_bar
 from lisa_like_layout import placed
-from ltp_like import Block, Mesh, field8, fill, footprint, grid_card, list_card, real8, round_bar, subdivide
+from ltp_like_solids import Block, Mesh, fill, subdivide
 
 # name: (material id, E [Pa], Poisson's ratio, density [kg/m3], expansion [1/K]); handbook values, rounded
 MATERIALS = {
@@ -113,9 +114,9 @@ class Deck:
         first = self._grid
         for at, area in zip(at_mm, m.area, strict=True):
             self.grid(at, mark + area)
-        for conn, material in zip(m.hexes, m.material, strict=True):
+        for conn, block in zip(m.hexes, m.block, strict=True):
             ids = (first + int(n) + 1 for n in conn)
-            self.cards.append(list_card(["CHEXA", self.element(), MATERIALS[material][0]], ids))
+            self.cards.append(list_card(["CHEXA", self.element(), MATERIALS[str(block.material)][0]], ids))
         self.solids += len(m.hexes)
         return first
 

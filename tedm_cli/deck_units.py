@@ -33,6 +33,7 @@ MASS, INERTIA, DENSITY = Dimension(mass=1), Dimension(mass=1, length=2), Dimensi
 STRESS = Dimension(mass=1, length=-1, time=-2)
 FORCE_PER_LENGTH, MOMENT = Dimension(mass=1, time=-2), Dimension(mass=1, length=2, time=-2)
 TEMPERATURE, EXPANSION = Dimension(temperature=1), Dimension(temperature=-1)
+CONDUCTIVITY = Dimension(length=1, mass=1, time=-3, temperature=-1)
 TEMPERATURE_GRADIENT = Dimension(temperature=1, length=-1)
 
 # Degrees per kelvin, and what the scale shows at 273.15 K. Decks in degrees Celsius that say nothing count as K: their

@@ -91,6 +91,16 @@ GRADIENT_ASD = Quantity("level of a temperature gradient", "K/m/sqrt(Hz)", 0.0, 
 CELSIUS = Quantity("temperature", "degC", -273.15, 1e4)
 EXPANSION = Quantity("coefficient of expansion", "1/K", -1.0, 1.0)
 
+# Thermal networks: from a bead to a satellite; conductors between boundaries and perfect joints included.
+HEAT_CAPACITY = Quantity("heat capacity", "J/K", 0.0, 1e12, 1e-12)
+CONDUCTANCE = Quantity("conductance", "W/K", 0.0, 1e12, 1e-20)
+RADIATIVE_AREA = Quantity("radiative conductance", "m^2", 0.0, 1e8, 1e-20)
+CONDUCTIVITY = Quantity("conductivity", "W/(m K)", 1e-6, 1e5)
+LINK_CONDUCTANCE = Quantity("conductance", "W/K", 1e-12, 1e9)
+HEAT = Quantity("power", "W", -1e9, 1e9)
+POWER_ASD = Quantity("power level", "W/sqrt(Hz)", 0.0, 1e9, 1e-20)
+POWER_SHARE = Quantity("weight", "", -1e6, 1e6)
+
 # Bodies and noise of a satellite in orbit.
 SPACECRAFT_MASS = Quantity("mass", "kg", 1.0, 1e7)
 INERTIA = Quantity("inertia", "kg m^2", -1e9, 1e9)

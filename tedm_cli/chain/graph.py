@@ -28,7 +28,7 @@ class ChainFiles:
 
     Parameters
     ----------
-    project, model, optics, cases, dynamics : the configuration files; without `optics`, self-gravity alone.
+    project, model, optics, cases, dynamics, thermal : the configuration files; without `optics`, self-gravity alone.
     bdf, areas : the model that unit loads are made from, and the list of its thermal areas.
     deck, results, solved_here : unit-load deck and results; whether they are made here, or are the user's own.
     unit_loads, distortion, loop : what the stages make of them; `loop` is None where there is no drag-free loop.
@@ -37,6 +37,8 @@ class ChainFiles:
     user's own solver, that it is made of; none where it is solved here. case_needs_adjoint : whether cases take
     something of it.
     gravity_sources, optics_sources, dynamics_sources : tables beside the configuration that these halves read.
+    network : what is made of the thermal model, where there is one. thermal_sources : all that it is made from besides
+        its own file: tables, and those results and configurations that it needs.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
     runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
     older_series : files of series in the build folder, which the page shows too.
@@ -51,6 +53,7 @@ class ChainFiles:
     optics: Path | None
     cases: Path
     dynamics: Path | None
+    thermal: Path | None
     bdf: Path | None
     areas: Path | None
     deck: Path
@@ -64,9 +67,11 @@ class ChainFiles:
     adjoint_results: tuple[Path, ...]
     case_needs_adjoint: bool
     loop: Path | None
+    network: Path | None
     gravity_sources: tuple[Path, ...]
     optics_sources: tuple[Path, ...]
     dynamics_sources: tuple[Path, ...]
+    thermal_sources: tuple[Path, ...]
     case_sources: tuple[Path, ...]
     spectra: tuple[Path, ...]
     runs: tuple[Named, ...]
@@ -142,6 +147,8 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
     if files.adjoint is not None:
         found = (files.deck, *matrices, halves, *files.adjoint_results)
         step(["build-adjoint", "--or-say-why"], [files.adjoint], *found)
+    if files.network is not None:
+        step(["build-thermal"], [files.network], files.thermal, *files.thermal_sources)
     cases = (files.cases, *files.case_sources)
     for run in files.runs:
         step(["run-case", run.name], [run.file], *matrices, files.case_adjoint, halves, *cases, *files.spectra)

@@ -19,7 +19,17 @@ _HEAD = 2_000_000  # characters of a deck, in which its case control is
 _ACCELERATIONS = ("a_x", "a_y", "a_z", "omegadot_x", "omegadot_y", "omegadot_z")
 STAGES = (
     *("write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics"),
-    *("build-adjoint", "run-case", "run-series", "build-dynamics", "simulate", "plot", "report", "view"),
+    *(
+        "build-adjoint",
+        "build-thermal",
+        "run-case",
+        "run-series",
+        "build-dynamics",
+        "simulate",
+        "plot",
+        "report",
+        "view",
+    ),
 )
 FIGURES = ("6.4", "7.2", "7.3", "7.8", "7.9", "8.1")
 MATRICES = ("optics", "sensitivity", "distortion")

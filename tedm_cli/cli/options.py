@@ -30,6 +30,7 @@ METAVARS = {
     "OUTPUT": "name of an output, such as TM1_a_x or A_TM1_x",
     "PATH": "path of a folder, or of a single file",
     "RATIO": "a number, relative",
+    "ROW": "name of a set of temperatures, in the first column of its table",
     "SERIES": "name of a time series in the cases file",
     "SET": "name of a set of photodiodes",
     "STAGE": "name of a command of the chain",

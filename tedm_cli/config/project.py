@@ -56,6 +56,11 @@ class ProjectTable(Strict):
         description="The file that describes the drag-free loop. Without it the default loop is taken, where "
         "there can be one.",
     )
+    thermal: FileName | None = Field(
+        default=None,
+        description="The file that describes the thermal network and how it lies on the model. Without it the project "
+        "has none.",
+    )
     report: ReportTable = Field(
         default=ReportTable(), description="Title block of the report. It shows a missing issue or date as not given."
     )
@@ -65,7 +70,7 @@ class ProjectTable(Strict):
 class Project:
     """A project as the stages see it: its configuration files and the folder that holds their results.
 
-    `optics` is None where the project has self-gravity alone.
+    `optics` is None where the project has self-gravity alone, `thermal` where it has no thermal model.
     """
 
     file: ConfigFile
@@ -74,20 +79,33 @@ class Project:
     optics: Path | None
     cases: Path
     dynamics: Path | None
+    thermal: Path | None
     build_dir: Path
     report: ReportTable
 
     def resolve(self, text: str) -> Path:
         """A path written in the model configuration: relative to that file, `{build_dir}` replaced."""
+        return self.beside(self.model, text)
+
+    def beside(self, file: Path, text: str) -> Path:
+        """A path written in this configuration file: relative to it, `{build_dir}` replaced."""
         if "{build_dir}" in text:
             return Path(text.replace("{build_dir}", str(self.build_dir)))
-        return self.model.parent / text
+        return file.parent / text
 
     def required_optics(self) -> Path:
         """The layout, for what cannot be done without; `ConfigError` where there is none."""
         if self.optics is None:
             raise self.lacks_optics()
         return self.optics
+
+    def required_thermal(self) -> Path:
+        """The file of the thermal model; `ConfigError` where the project names none."""
+        if self.thermal is None:
+            fact = "the project has no thermal model: its file names none"
+            hint = 'name it: thermal = "thermal.toml"'
+            raise ConfigError([("thermal", fact)], where=str(self.file.path), hint=hint)
+        return self.thermal
 
     def lacks_optics(self) -> ConfigError:
         """That something was asked for which only a project with optics has."""
@@ -114,6 +132,7 @@ def load_project(path: Path, build_dir: Path) -> Project:
         optics=None if optics is None else folder / optics,
         cases=folder / table.cases,
         dynamics=None if table.dynamics is None else folder / table.dynamics,
+        thermal=None if table.thermal is None else folder / table.thermal,
         build_dir=build_dir,
         report=table.report,
     )
@@ -122,12 +141,12 @@ def load_project(path: Path, build_dir: Path) -> Project:
 def _require_named(table: ProjectTable, path: Path) -> None:
     """Refuse names of files that are not there, all at once; what nothing names is missed where it is needed."""
     problems = []
-    for key in ("model", "optics", "cases", "dynamics"):
+    for key in ("model", "optics", "cases", "dynamics", "thermal"):
         name = getattr(table, key) if key in table.model_fields_set else None
         if name is not None and not _is_there(path.parent / name):
             problems.append((key, f"names {name!r}, but there is no file {path.parent / name}"))
     if problems:
-        optional = [key for key, _ in problems if key in ("optics", "dynamics")]
+        optional = [key for key, _ in problems if key in ("optics", "dynamics", "thermal")]
         without = f"; a project without {' and '.join(optional)} leaves the key out" if optional else ""
         raise ConfigError(problems, where=str(path), hint=f"names are relative to the project file{without}")
 

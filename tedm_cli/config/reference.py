@@ -20,6 +20,7 @@ from tedm_cli.config.imported import LawTable, SensitivityTable
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
+from tedm_cli.config.thermal.file import ThermalConfig
 
 _PREFACE = """\
 # Configuration
@@ -55,6 +56,7 @@ FILES = (
     File("optics.toml", OpticsTables),
     File("cases.toml", CasesConfig),
     File("dynamics.toml", DynamicsConfig),
+    File("thermal.toml", ThermalConfig),
     File("S_BW.csv.toml, beside an imported S_BW", SensitivityTable, "S_BW"),
     File("P.csv.toml, beside an imported P", LawTable, "P"),
     File("controller.toml, a controller of your own", ControllerFile),
@@ -76,10 +78,12 @@ def tables(root: type[BaseModel]) -> list[type[BaseModel]]:
 
 def document() -> str:
     """The text of docs/reference/configuration.md."""
-    lines, anchors = _PREFACE.splitlines(), dict[type[BaseModel], str]()
+    lines, anchors, headings = _PREFACE.splitlines(), dict[type[BaseModel], str](), set[str]()
     for file in FILES:
         lines += ["", f"## {file.name}"]
-        for path, table in _sections(file, anchors):
+        sections = _sections(file, anchors, headings)
+        headings |= {path for path, _ in sections}
+        for path, table in sections:
             lines += ["", f"### {path}"] if path else []
             lines += ["", *_text(table), "", "| key | type | bounds | default | meaning |", "|---|---|---|---|---|"]
             lines += [_row(key, field, anchors) for key, field in _fields(table)]
@@ -92,21 +96,26 @@ def _fields(table: type[BaseModel]) -> list[tuple[str, FieldInfo]]:
     return sorted(fields, key=lambda of: not of[1].is_required())
 
 
-def _sections(file: File, anchors: dict[type[BaseModel], str]) -> list[tuple[str, type[BaseModel]]]:
-    """Headings and tables of a file, those within a table behind it; what another file has already is left there."""
+def _sections(file: File, anchors: dict[type[BaseModel], str], taken: set[str]) -> list[tuple[str, type[BaseModel]]]:
+    """Headings and tables of a file, those within a table behind it; what another file has already is left there.
+
+    Another table under a heading that is `taken` says of which file it is.
+    """
     root: type[BaseModel] = file.table
-    found = [(file.root, f"[{file.root}]" if file.root else "", root)]
+    found = [(file.root, f"`[{file.root}]`" if file.root else "", root)]
     for path, _, table in found:
         within = []
         for key, field in _fields(table):
             for inner in models_in(field.annotation):
                 if inner not in anchors:
                     place = f"{path}.{key}".removeprefix(".")
-                    anchors[inner] = "".join(c for c in place.lower() if c.isalnum() or c in "_-")
-                    within.append((place, f"[[{place}]]" if _is_array(field) else f"[{place}]", inner))
+                    heading = f"`[[{place}]]`" if _is_array(field) else f"`[{place}]`"
+                    heading += f" of {file.name}" if heading in taken else ""
+                    anchors[inner] = "".join(c for c in heading.lower().replace(" ", "-") if c.isalnum() or c in "_-")
+                    within.append((place, heading, inner))
         at = found.index((path, _, table)) + 1
         found[at:at] = within
-    return [(f"`{heading}`" if heading else "", table) for _, heading, table in found]
+    return [(heading, table) for _, heading, table in found]
 
 
 def _is_array(field: FieldInfo) -> bool:

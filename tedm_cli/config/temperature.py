@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tedm_cli.config.base import GradientLevel, TemperatureLevel
-from tedm_cli.config.temperature_spectrum import SelectingTable, SpectrumColumns, SpectrumTable, tabulated
+from tedm_cli.config.temperature_spectrum import SelectingTable, SpectrumChoice, SpectrumColumns, tabulated
 from tedm_cli.config.temperature_within import WithinTable
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.areas import AreaTable
@@ -73,7 +73,7 @@ class GradientTable(SelectingTable):
         return self
 
 
-class TemperatureTable(SpectrumTable):
+class TemperatureTable(SpectrumChoice):
     """Temperature noise of all areas. Keys that the preset does not use are refused."""
 
     outside_K: TemperatureLevel = Field(
@@ -96,7 +96,7 @@ class TemperatureTable(SpectrumTable):
 
     def filter_problems(self, low_hz: float, high_hz: float) -> list[tuple[str, str]]:
         """(dotted path, fact) of the low-pass shapes that are implausible between two frequencies."""
-        levels: list[tuple[str, SpectrumTable, float]] = [
+        levels: list[tuple[str, SpectrumChoice, float]] = [
             ("temperature", self, level) for level in (self.outside_K, self.inside_K)
         ]
         levels += [(f"temperature.override[{i}]", o, o.level_K or 0.0) for i, o in enumerate(self.overrides)]
@@ -111,7 +111,7 @@ class TemperatureTable(SpectrumTable):
 
     def table_quantities(self) -> dict[str, Quantity]:
         """Quantity of each of these files, by name."""
-        tables: list[SpectrumTable] = [self, *self.overrides, *self.gradients, *self.within]
+        tables: list[SpectrumChoice] = [self, *self.overrides, *self.gradients, *self.within]
         return {t.table: t.quantity for t in tables if t.table is not None}
 
     @model_validator(mode="after")

@@ -42,7 +42,7 @@ class SpectrumColumns:
     asd: FloatArray
 
 
-class SpectrumTable(Strict):
+class SpectrumChoice(Strict):
     """What a spectrum may be; keys that its preset does not use are refused."""
 
     quantity: ClassVar[Quantity] = TEMPERATURE_ASD
@@ -65,7 +65,7 @@ class SpectrumTable(Strict):
     )
 
     @model_validator(mode="after")
-    def _no_idle_keys(self) -> SpectrumTable:
+    def _no_idle_keys(self) -> SpectrumChoice:
         given, p = self.model_fields_set, self.preset
         facts = []
         if p != "thesis" and (idle := sorted(given & {*_FILTER})):
@@ -110,7 +110,7 @@ class SpectrumTable(Strict):
         return ShapedSpectrum(level_K, self.reference_hz, self.corner_hz, self.order)
 
 
-class SelectingTable(SpectrumTable):
+class SelectingTable(SpectrumChoice):
     """A spectrum for areas of one kind, means or gradients: those that meet every key given, each by any value."""
 
     of_gradients: ClassVar[bool]

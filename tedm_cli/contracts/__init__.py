@@ -21,6 +21,8 @@ from tedm_cli.contracts.sensitivity import SENSITIVITY
 from tedm_cli.contracts.series import SERIES, SIMULATED_SERIES, SeriesDatasets
 from tedm_cli.contracts.simulation import SIMULATION
 from tedm_cli.contracts.spec import AreaDatasets, AreaPlaces, Dataset, FileKind, GridDatasets
+from tedm_cli.contracts.temperatures import TEMPERATURES
+from tedm_cli.contracts.thermal import THERMAL
 from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
 __all__ = [
@@ -36,6 +38,8 @@ __all__ = [
     "SERIES",
     "SIMULATED_SERIES",
     "SIMULATION",
+    "TEMPERATURES",
+    "THERMAL",
     "UNIT_LOADS",
     "AreaDatasets",
     "AreaPlaces",
@@ -50,7 +54,7 @@ KINDS = {
     kind.name: kind
     for kind in (
         UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, ADJOINT, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES,
-        RELEASE, IMPOSED,
+        RELEASE, IMPOSED, THERMAL, TEMPERATURES,
     )
 }  # fmt: skip
 

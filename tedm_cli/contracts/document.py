@@ -42,6 +42,7 @@ storage are refused in them as well.
 
 `float` and `int` have 64 bits. `real` is float32 if every number is exact in it (results in single precision, grids in
 the basic frame, loads of 1 K), and float64 otherwise: convert it to double precision before you compute with it.
+`complex` is two float64, which HDF5 has as a compound of `r` and `i`: h5py and xarray make complex numbers of it.
 
 Numbers are finite: a writer MUST refuse NaN and infinity, except in a dataset whose meaning says what they stand for.
 

@@ -92,7 +92,8 @@ LABELS: dict[str, str | tuple[str, ...]] = {
 class Dataset(str):
     """The path of a dataset in its file, and what it must be: symbolic dimensions, type, unit, meaning, frame, values.
 
-    Types are `float` (64 bit), `real` (64 bit, or 32 where that changes no number), `int` (64 bit), `str`.
+    Types are `float` (64 bit), `real` (64 bit, or 32 where that changes no number), `complex` (two of 64 bit),
+    `int` (64 bit), `str`.
     `open_ended`: NaN and infinity have the meaning that `long_name` gives them; elsewhere they are never written.
 
     A path with a name in braces (`/psd/{output}`) stands for a family of datasets, one for each name.

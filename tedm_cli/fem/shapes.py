@@ -163,6 +163,9 @@ CARDS: dict[str, tuple[Shape, ...]] = {
 }
 """Nastran card name to its linear and, where there is one, its quadratic shape."""
 
+PYRAMID_AS_BRICK = [0, 1, 2, 3, 4, 4, 4, 4]
+"""A pyramid's corners as a brick whose top has shrunk to the apex: the same volume, exactly."""
+
 
 def shape_of(card: str, nodes: int) -> Shape | None:
     """The shape of a Nastran card with so many nodes, or None where there is none."""

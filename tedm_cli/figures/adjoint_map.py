@@ -15,8 +15,8 @@ from tedm_cli.figures.spec import PAGE_WIDTH
 from tedm_cli.figures.style import SMALL, heading, heading_lines, style
 
 _NO_VOLUME = "#B8B8B8"
-_LEFT, _RIGHT, _GAP, _ACROSS = 0.15, 0.1, 0.65, 0.75  # inches
-_BAR_ROOM, _FOOT = 0.8, 0.42
+LEFT, _RIGHT, _GAP, _ACROSS = 0.15, 0.1, 0.65, 0.75  # inches
+SCALE_ROOM, _FOOT = 0.8, 0.42
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,14 +32,14 @@ class MapViews:
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
         extent = np.maximum(np.ptp(mesh.position, axis=0), 0.3 * np.ptp(mesh.position, axis=0).max())
-        wide = (PAGE_WIDTH - _LEFT - _RIGHT - _ACROSS) / 2
+        wide = (PAGE_WIDTH - LEFT - _RIGHT - _ACROSS) / 2
         scale = wide / extent[0]
         front, plan = min(3.2, scale * extent[2]), min(3.2, scale * extent[1])
-        right, half = _LEFT + wide + _ACROSS, (front + plan) / 2
+        right, half = LEFT + wide + _ACROSS, (front + plan) / 2
         self._panels = (
-            _Panel(ISOMETRIC, False, (_LEFT, _FOOT + half + _GAP, wide, half)),
+            _Panel(ISOMETRIC, False, (LEFT, _FOOT + half + _GAP, wide, half)),
             _Panel(PLAN, True, (right, _FOOT + front + _GAP, wide, plan)),
-            _Panel(ISOMETRIC, True, (_LEFT, _FOOT, wide, half)),
+            _Panel(ISOMETRIC, True, (LEFT, _FOOT, wide, half)),
             _Panel(FRONT, True, (right, _FOOT, wide, front)),
         )
         self.height = _FOOT + front + _GAP + plan + 0.25
@@ -69,11 +69,11 @@ def adjoint_figure(views: MapViews, density: FloatArray, bound: float, title: st
         if np.isnan(density).any():
             more += "; grey: no volume"
         _, _, head = heading_lines(title, more, PAGE_WIDTH)
-        height = head + _BAR_ROOM + views.height
+        height = head + SCALE_ROOM + views.height
         figure = Figure(figsize=(PAGE_WIDTH, height), dpi=150)
         heading(figure, title, more=more)
         colours = signed_colours(np.array([bound]))
-        signed_bar(figure, colours, (_LEFT + 0.3, height - head - 0.55, 4.6), unit)
+        signed_bar(figure, colours, (LEFT + 0.3, height - head - 0.55, 4.6), unit)
         rgb = np.asarray(colours.table(np.asarray(colours.norm(np.clip(np.nan_to_num(density), -bound, bound)))))
         table = np.concatenate([rgb[:, :3], [to_rgb(_NO_VOLUME)]])
         table[:-1][np.isnan(density)] = to_rgb(_NO_VOLUME)

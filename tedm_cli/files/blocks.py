@@ -62,7 +62,7 @@ def node_blocks(n_nodes: int, length: int = _AT_ONCE) -> Iterator[slice]:
 
 
 class Blocks:
-    """A numeric dataset that is read where it is indexed, as float64 or int64 whatever the file holds."""
+    """A numeric dataset that is read where it is indexed, as float64, int64 or complex128 whatever the file holds."""
 
     def __init__(self, dataset: Any, file: Path) -> None:
         self._dataset = dataset

@@ -21,6 +21,7 @@ from tedm_cli.files.store import Reader, open_checked
     DYNAMICS_FILE,
     IMPOSED_FILE,
     RELEASE_FILE,
+    THERMAL_FILE,
 ) = (
     "unit_loads.h5",
     "distortion.h5",
@@ -30,6 +31,7 @@ from tedm_cli.files.store import Reader, open_checked
     "dynamics.h5",
     "figure_6_2.h5",
     "release.h5",
+    "thermal.h5",
 )
 _AREAS = tuple(d for d in vars(AreaDatasets).values() if isinstance(d, Dataset))
 

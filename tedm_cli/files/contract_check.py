@@ -17,8 +17,8 @@ from tedm_cli.files.datasets import found
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
 from tedm_cli.files.scales import is_scale, scale_problems
 
-DTYPES = {"float": np.float64, "real": np.float64, "int": np.int64}
-_HELD = {"float": ("f8",), "real": ("f4", "f8"), "int": ("i8",)}
+DTYPES = {"float": np.float64, "real": np.float64, "int": np.int64, "complex": np.complex128}
+_HELD = {"float": ("f8",), "real": ("f4", "f8"), "int": ("i8",), "complex": ("c16",)}
 _WORDS = {"str": "strings of fixed length"}
 PROVENANCE = {"config": ("path", "sha256", "text"), "input": ("path", "sha256")}
 
@@ -46,7 +46,7 @@ def shape_problem(spec: Dataset, shape: tuple[int, ...], dims: dict[str, int]) -
 
 def finite_problem(spec: Dataset, value: AnyArray) -> str:
     """What is wrong with numbers that are to be written: any that is not finite, unless the contract allows it."""
-    if spec.open_ended or spec.dtype not in ("float", "real"):
+    if spec.open_ended or spec.dtype not in ("float", "real", "complex"):
         return ""
     finite = np.isfinite(value)
     bad = finite.size - int(np.count_nonzero(finite))

@@ -159,7 +159,7 @@ class Reader:
         return path in self._file
 
     def array(self, path: str) -> AnyArray:
-        """The whole dataset as float64 or int64."""
+        """The whole dataset as float64, int64 or complex128."""
         return self.dataset(path)[()]
 
     def strings(self, path: str) -> list[str]:

@@ -19,6 +19,7 @@ from tedm_cli.contracts import (
     SERIES,
     SIMULATED_SERIES,
     SIMULATION,
+    THERMAL,
     UNIT_LOADS,
     FileKind,
 )
@@ -29,6 +30,7 @@ from tedm_cli.files.build_folder import (
     DYNAMICS_FILE,
     OPTICS_FILE,
     SENSITIVITY_FILE,
+    THERMAL_FILE,
     UNIT_LOADS_FILE,
     case_file_name,
     require_up_to_date,
@@ -119,6 +121,12 @@ class Build:
     def optics(self) -> xr.Dataset:
         """N: `N` (set, read_out, area), m/K and rad/K as `read_out_unit` says, and the matrices it is made of."""
         return self._read(OPTICS_FILE, OPTICS)
+
+    @property
+    def thermal(self) -> xr.Dataset:
+        """The thermal network: `steady_K` (node), K; `transfer` (frequency, free, disturbance), K/K or K/W, complex;
+        `psd` (frequency, free, free_column), K²/Hz; `sensitivity` (row, map_node), per K."""
+        return self._read(THERMAL_FILE, THERMAL)
 
     @property
     def adjoint(self) -> xr.Dataset:

@@ -6,9 +6,8 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.fem.measure import blocks, whole_rule
-from tedm_cli.fem.shapes import CARDS, Shape, shape_of
+from tedm_cli.fem.shapes import CARDS, PYRAMID_AS_BRICK, Shape, shape_of
 from tedm_cli.nastran.geometry import ModelGeometry
-from tedm_cli.nastran.masses.elements import PYRAMID_AS_BRICK
 
 
 def node_volumes(geometry: ModelGeometry) -> FloatArray:

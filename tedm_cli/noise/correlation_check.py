@@ -65,7 +65,7 @@ def check_correlation(
         raise PhysicsError(
             f"not positive semidefinite: eigenvalue {lowest:.6g} (largest {eigenvalues[-1]:.6g}), carried by {carried}",
             where=where,
-            hint=f"these areas contradict each other; multiply the entries off the diagonal by {possible:g} or less",
+            hint=f"they contradict each other; multiply the entries off the diagonal by {possible:g} or less",
         )
 
 

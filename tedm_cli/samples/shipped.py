@@ -40,7 +40,9 @@ class Sample:
 
 PROJECT, LAYOUT = "tedm.toml", "optics.toml"
 _LTP, _LISA, _SMALL, _MINIMAL = "configs", "configs/lisa_like", "sample_models/small", "sample_models/minimal"
-_LTP_SCRIPT = "sample_models/ltp_like.py"
+_SCRIPTS = "sample_models"
+_SOLIDS = (f"{_SCRIPTS}/deck_cards.py", f"{_SCRIPTS}/ltp_like_solids.py")
+_NETWORK = (f"{_SCRIPTS}/ltp_like_network.py", f"{_SCRIPTS}/ltp_like_assumptions.py")
 
 SAMPLES = {
     "minimal": Sample(
@@ -52,12 +54,14 @@ SAMPLES = {
         )
     ),
     "ltp": Sample(
-        tuple(f"{_LTP}/{name}" for name in (PROJECT, "model.toml", LAYOUT, "cases.toml", "dynamics.toml")),
-        Script(_LTP_SCRIPT, "ltp.bdf"),
+        tuple(
+            f"{_LTP}/{name}" for name in (PROJECT, "model.toml", LAYOUT, "cases.toml", "dynamics.toml", "thermal.toml")
+        ),
+        Script(f"{_SCRIPTS}/ltp_like.py", "ltp.bdf", (*_SOLIDS, *_NETWORK)),
     ),
     "lisa": Sample(
         tuple(f"{_LISA}/{name}" for name in (PROJECT, "model.toml", LAYOUT, "cases.toml")),
-        Script("sample_models/lisa_like.py", "lisa.bdf", ("sample_models/lisa_like_layout.py", _LTP_SCRIPT)),
+        Script(f"{_SCRIPTS}/lisa_like.py", "lisa.bdf", (f"{_SCRIPTS}/lisa_like_layout.py", *_SOLIDS)),
     ),
 }
 

@@ -2,6 +2,7 @@ from pathlib import Path
 
 import pytest
 from border_tools import Project, build_chain, tiny_project
+from mapped_project import BY_ELEMENT, ELEMENTS, K, with_map
 from shared_folder import shared
 
 
@@ -27,3 +28,9 @@ def bricks(tmp_path_factory: pytest.TempPathFactory) -> Project:
 def tiny(bricks: Project, tmp_path: Path) -> Project:
     """A copy of the two bricks that a test may change."""
     return bricks.copy(tmp_path / "tiny")
+
+
+@pytest.fixture
+def two(tiny: Project) -> Project:
+    """Two bricks, a thermal node each."""
+    return with_map(tiny, ELEMENTS + K, nodes=BY_ELEMENT, tau="set,LOW,HIGH\nup,0.25,1.5\neven,2,2\n")

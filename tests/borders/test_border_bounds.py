@@ -26,6 +26,7 @@ from tedm_cli.config.imported import LawTable, SensitivityTable
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
+from tedm_cli.config.thermal.file import ThermalConfig
 from tedm_cli.contracts import KINDS, Dataset, FileKind
 from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.provenance import Provenance
@@ -265,6 +266,37 @@ FULL: dict[str, tuple[type[Strict], dict[str, Any]]] = {
             title = "t"
             blocks = [{ areas = ["*"], rho = 0.5 }]
             delays = [{ areas = ["A"], delay_s = 1.0 }]
+            """
+        ),
+    ),
+    "thermal": (
+        ThermalConfig,
+        tomllib.loads(
+            """
+            [network]
+            tmd = "model.TMD"
+            time_s = 10.0
+            [frequency]
+            list_hz = [1e-4, 1e-3]
+            [[disturbance]]
+            name = "sun"
+            nodes = ["A", "B"]
+            kind = "power"
+            weights = [0.4, 0.6]
+            preset = "thesis"
+            level_W = 1e-3
+            reference_hz = 1e-3
+            order = 1
+            corner_hz = 1e-3
+            [[disturbance]]
+            name = "panel"
+            nodes = ["C"]
+            kind = "temperature"
+            preset = "white"
+            level_K = 1e-3
+            [[correlation]]
+            disturbances = ["sun", "panel"]
+            rho = 0.5
             """
         ),
     ),

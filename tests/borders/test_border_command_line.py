@@ -28,7 +28,16 @@ from tedm_cli.stages.chain.plan import Plan
 from tedm_cli.stages.chain.project_files import chain_files
 
 COMMANDS: dict[str, Any] = {name: c for name, c in command_line().commands.items() if not c.hidden}
-RANKED = {"audit-mesh", "build-adjoint", "build-optics", "explain", "run-case", "show", "suggest-areas"}
+RANKED = {
+    "audit-mesh",
+    "build-adjoint",
+    "build-optics",
+    "explain",
+    "map-temperatures",
+    "run-case",
+    "show",
+    "suggest-areas",
+}
 
 
 def options(name: str) -> dict[str, Any]:
@@ -257,7 +266,15 @@ def test_the_stages_are_told_in_the_order_of_the_chain(chain: Project) -> None:
     assert tuple(said[1].split(", ")) == STAGES
     files = chain_files(load_project(chain.folder / "tedm.toml", chain.build))
     one = (Named("3", Path("run.h5")),)
-    whole = replace(files, solved_here=True, loop=Path("dynamics.h5"), runs=one, series=one, simulations=one)
+    whole = replace(
+        files,
+        solved_here=True,
+        loop=Path("dynamics.h5"),
+        network=Path("thermal.h5"),
+        runs=one,
+        series=one,
+        simulations=one,
+    )
     assert tuple(dict.fromkeys(step.stage for step in chain_of(whole))) == STAGES
 
 

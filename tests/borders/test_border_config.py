@@ -230,7 +230,13 @@ def test_nothing_is_left_in_the_working_directory(
 
 @pytest.mark.parametrize(
     ("command", "key"),
-    [(["ingest"], "model"), (["check-layout"], "optics"), (["run-case", "1"], "cases"), (["ingest"], "dynamics")],
+    [
+        (["ingest"], "model"),
+        (["check-layout"], "optics"),
+        (["run-case", "1"], "cases"),
+        (["ingest"], "dynamics"),
+        (["ingest"], "thermal"),
+    ],
 )
 def test_a_file_that_the_project_names_is_not_there(tiny: Project, command: list[str], key: str) -> None:
     """It is the project file that is wrong, whichever file the command needs."""
@@ -241,7 +247,7 @@ def test_a_file_that_the_project_names_is_not_there(tiny: Project, command: list
         3, f"tedm.toml: {key}: names 'lost.toml', but there is no file {lost}", hint="relative to the project"
     )
     assert "--config" not in outcome.err
-    assert ("leaves the key out" in outcome.err) == (key in ("optics", "dynamics"))
+    assert ("leaves the key out" in outcome.err) == (key in ("optics", "dynamics", "thermal"))
     (tiny.folder / "tedm.toml").unlink()
     tiny.run(*command).refused(4, "tedm.toml: cannot read the configuration", hint="--config")
 

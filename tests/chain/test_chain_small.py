@@ -196,5 +196,6 @@ def test_sample_model_is_reproducible(tmp_path: Path) -> None:
     subprocess.run(
         [*script, "--layout", "configs/optics.toml", "-o", str(tmp_path / "ltp_small.bdf")], cwd=root, check=True
     )
-    for name in ("ltp_small.bdf", "ltp_small_areas.csv"):
+    network = [f"thermal_{name}.csv" for name in ("nodes", "conductors", "powers", "elements")]
+    for name in ("ltp_small.bdf", "ltp_small_areas.csv", *network):
         assert (tmp_path / name).read_bytes() == (small / name).read_bytes(), f"make sample-small rewrites {name}"

@@ -21,6 +21,7 @@ from tedm_cli.config.imported import LawTable, SensitivityTable
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
+from tedm_cli.config.thermal.file import ThermalConfig
 from tedm_cli.errors import ConfigError
 
 #: Python that other tests run.
@@ -170,6 +171,7 @@ WHOLE: list[tuple[type[Any], Path]] = [
     (OpticsTables, ROOT / "configs" / "optics.toml"),
     (ProjectTable, MINIMAL / "tedm.toml"),
     (DynamicsConfig, ROOT / "configs" / "dynamics.toml"),
+    (ThermalConfig, ROOT / "tests" / "docs" / "thermal.toml"),
 ]
 
 

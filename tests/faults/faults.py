@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path += [str(Path(__file__).parents[1] / name) for name in ("", "borders", "fuzz")]
+sys.path += [str(Path(__file__).parents[1] / name) for name in ("", "borders", "fuzz", "thermal")]
 
 from border_tools import CONFIGS, ROOT, SMALL, heed_interrupts
 from fuzz_hdf5_judge import DYNAMICS, SERIES
@@ -32,8 +32,8 @@ from tedm_cli.cli import main
 #: In the order of the chain.
 COMMANDS = (
     "write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint",
-    "write-deck --adjoint", "run-case 3", "run-series warm", "build-dynamics", "simulate 3", "export --format npz",
-    "export-case 3 --format csv", "export-vtu", "view",
+    "write-deck --adjoint", "run-case 3", "run-series warm", "build-dynamics", "simulate 3", "build-thermal",
+    "export --format npz", "export-case 3 --format csv", "export-vtu", "view", "map-temperatures tau.csv -o grids.h5",
 )  # fmt: skip
 NO_CONFIG = ("export", "export-case", "export-vtu")
 SIZES = (0.02, 0.5, 0.999)  # of the largest file of a command: there the disk is full
@@ -94,7 +94,6 @@ class Chain:
         self.folder, self.build, self.commands = folder, folder / "build", commands
         rows = "".join(f"{2.0 * n},{293.0 + 0.01 * math.sin(0.3 * n):.6f}\n" for n in range(900))
         small_chain(folder, SERIES, DYNAMICS)
-        shutil.copy(SMALL / "ltp_small.bdf", folder)
         (folder / "series.csv").write_text("time_s,all\n" + rows)
         for command in commands:
             self.act(command)
@@ -110,7 +109,7 @@ class Chain:
         self.sound = self.snapshot()
 
     def act(self, command: str) -> None:
-        name, *words = command.split()
+        name, *words = [str(self.folder / w) if w.endswith((".csv", ".h5")) else w for w in command.split()]
         project = [] if name in NO_CONFIG else ["-c", str(self.folder / "tedm.toml")]
         sys.argv = ["tedm", name, *words, *project, "-d", str(self.build), "-q"]
         try:

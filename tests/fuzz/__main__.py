@@ -10,7 +10,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[1]))  # what tests of several rooms share
+sys.path += [str(Path(__file__).parents[1] / name) for name in ("", "borders", "thermal")]  # of several rooms
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: each process has a core of its own
 
 from fuzz_campaign import FAMILIES, WEIGHTS, Judges, campaign

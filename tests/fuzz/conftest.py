@@ -1,6 +1,10 @@
+import sys
 from pathlib import Path
 
 import pytest
+
+sys.path += [str(Path(__file__).parents[1] / name) for name in ("borders", "thermal")]
+
 from fuzz_judge import Judge
 from fuzz_model import Case, fuzz_case
 

@@ -43,6 +43,8 @@ MADE = {
     "simulation_warm.h5": ["simulate", "--series", "warm"],
     "release.h5": ["simulate", "--release", "TM1_x=1e-6"],
     "figure_6_2.h5": ["simulate", "--figure-6.2"],
+    "thermal.h5": ["build-thermal"],
+    "temperatures.h5": ["map-temperatures", "tau.csv", "-o", "build/temperatures.h5"],
 }
 #: By file: the commands that read it.
 READERS: dict[str, tuple[str, ...]] = {
@@ -50,7 +52,7 @@ READERS: dict[str, tuple[str, ...]] = {
     "distortion.h5": ("build-optics", "build-sensitivity", "show distortion.h5"),
     "sensitivity.h5": ("run-case 3", "run-series warm", "build-adjoint", "build-dynamics", "simulate --figure-6.2"),
     "optics.h5": ("run-case 3", "run-series warm", "build-adjoint", "build-dynamics"),
-    "adjoint.h5": ("show adjoint.h5",),
+    "adjoint.h5": ("build-thermal", "show adjoint.h5"),
     "case03.h5": ("export-case 3 --format csv", "show case03.h5", "view"),
     "series_warm.h5": ("show series_warm.h5", "view"),
     "dynamics.h5": (
@@ -63,6 +65,8 @@ READERS: dict[str, tuple[str, ...]] = {
     "simulation_warm.h5": ("show simulation_warm.h5", "view"),
     "release.h5": ("show release.h5",),
     "figure_6_2.h5": ("show figure_6_2.h5", "view"),
+    "thermal.h5": ("show thermal.h5",),
+    "temperatures.h5": ("show temperatures.h5",),
 }
 NO_CONFIG = ("show", "export-case")
 

@@ -24,7 +24,7 @@ from fuzz_binary import BINARY
 from fuzz_judge import HangError, Verdict, limits
 from fuzz_meaning import meaning, written
 from fuzz_text import Mutation
-from fuzz_users_project import Ran, UserProject, bricks, loop
+from fuzz_users_project import Ran, UserProject, bricks, loop, network
 from fuzz_users_text import USERS_BINARY, USERS_TEXT
 from label_scales import is_scale_alone
 
@@ -32,6 +32,8 @@ from tedm_cli.contracts import KINDS as CONTRACTS
 
 RUN = ["run-case", "own"]
 DYNAMICS = [["build-dynamics"]]
+MAP = [["map-temperatures", "tau.csv", "-o", "build/grids.h5"]]
+THERMAL = [["build-thermal", "-q"]]  # what is printed has a time in it
 #: By kind: the file that is damaged, and the commands that read it.
 READERS: dict[str, tuple[str, list[list[str]]]] = {
     "tedm.toml": ("tedm.toml", [["check-layout"]]),
@@ -44,6 +46,9 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "budget.csv": ("budget.csv", [RUN]),
     "spectra.csv": ("spectra.csv", [RUN]),
     "series.csv": ("series.csv", [["run-series", "warm"]]),
+    "map.csv": ("map.csv", MAP),
+    "places.csv": ("places.csv", MAP),
+    "tau.csv": ("tau.csv", MAP),
     "nodes.csv": ("nodes.csv", [["run-series", "nodes"]]),
     "r.csv": ("r.csv", [RUN]),
     "r.npz": ("r.npz", [["run-case", "npz"]]),
@@ -56,9 +61,16 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "controller.npz": ("controller.npz", DYNAMICS),
     "body.stl": ("body.stl", [["build-sensitivity"]]),
     "adjoint.op2": ("adjoint.op2", [["build-adjoint", "--op2", "adjoint.op2"]]),
+    "thermal.toml": ("thermal.toml", THERMAL),
+    "thermal_nodes.csv": ("thermal_nodes.csv", THERMAL),
+    "thermal_conductors.csv": ("thermal_conductors.csv", THERMAL),
+    "thermal_powers.csv": ("thermal_powers.csv", THERMAL),
+    "bus.csv": ("bus.csv", THERMAL),
+    "MODEL.TMD": ("MODEL.TMD", THERMAL),
 }
-ARCHIVES = ("r.npz", "optics.npz", "optics.mat", "controller.npz")
+ARCHIVES = ("r.npz", "optics.npz", "optics.mat", "controller.npz", "MODEL.TMD")
 LOOPS = ("dynamics.toml", "magnetic.csv", "controller.npz")
+NETWORKS = ("thermal.toml", "thermal_nodes.csv", "thermal_conductors.csv", "thermal_powers.csv", "bus.csv", "MODEL.TMD")
 #: What a kind needs in a configuration that it is not about: the file, a text in it, and what takes its place.
 NAMED = {
     kind: ("optics.toml", "[frame]", f'[imported]\nS_BW = "matrices/{source}"\n\n[frame]')
@@ -69,6 +81,7 @@ NAMED = {
         ("optics.mat", "optics.mat"),
     )
 } | {
+    "MODEL.TMD": ("thermal.toml", None, '[network]\ntmd = "MODEL.TMD"\n'),
     "controller.npz": ("dynamics.toml", None, '[controller]\nfile = "controller.npz"\n'),
     "body.stl": ("model.toml", "side_m = 0.046", 'shape = "polyhedron"\nstl = "body.stl"\nstl_unit = "m"'),
 }
@@ -77,11 +90,13 @@ _READ = {
     "r.npz": ("casenpz.h5", {"R": "/correlation/real"}),
     "optics.npz": ("optics.h5", {"S_BW": "/S_BW"}),
     "optics.mat": ("optics.h5", {"S_BW": "/S_BW"}),
+    "MODEL.TMD": ("thermal.h5", {"T": "/steady_K", "C": "/node/capacity", "Q": "/node/power", "GL": "/conductor/GL"}),
 }
 #: Of tables, how many columns of labels stand before the numbers.
 LABELS = {
     "budget.csv": 0, "spectra.csv": 0, "series.csv": 0, "points.csv": 0, "magnetic.csv": 0, "blocks.csv": 1, "r.csv": 1,
-    "S_BW.csv": 2, "nodes.csv": 2,
+    "S_BW.csv": 2, "nodes.csv": 2, "thermal_conductors.csv": 2, "thermal_powers.csv": 1, "bus.csv": 0,
+    "map.csv": 1, "tau.csv": 1,
 }  # fmt: skip
 Numbers = dict[str, np.ndarray]
 
@@ -90,6 +105,8 @@ def mutations_of(kind: str) -> dict[str, Mutation]:
     """The mutations of a kind of file, by name."""
     if kind == "adjoint.op2":
         return BINARY
+    if kind == "MODEL.TMD":  # no archive with files in it
+        return {name: mutation for name, mutation in USERS_BINARY.items() if name not in ("inside", "bomb")}
     return USERS_BINARY if kind in ARCHIVES else USERS_TEXT
 
 
@@ -97,7 +114,7 @@ class Users:
     """Projects with every kind of file, and the judge of what becomes of damage."""
 
     def __init__(self, folder: Path, kinds: tuple[str, ...] = tuple(READERS)) -> None:
-        makers: dict[str, Callable[[Path], UserProject]] = {"bricks": bricks, "loop": loop}
+        makers: dict[str, Callable[[Path], UserProject]] = {"bricks": bricks, "loop": loop, "network": network}
         wanted = {_home(kind) for kind in kinds}
         self.projects = {name: make(folder / name) for name, make in makers.items() if name in wanted}
         self.kept = {p: p.read_bytes() for project in self.projects.values() for p in project.build.glob("*.h5")}
@@ -280,7 +297,7 @@ def _no_table(rows: object, labels: int) -> str:
 
 
 def _home(kind: str) -> str:
-    return "loop" if kind in LOOPS else "bricks"
+    return "loop" if kind in LOOPS else "network" if kind in NETWORKS else "bricks"
 
 
 def unclear(ran: Ran) -> str:
@@ -311,12 +328,33 @@ def _contents(path: Path) -> Numbers:
 
 
 def _independent(path: Path, name: str) -> np.ndarray:
+    if path.suffix == ".TMD":
+        return _of_tmd(path, name)
     if path.suffix == ".npz":
         with np.load(path, allow_pickle=False) as archive:
             return np.array(archive[name])
     from scipy.io import loadmat
 
     return np.asarray(loadmat(path, simplify_cells=True)[name]["value"])
+
+
+def _of_tmd(path: Path, name: str) -> np.ndarray:
+    """A quantity of the active nodes at the last time, or all conductances: linear ones first, those between active."""
+    with h5py.File(path) as file:
+        group = file["AnalysisSet1"]
+        active = np.array([word[:1] != b"X" for word in group["DataGroup1/thermalNodesStringData"][-1, :, 0]])
+        if name == "GL":
+            ends = [group[f"conductors{kind}"][()] - 1 for kind in ("GL", "GR")]
+            kept = [active[e[:, :2]].all(axis=1) & (e[:, 0] != e[:, 1]) for e in ends]
+            return np.append(group["DataGroup1/conductorDataGL"][-1, kept[0], 0], np.zeros(kept[1].sum()))
+        real = group["DataGroup1/thermalNodesRealData"][-1][active]
+        names = [word.strip(b"\0 ").decode() for word in group["thermalNodesRealAttributes"][()]]
+        if name == "T":
+            return np.asarray(real[:, names.index("T")] + group.attrs["TAbs"])
+        if name == "Q":
+            return np.asarray(sum(real[:, names.index(q)] for q in ("QA", "QE", "QI", "QR", "QS") if q in names))
+        boundary = group["DataGroup1/thermalNodesStringData"][-1, active, 0] == b"B"
+        return np.where(boundary, 0.0, real[:, names.index("C")])
 
 
 def _equal(a: np.ndarray | None, b: np.ndarray | None) -> bool:

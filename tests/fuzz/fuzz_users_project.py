@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
+import h5py
 import numpy as np
 from adjoint_solver import solve_forces
 from fuzz_model import CONFIGS, fuzz_case
+from thermal_project import FILES, write_tmd
 
 from tedm_cli.cli import main
 from tedm_cli.config.project import load_project
@@ -67,6 +69,17 @@ title = "From an archive"
 matrix = "r.npz"
 """
 ALL = '\n[[case]]\nid = "1"\ntitle = "All"\nblocks = [{ areas = ["*"], rho = 0.5 }]\n'
+#: The nodes of a thermal model on the two bricks: one by its elements, one by its place.
+THERMAL = """
+[map]
+elements = "map.csv"
+nearest = "places.csv"
+
+[map.conductivity_W_m_K]
+1 = 150.0
+2 = 20.0
+"""
+MAPPED = "[map]\nareas = true\n\n[map.conductivity_W_m_K]\n1 = 1.4\n2 = 6.7\n6 = 20.0\n"
 BLOCKS = (
     "name,x_m,y_m,z_m,size_x_m,size_y_m,size_z_m,rotation_x_rad,rotation_y_rad,rotation_z_rad,mass_kg\n"
     "CM1,0.1,-0.2,0.0,0.02,0.03,0.04,0.1,0.2,0.3,0.5\nCM2,0.3,-0.2,0.1,0.02,0.03,0.04,0,0,0,1.5\n"
@@ -77,6 +90,10 @@ TEXTS = {
     "r.csv": "area,ROOT,WAIST,TIP\nROOT,1,0.5,0.1-0.2j\nWAIST,0.5,1,0\nTIP,0.1+0.2j,0,1\n",
     "points.csv": "x_m,y_m,z_m,mass_kg\n0.5,0.1,0.2,3.0\n-0.4,0.3,0.1,2.5\n",
     "blocks.csv": BLOCKS,
+    "thermal.toml": THERMAL,
+    "map.csv": "tmm_node,element_id\nNEAR,1\n",
+    "places.csv": "node,capacity_J_K,x_m,y_m,z_m\nFAR,900,0.15,0.05,0.05\nSKY,0,,,\n",
+    "tau.csv": "set,NEAR,FAR\nwarm,0.25,0.75\nwarmer,1.5,1.25\n",
     "nodes.csv": "node,area,weight\nN1,ROOT,0.25\nN2,ROOT,0.75\nN2,WAIST,1.0\nN1,TIP,0.5\nN2,TIP,0.5\n",
 }
 LOOP = """
@@ -151,7 +168,7 @@ class UserProject:
         return self.folder / "build"
 
     def run(self, args: list[str], config: bool = True) -> Ran:
-        args = [str(self.folder / a) if a.endswith((".csv", ".op2")) else a for a in args]
+        args = [str(self.folder / a) if a.endswith((".csv", ".op2")) or a.startswith("build/") else a for a in args]
         project = ["-c", self.folder / "tedm.toml"] if config else []
         return command(*args, *project, *([] if args[0] == "self-gravity" else ["-d", self.build]))
 
@@ -170,6 +187,8 @@ def bricks(folder: Path) -> UserProject:
     (project.folder / "cases.toml").write_text(text, encoding="utf-8")
     for name, text in TEXTS.items():
         (project.folder / name).write_text(text)
+    file = project.folder / "tedm.toml"
+    file.write_text('thermal = "thermal.toml"\n' + file.read_text())
     cube = cuboid_triangles(np.full(3, -0.023), np.full(3, 0.023))
     triangles = [[f"vertex {x} {y} {z}" for x, y, z in t] for t in cube]
     facets = ["\n".join(["facet normal 0 0 1", "outer loop", *t, "endloop", "endfacet"]) for t in triangles]
@@ -192,10 +211,27 @@ def bricks(folder: Path) -> UserProject:
     return project
 
 
+def network(folder: Path) -> UserProject:
+    """A thermal network in tables, with disturbances of both kinds, and the same as a file of ESATAN-TMS."""
+    folder.mkdir(parents=True)
+    for name, text in FILES.items():
+        for table in ("nodes.csv", "conductors.csv", "powers.csv"):
+            text = text.replace(f'"{table}"', f'"thermal_{table}"')
+        (
+            folder / (f"thermal_{name}" if f'"{name}"' in FILES["thermal.toml"] and name != "bus.csv" else name)
+        ).write_text(text)
+    project = UserProject(folder)
+    project.sound(["build-thermal"])
+    with h5py.File(project.build / "thermal.h5") as file:
+        names = [name.decode() for name in file["node/name"][()]]
+        write_tmd(folder / "MODEL.TMD", dict(zip(names, file["steady_K"][()].tolist(), strict=True)))
+    return project
+
+
 def small_chain(folder: Path, cases: str, dynamics: str) -> UserProject:
     """The small sample as far as its matrices, with two test masses, one case, and a configured loop."""
     folder.mkdir(parents=True)
-    for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
+    for name in ("ltp_small.bdf", "unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
         shutil.copy(SMALL / name, folder)
     shutil.copy(CONFIGS / "optics.toml", folder)
     head, *rest = (CONFIGS / "cases.toml").read_text(encoding="utf-8").split("\n[[case]]")
@@ -203,7 +239,15 @@ def small_chain(folder: Path, cases: str, dynamics: str) -> UserProject:
     text = head.replace("points = 301", "points = 31") + "\n[[case]]" + third + cases
     (folder / "cases.toml").write_text(text, encoding="utf-8")
     (folder / "dynamics.toml").write_text(dynamics)
-    (folder / "tedm.toml").write_text('title = "small sample"\ndynamics = "dynamics.toml"\n')
+    for name, text in FILES.items():
+        if name != "tedm.toml":
+            (folder / name).write_text(text)
+    file = folder / "thermal.toml"
+    file.write_text(file.read_text() + "\n" + MAPPED)
+    areas = dict.fromkeys(line.split(",")[1] for line in (folder / "ltp_small_areas.csv").read_text().split()[1:])
+    numbers = ",".join(f"{0.1 * k:.1f}" for k in range(len(areas)))
+    (folder / "tau.csv").write_text(f"set,{','.join(areas)}\nrising,{numbers}\n")
+    (folder / "tedm.toml").write_text('title = "small sample"\ndynamics = "dynamics.toml"\nthermal = "thermal.toml"\n')
     project = UserProject(folder)
     for args in (["ingest"], ["build-distortion"], ["build-sensitivity"], ["build-optics"]):
         project.sound(args)

@@ -123,7 +123,8 @@ def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_
     assert done.returncode == 0, done.stderr
     commands = [line.split()[1] for line in done.stdout.splitlines() if "/bin/tedm " in line]
     assert commands.count("simulate") == commands.count("run-case") == 12
-    assert commands[-3:] == ["plot", "report", "view"]
+    assert commands.count("build-thermal") == 1
+    assert [name for name in commands if name != "build-thermal"][-3:] == ["plot", "report", "view"]
     assert commands.index("build-dynamics") < commands.index("simulate")
 
 
@@ -189,6 +190,21 @@ def with_series(folder: Path) -> None:
     edit("configs/cases.toml", "\n[frequency]", f"{table}\n[frequency]")(folder)
 
 
+def with_network(folder: Path) -> None:
+    """A thermal model whose frequencies are those of the cases, and which does not lie on the model."""
+    files = {
+        "thermal.toml": '[network]\nnodes = "n.csv"\nconductors = "c.csv"\n[[disturbance]]\nname = "d"\nnodes = ["B"]\n'
+        'kind = "temperature"\npreset = "white"\nlevel_K = 1\n',
+        "n.csv": "node,capacity_J_K,kind,temperature_K\nB,0,boundary,290\nN,10,diffusive,\n",
+        "c.csv": "node_a,node_b,GL_W_K,GR_m2\nB,N,1,0\n",
+    }
+    for name, text in files.items():
+        (folder / "configs" / name).write_text(text, encoding="utf-8")
+    with (folder / "configs" / "tedm.toml").open("a", encoding="utf-8") as stream:
+        stream.write('thermal = "thermal.toml"\n')
+    touch("configs/tedm.toml")(folder)
+
+
 def solved_here(folder: Path) -> None:
     for name in ("unit_loads.bdf", "unit_loads.op2"):
         edit("configs/model.toml", f'"{name}"', f'"{{build_dir}}/{name}"')(folder)
@@ -240,6 +256,7 @@ STATES: dict[str, tuple[Callable[[Path], None], set[str], str]] = {
     "the page gone": (remove("build/view.html"), {"view"}, "view.html is not there"),
     "no loop": (loop_left_out, ALL - LOOP, "model.toml is newer"),
     "a series": (with_series, JUDGED | LOOP - {"build-dynamics"} | {"run-series warm", "simulate --series warm"}, ""),
+    "a thermal model": (with_network, ALL | {"build-thermal"}, "thermal.h5 is not there"),
     "solved here": (solved_here, ALL | {"write-deck", "solve"}, "unit_loads.bdf is not there"),
 }
 

@@ -52,6 +52,13 @@ def selection(subcase: Any, where: str) -> Selection:
     )
 
 
+def selects_material_temperature(model: Any) -> bool:
+    """Whether the case control of a pyNastran model selects TEMPERATURE(MATERIAL)."""
+    control = model.case_control_deck
+    keys = [] if control is None else [str(k).replace(" ", "") for s in control.subcases.values() for k in s.params]
+    return any(key in ("TEMPERATURE(MATE)", "TEMPERATURE(MATERIAL)") for key in keys)
+
+
 _MATT = ("MATT1", "MATT2", "MATT3", "MATT8", "MATT9", "MATT11")
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.fem.measure import contents
-from tedm_cli.fem.shapes import CARDS, Shape, corner_count, shape_of
+from tedm_cli.fem.shapes import CARDS, PYRAMID_AS_BRICK, Shape, corner_count, shape_of
 from tedm_cli.nastran.masses.lines import line_spread
 from tedm_cli.nastran.masses.midside import check_midside, check_partial
 from tedm_cli.nastran.masses.nonstructural import Measured, nonstructural
@@ -24,7 +24,6 @@ _MASSLESS = {
     *("CELAS1", "CELAS2", "CELAS3", "CELAS4", "CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4", "CDAMP5", "CVISC", "CGAP"),
     *("CBUSH1D", "CBUSH2D", "CFAST", "CWELD", "CSEAM", "GENEL", "PLOTEL", "CHBDYG", "CHBDYE", "CHBDYP"),
 }
-PYRAMID_AS_BRICK = [0, 1, 2, 3, 4, 4, 4, 4]  # a brick whose top has shrunk to the apex: the same volume, exactly
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 import tedm_cli
 from tedm_cli.areas.configured import area_csv
 from tedm_cli.chain.graph import ChainFiles, Named
-from tedm_cli.config.cases import load_cases
+from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.compensation import compensation_file, compensation_masses
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.dynamics import load_dynamics
@@ -17,12 +17,14 @@ from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
 from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.config.temperature_tables import table_paths
+from tedm_cli.config.thermal.file import load_thermal
 from tedm_cli.files.build_folder import (
     ADJOINT_FILE,
     DISTORTION_FILE,
     DYNAMICS_FILE,
     OPTICS_FILE,
     SENSITIVITY_FILE,
+    THERMAL_FILE,
     UNIT_LOADS_FILE,
     case_file_name,
     series_file_name,
@@ -60,6 +62,7 @@ def chain_files(project: Project) -> ChainFiles:
         optics=project.optics,
         cases=project.cases,
         dynamics=project.dynamics,
+        thermal=project.thermal,
         bdf=None if model.model.bdf is None else project.resolve(model.model.bdf),
         areas=area_csv(project, model),
         deck=project.resolve(model.model.deck),
@@ -73,9 +76,11 @@ def chain_files(project: Project) -> ChainFiles:
         adjoint_results=tuple(project.resolve(p) for p in model.model.adjoint_op2) if halves.gravity else (),
         case_needs_adjoint=cases.needs_adjoint,
         loop=build / DYNAMICS_FILE if closed else None,
+        network=None if project.thermal is None else build / THERMAL_FILE,
         gravity_sources=(*([] if compensation is None else [compensation]), *map(project.resolve, model.body_files())),
         optics_sources=() if project.optics is None else tuple(load_optics(project.optics).matrices),
         dynamics_sources=tuple(beside / name for name in dynamics.file_names()),
+        thermal_sources=thermal_sources(project, cases, build / ADJOINT_FILE if halves.gravity else None),
         case_sources=(*cases.tables, *cases.matrices),
         spectra=tuple(table_paths(project, cases)),
         runs=tuple(Named(c, build / case_file_name(c)) for c in cases.ids),
@@ -88,6 +93,19 @@ def chain_files(project: Project) -> ChainFiles:
         plane=project_plane(project, model).plane.key,
         ties="".join(f"{b.name}: {b.tie.words}\n" for b in compensation_masses(project, model) if b.tie is not None),
         code=_newest_code(),
+    )
+
+
+def thermal_sources(project: Project, cases: CasesConfig, adjoint: Path | None) -> tuple[Path, ...]:
+    """What the thermal model is made from besides its own file; the cases where it has no frequencies of its own."""
+    if project.thermal is None:
+        return ()
+    _, thermal = load_thermal(project.thermal)
+    names = [*thermal.file_names(), *(() if thermal.map is None else thermal.map.file_names())]
+    return (
+        *(project.beside(project.thermal, name) for name in names),
+        *((project.cases, *cases.tables) if thermal.disturbances and thermal.frequency is None else ()),
+        *((adjoint,) if thermal.map is not None and adjoint is not None else ()),
     )
 
 

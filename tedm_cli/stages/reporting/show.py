@@ -8,12 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.contracts import ADJOINT, CASE, DISTORTION, DYNAMICS, OPTICS, RELEASE, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import (
+    ADJOINT,
+    CASE,
+    DISTORTION,
+    DYNAMICS,
+    OPTICS,
+    RELEASE,
+    SENSITIVITY,
+    TEMPERATURES,
+    THERMAL,
+    UNIT_LOADS,
+)
 from tedm_cli.files.store import Reader, kind_of, open_checked
 from tedm_cli.results.adjoint import read_adjoint
 from tedm_cli.results.dynamics import read_stability
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import read_imposed
+from tedm_cli.results.thermal import read_thermal
 
 
 def show_dict(path: Path) -> dict[str, Any]:
@@ -93,6 +105,11 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
             label: f"peak {peak:.4g} {unit}, " + (f"small after {s:.6g} s" if np.isfinite(s) else "large at the end")
             for label, unit, (peak, s) in zip(labels, units, numbers, strict=True)
         }
+    if file.kind is THERMAL:
+        return _thermal(file)
+    if file.kind is TEMPERATURES:
+        sets = zip(file.strings(TEMPERATURES.SET_NAME), file.array(TEMPERATURES.TEMPERATURE), strict=True)
+        return {name: f"{field.min():.6g} to {field.max():.6g} K" for name, field in sets}
     found = _judgement(file)["verdicts"] or []
     return {
         f"{v['output']} {v['requirement']}": f"ratio {v['ratio']:.4g}, {'pass' if v['passed'] else 'FAIL'}"
@@ -110,6 +127,26 @@ def _adjoint(file: Reader) -> dict[str, Any]:
         "largest_difference": float(found.difference.max()),
         "largest_over_allowed": float((found.difference / found.allowed).max()),
     }
+
+
+def _thermal(file: Reader) -> dict[str, Any]:
+    """The steady state of the network, what low-pass each disturbance goes through, and what of it is on the model."""
+    found = read_thermal(file)
+    main: dict[str, Any] = {}
+    if (steady := found.steady) is not None:
+        main |= {
+            "nodes": sum(steady.count.values()),
+            "coldest": f"{steady.coldest[0]}, {steady.coldest[1]:.6g} K",
+            "hottest": f"{steady.hottest[0]}, {steady.hottest[1]:.6g} K",
+            "largest_imbalance_W": steady.imbalance_W,
+        }
+    for d in found.disturbances:
+        node, gain = d.largest[0]
+        fit = "no low-pass fits" if d.order is None or d.corner_hz is None else (
+            f"order {d.order.median:.3g}, corner {1e3 * d.corner_hz.median:.3g} mHz"
+        )  # fmt: skip
+        main[f"disturbance {d.name}"] = f"{d.spectrum}; largest gain {gain:.3g} at {node}; {fit}"
+    return main | ({"nodes_on_the_model": len(found.mapped)} if found.mapped else {})
 
 
 def _materials(file: Reader) -> list[dict[str, Any]]:

@@ -1,0 +1,94 @@
+"""Commands on the thermal model. Stages are imported inside, so that --help is quick."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tedm_cli.cli.app import answer, app, open_project
+from tedm_cli.cli.headings import examples
+from tedm_cli.cli.options import (
+    DEFAULT_BUILD,
+    DEFAULT_CONFIG,
+    DEFAULT_TOP,
+    BuildDir,
+    Config,
+    Json,
+    Output,
+    Quiet,
+    Top,
+    Verbose,
+    rows,
+)
+
+
+@app.command("build-thermal")
+def build_thermal(
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Steady state, gains and spectra of the thermal network.
+
+    From its nodes and conductors, with radiation, and the spectra of what disturbs it: boundary temperatures and
+    powers. Each gain has the low-pass that fits it best. Where the thermal nodes lie on the model, also what a kelvin
+    of each does to the outputs.
+    """
+    from tedm_cli.cli.printing.thermal import thermal_dict, thermal_lines
+    from tedm_cli.progress import progress
+    from tedm_cli.stages.thermal.build import build_thermal as stage
+
+    project = open_project(config, build_dir, verbose)
+    with progress(quiet) as step:
+        done = stage(project, output, step)
+    answer(as_json, quiet, lambda: thermal_lines(done), lambda: thermal_dict(done))
+
+
+@app.command(
+    "map-temperatures",
+    epilog=examples("tedm map-temperatures tau.csv", "tedm map-temperatures tau.csv -o grids.bdf --figure field.png"),
+)
+def map_temperatures(
+    given: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="CSV set,NODE...: temperatures of thermal nodes above the reference, K."),
+    ],
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Write the temperatures of grids: a CSV grid,SET..., TEMP cards (.bdf), HDF5 (.h5), a mesh (.vtu).",
+        ),
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option("--figure", metavar="FILE", help="Draw the model coloured by temperature (.svg or .png)."),
+    ] = None,
+    shown: Annotated[
+        str | None, typer.Option("--draw", metavar="ROW", help="The set that the figure shows. Default: the first.")
+    ] = None,
+    top: Top = DEFAULT_TOP,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Temperatures of grids from those of thermal nodes.
+
+    Each thermal node keeps its temperature as the average over its elements. Of all fields with these averages the
+    grids get the one that conduction chooses. Printed are the nodes with fewest elements, how well averages are kept,
+    and how much the field changes across one element. It reads the model and [map] of the thermal model's file alone.
+    """
+    from tedm_cli.cli.printing.mapped import mapped_lines
+    from tedm_cli.stages.thermal.map_temperatures import map_temperatures as stage
+
+    done = stage(open_project(config, build_dir, verbose), given, output, figure, shown)
+    answer(as_json, quiet, lambda: mapped_lines(done, rows(top)), done.as_dict)

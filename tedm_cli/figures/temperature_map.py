@@ -1,0 +1,59 @@
+"""A figure of a model coloured by a field of temperatures: from outside, and cut open."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import ListedColormap, to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.figures.adjoint_map import LEFT, SCALE_ROOM, MapViews
+from tedm_cli.figures.model_views import show
+from tedm_cli.figures.spec import PAGE_WIDTH
+from tedm_cli.figures.style import SMALL, heading, heading_lines, style
+
+_NO_TEMPERATURE = "#B8B8B8"
+_STEPS, _BAR, _WIDE = 96, 0.13, 4.6  # steps of colour; inches
+# As light in grey as in colour, read as warm and cold; the darkest colours would hide the shading.
+_TABLE = ListedColormap(colormaps["plasma"](np.linspace(0.15, 0.97, 256)))
+
+
+def temperature_figure(views: MapViews, temperature: FloatArray, title: str) -> Figure:
+    """The model coloured by the temperature of its elements [E], K; NaN where there is none."""
+    with style():
+        more = "means over elements, above the reference; dashed: test masses"
+        if np.isnan(temperature).any():
+            more += "; grey: not mapped"
+        _, _, head = heading_lines(title, more, PAGE_WIDTH)
+        height = head + SCALE_ROOM + views.height
+        figure = Figure(figsize=(PAGE_WIDTH, height), dpi=150)
+        heading(figure, title, more=more)
+        low, high = float(np.nanmin(temperature)), float(np.nanmax(temperature))
+        if not high > low:  # an even field
+            low, high = low - 0.5, high + 0.5
+        _scale(figure, low, high, (LEFT + 0.3, height - head - 0.55))
+        rgb = np.asarray(_TABLE((np.nan_to_num(temperature, nan=low) - low) / (high - low)))[:, :3]
+        table = np.concatenate([rgb, [to_rgb(_NO_TEMPERATURE)]])
+        table[:-1][np.isnan(temperature)] = to_rgb(_NO_TEMPERATURE)
+        for seen, (left, bottom, wide, tall) in views.panels:
+            axes = figure.add_axes((left / PAGE_WIDTH, bottom / height, wide / PAGE_WIDTH, tall / height))
+            show(axes, views.mesh, seen, table, borders=False, sizes=(SMALL, SMALL))
+        return figure
+
+
+def _scale(figure: Figure, low: float, high: float, place: tuple[float, float]) -> None:
+    """Steps of colour, with even ticks above them."""
+    width, height = (float(v) for v in figure.get_size_inches())
+    axes = figure.add_axes((place[0] / width, place[1] / height, _WIDE / width, _BAR / height))
+    for step in range(_STEPS):
+        wider = 1.5 if step < _STEPS - 1 else 1.0  # a hair wider than its step: no background between neighbours
+        x = low + (high - low) * np.array([step, step, step + wider, step + wider]) / _STEPS
+        axes.fill(x, [0.0, 1.0, 1.0, 0.0], facecolor=to_hex(_TABLE((step + 0.5) / _STEPS)), linewidth=0)
+    axes.set(xlim=(low, high), ylim=(0, 1), yticks=[])
+    axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.xaxis.set_ticks_position("top")
+    axes.xaxis.set_label_position("top")
+    axes.tick_params(pad=1, length=2.5, labelsize=SMALL)
+    axes.set_xlabel("temperature (K)", fontsize=9)

@@ -1,0 +1,1 @@
+"""The thermal model: its network to spectra of nodes, and its nodes on the finite elements."""

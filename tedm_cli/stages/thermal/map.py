@@ -1,0 +1,113 @@
+"""The thermal nodes that lie on the finite elements, and what a kelvin of each does to the outputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.project import Project
+from tedm_cli.config.thermal.file import ThermalConfig
+from tedm_cli.contracts import ADJOINT
+from tedm_cli.errors import InputError
+from tedm_cli.files.build_folder import ADJOINT_FILE, require_configuration, require_input
+from tedm_cli.files.provenance import ConfigFile, input_files
+from tedm_cli.files.store import open_checked
+from tedm_cli.mapping.averages import NONE, averages
+from tedm_cli.results.adjoint_temperatures import TemperatureEffects, read_temperature_effects
+from tedm_cli.stages.thermal.map_build import Mapping, build_map
+from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements
+
+
+@dataclass(frozen=True, eq=False)
+class NodeSensitivity:
+    """Outputs per kelvin of each thermal node of the map.
+
+    node : [n_m] names. label, unit : [r], of the outputs. value : [r, n_m]. configs, inputs : what it is made of, for
+    the provenance of the file.
+    """
+
+    node: list[str]
+    label: list[str]
+    unit: list[str]
+    value: FloatArray
+    configs: tuple[ConfigFile, ...]
+    inputs: tuple[Path, ...]
+
+
+def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity | None:
+    """The sensitivities; None where the project has no map, no adjoint.h5, or one that says why there is no adjoint.
+
+    Raises
+    ------
+    InputError : adjoint.h5 is stale, or of other grids than the model; what `finite_elements` and `build_map` refuse.
+    """
+    path = project.build_dir / ADJOINT_FILE
+    if config.map is None or not path.exists():
+        return None
+    with open_checked(path, ADJOINT) as file:
+        require_configuration(file, project.model)
+        found = read_temperature_effects(file)
+        if found is None:
+            return None
+        fem = finite_elements(project, solved=True)
+        for used in input_files(fem.files):
+            require_input(file, used)
+    if not np.array_equal(found.grid_id, fem.geometry.grid_id):
+        raise InputError(
+            f"is of {len(found.grid_id)} grids, and not of the {len(fem.geometry.grid_id)} of {fem.source}",
+            where=str(path),
+            hint="is the deck of another state of the model? `tedm run` brings both up to date",
+        )
+    where = project.required_thermal()
+    mapping = build_map(fem, config.map, where)
+    return NodeSensitivity(
+        node=mapping.node,
+        label=found.label,
+        unit=found.unit,
+        value=sensitivity(mapping, found),
+        configs=(fem.config_file,),
+        inputs=(*(project.beside(where, name) for name in config.map.file_names()), *fem.files, path),
+    )
+
+
+def sensitivity(mapping: Mapping, found: TemperatureEffects) -> FloatArray:
+    """Outputs per kelvin of the nodes [r, n].
+
+    With weights, the columns of the areas with these. Else what a mapped field on the grids does: all elements take the
+    temperatures of their grids, those with temperatures of their own in some area too. What does not pass through the
+    structure follows the average over its area.
+    """
+    if mapping.weights is not None:
+        names = [str(name) for name in found.areas.name]
+        columns = [names.index(name) for name in mapping.fem.areas]
+        return np.asarray(found.of_area[:, columns] @ mapping.weights)
+    return mapping.through.sensitivities(on_grids(found, mapping))
+
+
+def on_grids(found: TemperatureEffects, mapping: Mapping) -> FloatArray:
+    """What temperatures of grids [r, N] do where these are all there are."""
+    fem = mapping.fem
+    offset, index = fem.geometry.elements.node_offset, fem.geometry.elements.node_index
+    out = found.grid.copy()
+    for row, element in enumerate(np.searchsorted(fem.geometry.elements.id, found.own_id).tolist()):
+        grids = index[offset[element] : offset[element + 1]]
+        out[:, grids] += found.own[:, [row]] / len(grids)
+    return out + _direct(found, fem, mapping)
+
+
+def _direct(found: TemperatureEffects, fem: FiniteElements, mapping: Mapping) -> FloatArray:
+    """The direct parts [r, N] as averages over the areas; those of areas that are not mapped stay with these."""
+    names = [str(name) for name in found.areas.name]
+    acting = [name for name in fem.areas if found.direct[:, names.index(name)].any()]
+    out = np.zeros_like(found.grid)
+    if not acting:
+        return out
+    areas, of, mapped = list(fem.areas), fem.volumes, mapping.through.mapped
+    place = fem.place_area()
+    mean = averages(of, np.where(mapped[of.node_index], place, NONE), len(areas), len(mapped))
+    for name in acting:
+        out += found.direct[:, [names.index(name)]] * mean[[areas.index(name)]].toarray()
+    return out

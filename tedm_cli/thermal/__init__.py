@@ -1,0 +1,1 @@
+"""The thermal network: steady state, transfer functions, spectra, steps in time. Arrays in, arrays out."""
