@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.mapping.averages import NONE, Volumes
 from tedm_cli.mapping.node_map import ConductedMap
 
+_BLOCK = 64  # sets at a time
 _ALIKE = 1e-9  # elements that symmetry makes alike differ by rounding: the first of them is named
 
 
@@ -32,13 +33,20 @@ class Quality:
 
 def quality(through: ConductedMap, of: Volumes, place_node: IntArray, tau: FloatArray, field: FloatArray) -> Quality:
     """Quality of a map with nodes at places [M], for temperatures [n, m] and the field [N, m] that it makes of them."""
+    first = _first_nodes(of, place_node, len(field), through.nodes)
+    some = [slice(start, start + _BLOCK) for start in range(0, max(tau.shape[1], 1), _BLOCK)]
+    found = [_quality(through, of, first, tau[:, part], field[:, part]) for part in some]
+    return Quality(*(np.concatenate([getattr(q, f.name) for q in found]) for f in fields(Quality)))
+
+
+def _quality(through: ConductedMap, of: Volumes, first: IntArray, tau: FloatArray, field: FloatArray) -> Quality:
+    """Quality of a few sets; `first` as `_first_nodes` has it."""
     known = np.where(through.mapped[:, None], field, 0.0)
     kept = np.abs(through.average @ known - tau).max(axis=0, initial=0.0)
     ranges = np.nan_to_num(element_ranges(of, field), nan=-1.0)
     largest = ranges.max(axis=0, initial=-1.0)
     at = np.where(largest > 0.0, (ranges >= (1.0 - _ALIKE) * largest).argmax(axis=0), NONE)
     jump = np.maximum(largest, 0.0)
-    first = _first_nodes(of, place_node, len(field), through.nodes)
     stepped = np.where((first != NONE)[:, None], tau[first], np.nan)
     step = np.nan_to_num(element_ranges(of, stepped)).max(axis=0, initial=0.0)
     return Quality(kept, jump, at, step)
