@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.mapping.averages import NONE, Volumes
 from tedm_cli.mapping.node_map import ConductedMap
+
+_BLOCK = 64  # sets at a time
+_ALIKE = 1e-9  # elements that symmetry makes alike differ by rounding: the first of them is named
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +20,7 @@ class Quality:
 
     kept : [m], K, the largest difference of a node's temperature and the average over its elements.
     jump : [m], K, the largest difference between two grids of one element; element : [m], row of that element, `NONE`
-        where no element is mapped.
+        where there is no change.
     step : [m], K, the same where each grid of a node's elements has the node's temperature, as TEMP cards of areas
         give it (that of the first node where it is of several).
     """
@@ -30,13 +33,20 @@ class Quality:
 
 def quality(through: ConductedMap, of: Volumes, place_node: IntArray, tau: FloatArray, field: FloatArray) -> Quality:
     """Quality of a map with nodes at places [M], for temperatures [n, m] and the field [N, m] that it makes of them."""
+    first = _first_nodes(of, place_node, len(field), through.nodes)
+    some = [slice(start, start + _BLOCK) for start in range(0, max(tau.shape[1], 1), _BLOCK)]
+    found = [_quality(through, of, first, tau[:, part], field[:, part]) for part in some]
+    return Quality(*(np.concatenate([getattr(q, f.name) for q in found]) for f in fields(Quality)))
+
+
+def _quality(through: ConductedMap, of: Volumes, first: IntArray, tau: FloatArray, field: FloatArray) -> Quality:
+    """Quality of a few sets; `first` as `_first_nodes` has it."""
     known = np.where(through.mapped[:, None], field, 0.0)
     kept = np.abs(through.average @ known - tau).max(axis=0, initial=0.0)
-    ranges = element_ranges(of, field)
-    found = np.isfinite(ranges).any(axis=0)
-    at = np.where(found, np.argmax(np.nan_to_num(ranges, nan=-1.0), axis=0), NONE)
-    jump = np.where(found, np.nanmax(np.nan_to_num(ranges, nan=0.0), axis=0, initial=0.0), 0.0)
-    first = _first_nodes(of, place_node, len(field), through.nodes)
+    ranges = np.nan_to_num(element_ranges(of, field), nan=-1.0)
+    largest = ranges.max(axis=0, initial=-1.0)
+    at = np.where(largest > 0.0, (ranges >= (1.0 - _ALIKE) * largest).argmax(axis=0), NONE)
+    jump = np.maximum(largest, 0.0)
     stepped = np.where((first != NONE)[:, None], tau[first], np.nan)
     step = np.nan_to_num(element_ranges(of, stepped)).max(axis=0, initial=0.0)
     return Quality(kept, jump, at, step)

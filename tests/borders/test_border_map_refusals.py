@@ -6,6 +6,12 @@ import pytest
 from border_tools import Project, replace
 from mapped_project import BY_ELEMENT, ELEMENTS, WAYS, K, refused, with_map
 
+PLACES = [(2.0, 0.0, 0.0), (2.2, 0.0, 0.0), (2.0, 0.2, 0.0), (2.0, 0.0, 0.2)]
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+MIDDLES = [[(a + b) / 2 for a, b in zip(PLACES[i], PLACES[j], strict=True)] for i, j in EDGES]
+TETRAHEDRON = "".join(f"GRID,{101 + k},,{x:.3f},{y:.3f},{z:.3f}\n" for k, (x, y, z) in enumerate([*PLACES, *MIDDLES]))
+TETRAHEDRON += "CTETRA,9,1,101,102,103,104,105,106\n,107,108,109,110\n"
+
 
 @pytest.mark.parametrize(
     ("text", "fact"),
@@ -116,3 +122,23 @@ def test_a_project_without_a_map(two: Project) -> None:
     text = (two.folder / "tedm.toml").read_text()
     (two.folder / "tedm.toml").write_text(text.replace('thermal = "thermal.toml"\n', ""))
     refused(two, 3, "the project has no thermal model")
+
+
+def test_areas_without_volume(two: Project) -> None:
+    """Corners of a quadratic tetrahedron alone: the integrals of their shape functions are negative."""
+    replace(two.folder / "model.bdf", "PSOLID,1,1", TETRAHEDRON + "PSOLID,1,1")
+    with open(two.folder / "areas.csv", "a") as stream:
+        stream.writelines(f"{g},{'CORNERS' if g < 105 else 'EDGES'}\n" for g in range(101, 111))
+    replace(two.model, "rule = [", 'rule = [\n    { match = "*S", group = "bricks", shield = "inside" },')
+    with_map(two, "[map]\nareas = true\n" + K)
+    refused(two, 3, "area 'CORNERS' has no volume: its grids are corners of quadratic elements alone", hint="")
+
+
+def test_conduction_that_no_number_holds(two: Project) -> None:
+    """A conductivity of 1e5 through a membrane of nothing beside one of 1e-6: refused, or solved, but no fault."""
+    replace(two.folder / "model.bdf", "PSOLID,1,1", "CONROD,21,1,9,2,1.-12\nMAT1,2,7.+10,,.33,2700.\nPSOLID,1,1")
+    table = ELEMENTS + "[map.conductivity_W_m_K]\n1 = 1e5\n2 = 1e-6\n"
+    with_map(two, table, nodes=BY_ELEMENT + "ROD,21\n", tau="set,LOW,HIGH,ROD\na,1,2,3\n")
+    outcome = two.run("map-temperatures", two.folder / "tau.csv")
+    assert outcome.code in (0, 5)
+    assert "internal" not in outcome.err

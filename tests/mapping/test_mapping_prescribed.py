@@ -242,3 +242,18 @@ def test_quality_says_what_it_should() -> None:
     assert found.jump[0] < 0.16
     spoilt = quality(through, v, node[v.element], tau, field + 0.25)
     np.testing.assert_allclose(spoilt.kept, 0.25)
+
+
+def test_sets_by_the_hundred_are_those_one_by_one() -> None:
+    """Maps and their quality are made in blocks."""
+    of = plate((6, 4))
+    node = along(of, 3)
+    through, v, _ = mapped(of, node)
+    tau = RANDOM.normal(size=(3, 150))
+    field = through.temperatures(tau)
+    found = quality(through, v, node[v.element], tau, field)
+    for k in (0, 63, 64, 149):
+        one = slice(k, k + 1)
+        np.testing.assert_allclose(field[:, one], through.temperatures(tau[:, one]), rtol=0, atol=1e-13)
+        alone = quality(through, v, node[v.element], tau[:, one], field[:, one])
+        assert (found.jump[k], found.step[k], found.element[k]) == (alone.jump[0], alone.step[0], alone.element[0])

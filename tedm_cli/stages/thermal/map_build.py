@@ -92,6 +92,12 @@ def _conducted(
             where=str(where),
             hint="they have the same grids, or more nodes than grids: join nodes, or refine the mesh there",
         ) from exc
+    except np.linalg.LinAlgError as exc:
+        raise PhysicsError(
+            "the conduction between the thermal nodes cannot be solved: it is too uneven",
+            where=str(where),
+            hint="do conductivities, thicknesses or sections differ by more than ten orders of magnitude?",
+        ) from exc
 
 
 def _rigid_pairs(fem: FiniteElements) -> tuple[IntArray, IntArray]:

@@ -171,8 +171,13 @@ class _Work:
                 continue
             mine = (place == number) & self.conducting[of.element]
             if not mine.any():
-                fact = f"area {name!r} has no conducting element: give it a conductivity, or name it in map.unmapped"
-                self.problems.append(("map.areas", fact))
+                self.problems.append(
+                    ("map.areas", f"area {name!r} has no conducting element; map.unmapped may name it")
+                )
+                continue
+            if not of.volume[mine].sum() > 0.0:
+                fact = f"area {name!r} has no volume: its grids are corners of quadratic elements alone"
+                self.problems.append(("map.areas", f"{fact}; give its elements by [[map.node]] tables"))
                 continue
             place_node[mine] = len(self.node)
             self.node.append(name)
