@@ -23,8 +23,9 @@ class ReadOutParts:
 
     Parameters
     ----------
-    names : [p], optical elements; by_element : [p, k], what the motion of each makes of the read-out; their sum is it.
-    distortion : [k], the read-out if the bench did not move as one.
+    names : [p], optical elements that move, and plates whose glass changes; by_element : [p, k], what each makes of the
+        read-out; their sum is it.
+    distortion : [k], the read-out if the bench did not move as one: what the distortion and the plates make of it.
     """
 
     names: tuple[str, ...]

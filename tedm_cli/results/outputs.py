@@ -102,12 +102,12 @@ def _read_outs(file: Reader) -> _Family:
     read_outs = read_read_outs(file)
     rows: list[FloatArray] = []
     parts: dict[str, ReadOutParts] = {}
-    distorting = read_outs.motion - read_outs.rigid_motion
     for name in read_outs.sets:
         rows.append(_finite(read_outs.N[name], read_outs.label, file.path, OPTICS.N.of(name)))
-        by_element, distortion = read_outs.by_element(name), read_outs.gain[name] @ distorting
+        by_part = read_outs.by_part(name)
+        distortion = read_outs.gain[name] @ (read_outs.motion - read_outs.rigid_motion) + read_outs.N_plates(name)
         for i, label in enumerate(read_outs.label):
-            parts[f"{name}_{label}"] = ReadOutParts(tuple(read_outs.element), by_element[i], distortion[i])
+            parts[f"{name}_{label}"] = ReadOutParts(tuple(read_outs.part_names), by_part[i], distortion[i])
     kinds = [_READ_OUT_KIND[u] for u in read_outs.unit] * len(read_outs.sets)
     return _Family(np.concatenate(rows), read_outs.names, kinds, parts, len(read_outs.benches))
 

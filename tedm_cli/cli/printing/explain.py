@@ -28,12 +28,15 @@ def explain_lines(done: Explanation, most: int | None) -> list[str]:
             f"{r.rigid_size:.3e}",
             f"{r.distortion_size:.3e}",
             _percent(r.rigid_share),
-            _percent(1.0 - r.rigid_share),
+            _percent(1.0 - r.rigid_share - (r.plates[0] if r.plates else 0.0)),
+            *((f"{r.plates[1]:.3e}", _percent(r.plates[0])) if r.plates else ()),
         )
         for r in done.read_outs
     ]
-    head = ("read-out", "unit", "size", "sum", "as one", "distortion", "as one %", "distortion %")
-    lines += [*table(head, rows, right=range(2, 8)), *_comparison_lines(done)]
+    plates = any(r.plates for r in done.read_outs)
+    added = ("plates", "plates %") if plates else ()
+    head = ("read-out", "unit", "size", "sum", "as one", "distortion", "as one %", "distortion %", *added)
+    lines += [*table(head, rows, right=range(2, len(head))), *_comparison_lines(done)]
     for r in done.read_outs:
         lines += ["", f"== {r.label} ({r.unit})"]
         tables = [] if done.load else [_table("area", r.areas, most, r.value)]
@@ -53,6 +56,7 @@ def explain_lines(done: Explanation, most: int | None) -> list[str]:
         "100 %; as one: rigid motion of each bench nearest to its elements' motions, read as the opposite of the test",
         "masses; distortion: the rest; motions are along the axes of the layout, read-outs along those of each test",
         "mass",
+        *(["plates, glass: what their index and thickness change, beside all motion"] if plates else []),
         *notes,
     ]
 
@@ -78,7 +82,11 @@ def _read_out_dict(r: ReadOutExplained, most: int | None) -> dict[str, Any]:
         "size": r.size,
         "sum": r.total,
         "rigid": {"share": r.rigid_share, "size": r.rigid_size},
-        "distortion": {"share": 1.0 - r.rigid_share, "size": r.distortion_size},
+        "distortion": {
+            "share": 1.0 - r.rigid_share - (r.plates[0] if r.plates else 0.0),
+            "size": r.distortion_size,
+        },
+        **({"plates": {"share": r.plates[0], "size": r.plates[1]}} if r.plates else {}),
         "areas": [
             {"name": r.areas.label[i], "value": float(r.value[i]), "share": float(r.areas.share[i])}
             for i in r.areas.ranked(most)

@@ -63,19 +63,26 @@ def explain_group(name: str, areas: AreaTable, rows: Rows) -> Told:
 
 
 def explain_element(name: str, r: ReadOuts, means: BoolArray) -> Told:
-    """What the motion of an optical element carries of every read-out."""
+    """What the motion of an optical element carries of every read-out, and its glass where that changes."""
     i = r.element.index(name)
-    listed = []
-    for chosen in r.sets:
-        terms = r.by_element(chosen)[:, i][:, means]
-        for row, (label, term) in enumerate(zip(r.label, terms, strict=True)):
-            share = float(shares(term[None], r.N[chosen][row][means])[0])
-            listed.append((f"{chosen}_{label}", float(np.linalg.norm(term)), f"{r.unit[row]}/K", share))
-    columns = (Column("output"), Column("size", "number"), Column("unit"), Column("share", "share"))
+    parts = {"motion": {chosen: r.by_element(chosen)[:, i] for chosen in r.sets}}
+    if r.plates is not None and name in r.plates.name:
+        plate = r.plates.name.index(name)
+        parts["glass"] = {chosen: r.by_plate(chosen)[:, plate].sum(axis=1) for chosen in r.sets}
+    listed: list[tuple[Cell, ...]] = []
+    for part, by_set in parts.items():
+        by = (part,) if len(parts) > 1 else ()
+        for chosen, terms in by_set.items():
+            for row, (label, term) in enumerate(zip(r.label, terms[:, means], strict=True)):
+                share = float(shares(term[None], r.N[chosen][row][means])[0])
+                listed.append((f"{chosen}_{label}", *by, float(np.linalg.norm(term)), f"{r.unit[row]}/K", share))
+    by_column = (Column("part"),) if len(parts) > 1 else ()
+    columns = (Column("output"), *by_column, Column("size", "number"), Column("unit"), Column("share", "share"))
     bench = next((b for b, elements in r.benches.items() if name in elements), "")
     where = (f"on bench {bench}",) if len(r.benches) > 1 and bench else ()
-    note = f"size: root of the sum of squares over the areas, of what its motion does; {_SHARE}, signed"
-    table = Table("read_outs", columns, by_share(listed, 3), ranked=True)
+    what = "what its motion does" + ", or its glass by index and thickness" * (len(parts) > 1)
+    note = f"size: root of the sum of squares over the areas, of {what}; {_SHARE}, signed"
+    table = Table("read_outs", columns, by_share(listed, len(columns) - 1), ranked=True)
     nothing = () if table.rows else ("its motion is in no read-out",)
     return Told(name, "optical element", name, (*where, *nothing), (table,), (note,) if table.rows else ())
 
@@ -88,7 +95,8 @@ def explain_difference(
     parts: Mapping[str, FloatArray],
     areas: AreaTable,
 ) -> Told:
-    """What the difference of two read-outs is made of; `parts`: by read-out, its terms [E, k] by optical element."""
+    """What the difference of two read-outs is made of; `parts`: by read-out, its terms [E, k] by optical
+    element that moves and by plate whose glass changes."""
     unit = rows[terms[0][1]][0]
     value = np.asarray(sum(f * rows[name][1] for f, name in terms))
     means = ~areas.gradient

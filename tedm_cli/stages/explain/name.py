@@ -217,8 +217,8 @@ def _difference(files: _Files, label: str) -> Told:
     r = files.read_outs
     if r is None or first in gravity or second in gravity:
         raise UsageError(f"{label} is a difference of self-gravity and a read-out")
-    parts = {f"{s}_{n}": terms for s in r.sets for n, terms in zip(r.label, r.by_element(s), strict=True)}
-    return explain_difference(label, pair, files.rows, r.element, parts, read_areas(files.first))
+    parts = {f"{s}_{n}": terms for s in r.sets for n, terms in zip(r.label, r.by_part(s), strict=True)}
+    return explain_difference(label, pair, files.rows, r.part_names, parts, read_areas(files.first))
 
 
 def _unknown(name: str, known: Sequence[str], missing: Sequence[Path]) -> UsageError:

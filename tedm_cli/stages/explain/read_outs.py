@@ -42,7 +42,8 @@ class Shares:
 class ReadOutExplained:
     """One read-out (m/K or rad/K): its size over the areas asked for, their sum (the uniform load), and its parts.
 
-    Of all areas, those of mean temperatures; `gradients` has what each gradient reads, per K/m.
+    Of all areas, those of mean temperatures; `gradients` has what each gradient reads, per K/m. `plates`: share and
+    size of the glass of plates; None where none changes, or what is asked for is the distortion alone.
     """
 
     label: str
@@ -52,6 +53,7 @@ class ReadOutExplained:
     rigid_share: float
     rigid_size: float
     distortion_size: float
+    plates: tuple[float, float] | None
     value: FloatArray
     areas: Shares
     motions: Shares
@@ -151,12 +153,23 @@ def _explained(
     """Of every wanted read-out; `columns` [k, n] turns areas into the loads asked for."""
     motion, rigid = r.motion @ columns, r.rigid_motion @ columns
     gain = r.gain[set_name]
+    plates = None if distortion_only else r.plates
     if distortion_only:
         motion, rigid = motion - rigid, np.zeros_like(rigid)
     N, N_rigid = gain @ motion, gain @ rigid
+    names = (beams.motion, r.element)
     by_motion = motion_terms(gain, motion)
     by_element = r.by_motion(set_name, motion).sum(axis=2)
-    by_beam = beam_terms(beams.inverse, beams.P, beams.S_BW, motion)
+    N_plates, outputs = np.zeros_like(N), beams.S_BW @ motion
+    if plates is not None:
+        changes = plates.terms(set_name) @ columns  # [r, p, 2, n]
+        N_plates = changes.sum(axis=(1, 2))
+        N = N + N_plates
+        outputs = outputs + (plates.outputs @ columns).sum(axis=(1, 2))
+        by_motion = np.concatenate([by_motion, changes.reshape(len(N), -1, N.shape[1])], axis=1)
+        by_element = np.concatenate([by_element, changes.sum(axis=2)], axis=1)
+        names = ([*beams.motion, *plates.changes], r.part_names)
+    by_beam = beam_terms(beams.inverse, beams.P, outputs)
     out = []
     for label in wanted:
         row = r.label.index(label)
@@ -170,11 +183,12 @@ def _explained(
                 total=float(total.sum()),
                 rigid_share=float(shares(N_rigid[[row]], total)[0]),
                 rigid_size=float(np.linalg.norm(N_rigid[row])),
-                distortion_size=float(np.linalg.norm(total - N_rigid[row])),
+                distortion_size=float(np.linalg.norm(total - N_plates[row] - N_rigid[row])),
+                plates=None if plates is None else _part(N_plates[row], total),
                 value=total,
                 areas=Shares(tuple(loads), total**2 / power if power > 0 else np.zeros(len(total)), np.abs(total)),
-                motions=_shares(beams.motion, by_motion[row], total),
-                elements=_shares(r.element, by_element[row], total),
+                motions=_shares(names[0], by_motion[row], total),
+                elements=_shares(names[1], by_element[row], total),
                 beams=_shares(beams.label, by_beam[row], total),
                 gradients=(),
             )
@@ -188,12 +202,17 @@ def _gradients(
     """What every wanted read-out is per K/m of each gradient, the largest first."""
     names = table.name[table.gradient].tolist()
     motion = r.motion - r.rigid_motion if distortion_only else r.motion
-    N = r.gain[set_name] @ motion[:, table.gradient]
+    N = r.gain[set_name] @ motion[:, table.gradient]  # plates have no gradients
     found = []
     for label in wanted:
         values = N[r.label.index(label)].tolist()
         found.append(tuple(sorted(zip(names, values, strict=True), key=lambda pair: -abs(pair[1]))))
     return found
+
+
+def _part(term: FloatArray, total: FloatArray) -> tuple[float, float]:
+    """Share and size of a term [n] of a read-out."""
+    return float(shares(term[None], total)[0]), float(np.linalg.norm(term))
 
 
 def _shares(labels: Sequence[str], terms: FloatArray, total: FloatArray) -> Shares:

@@ -282,4 +282,4 @@ def _source(build_dir: Path, output: Output) -> InputFile:
 def _rest(term: _Term) -> str:
     """What of a read-out is at no grid."""
     rest = 0.0 if term.output.elsewhere is None else float(term.output.elsewhere @ term.weights)
-    return f"; {rest:.6g} more by the test masses' own expansion" if rest else ""
+    return f"; {rest:.6g} more at no grid: expanding test masses, glass of plates" if rest else ""
