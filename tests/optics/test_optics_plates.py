@@ -79,7 +79,7 @@ def test_derivatives_hold_for_beams_that_do_not_recombine(layout: OpticalLayout,
 
 
 def bench(*plates: Element, meas: tuple[str, ...], ref: tuple[str, ...]) -> OpticalLayout:
-    """Two beams along x from one place to one photodiode, through plates on the way; one test mass that nothing asks."""
+    """Two beams along x from one place to one photodiode, through plates; one test mass, which none meets."""
     ends = (
         Element("F1", "injector", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
         Element("F2", "injector", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),

@@ -79,7 +79,9 @@ def optics_specs(results: Results) -> list[FigureSpec]:
                 f" column{part.words}.",
                 partial(draw.read_out_by_area, page, own),
             )
-    glass = "" if read_outs.plates is None else ", and the glass of each plate by its index and thickness"
+    made = "and the distortion of each element by its motions"
+    if read_outs.plates is not None:
+        made = "the distortion of each element by its motions, and the glass of each plate by its index and thickness"
     for unit, (shown, _) in READ_OUT_UNIT.items():
         rows = [i for i, u in enumerate(read_outs.unit) if u == unit]
         for part, some in in_parts([rows[i : i + SHARES] for i in range(0, len(rows), SHARES)]):
@@ -88,8 +90,7 @@ def optics_specs(results: Results) -> list[FigureSpec]:
                 "read-out",
                 f"Read-outs of {_QUANTITY[unit]} of set {first} ({shown}/K): the areas that matter most, and what"
                 f" makes the read-out under the first of these areas: {bench} moving as one against the test masses,"
-                f" and the distortion of each element by its motions{glass}. Contributions have signs; they sum to the"
-                f" read-out{part.words}.",
+                f" {made}. Contributions have signs; they sum to the read-out{part.words}.",
                 partial(_shares_figure, read_outs, first, areas, some, f"{bench} as one".removeprefix("the ")),
             )
     if not layout.has_geometry:
