@@ -91,6 +91,7 @@ GRADIENT_ASD = Quantity("level of a temperature gradient", "K/m/sqrt(Hz)", 0.0, 
 CELSIUS = Quantity("temperature", "degC", -273.15, 1e4)
 EXPANSION = Quantity("coefficient of expansion", "1/K", -1.0, 1.0)
 PLATE_EXPANSION = Quantity("coefficient of expansion", "1/K", -1e-2, 1e-2)
+EFFECT = Quantity("value of an effect", "in its unit", -1e3, 1e3, 1e-30)
 INDEX_CHANGE = Quantity("change of the refractive index", "1/K", -1e-2, 1e-2)
 
 # Bodies and noise of a satellite in orbit.

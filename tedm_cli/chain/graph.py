@@ -35,6 +35,7 @@ class ChainFiles:
     sensitivity, read_out : the matrices of the two halves of the chain, where the project has them.
     adjoint : what every temperature does to their outputs; of a project with test masses.
     gravity_sources, optics_sources, dynamics_sources : tables beside the configuration that these halves read.
+    effects : tables of the user's own effects on outputs.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
     runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
     older_series : files of series in the build folder, which the page shows too.
@@ -61,6 +62,7 @@ class ChainFiles:
     adjoint: Path | None
     loop: Path | None
     gravity_sources: tuple[Path, ...]
+    effects: tuple[Path, ...]
     optics_sources: tuple[Path, ...]
     dynamics_sources: tuple[Path, ...]
     case_sources: tuple[Path, ...]
@@ -132,13 +134,13 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
         step(["build-optics"], [files.read_out], files.distortion, files.optics, *files.optics_sources)
     if files.adjoint is not None:
         step(["build-adjoint", "--or-say-why"], [files.adjoint], files.deck, *matrices, halves)
-    cases = (files.cases, *files.case_sources)
+    cases = (files.cases, *files.effects, *files.case_sources)
     for run in files.runs:
         step(["run-case", run.name], [run.file], *matrices, halves, *cases, *files.spectra)
     for run in files.series:
         step(["run-series", run.name], [run.file], *matrices, halves, *cases, *run.tables)
     if files.loop is not None:
-        step(["build-dynamics"], [files.loop], *matrices, files.dynamics, *files.dynamics_sources)
+        step(["build-dynamics"], [files.loop], *matrices, *files.effects, files.dynamics, *files.dynamics_sources)
         for run in files.simulations:
             step(["simulate", run.name], [run.file], files.loop, *cases, *files.spectra)
         for run in files.simulated_series:

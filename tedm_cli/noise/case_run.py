@@ -158,7 +158,7 @@ def _distortion_ratios(noise: OutputNoise, outputs: Outputs, judged: Judged, saf
     ratio = np.full(len(judged), np.nan)
     for v, (requirement, o) in enumerate(judged):
         parts = outputs.parts_of_read_outs.get(outputs.labels[o])
-        if parts is not None:
+        if parts is not None and parts.distortion is not None:
             f = noise.frequency_hz[in_band(requirement, noise.frequency_hz)]
             psd = noise.of(parts.distortion[None]).at(f).psd()[0]
             ratio[v] = (safety_factor * np.sqrt(psd) / requirement.amplitude(f)).max()

@@ -26,6 +26,8 @@ from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import TO_LOOK_AT, and_text, capital, count, sci
 
+_ROUNDING = 1e-12  # parts of a read-out that are so small are none
+
 
 def optics_section(
     quality: OpticsQuality, read_outs: ReadOuts, areas: AreaTable, figures: dict[str, list[Figure]]
@@ -106,7 +108,8 @@ def _plates(r: ReadOuts, areas: AreaTable) -> list[Table]:
         sizes = [np.linalg.norm(part[:, means], axis=1) for part in parts]
         for i, (label, unit) in enumerate(zip(r.label, r.unit, strict=True)):
             cell = Cell(capital(output_title(f"{name}_{label}")), label=f"{name}_{label}")
-            rows.append(row(cell, *(sci(float(size[i]), 3) for size in sizes), f"{unit}/K"))
+            numbers = [float(size[i]) if size[i] > _ROUNDING * sizes[-1][i] else 0.0 for size in sizes]
+            rows.append(row(cell, *(sci(v, 3) for v in numbers), f"{unit}/K"))
     head = columns("Read-out", "Bench as one", "Distortion", "Plates", "N", "Unit", text=(0, 5))
     caption = (
         "What the read-outs are made of, root sum of squares over the areas: rigid motion of the bench, its distortion,"

@@ -134,21 +134,21 @@ def test_plates_are_a_part_beside_the_bench_and_its_distortion(small: Project, t
     build_optics(project := other_optics(small, tmp_path, (splitter, splitter + GLASS)), None)
     for kwargs in ({}, {"area": "OB_BENCH_PLUS_Y"}, {"uniform": True}):
         for r, before in zip(explain(project, **kwargs).read_outs, explain(small, **kwargs).read_outs, strict=True):
-            assert before.plates is None
-            assert r.plates is not None
+            assert not before.beside
+            (plates,) = r.beside
             for s in (r.motions, r.elements, r.beams):
                 assert s.share.sum() == pytest.approx(1.0, abs=1e-9)
             assert r.distortion_size == pytest.approx(before.distortion_size, rel=1e-9)
             assert r.rigid_size == pytest.approx(before.rigid_size, rel=1e-12)
             own = dict(zip(r.elements.label, r.elements.size, strict=True))
-            assert own["BS4 glass"] == pytest.approx(r.plates[1], rel=1e-12)
+            assert own["BS4 glass"] == pytest.approx(plates.size, rel=1e-12)
             share = dict(zip(r.motions.label, r.motions.share, strict=True))
-            assert share["BS4_index"] + share["BS4_thickness"] == pytest.approx(r.plates[0], abs=1e-12)
+            assert share["BS4_index"] + share["BS4_thickness"] == pytest.approx(plates.share, abs=1e-12)
     x = explain(project, "TM1_x", area="OB_BENCH_PLUS_Y").read_outs[0]
-    assert x.plates is not None
-    assert x.plates[0] > 0.9
+    assert x.beside[0].name == "plates"
+    assert x.beside[0].share > 0.9
     alone = explain(project, "TM1_x", distortion_only=True).read_outs[0]
-    assert alone.plates is None
+    assert not alone.beside
     assert alone.size == pytest.approx(explain(small, "TM1_x", distortion_only=True).read_outs[0].size, rel=1e-12)
     text = "\n".join(explain_lines(explain(project), 40))
     assert "plates %" in text

@@ -8,6 +8,7 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.effects import Effects
 from tedm_cli.optics.shares import shares
 from tedm_cli.results.areas import unit_per
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_share, by_size, clean_sum, row_tables, sizes
@@ -87,24 +88,51 @@ def explain_element(name: str, r: ReadOuts, means: BoolArray) -> Told:
     return Told(name, "optical element", name, (*where, *nothing), (table,), (note,) if table.rows else ())
 
 
+def explain_effect(name: str, effects: Effects, rows: Rows, areas: AreaTable) -> Told:
+    """What an effect of the user's own is of every output that it is on."""
+    own = effects.rows[effects.names.index(name)]
+    means = ~areas.gradient
+    listed: list[tuple[Cell, ...]] = []
+    for row, (label, (unit, whole)) in zip(own, rows.items(), strict=True):
+        if row.any():
+            worst = int(np.abs(row).argmax())
+            share = float(shares(row[None, means], whole[means])[0])
+            per = unit_per(unit, areas.unit[worst])
+            listed.append(
+                (
+                    label,
+                    float(np.linalg.norm(row[means])),
+                    f"{unit}/K",
+                    share,
+                    areas.name[worst],
+                    float(row[worst]),
+                    per,
+                )
+            )
+    columns = (Column("output"), Column("size", "number"), Column("unit"), Column("share", "share"),
+               Column("most by"), Column("value", "number"), Column("per"))  # fmt: skip
+    note = f"size: root of the sum of squares over the areas of a mean temperature; {_SHARE}, signed"
+    table = Table("outputs", columns, by_share(listed, 3), ranked=True)
+    return Told(name, "effect of your own", name, (), (table,), (note,))
+
+
 def explain_difference(
     label: str,
     terms: Sequence[tuple[float, str]],
     rows: Rows,
-    elements: Sequence[str],
     parts: Mapping[str, FloatArray],
     areas: AreaTable,
 ) -> Told:
-    """What the difference of two read-outs is made of; `parts`: by read-out, its terms [E, k] by optical
-    element that moves and by plate whose glass changes."""
+    """What the difference of two read-outs is made of; `parts`: its terms [k] by optical element that moves, by plate
+    whose glass changes, and by effect of the user's own."""
     unit = rows[terms[0][1]][0]
     value = np.asarray(sum(f * rows[name][1] for f, name in terms))
     means = ~areas.gradient
     size, total = sizes(value, means)
-    by_element = np.asarray(sum(f * parts[name] for f, name in terms))[:, means]
+    by_part = np.array(list(parts.values()))[:, means]
     listed = [
         (name, float(np.linalg.norm(term)), float(share))
-        for name, term, share in zip(elements, by_element, shares(by_element, value[means]), strict=True)
+        for name, term, share in zip(parts, by_part, shares(by_part, value[means]), strict=True)
     ]
     columns = (Column("element"), Column("size", "number", unit_per(unit, "K")), Column("share", "share"))
     return Told(
