@@ -263,14 +263,22 @@ def test_keys_that_are_wrong(
     assert len(found) == 1
 
 
-def test_what_the_sample_says_with_its_commented_lines(layout_file: Path, tmp_path: Path) -> None:
-    """The keys of the shipped layout are there, commented out, for every window and beam splitter."""
+def test_what_the_sample_says_with_its_commented_lines(layout_file: Path, S_BW: FloatArray, tmp_path: Path) -> None:
+    """The keys are there, commented out, for every window and beam splitter; what they do is in the guide."""
     text = layout_file.read_text(encoding="utf-8")
     for key in ("dn_dT_1_K", "expansion_1_K", "area"):
         assert text.count(f"\n# {key} = ") == len(GLASS)
         text = text.replace(f"\n# {key} = ", f"\n{key} = ")
     path = tmp_path / "optics.toml"
     path.write_text(text, encoding="utf-8")
-    plates = load_layout(path)[1].changing_plates
+    found = load_layout(path)[1]
+    plates = found.changing_plates
     assert tuple(p.name for p in plates) == GLASS
     assert all(p.area and p.dn_dT_per_K and p.expansion_per_K for p in plates)
+    areas = sorted({str(p.area) for p in plates})
+    chain = optics_chain(found, S_BW, np.zeros((len(areas), 22, 6)), plates=plate_effect(found, areas, (), {}))
+    for s in chain.sets:  # the numbers of how-to/optics.md
+        assert np.linalg.norm(s.N_plates[[0, 3]], axis=1) == pytest.approx([5.524e-8, 5.143e-8], rel=1e-3)
+        assert np.abs(s.N_plates[[1, 2, 4, 5]]).max() < 1e-18
+        windows = s.N_plates[:, [areas.index(f"IS{i}_WINDOW") for i in (1, 2)]]
+        assert windows[[0, 3], [0, 1]] == pytest.approx([-4.068e-9, 4.068e-9], rel=1e-3)

@@ -252,7 +252,8 @@ def _unknown(name: str, known: Sequence[str], missing: Sequence[Path]) -> UsageE
     folded = {k.casefold(): k for k in known}
     near = difflib.get_close_matches(name.casefold(), folded, n=_NEAR, cutoff=0.5)
     hint = f"did you mean {', '.join(folded[n] for n in near)}?" if near else (
-        "it takes outputs, requirements, areas, groups, test masses and optical elements; without a name, all outputs"
+        "it takes outputs, requirements, areas, groups, test masses, optical elements and effects; without a name, all"
+        " outputs"
     )  # fmt: skip
     more = "".join(f"; {path} is not there, and may have it (`{KINDS[path.stem].made_by}`)" for path in missing)
     return UsageError(f"nothing is called {name!r}", hint=hint + more)
