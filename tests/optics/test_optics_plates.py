@@ -18,7 +18,7 @@ from tedm_cli.config.optics import load_layout
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.law import law_matrix
-from tedm_cli.optics.layout import BeamPath, Element, OpticalLayout, Step
+from tedm_cli.optics.layout import Beam, BeamPath, Element, OpticalLayout, Step
 from tedm_cli.optics.plates import INDEX, THICKNESS, PlateEffect, plate_effect, plate_sensitivity
 from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.optics.trace import trace
@@ -71,7 +71,9 @@ def test_derivatives_hold_for_beams_that_do_not_recombine(layout: OpticalLayout,
     elements = []
     for e in layout.elements:
         normal = np.array(e.normal) + (rng.normal(scale=0.003, size=3) if e.kind != "photodiode" else 0.0)
-        glass = {"index": rng.uniform(1.3, 2.0), "thickness_m": rng.uniform(2e-3, 8e-3)} if e.thickness_m else {}
+        glass: dict[str, Any] = (
+            {"index": rng.uniform(1.3, 2.0), "thickness_m": rng.uniform(2e-3, 8e-3)} if e.thickness_m else {}
+        )
         elements.append(replace(e, **glass, normal=tuple(normal / np.linalg.norm(normal))))
     other = with_element(replace(layout, elements=tuple(elements)), "BS3", index=1.0)
     plates = plates_of(other)
@@ -86,7 +88,7 @@ def bench(*plates: Element, meas: tuple[str, ...], ref: tuple[str, ...]) -> Opti
         Element("PD", "photodiode", (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), local_y=(0.0, 0.0, 1.0)),
         Element("TM", "test_mass", (2.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
     )
-    through = {"meas": ("F1", meas), "ref": ("F2", ref)}
+    through: dict[Beam, tuple[str, tuple[str, ...]]] = {"meas": ("F1", meas), "ref": ("F2", ref)}
     paths = tuple(
         BeamPath("PD", beam, (Step(source, "emit"), *(Step(name, "T") for name in names), Step("PD", "detect")))
         for beam, (source, names) in through.items()
