@@ -198,30 +198,30 @@ $(THERMAL): $(THERMAL_TOML) $(THERMAL_SOURCES)
 endif
 
 define CASE_RULE
-$(1): $(MATRICES) $(CASE_ADJOINT) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(MATRICES) $(CASE_ADJOINT) $(BUILD)/halves $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))
 
 # Of a project with two test masses and optics: its loop, and every case in it.
-$(BUILD)/dynamics.h5: $(MATRICES) $(DYNAMICS_TOML) $(DYNAMICS_SOURCES)
+$(BUILD)/dynamics.h5: $(MATRICES) $(EFFECTS) $(DYNAMICS_TOML) $(DYNAMICS_SOURCES)
 	$(TEDM) build-dynamics $(OPTIONS)
 
 define SIMULATION_RULE
-$(1): $(BUILD)/dynamics.h5 $(CASE_ADJOINT) $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(BUILD)/dynamics.h5 $(CASE_ADJOINT) $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) simulate $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(SIMULATION_FILES),$(eval $(call SIMULATION_RULE,$(file))))
 
 # Temperature series of the cases file: to the outputs, and through the loop.
 define SERIES_RULE
-$(1): $(MATRICES) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
+$(1): $(MATRICES) $(BUILD)/halves $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
 	$$(TEDM) run-series $$(SERIES_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(SERIES_FILES),$(eval $(call SERIES_RULE,$(file))))
 
 define SIMULATED_SERIES_RULE
-$(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
+$(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(TABLE_$(notdir $(1)))
 	$$(TEDM) simulate --series $$(SERIES_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(SIMULATED_SERIES_FILES),$(eval $(call SIMULATED_SERIES_RULE,$(file))))

@@ -90,6 +90,9 @@ GRADIENT = Quantity("temperature gradient", "K/m", -1e6, 1e6)
 GRADIENT_ASD = Quantity("level of a temperature gradient", "K/m/sqrt(Hz)", 0.0, 1e8, 1e-20)
 CELSIUS = Quantity("temperature", "degC", -273.15, 1e4)
 EXPANSION = Quantity("coefficient of expansion", "1/K", -1.0, 1.0)
+PLATE_EXPANSION = Quantity("coefficient of expansion", "1/K", -1e-2, 1e-2)
+EFFECT = Quantity("value of an effect", "in its unit", -1e3, 1e3, 1e-30)
+INDEX_CHANGE = Quantity("change of the refractive index", "1/K", -1e-2, 1e-2)
 
 # Thermal networks: from a bead to a satellite; conductors between boundaries and perfect joints included.
 HEAT_CAPACITY = Quantity("heat capacity", "J/K", 0.0, 1e12, 1e-12)

@@ -39,6 +39,7 @@ class ChainFiles:
     gravity_sources, optics_sources, dynamics_sources : tables beside the configuration that these halves read.
     network : what is made of the thermal model, where there is one. thermal_sources : all that it is made from besides
         its own file: tables, and those results and configurations that it needs.
+    effects : tables of the user's own effects on outputs.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
     runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
     older_series : files of series in the build folder, which the page shows too.
@@ -69,6 +70,7 @@ class ChainFiles:
     loop: Path | None
     network: Path | None
     gravity_sources: tuple[Path, ...]
+    effects: tuple[Path, ...]
     optics_sources: tuple[Path, ...]
     dynamics_sources: tuple[Path, ...]
     thermal_sources: tuple[Path, ...]
@@ -149,13 +151,13 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
         step(["build-adjoint", "--or-say-why"], [files.adjoint], *found)
     if files.network is not None:
         step(["build-thermal"], [files.network], files.thermal, *files.thermal_sources)
-    cases = (files.cases, *files.case_sources)
+    cases = (files.cases, *files.effects, *files.case_sources)
     for run in files.runs:
         step(["run-case", run.name], [run.file], *matrices, files.case_adjoint, halves, *cases, *files.spectra)
     for run in files.series:
         step(["run-series", run.name], [run.file], *matrices, halves, *cases, *run.tables)
     if files.loop is not None:
-        step(["build-dynamics"], [files.loop], *matrices, files.dynamics, *files.dynamics_sources)
+        step(["build-dynamics"], [files.loop], *matrices, *files.effects, files.dynamics, *files.dynamics_sources)
         for run in files.simulations:
             step(["simulate", run.name], [run.file], files.loop, files.case_adjoint, *cases, *files.spectra)
         for run in files.simulated_series:

@@ -79,9 +79,9 @@ def explain(
 
     Takes every name that report and prints use. Outputs of the self-gravity (TM1_a_x, TM2_omegadot_y), read-outs
     (A_TM1_x of set A, or TM1_x) and differences (TM2_a_x-TM1_a_x): the areas, groups, elements and beams that they come
-    from, and the field at rest. Requirements: what they judge. Areas, groups, test masses, compensation masses and
-    optical elements: what they do to every output. Outputs and noise of the drag-free loop, subsystems, cases.
-    With --grids (after build-adjoint): where on the model an output feels temperatures, whatever the areas.
+    from, and the field at rest. Requirements: what they judge. Areas, groups, test masses, compensation masses, optical
+    elements and effects of your own: what they do to every output. Outputs and noise of the drag-free loop, subsystems,
+    cases. With --grids (after build-adjoint): where on the model an output feels temperatures, whatever the areas.
     """
     from tedm_cli.cli.printing.explain import explain_dict, explain_lines
     from tedm_cli.cli.printing.explained import told_dict, told_lines

@@ -33,6 +33,7 @@ from tedm_cli.config.base import (
     named_by_project,
 )
 from tedm_cli.config.body import Edges, TestMassTable
+from tedm_cli.config.effects import EffectTable
 from tedm_cli.config.units import UnitsTable
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.provenance import ConfigFile
@@ -207,6 +208,11 @@ class ModelConfig(Strict):
     requirement_at_rest: list[AtRestTable] = Field(
         default_factory=list, description="Limits on the field at rest. Without any, nothing is judged at rest."
     )
+    effect: list[EffectTable] = Field(
+        default_factory=list,
+        description="Other effects of temperature on accelerations and read-outs, which are added to those that the "
+        "program computes.",
+    )
     _test_masses: list[TestMass] | None = PrivateAttr(default=None)
 
     @field_validator("test_mass")
@@ -215,6 +221,14 @@ class ModelConfig(Strict):
         names = [t.name for t in value]
         if len(set(names)) != len(names):
             raise ValueError(f"two test masses have the same name: {', '.join(names)}")
+        return value
+
+    @field_validator("effect")
+    @classmethod
+    def _effects_differ(cls, value: list[EffectTable]) -> list[EffectTable]:
+        names = [effect.name for effect in value]
+        if len(set(names)) != len(names):
+            raise ValueError(f"two effects have the same name: {', '.join(names)}")
         return value
 
     def test_masses(self) -> list[TestMass]:

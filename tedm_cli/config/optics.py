@@ -129,6 +129,9 @@ def _element(e: ElementTable, tables: OpticsTables) -> Element:
         lever_ok=bool(e.lever_ok),
         bench=e.bench,
         read_out=None if e.read_out is None else tuple(e.read_out),
+        dn_dT_per_K=e.dn_dT_1_K or 0.0,
+        expansion_per_K=e.expansion_1_K or 0.0,
+        area=e.area,
         axes=LAYOUT_AXES if e.axes is None else _axes(e.axes),
     )
 

@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from tedm_cli.config.base import Strict
 from tedm_cli.config.optics_tables import (
+    CHANGE_KEYS,
     KEYS,
     OPTIONAL_KEYS,
     ElementTable,
@@ -117,6 +118,11 @@ def _key_problems(at: str, e: ElementTable, grids: Mapping[str, Any], imported: 
     ]
     if e.kind == "mirror" and (e.thickness_m is None) != (e.index is None):
         out.append((at, f"mirror {e.name} with a substrate needs both thickness_m and index"))
+    changes = [key for key in CHANGE_KEYS if key in given & allowed]
+    if changes and e.kind == "mirror" and e.thickness_m is None and e.index is None:
+        out.append((f"{at}.{changes[0]}", f"mirror {e.name} has no substrate (thickness_m and index) to change"))
+    if e.area is not None and "area" in allowed and not changes:
+        out.append((f"{at}.area", f"has no use: {e.name} gives neither {' nor '.join(CHANGE_KEYS)}"))
     if isinstance(e.aperture_m, list) and e.local_y is None:
         out.append((f"{at}.aperture_m", f"half-sizes along local_y x normal and local_y; {e.name} has no local_y"))
     if e.local_y is not None and e.kind != "photodiode" and not isinstance(e.aperture_m, list):

@@ -23,7 +23,15 @@ from tedm_cli.config.base import (
     Strict,
 )
 from tedm_cli.optics.layout import Beam, Dof, Kind
-from tedm_cli.quantities import EXPANSION, MATRIX_DIFFERENCE, RADIUS_OF_CURVATURE, REFRACTIVE_INDEX, WAVELENGTH
+from tedm_cli.quantities import (
+    EXPANSION,
+    INDEX_CHANGE,
+    MATRIX_DIFFERENCE,
+    PLATE_EXPANSION,
+    RADIUS_OF_CURVATURE,
+    REFRACTIVE_INDEX,
+    WAVELENGTH,
+)
 
 HalfSizes = Annotated[list[Length], Field(min_length=2, max_length=2)]
 Name = Annotated[str, Field(pattern=OPTICAL_NAME)]
@@ -36,13 +44,17 @@ RECOMBINATION_KEYS = ("beam_overlap_m", "beam_angle_rad", "path_mismatch_m")
 _ANY = frozenset({"local_y", "aperture_m"})
 _BENCH = _ANY | {"bench", "lever_ok"}
 
+#: Keys of the glass of a plate: how it changes per kelvin, and of which area.
+CHANGE_KEYS = ("dn_dT_1_K", "expansion_1_K")
+_GLASS = _BENCH | set(CHANGE_KEYS) | {"area", "front_offset_m"}
+
 #: Keys beyond name, kind and ref_m: (needed, allowed) by kind. An imported S_BW leaves `grid` alone needed.
 KEYS: dict[Kind, tuple[frozenset[str], frozenset[str]]] = {
     "test_mass": (frozenset({"normal", "front_offset_m"}), _ANY | {"axes", "read_out"}),
     "injector": (frozenset({"normal", "grid"}), _BENCH | {"opl_offset_m"}),
-    "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _BENCH | {"front_offset_m"}),
-    "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _BENCH | {"front_offset_m"}),
-    "mirror": (frozenset({"normal", "grid"}), _BENCH | {"front_offset_m", "thickness_m", "index"}),
+    "window": (frozenset({"normal", "grid", "thickness_m", "index"}), _GLASS),
+    "beamsplitter": (frozenset({"normal", "grid", "thickness_m", "index"}), _GLASS),
+    "mirror": (frozenset({"normal", "grid"}), _GLASS | {"thickness_m", "index"}),
     "photodiode": (frozenset({"normal", "grid", "local_y"}), _BENCH | set(RECOMBINATION_KEYS)),
 }
 OPTIONAL_KEYS = (
@@ -58,6 +70,8 @@ OPTIONAL_KEYS = (
     "axes",
     "bench",
     "read_out",
+    *CHANGE_KEYS,
+    "area",
     *RECOMBINATION_KEYS,
 )
 
@@ -85,6 +99,21 @@ class ElementTable(Strict):
     )
     index: Annotated[float, Bounded(REFRACTIVE_INDEX)] | None = Field(
         default=None, description="Refractive index of the substrate. Windows and beam splitters need it."
+    )
+    dn_dT_1_K: Annotated[float, Bounded(INDEX_CHANGE)] | None = Field(
+        default=None,
+        description="Change of the refractive index against vacuum per kelvin at the wavelength, of a plate. 0 where "
+        "left out.",
+    )
+    expansion_1_K: Annotated[float, Bounded(PLATE_EXPANSION)] | None = Field(
+        default=None,
+        description="Coefficient of linear expansion of a plate, by which it becomes thicker about its middle plane. 0 "
+        "where left out.",
+    )
+    area: str | None = Field(
+        default=None,
+        description="The thermal area whose temperature a plate has. That of its grid where left out, if the grid is "
+        "in one area alone.",
     )
     local_y: Direction | None = Field(
         default=None,

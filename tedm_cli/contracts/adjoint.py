@@ -124,7 +124,7 @@ class AdjointFile(AreaDatasets, FileKind):
         ("row", "area"),
         "float",
         None,
-        "part by an area that does not pass through the structure: faces of test masses that expand",
+        "part by an area that does not pass through the structure: faces of test masses that expand, glass of plates",
     )
     AREA_SUM = _found(
         "/area/sum", ("row", "area"), "float", None, "sum over the area, per /area/unit; with /direct it is S or N"

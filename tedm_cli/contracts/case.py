@@ -133,13 +133,31 @@ class CaseFile(AreaDatasets, FileKind):
         "/contribution/band_share", ("output", "area"), "float", "1", "share of the power in the band"
     )
     PATH_NAME = Dataset(
-        "/path/name", ("path",), "str", "1", "optical elements whose motion makes the read-out noise", "", True, NAMES
+        "/path/name",
+        ("path",),
+        "str",
+        "1",
+        "what outputs are sums of: optical elements that move; "
+        "glass of plates, self-gravity, effects of the user's own",
+        "",
+        True,
+        NAMES,
     )
     PATH_SHARE = Dataset(
         "/path/share/{output}", ("path",), "float", "1", "share of the PSD at /contribution/frequency", "", True
     )
     PATH_BAND_SHARE = Dataset(
         "/path/band_share/{output}", ("path",), "float", "1", "share of the power in the band", "", True
+    )
+    EFFECT_NAME = Dataset("/effect/name", ("effect",), "str", "1", "effects of the user's own", "", True, NAMES)
+    EFFECT_ROW = Dataset(
+        "/effect/row/{output}",
+        ("effect", "area"),
+        "float",
+        None,
+        "what each makes of the output per /area/unit of an area; it is in all spectra",
+        "",
+        True,
     )
     VERDICT_REQUIREMENT = Dataset(
         "/verdict/requirement", ("verdict",), "str", "1", "requirement", values=Values(of="/requirement/name")

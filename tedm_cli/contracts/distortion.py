@@ -59,6 +59,15 @@ class DistortionFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
         values=ID,
         group=_OPTICS,
     )
+    OPTICAL_AREA = Dataset(
+        "/optical/area",
+        ("optical",),
+        "str",
+        "1",
+        "thermal areas of a mean temperature that this grid is in, with a comma between; empty: in none",
+        optional=True,
+        group="areas of the optics",
+    )
     OPTICAL_POSITION = Dataset(
         "/optical/position", ("optical", "xyz"), "float", "m", "position of that grid", BASIC, True, group=_OPTICS
     )

@@ -17,6 +17,7 @@ from tedm_cli.contracts.spec import (
 )
 
 _UNITS = Values(words=("m", "rad"))
+_PLATES = "plates"
 
 
 class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
@@ -38,7 +39,70 @@ class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
         TM_FRAME,
     )
     N_DISTORTION = Dataset(
-        "/N_distortion/{set}", ("read_out", "area"), "float", None, "part of N: the rest, the benches distort", TM_FRAME
+        "/N_distortion/{set}",
+        ("read_out", "area"),
+        "float",
+        None,
+        "part of N: the rest of the motion, the benches distort",
+        TM_FRAME,
+    )
+    N_PLATES = Dataset(
+        "/N_plates/{set}",
+        ("read_out", "area"),
+        "float",
+        None,
+        "part of N: the glass of plates changes; N = N_rigid + N_distortion + N_plates",
+        TM_FRAME,
+        optional=True,
+        group=_PLATES,
+    )
+    PLATE_NAME = Dataset(
+        "/plate/name",
+        ("plate",),
+        "str",
+        "1",
+        "plates whose glass changes with temperature",
+        optional=True,
+        values=Values(of="/element/name", unique=True),
+        group=_PLATES,
+    )
+    PLATE_BY_INDEX = Dataset(
+        "/plate/by_index",
+        ("ray_output", "plate"),
+        "float",
+        None,
+        "outputs of the beams by the refractive index of each plate",
+        LAYOUT,
+        optional=True,
+        group=_PLATES,
+    )
+    PLATE_BY_THICKNESS = Dataset(
+        "/plate/by_thickness",
+        ("ray_output", "plate"),
+        "float",
+        None,
+        "outputs of the beams by its thickness, the middle plane held",
+        LAYOUT,
+        optional=True,
+        group=_PLATES,
+    )
+    PLATE_INDEX_CHANGE = Dataset(
+        "/plate/index_change",
+        ("plate", "area"),
+        "float",
+        "1/K; none of gradients",
+        "change of its index per kelvin of a thermal area",
+        optional=True,
+        group=_PLATES,
+    )
+    PLATE_THICKNESS_CHANGE = Dataset(
+        "/plate/thickness_change",
+        ("plate", "area"),
+        "float",
+        "m/K; none of gradients",
+        "change of its thickness per kelvin of a thermal area",
+        optional=True,
+        group=_PLATES,
     )
     MOTION = Dataset(
         "/motion",
@@ -68,7 +132,7 @@ class OpticsFile(AreaPlaces, AreaDatasets, FileKind):
         ("read_out", "element_dof"),
         "float",
         None,
-        "motion of an element at its grid to read-out: N = gain motion",
+        "motion of an element at its grid to read-out: N = gain motion, and N_plates where there are plates",
     )
     COMMON_MODE_MOTION = Dataset(
         "/common_mode/motion",

@@ -160,7 +160,7 @@ def _contributions(file: Reader, labels: list[str], amplitude: Sequence[str]) ->
             ("share", [file.array(CASE.PATH_SHARE.of(label)) for label in held], "at contribution_frequency"),
             ("band_share", [file.array(CASE.PATH_BAND_SHARE.of(label)) for label in held], "in the band"),
         ):
-            meaning = f"share of each optical element in the power {where}"
+            meaning = f"share of each optical element, or other part, in the power {where}"
             matrices.append(
                 NamedMatrix(
                     f"element_{name}", np.array(parts), held, names, ["1"] * len(held), ["1"] * len(names), meaning

@@ -19,7 +19,7 @@ from tedm_cli.figures.titles import judged_title, labels_words, limit_words
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.titles import outputs_title
-from tedm_cli.results.wording import mhz_text
+from tedm_cli.results.wording import mhz_text, parts_noun
 
 MOST = 10  # rows of a panel besides that of all others
 _ROW, _GAP, _FOOT = 0.215, 0.38, 0.6  # inches
@@ -29,11 +29,12 @@ _OTHERS = "#9A9A9A"
 
 
 def contributors_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
-    """A panel each for groups, areas and, of a read-out, optical elements: the largest shares, and all others."""
+    """A panel each for groups, areas and, where there are, parts: the largest shares, and all others."""
     with style():
         parts = [("by group", *_by_group(j, case.areas)), ("by thermal area", *_by_area(j, case.areas))]
         if j.path is not None and j.path_band is not None:
-            parts.append(("by optical element that moves", j.path, j.path_band))
+            moves = parts_noun(j.path) == "optical elements"
+            parts.append(("by optical element that moves" if moves else "by part", j.path, j.path_band))
         tables = [(title, ranked(at), in_band) for title, at, in_band in parts]
         names = [wrapped(name, _NAMES, SMALL) for _, table, _ in tables for name, _ in table]
         row = max(_ROW, 0.06 + LINE * max(map(line_count, names)))

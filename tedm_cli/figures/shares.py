@@ -23,15 +23,18 @@ from tedm_cli.results.wording import number_text
 _MOST, _VISIBLE = 8, 2e-3  # bars besides that of all others, and the least of the longest that is worth one
 _ROW, _TITLE, _BETWEEN, _FOOT = 0.17, 0.16, 0.46, 0.46  # inches
 _NAMES = 2.5  # inches of names at most
-_MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
-_COLOURS = (COLOURS[0], COLOURS[4], COLOURS[2], COLOURS[1], COLOURS[5], COLOURS[3])
-_HATCHES = ("", "...", "\\\\\\\\", "////", "xxxx", "----")  # each its own, so that colour is not needed
+_CAUSES = ("ux (m)", "uy (m)", "uz (m)", "rx (rad)", "ry (rad)", "rz (rad)", "index", "thickness")
+_COLOURS = (COLOURS[0], COLOURS[4], COLOURS[2], COLOURS[1], COLOURS[5], COLOURS[3], COLOURS[6], "#8C6D31")
+_HATCHES = ("", "...", "\\\\\\\\", "////", "xxxx", "----", "ooo", "++++")  # each its own, so that colour is not needed
 _OTHERS = "#9A9A9A"
 
 
 @dataclass(frozen=True, eq=False)
 class ReadOutShares:
-    """One read-out in `unit` per kelvin: by area [k], and by element and motion [n, 6] under the area `worst`."""
+    """One read-out in `unit` per kelvin: by area [k], and by element and cause under the area `worst`.
+
+    The causes are the six motions [n, 6], and where plates change, their index and thickness as well [n, 8].
+    """
 
     read_out: str
     unit: str
@@ -58,7 +61,7 @@ def shares_figure(shares: Sequence[ReadOutShares], areas: Sequence[str], element
             for share in shares
         ]
         above = 0.06 + _TITLE * max(line_count(text) for pair in titles for text in pair)
-        legend = key(_samples(), PAGE_WIDTH - 0.3, sample=2.2, most=7)
+        legend = key(_samples(shares[0].by_element.shape[1]), PAGE_WIDTH - 0.3, sample=2.2, most=9)
         top = heading_lines(title, "", PAGE_WIDTH)[2]
         panel = row * bars
         each = above + panel + _BETWEEN
@@ -84,10 +87,10 @@ def _titles(share: ReadOutShares, areas: Sequence[str]) -> tuple[str, str]:
     return f"{share.read_out} by area", by_element
 
 
-def _samples() -> list[Artist]:
+def _samples(causes: int) -> list[Artist]:
     samples: list[Artist] = [
-        Patch(facecolor=c, hatch=h, edgecolor="white", linewidth=0.0, label=f"{m} ({'m' if m[0] == 'u' else 'rad'})")
-        for m, c, h in zip(_MOTIONS, _COLOURS, _HATCHES, strict=True)
+        Patch(facecolor=c, hatch=h, edgecolor="white", linewidth=0.0, label=cause)
+        for cause, c, h in zip(_CAUSES[:causes], _COLOURS, _HATCHES, strict=False)
     ]
     samples.append(
         Line2D([], [], linestyle="none", marker="D", markersize=5, color="black", label="sum of the element")
@@ -117,7 +120,7 @@ def _element_rows(share: ReadOutShares, names: Sequence[str]) -> list[str]:
 
 
 def _felt(share: ReadOutShares) -> FloatArray:
-    """The larger sum over motions of one sign of every element [n]: one whose motions cancel matters as well."""
+    """The larger sum over causes of one sign of every element [n]: one whose motions cancel matters as well."""
     value = share.by_element
     return np.asarray(np.maximum(np.clip(value, 0, None).sum(axis=1), -np.clip(value, None, 0).sum(axis=1)))
 
@@ -138,10 +141,10 @@ def _element_bars(axes: Axes, share: ReadOutShares, names: Sequence[str], bars: 
     top, others = ranked(_felt(share))
     for row, element in enumerate(top):
         ends = {1: 0.0, -1: 0.0}
-        for motion, v in enumerate(share.by_element[element]):
+        for cause, v in enumerate(share.by_element[element]):
             sign = 1 if v > 0 else -1
             if v != 0.0:
-                axes.barh([row], [v], left=[ends[sign]], color=_COLOURS[motion], hatch=_HATCHES[motion],
+                axes.barh([row], [v], left=[ends[sign]], color=_COLOURS[cause], hatch=_HATCHES[cause],
                           edgecolor="white", linewidth=0.0, height=0.72)  # fmt: skip
             ends[sign] += v
         axes.plot([share.by_element[element].sum()], [row], marker="D", markersize=3.6, color="black", zorder=4)

@@ -159,7 +159,7 @@ def _distortion_ratios(noise: OutputNoise, outputs: Outputs, judged: Judged, saf
     ratio = np.full(len(judged), np.nan)
     for v, (requirement, o) in enumerate(judged):
         parts = outputs.parts_of_read_outs.get(outputs.labels[o])
-        if parts is None:
+        if parts is None or parts.distortion is None:
             continue
         unknown = np.isnan(parts.distortion)
         if not (unknown & noise.correlation.active).any():

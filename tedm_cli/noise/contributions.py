@@ -23,17 +23,21 @@ class ReadOutParts:
 
     Parameters
     ----------
-    names : [p], optical elements; by_element : [p, k], what the motion of each makes of the read-out; their sum is it.
-    distortion : [k], the read-out if the bench did not move as one; NaN of areas of which that is not known.
+    names : [p], optical elements that move, plates whose glass changes, and effects of the user's own; by_element :
+        [p, k], what each makes of the read-out; their sum is it.
+    distortion : [k], the read-out if the bench did not move as one: what the distortion and all else makes of it, NaN
+        of areas of which that is not known; None of an acceleration, which has parts where there are effects of the
+        user's own.
     """
 
     names: tuple[str, ...]
     by_element: FloatArray
-    distortion: FloatArray
+    distortion: FloatArray | None
 
     def __sub__(self, other: ReadOutParts) -> ReadOutParts:
         """Of the difference of two read-outs of one bench."""
-        return ReadOutParts(self.names, self.by_element - other.by_element, self.distortion - other.distortion)
+        rest = None if self.distortion is None or other.distortion is None else self.distortion - other.distortion
+        return ReadOutParts(self.names, self.by_element - other.by_element, rest)
 
 
 def amplitude_contributions(rows: FloatArray, temperature: TemperatureModel, frequency_hz: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.differences import terms
+from tedm_cli.noise.effects import Effects
 from tedm_cli.noise.requirements import UNITS, AppliedRequirement
 
 
@@ -25,7 +26,8 @@ class Outputs:
     areas : the k thermal areas of the columns.
     rows : [n_out, k], unit of the output per kelvin.
     labels, kinds : [n_out], name and quantity (a key of `UNITS`) of each output.
-    parts_of_read_outs : by label of a read-out, what it is made of.
+    parts_of_read_outs : by label of a read-out, what it is made of; of an acceleration, too, where there are effects.
+    effects : of the user's own, which are in the rows; None: none.
     benches : number of optical benches that they are of.
 
     Raises
@@ -39,6 +41,7 @@ class Outputs:
     kinds: tuple[str, ...]
     parts_of_read_outs: Mapping[str, ReadOutParts] = field(default_factory=dict)
     benches: int = field(default=0, kw_only=True)
+    effects: Effects | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         if self.rows.shape != (len(self.labels), len(self.areas)) or len(self.kinds) != len(self.labels):
@@ -78,8 +81,10 @@ class Outputs:
         for label, (first, second) in pairs.items():
             if first in parts and second in parts:
                 parts[label] = parts[first] - parts[second]
+        of_pairs = [(place[i], place[j]) for i, j in pairs.values()]
         return replace(
             self,
+            effects=None if self.effects is None else self.effects.with_differences(of_pairs),
             rows=np.array([*self.rows, *(self.rows[place[i]] - self.rows[place[j]] for i, j in pairs.values())]),
             labels=(*self.labels, *pairs),
             kinds=(*self.kinds, *(self.kinds[place[i]] for i, _ in pairs.values())),

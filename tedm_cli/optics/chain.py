@@ -15,6 +15,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.optics.common_mode import CommonMode, common_mode
 from tedm_cli.optics.law import law_matrix
 from tedm_cli.optics.layout import N_MOTIONS, OpticalLayout
+from tedm_cli.optics.plates import PlateEffect
 from tedm_cli.optics.read_out import RANK_TOLERANCE, ReadOutInverse, read_out_inverse
 from tedm_cli.optics.sensitivity import check_shape
 
@@ -25,7 +26,7 @@ class SetReadOut:
 
     `inverse` [n_dof, 3 * n_pd]: that of `law`, with zeros for the photodiodes of other sets, so that `N = inverse D`.
     `gain` [n_dof, 6 * n_elements] (m, rad by m, rad; layout order and frame), `N` [n_dof, k] (m/K, rad/K), of which
-    `N_rigid` is each bench moving as one and `N_distortion` the rest.
+    `N_rigid` is each bench moving as one, `N_plates` the glass of plates that changes, and `N_distortion` the rest.
     """
 
     name: str
@@ -35,10 +36,11 @@ class SetReadOut:
     gain: FloatArray
     N: FloatArray
     N_rigid: FloatArray
+    N_plates: FloatArray
 
     @property
     def N_distortion(self) -> FloatArray:
-        return self.N - self.N_rigid
+        return self.N - self.N_plates - self.N_rigid
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +69,7 @@ def optics_chain(
     node_positions_m: FloatArray | None = None,
     face_m: FloatArray | None = None,
     P: FloatArray | None = None,
+    plates: PlateEffect | None = None,
 ) -> OpticsChain:
     """Optical chain for all read-out sets.
 
@@ -79,6 +82,7 @@ def optics_chain(
     node_positions_m : the points that `D_opt` moves, [n_bench, 3] m, basic frame; None for the reference points.
     face_m : how far the face of each test mass moves along its normal, [n_tm, k] m/K (see `face_motion`); None: not.
     P : law [3 * n_pd, 5 * n_paths] in place of `law_matrix`.
+    plates : those whose glass changes with temperature (see `plate_effect`); None: none do.
 
     Raises
     ------
@@ -92,15 +96,18 @@ def optics_chain(
     PS = P @ S_BW
     O_ideal = PS @ layout.test_mass_motions
     values = np.linalg.svd(O_ideal, compute_uv=False)
+    by_plates = np.zeros((len(P), motion.shape[1])) if plates is None else P @ plates.outputs
     sets = []
     for name, photodiodes in layout.sets.items():
         law = read_out_inverse(layout, name, PS)
         inverse = np.zeros((len(law.inverse), len(P)))
         inverse[:, layout.laser_rows(photodiodes)] = law.inverse
         gain = inverse @ PS
-        sets.append(SetReadOut(name, photodiodes, law, inverse, gain, gain @ motion, gain @ rigid.motion))
+        N_plates = inverse @ by_plates
+        N = gain @ motion + N_plates
+        sets.append(SetReadOut(name, photodiodes, law, inverse, gain, N, gain @ rigid.motion, N_plates))
     rank = int(np.count_nonzero(values > RANK_TOLERANCE * values[0]))
-    return OpticsChain(P, O_ideal, values, rank, motion, PS @ motion, rigid, tuple(sets))
+    return OpticsChain(P, O_ideal, values, rank, motion, PS @ motion + by_plates, rigid, tuple(sets))
 
 
 def _motion(layout: OpticalLayout, D_opt: FloatArray, face_m: FloatArray | None) -> FloatArray:

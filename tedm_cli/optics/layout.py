@@ -93,6 +93,8 @@ class Element:
     axes : of a test mass, its own x, y, z as rows, unit vectors of the layout frame.
     bench : the optical bench that it is on, where that is said; None: the one that its beams join it to.
     read_out : what is measured of a test mass; None: what is of all, `OpticalLayout.read_out`.
+    dn_dT_per_K, expansion_per_K : of a plate, change of its index against vacuum, and linear expansion, 1/K.
+    area : the thermal area whose temperature it has; None: that of its grid.
     """
 
     name: str
@@ -111,6 +113,9 @@ class Element:
     axes: Axes = LAYOUT_AXES
     bench: str | None = None
     read_out: tuple[Dof, ...] | None = None
+    dn_dT_per_K: float = 0.0
+    expansion_per_K: float = 0.0
+    area: str | None = None
 
     @property
     def is_plate(self) -> bool:
@@ -222,6 +227,11 @@ class OpticalLayout:
     def bench(self) -> tuple[Element, ...]:
         """All elements but the test masses, in layout order."""
         return tuple(e for e in self.elements if e.kind != "test_mass")
+
+    @cached_property
+    def changing_plates(self) -> tuple[Element, ...]:
+        """Plates whose glass changes with temperature, in layout order."""
+        return tuple(e for e in self.elements if e.dn_dT_per_K or e.expansion_per_K)
 
     @cached_property
     def photodiodes(self) -> tuple[str, ...]:

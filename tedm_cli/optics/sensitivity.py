@@ -7,16 +7,18 @@ five outputs are carried back through these maps, from the photodiode to the inj
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
-from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, OpticalLayout
+from tedm_cli.optics.layout import N_MOTIONS, N_OUTPUTS, BeamPath, OpticalLayout
 from tedm_cli.optics.trace import Hit, Poses, nominal_poses, photodiode_axes, trace_path
 
-_POINT, _DIRECTION, _OPL = slice(0, 3), slice(3, 6), 6  # places in the state of a ray
+POINT, DIRECTION, OPL = slice(0, 3), slice(3, 6), 6  # places in the state of a ray
 _GENERATORS = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 9)  # [e_k]x, one per row
-_SHIFT, _TURN = slice(0, 3), slice(3, 6)  # places in the motion of an element
+SHIFT, TURN = slice(0, 3), slice(3, 6)  # places in the motion of an element
 
 
 def optical_sensitivity(layout: OpticalLayout) -> FloatArray:
@@ -28,22 +30,56 @@ def optical_sensitivity(layout: OpticalLayout) -> FloatArray:
     ------
     PhysicsError : a nominal ray misses an element.
     """
+    normal = np.array([e.normal for e in layout.elements])
+    matrix = np.zeros((N_OUTPUTS * len(layout.paths), N_MOTIONS * len(layout.elements)))
+    for path in linearised_paths(layout):
+        rows = matrix[layout.rows(path.path)].reshape(N_OUTPUTS, len(layout.elements), N_MOTIONS)  # a view
+        rows[:, path.hits[-1].element] = path.by_photodiode
+        for hit, outputs, B in zip(path.hits[::-1], path.outputs[::-1], path.by_motion[::-1], strict=True):
+            rows[:, hit.element] += outputs @ B
+        source = layout.index(path.path.steps[0].element)
+        rows[:, source, SHIFT] += path.from_source[:, POINT]
+        rows[:, source, TURN] -= path.from_source[:, DIRECTION] @ cross_matrix(normal[source])
+    return matrix
+
+
+@dataclass(frozen=True, eq=False)
+class LinearisedPath:
+    """One traced path with h hits, and what its five outputs are of a small change anywhere on it.
+
+    outputs : [h, 5, 7], by the state of the ray (point, direction, optical path) behind each hit; from_source : [5, 7],
+    by that before the first. by_motion : [h, 7, 6], state behind each hit by the motion of its element. by_photodiode :
+    [5, 6], by the photodiode's own motion, beside that.
+    """
+
+    path: BeamPath
+    hits: tuple[Hit, ...]
+    outputs: list[FloatArray]
+    by_motion: FloatArray
+    from_source: FloatArray
+    by_photodiode: FloatArray
+
+
+def linearised_paths(layout: OpticalLayout) -> list[LinearisedPath]:
+    """All paths of a layout; the outputs are carried back from the photodiode to the injector.
+
+    Raises
+    ------
+    PhysicsError : a nominal ray misses an element.
+    """
     poses = nominal_poses(layout)
     traces = [trace_path(layout, path, poses) for path in layout.paths]
     by_state, by_motion = _linearised([hit for trace in traces for hit in trace.hits], poses)
-    matrix = np.zeros((N_OUTPUTS * len(layout.paths), N_MOTIONS * len(layout.elements)))
-    end = 0
+    found, end = [], 0
     for path, trace in zip(layout.paths, traces, strict=True):
-        rows = matrix[layout.rows(path)].reshape(N_OUTPUTS, len(layout.elements), N_MOTIONS)  # a view
         begin, end = end, end + len(trace.hits)
-        outputs, rows[:, trace.hits[-1].element] = _at_photodiode(trace.hits[-1], poses)
-        for hit, A, B in zip(trace.hits[::-1], by_state[begin:end][::-1], by_motion[begin:end][::-1], strict=True):
-            rows[:, hit.element] += outputs @ B
+        outputs, by_photodiode = _at_photodiode(trace.hits[-1], poses)
+        behind = []
+        for A in by_state[begin:end][::-1]:
+            behind.append(outputs)
             outputs = outputs @ A
-        source = layout.index(path.steps[0].element)
-        rows[:, source, _SHIFT] += outputs[:, _POINT]
-        rows[:, source, _TURN] -= outputs[:, _DIRECTION] @ cross_matrix(poses.normal[source])
-    return matrix
+        found.append(LinearisedPath(path, trace.hits, behind[::-1], by_motion[begin:end], outputs, by_photodiode))
+    return found
 
 
 def reference_offsets(layout: OpticalLayout, node_positions_m: FloatArray) -> FloatArray:
@@ -106,11 +142,11 @@ def _at_photodiode(hit: Hit, poses: Poses) -> tuple[FloatArray, FloatArray]:
     """
     axes = np.stack(photodiode_axes(poses, hit.element))
     by_state, by_motion = np.zeros((N_OUTPUTS, 7)), np.zeros((N_OUTPUTS, N_MOTIONS))
-    by_state[:2, _POINT] = by_state[3:, _DIRECTION] = axes
-    by_state[2, _OPL] = 1.0
-    by_motion[:2, _SHIFT] = -axes
-    by_motion[:2, _TURN] = axes @ cross_matrix(hit.point - poses.ref[hit.element])
-    by_motion[3:, _TURN] = axes @ cross_matrix(hit.direction)
+    by_state[:2, POINT] = by_state[3:, DIRECTION] = axes
+    by_state[2, OPL] = 1.0
+    by_motion[:2, SHIFT] = -axes
+    by_motion[:2, TURN] = axes @ cross_matrix(hit.point - poses.ref[hit.element])
+    by_motion[3:, TURN] = axes @ cross_matrix(hit.direction)
     return by_state, by_motion
 
 
@@ -139,20 +175,20 @@ def _linearised(hits: list[Hit], poses: Poses) -> tuple[FloatArray, FloatArray]:
     bent = across[:, None, None] * n[:, :, None]
 
     by_state = np.zeros((len(hits), 7, 7))
-    by_state[:, _POINT, _POINT] = to_surface
-    by_state[:, _POINT, _DIRECTION] = t[:, None, None] * to_surface
-    by_state[:, _DIRECTION, _DIRECTION] = along[:, None, None] * identity - bent * n[:, None, :]
-    by_state[:, _OPL, _POINT] = -index[:, None] * dt
-    by_state[:, _OPL, _DIRECTION] = -(index * t)[:, None] * dt
-    by_state[:, _OPL, _OPL] = 1.0
+    by_state[:, POINT, POINT] = to_surface
+    by_state[:, POINT, DIRECTION] = t[:, None, None] * to_surface
+    by_state[:, DIRECTION, DIRECTION] = along[:, None, None] * identity - bent * n[:, None, :]
+    by_state[:, OPL, POINT] = -index[:, None] * dt
+    by_state[:, OPL, DIRECTION] = -(index * t)[:, None] * dt
+    by_state[:, OPL, OPL] = 1.0
 
     s_to_ray = d[:, :, None] * dt[:, None, :]
     by_motion = np.zeros((len(hits), 7, N_MOTIONS))
-    by_motion[:, _POINT, _SHIFT] = s_to_ray
-    by_motion[:, _POINT, _TURN] = s_to_ray @ by_theta
-    by_motion[:, _DIRECTION, _TURN] = turning[:, None, None] * dn_by_theta - bent * (d[:, None, :] @ dn_by_theta)
-    by_motion[:, _OPL, _SHIFT] = index[:, None] * dt
-    by_motion[:, _OPL, _TURN] = index[:, None] * np.einsum("hi,hij->hj", dt, by_theta)
+    by_motion[:, POINT, SHIFT] = s_to_ray
+    by_motion[:, POINT, TURN] = s_to_ray @ by_theta
+    by_motion[:, DIRECTION, TURN] = turning[:, None, None] * dn_by_theta - bent * (d[:, None, :] @ dn_by_theta)
+    by_motion[:, OPL, SHIFT] = index[:, None] * dt
+    by_motion[:, OPL, TURN] = index[:, None] * np.einsum("hi,hij->hj", dt, by_theta)
     return by_state, by_motion
 
 

@@ -1,7 +1,8 @@
 """What each element, degree of freedom, beam and thermal area carries of a read-out.
 
-The read-out is `N = gain @ motion`, so it is the sum of `gain[r, m] * motion[m, j]` over the motions m of the elements,
-and, with `gain = inverse P S_BW`, of one term per beam on a photodiode.
+The motion of the elements reads as `gain @ motion`, the sum of `gain[r, m] * motion[m, j]` over the motions m. With
+`gain = inverse P S_BW` it is the sum of one term per beam on a photodiode, too. What the glass of plates does to the
+beams comes on top.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from tedm_cli.optics.layout import N_OUTPUTS
 
 
 def motion_terms(gain: FloatArray, motion: FloatArray) -> FloatArray:
-    """Terms [n_dof, n_motions, k] of the read-out; their sum over the second axis is N.
+    """Terms [n_dof, n_motions, k] of the read-out by motions; their sum over the second axis is N without plates.
 
     Parameters
     ----------
@@ -25,18 +26,18 @@ def motion_terms(gain: FloatArray, motion: FloatArray) -> FloatArray:
     return np.asarray(gain[:, :, None] * motion)
 
 
-def beam_terms(inverse: FloatArray, P: FloatArray, S_BW: FloatArray, motion: FloatArray) -> FloatArray:
+def beam_terms(inverse: FloatArray, P: FloatArray, outputs: FloatArray) -> FloatArray:
     """Terms [n_dof, n_paths, k] of the read-out by the beam that carries them; their sum over the paths is N.
 
     Parameters
     ----------
     inverse : [n_dof, 3 * n_pd], zero for photodiodes out of the set.
     P : [3 * n_pd, 5 * n_paths].
-    S_BW, motion : [5 * n_paths, n_motions] and [n_motions, k].
+    outputs : of the beams, [5 * n_paths, k] (m/K, rad/K): S_BW motion, with what the plates do.
     """
-    outputs = (S_BW @ motion).reshape(-1, N_OUTPUTS, motion.shape[1])
+    by_beam = outputs.reshape(-1, N_OUTPUTS, outputs.shape[1])
     law = (inverse @ P).reshape(len(inverse), -1, N_OUTPUTS)
-    return np.asarray(np.einsum("rpo,pok->rpk", law, outputs))
+    return np.asarray(np.einsum("rpo,pok->rpk", law, by_beam))
 
 
 def shares(terms: FloatArray, total: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from tedm_cli.report.cases import cases_section, every_case_section, spectra_sec
 from tedm_cli.report.decision import cards_section
 from tedm_cli.report.document import Block, Document, Facts, Figure, FileLink, Link, Paragraph, Section, Text
 from tedm_cli.report.dynamics import closed_loop_section, closed_loop_words, loop_detail_section
+from tedm_cli.report.effects import effects_section
 from tedm_cli.report.evidence import change_section, sure_section, why_section
 from tedm_cli.report.field import field_section
 from tedm_cli.report.materials import materials_section
@@ -36,6 +37,7 @@ from tedm_cli.report.verdicts import Titles
 from tedm_cli.report.where import Where, where_section
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.dynamics_in_time import IN_TIME
+from tedm_cli.results.effects import OwnEffect
 from tedm_cli.results.field import FieldAtRest
 from tedm_cli.results.materials import MaterialEffect
 from tedm_cli.results.model import DistortionSize, ModelSize
@@ -82,7 +84,7 @@ class ReportInputs:
     of the model, where one was asked for; `where`, `materials`: what it says of the output that binds, and of
     materials.
     `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report
-    that shows the model, or "".
+    that shows the model, or "". `effects`: those of the user's own, by output.
     """
 
     title: str
@@ -103,6 +105,7 @@ class ReportInputs:
     no_adjoint: str = ""
     where: Where = default(default_factory=Where)
     materials: Sequence[MaterialEffect] = ()
+    effects: Sequence[OwnEffect] = ()
 
     @property
     def at_rest(self) -> list[DcVerdict]:
@@ -241,6 +244,8 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
         ]
     if inputs.optics is not None:
         sections.append(optics_section(inputs.optics.quality, inputs.optics.read_outs, areas, of))
+    if inputs.effects:
+        sections.append(effects_section(inputs.effects, areas))
     sections += [
         model_section(inputs.model, inputs.distortion),
         provenance_section(inputs.files, figures.all),

@@ -21,6 +21,7 @@ from tedm_cli.results.wording import (
     count,
     mhz_text,
     number_word,
+    parts_noun,
     percent,
     ratio_text,
     sci,
@@ -161,7 +162,7 @@ def limited_by(case: CaseNoise, j: JudgedOutput, benches: int = 1) -> str:
     said = [_parts("groups", groups)]
     said.append(cancelling(case, j) or _parts("areas", single))
     if j.path is not None:
-        said.append(_parts("optical elements", j.path))
+        said.append(_parts(parts_noun(j.path), j.path))
     if j.distortion_ratio is not None:
         said.append(f"if {the_bench(benches)} did not move as one, the ratio would be {ratio_text(j.distortion_ratio)}")
     return f"Noise power at {mhz_text(j.contribution_hz)}: {'; '.join(said)}"

@@ -13,7 +13,18 @@ from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import Pair, by_requirement, deciding, without_repeats
 from tedm_cli.results.noise import MATCHED, WAYS, CaseNoise, JudgedOutput, level_unit
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import capital, count, mhz_text, percent, power_text, ratio_text, sci, span, unit_text
+from tedm_cli.results.wording import (
+    capital,
+    count,
+    mhz_text,
+    parts_noun,
+    percent,
+    power_text,
+    ratio_text,
+    sci,
+    span,
+    unit_text,
+)
 
 _TOP = 5  # areas and optical elements listed for each judged output
 _NAMED = 3  # areas named in a sentence
@@ -93,7 +104,7 @@ def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:
     if j.path is not None and j.path_band is not None:
         path, in_band = j.path, j.path_band
         names = sorted(path, key=lambda name: -abs(path[name]))[:_TOP]
-        head = columns("Optical element", "Share", "Share in band", text=(0,))
+        head = columns(capital(parts_noun(path).removesuffix("s")), "Share", "Share in band", text=(0,))
         tables.append(Table(head, tuple(row(n, *cells(path[n], in_band[n])) for n in names)))
     return tables
 

@@ -24,7 +24,9 @@ from tedm_cli.results.areas import unit_per
 from tedm_cli.results.optics import OpticsQuality, ReadOuts
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import TO_LOOK_AT, capital, count, sci
+from tedm_cli.results.wording import TO_LOOK_AT, and_text, capital, count, sci
+
+_ROUNDING = 1e-12  # parts of a read-out that are so small are none
 
 
 def optics_section(
@@ -47,6 +49,7 @@ def optics_section(
         ),
         *own_axes(list(read_outs.axes), np.array(list(read_outs.axes.values())), "layout frame"),
         *(_worst_areas(read_outs, areas, gradient) for gradient in sorted(set(areas.gradient.tolist()))),
+        *_plates(read_outs, areas),
         *figures["read-out"],
     ]
     first, rest = figures["load"][:1], figures["load"][1:]
@@ -92,6 +95,27 @@ def _residuals(quality: OpticsQuality) -> Table:
     rows = tuple(row(name.replace("_", " "), sci(value, 2)) for name, value in quality.residual.items())
     head = columns("Invariance", "Residual (1)", text=(0,))
     return Table(head, rows, "Residuals of invariances that hold exactly.")
+
+
+def _plates(r: ReadOuts, areas: AreaTable) -> list[Table]:
+    """What the read-outs are made of, where the glass of plates is a part of it."""
+    if r.plates is None:
+        return []
+    means = ~areas.gradient
+    rows = []
+    for name in r.sets:
+        parts = (r.gain[name] @ r.rigid_motion, r.gain[name] @ (r.motion - r.rigid_motion), r.N_plates(name), r.N[name])
+        sizes = [np.linalg.norm(part[:, means], axis=1) for part in parts]
+        for i, (label, unit) in enumerate(zip(r.label, r.unit, strict=True)):
+            cell = Cell(capital(output_title(f"{name}_{label}")), label=f"{name}_{label}")
+            numbers = [float(size[i]) if size[i] > _ROUNDING * sizes[-1][i] else 0.0 for size in sizes]
+            rows.append(row(cell, *(sci(v, 3) for v in numbers), f"{unit}/K"))
+    head = columns("Read-out", "Bench as one", "Distortion", "Plates", "N", "Unit", text=(0, 5))
+    caption = (
+        "What the read-outs are made of, root sum of squares over the areas: rigid motion of the bench, its distortion,"
+        f" and the glass of the plates {and_text(r.plates.name)}, whose index and thickness change."
+    )
+    return [Table(head, tuple(rows), caption)]
 
 
 def _worst_areas(r: ReadOuts, areas: AreaTable, gradient: bool) -> Table:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IntArray
-from tedm_cli.contracts import CASE
+from tedm_cli.contracts import CASE, Dataset
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.areas import GRADIENTS, group_in_unit, unit_of_group
 from tedm_cli.noise.bounds import BOUNDS
@@ -32,7 +32,7 @@ from tedm_cli.results.noise import (
     TemperatureSpectra,
     spectra_of,
 )
-from tedm_cli.results.wording import count
+from tedm_cli.results.wording import count, parts_noun
 
 _BOUND = {
     "maximum": CASE.BOUNDS_MAXIMUM,
@@ -91,6 +91,10 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
     for label in c.path_share:
         writer.write(CASE.PATH_SHARE.of(label), c.path_share[label])
         writer.write(CASE.PATH_BAND_SHARE.of(label), c.path_band_share[label])
+    if (effects := r.outputs.effects) is not None:
+        writer.write(CASE.EFFECT_NAME, effects.names)
+        for i, (label, unit) in enumerate(zip(r.outputs.labels, r.outputs.units, strict=True)):
+            writer.write(CASE.EFFECT_ROW.of(label), effects.rows[:, i], units=f"{unit} per unit of the area")
     _write_verdicts(writer, r)
     _write_requirements(writer, r, requirements)
 
@@ -210,8 +214,8 @@ def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
                 contribution=file.array(CASE.CONTRIBUTION_AMPLITUDE.of(output)),
                 share=share[o],
                 band_share=band_share[o],
-                path=_path_share(file, CASE.PATH_SHARE.of(output)),
-                path_band=_path_share(file, CASE.PATH_BAND_SHARE.of(output)),
+                path=_path_share(file, CASE.PATH_SHARE, output),
+                path_band=_path_share(file, CASE.PATH_BAND_SHARE, output),
                 improvement=_read_improvement(file, v, float(at[v])),
                 realised=None if realised is None else realised[o],
             )
@@ -219,10 +223,15 @@ def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
     return tuple(judged)
 
 
-def _path_share(file: Reader, path: str) -> dict[str, float] | None:
-    if not file.has(path):
+def _path_share(file: Reader, path: Dataset, output: str) -> dict[str, float] | None:
+    """Shares of the parts of an output by name; not of those that are no part of it at all."""
+    if not file.has(path.of(output)):
         return None
-    return dict(zip(file.strings(CASE.PATH_NAME), (float(s) for s in file.array(path)), strict=True))
+    names = file.strings(CASE.PATH_NAME)
+    kept = file.array(CASE.PATH_SHARE.of(output)) != 0.0
+    kept |= (file.array(CASE.PATH_BAND_SHARE.of(output)) != 0.0) | (parts_noun(names) != "parts")
+    shares = file.array(path.of(output)).tolist()
+    return {name: share for name, share, is_part in zip(names, shares, kept, strict=True) if is_part}
 
 
 def _read_improvement(file: Reader, v: int, binding_hz: float) -> NamedImprovement:

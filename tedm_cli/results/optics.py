@@ -15,6 +15,30 @@ from tedm_cli.results.areas import AreaMap
 from tedm_cli.results.units import units_of
 from tedm_cli.results.wording import READ_OUT_UNIT
 
+AREA_COMMA = ", "  # between the areas of one grid
+
+
+@dataclass(frozen=True, eq=False)
+class Plates:
+    """The p plates whose glass changes with temperature.
+
+    name : of the plates. outputs : [5 n, p, 2, k], m and rad per kelvin, outputs of the n beams by the index and by the
+    thickness of each. law : by set, [r, 5 n] (m, rad by m, rad), outputs of the beams to read-outs.
+    """
+
+    name: list[str]
+    outputs: FloatArray
+    law: dict[str, FloatArray]
+
+    @property
+    def changes(self) -> list[str]:
+        """Names [2 p] of what changes of the plates: `W1_index`, `W1_thickness`."""
+        return [f"{name}_{what}" for name in self.name for what in ("index", "thickness")]
+
+    def terms(self, set_name: str) -> FloatArray:
+        """Terms [r, p, 2, k] of the read-outs of a set by the index and by the thickness of each plate."""
+        return np.asarray(np.einsum("ro,opck->rpck", self.law[set_name], self.outputs))
+
 
 @dataclass(frozen=True, eq=False)
 class ReadOuts:
@@ -26,7 +50,8 @@ class ReadOuts:
     element : the E optical elements and test masses, in the order of the motions.
     benches : elements of each bench by its name; test masses are on none.
     axes : by test mass, its x, y, z [3, 3] as rows, layout frame.
-    N, gain : by set, [r, k] and [r, 6 E] (by m and rad): N = gain motion.
+    N, gain : by set, [r, k] and [r, 6 E] (by m and rad): N = gain motion + N_plates.
+    plates : those whose glass changes with temperature, which is no motion; None where none does.
     motion, rigid_motion : [6 E, k], motion of the elements at their grids, and the part of it in which each bench
         moves as one; layout frame.
     """
@@ -40,6 +65,7 @@ class ReadOuts:
     gain: dict[str, FloatArray]
     motion: FloatArray
     rigid_motion: FloatArray
+    plates: Plates | None = None
 
     @property
     def sets(self) -> list[str]:
@@ -52,8 +78,32 @@ class ReadOuts:
         return [f"{name}_{label}" for name in self.sets for label in self.label]
 
     def by_element(self, name: str) -> FloatArray:
-        """Terms [r, E, k] of the read-outs of a set by the element that moves; they sum to N."""
+        """Terms [r, E, k] of the read-outs of a set by the element that moves; they and the plates sum to N."""
         return np.asarray(self.by_motion(name, self.motion).sum(axis=2))
+
+    def by_plate(self, name: str) -> FloatArray:
+        """Terms [r, p, 2, k] by the index and the thickness of each plate whose glass changes; p may be 0."""
+        if self.plates is None:
+            return np.zeros((len(self.label), 0, 2, self.motion.shape[1]))
+        return self.plates.terms(name)
+
+    @property
+    def plate_names(self) -> list[str]:
+        """Names of the plates whose glass changes, as parts of a read-out beside the motion of elements."""
+        return [] if self.plates is None else [f"{name} glass" for name in self.plates.name]
+
+    @property
+    def part_names(self) -> list[str]:
+        """Names [E + p] of all that a read-out is made of: elements that move, and plates whose glass changes."""
+        return self.element + self.plate_names
+
+    def by_part(self, name: str) -> FloatArray:
+        """Terms [r, E + p, k] of the read-outs of a set by its parts; they sum to N."""
+        return np.concatenate([self.by_element(name), self.by_plate(name).sum(axis=2)], axis=1)
+
+    def N_plates(self, name: str) -> FloatArray:
+        """The part [r, k] of the read-outs of a set that is by the glass of plates."""
+        return np.asarray(self.by_plate(name).sum(axis=(1, 2)))
 
     def by_motion(self, name: str, motion: FloatArray) -> FloatArray:
         """Terms [r, E, 6, k] of the read-outs of a set by each motion of each element, for motions [6 E, k]."""
@@ -76,6 +126,18 @@ def read_read_outs(file: Reader) -> ReadOuts:
         gain={name: file.array(OPTICS.GAIN.of(name)) for name in sets},
         motion=file.array(OPTICS.MOTION),
         rigid_motion=file.array(OPTICS.RIGID_MOTION),
+        plates=_read_plates(file, sets) if file.has(OPTICS.PLATE_NAME) else None,
+    )
+
+
+def _read_plates(file: Reader, sets: list[str]) -> Plates:
+    by = np.stack([file.array(OPTICS.PLATE_BY_INDEX), file.array(OPTICS.PLATE_BY_THICKNESS)], axis=2)
+    change = np.stack([file.array(OPTICS.PLATE_INDEX_CHANGE), file.array(OPTICS.PLATE_THICKNESS_CHANGE)], axis=1)
+    P = file.array(OPTICS.P)
+    return Plates(
+        name=file.strings(OPTICS.PLATE_NAME),
+        outputs=by[..., None] * change,
+        law={name: np.asarray(file.array(OPTICS.INVERSE.of(name)) @ P, dtype=np.float64) for name in sets},
     )
 
 
@@ -168,21 +230,32 @@ def read_optics(file: Reader) -> OpticsResults:
 @dataclass(frozen=True, eq=False)
 class BenchMotion:
     """The n optical elements as distortion.h5 tells them: names, positions [n, 3] m of their grids, and motion
-    [k, n, 6] (m/K, rad/K) of these per kelvin of every area; basic frame."""
+    [k, n, 6] (m/K, rad/K) of these per kelvin of every area; basic frame. `areas`: by element, those of a mean
+    temperature that its grid is in."""
 
     element: list[str]
     position_m: FloatArray
     motion: FloatArray
+    areas: dict[str, tuple[str, ...]]
 
 
 def read_bench_motion(distortion: Reader) -> BenchMotion:
     """Motion of the grids that carry the optical elements; of none, where the project has no optics."""
     if not distortion.has(DISTORTION.OPTICAL_NAME):
         areas = len(distortion.strings(DISTORTION.AREA_NAME))
-        return BenchMotion([], np.zeros((0, 3)), np.zeros((areas, 0, 6)))
+        return BenchMotion([], np.zeros((0, 3)), np.zeros((areas, 0, 6)), {})
     parts = [distortion.array(DISTORTION.D_OPT_TRANSLATION), distortion.array(DISTORTION.D_OPT_ROTATION)]
     return BenchMotion(
         distortion.strings(DISTORTION.OPTICAL_NAME),
         distortion.array(DISTORTION.OPTICAL_POSITION),
         np.concatenate(parts, axis=2),
+        _areas_of_optics(distortion),
     )
+
+
+def _areas_of_optics(distortion: Reader) -> dict[str, tuple[str, ...]]:
+    if not distortion.has(DISTORTION.OPTICAL_AREA):  # the file is of an older version of the program
+        return {}
+    known = set(distortion.strings(DISTORTION.AREA_NAME))
+    pairs = zip(distortion.strings(DISTORTION.OPTICAL_NAME), distortion.strings(DISTORTION.OPTICAL_AREA), strict=True)
+    return {name: (own,) if own in known else tuple(filter(None, own.split(AREA_COMMA))) for name, own in pairs}

@@ -27,6 +27,7 @@ from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.contributions import ReadOutParts
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.effects import effect_files, read_effects
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.self_gravity import read_self_gravity
 from tedm_cli.results.sides import require_plane
@@ -38,7 +39,8 @@ _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
 class ModelOutputs(Outputs):
     """The outputs of a build folder; `area_id` [k] are the numbers that the model gives its thermal areas.
 
-    `sources` are the files that they are in: of self-gravity and of the read-outs, as far as the project has them.
+    `sources` are the files that they are in: of self-gravity and of the read-outs, as far as the project has them, and
+    of effects of the user's own.
     """
 
     area_id: IntArray = field(kw_only=True)
@@ -47,11 +49,12 @@ class ModelOutputs(Outputs):
 
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """The outputs of one file: rows [n, k] per kelvin, their labels and kinds, and what read-outs are made of."""
+    """The outputs of one file: rows [n, k] per kelvin, labels, kinds, units before "/K"; what read-outs are made of."""
 
     rows: FloatArray
     labels: list[str]
     kinds: list[str]
+    units: list[str]
     parts: dict[str, ReadOutParts] = field(default_factory=dict)
     benches: int = 0
 
@@ -62,7 +65,7 @@ def read_outputs(project: Project) -> ModelOutputs:
     Raises
     ------
     InputError : files that stem from different distortion matrices, or were made with another configuration than the
-        project has now, or with another symmetry plane.
+        project has now, or with another symmetry plane; a table of effects that does not fit.
     ConfigError : the project has neither test masses nor optics.
     """
     model = load_model(project.model)[1]
@@ -80,36 +83,47 @@ def read_outputs(project: Project) -> ModelOutputs:
         for file in files:
             require_plane(file, project, model)
         families = [_gravity(file) if file.kind is SENSITIVITY else _read_outs(file) for file in files]
-        return ModelOutputs(
-            read_areas(files[0]),
+        areas, labels = read_areas(files[0]), tuple(label for f in families for label in f.labels)
+        kinds = tuple(kind for f in families for kind in f.kinds)
+        effects = read_effects(project, model, labels, [unit for f in families for unit in f.units], areas)
+        rows, parts = effects.added_to(
+            labels,
             np.concatenate([f.rows for f in families]),
-            tuple(label for f in families for label in f.labels),
-            tuple(kind for f in families for kind in f.kinds),
             {label: parts for f in families for label, parts in f.parts.items()},
+        )
+        return ModelOutputs(
+            areas,
+            rows,
+            labels,
+            kinds,
+            parts,
             benches=sum(f.benches for f in families),
+            effects=effects if effects.names else None,
             area_id=files[0].array(AreaDatasets.AREA_ID),
-            sources=tuple(file.path for file in files),
+            sources=(*(file.path for file in files), *effect_files(project, model)),
         )
 
 
 def _gravity(file: Reader) -> _Family:
     gravity = read_self_gravity(file)
     kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in gravity.unit]
-    return _Family(_finite(gravity.S, gravity.label, file.path, SENSITIVITY.S), gravity.label, kinds)
+    units = [u.removesuffix("/K") for u in gravity.unit]
+    return _Family(_finite(gravity.S, gravity.label, file.path, SENSITIVITY.S), gravity.label, kinds, units)
 
 
 def _read_outs(file: Reader) -> _Family:
     read_outs = read_read_outs(file)
     rows: list[FloatArray] = []
     parts: dict[str, ReadOutParts] = {}
-    distorting = read_outs.motion - read_outs.rigid_motion
     for name in read_outs.sets:
         rows.append(_finite(read_outs.N[name], read_outs.label, file.path, OPTICS.N.of(name)))
-        by_element, distortion = read_outs.by_element(name), read_outs.gain[name] @ distorting
+        by_part = read_outs.by_part(name)
+        distortion = read_outs.gain[name] @ (read_outs.motion - read_outs.rigid_motion) + read_outs.N_plates(name)
         for i, label in enumerate(read_outs.label):
-            parts[f"{name}_{label}"] = ReadOutParts(tuple(read_outs.element), by_element[i], distortion[i])
-    kinds = [_READ_OUT_KIND[u] for u in read_outs.unit] * len(read_outs.sets)
-    return _Family(np.concatenate(rows), read_outs.names, kinds, parts, len(read_outs.benches))
+            parts[f"{name}_{label}"] = ReadOutParts(tuple(read_outs.part_names), by_part[i], distortion[i])
+    units = read_outs.unit * len(read_outs.sets)
+    kinds = [_READ_OUT_KIND[u] for u in units]
+    return _Family(np.concatenate(rows), read_outs.names, kinds, units, parts, len(read_outs.benches))
 
 
 def _finite(rows: FloatArray, labels: Sequence[str], path: Path, dataset: str) -> FloatArray:

@@ -46,6 +46,21 @@ def area_of_grids(unit: Reader) -> IntArray:
     return label
 
 
+def areas_of_rows(unit: Reader, rows: IntArray) -> list[tuple[str, ...]]:
+    """Names of all thermal areas of a mean temperature that each of the grids `rows` [n] is in, by itself or as a grid
+    of one of their elements."""
+    names = unit.strings(UNIT_LOADS.AREA_NAME)
+    members, owner = _members(unit, UNIT_LOADS.AREA_NODE_OFFSET, UNIT_LOADS.AREA_NODE_INDEX)
+    found = [set(owner[members == row].tolist()) for row in rows]
+    carried, carrier = _members(unit, UNIT_LOADS.AREA_ELEMENT_OFFSET, UNIT_LOADS.AREA_ELEMENT_INDEX)
+    if carried.size:
+        offset, node = unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET), unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX)
+        of_element = np.repeat(np.arange(len(offset) - 1), np.diff(offset))
+        for own, row in zip(found, rows, strict=True):
+            own.update(carrier[np.isin(carried, of_element[node == row])].tolist())
+    return [tuple(names[area] for area in sorted(own)) for own in found]
+
+
 def area_of_elements(unit: Reader) -> IntArray:
     """Row of the thermal area whose load names each element [E] by a card of its own; -1: none, or a gradient alone."""
     label = np.full(unit.dataset(UNIT_LOADS.ELEMENT_ID).shape[0], -1)

@@ -144,7 +144,7 @@ def with_gradients(outputs: ModelOutputs, more: Gradients | None) -> ModelOutput
                     [np.zeros(len(outputs.areas)), more.rows[label]],
                 ]
             ),
-            np.concatenate([of.distortion, unknown]),
+            None if of.distortion is None else np.concatenate([of.distortion, unknown]),
         )
         for label, of in outputs.parts_of_read_outs.items()
     }
@@ -153,6 +153,7 @@ def with_gradients(outputs: ModelOutputs, more: Gradients | None) -> ModelOutput
         areas=outputs.areas.and_last(more.areas),
         rows=np.concatenate([outputs.rows, columns], axis=1),
         parts_of_read_outs=parts,
+        effects=None if outputs.effects is None else outputs.effects.and_silent(columns.shape[1]),
         area_id=and_numbers(outputs.area_id, columns.shape[1]),
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 QUANTITY = {
@@ -102,6 +102,11 @@ def count(n: int, noun: str, plural: str = "") -> str:
 
 def vector(values: Sequence[float]) -> str:
     return f"({', '.join(sci(float(v), 5) for v in values)})"
+
+
+def parts_noun(names: Iterable[str]) -> str:
+    """What the parts of outputs are called, of which elements have no blank in their names (`W1 glass`)."""
+    return "parts" if any(" " in name for name in names) else "optical elements"
 
 
 def and_text(names: Sequence[str]) -> str:

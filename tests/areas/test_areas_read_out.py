@@ -7,10 +7,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from strut_model import LENGTH, LOWER, UPPER, deck, define, plate_grid, project, strut_element
+from strut_model import CORNERS, LENGTH, LOWER, UPPER, deck, define, plate_grid, project, strut_element
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.project import load_project
+from tedm_cli.config.project import Project, load_project
+from tedm_cli.errors import InputError
 from tedm_cli.progress import silent
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.distortion import build_distortion
@@ -76,17 +77,22 @@ steps = ["FI", "BS:T", "M:R", "BS:R", "PD"]
 """
 
 
-def read_outs(folder: Path, parts: int, tables: str) -> dict[str, FloatArray]:
-    """N of every area, x (m/K) and η (rad/K) of the free test mass, by the stages of the commands."""
+def built(folder: Path, parts: int, tables: str, layout: str = MICHELSON) -> Project:
+    """The chain to optics.h5, by the stages of the commands."""
     project(folder, deck(parts), tables)
-    (folder / "optics.toml").write_text(MICHELSON)
+    (folder / "optics.toml").write_text(layout)
     here = load_project(folder / "tedm.toml", folder / "build")
     write_deck(here, None)
     solve(here, None, silent)
     ingest(here, None, silent)
     build_distortion(here, None, silent)
     build_optics(here, None)
-    with h5py.File(here.build_dir / "optics.h5") as file:
+    return here
+
+
+def read_outs(folder: Path, parts: int, tables: str) -> dict[str, FloatArray]:
+    """N of every area, x (m/K) and η (rad/K) of the free test mass."""
+    with h5py.File(built(folder, parts, tables).build_dir / "optics.h5") as file:
         n = file["N/A"][()]
         names = file["area/name"].asstr()[()]
         return dict(zip(names.tolist(), n.T[:, :2], strict=True))  # the yaw of the plates is held: no φ
@@ -108,3 +114,33 @@ def test_read_outs_of_a_short_strut(tmp_path: Path) -> None:
     found = read_outs(tmp_path / "grids", 1, coarse + LOWER + UPPER)["STRUT"]
     print("N of an area of grids over that of an area of elements, x, eta:", found / wanted)
     assert np.abs(found / wanted - 1.0).max() > 0.3  # η has two thirds of what it should have
+
+
+def test_a_plate_has_the_temperature_of_the_area_of_its_grid(tmp_path: Path) -> None:
+    """Of the beam splitter, without a word; where its grid is an end of a strut that is warmed too, of neither.
+
+    The beam of the mirror passes it three times, that of the test mass once; either is at 45 degrees.
+    """
+    warm = MICHELSON.replace("index = 1.45", "index = 1.45\ndn_dT_1_K = 8.3e-6")
+    struts = define("STRUT", element='"5000:5399"', carrier='"elements"')
+    here = built(tmp_path, 1, struts + LOWER + UPPER, warm)
+    with h5py.File(here.build_dir / "optics.h5") as file:
+        names = file["area/name"].asstr()[()].tolist()
+        found = dict(zip(names, file["N_plates/A"][()].T, strict=True))
+    assert set(names) == {"STRUT", "LOWER", "UPPER"}
+    assert np.abs(found["UPPER"][0]) == pytest.approx(0.005 * 1.45 / np.sqrt(1.45**2 - 0.5) * 8.3e-6, rel=1e-9)
+    assert not found["STRUT"].any()
+    assert not found["LOWER"].any()
+    layout = tmp_path / "optics.toml"
+    layout.write_text(
+        warm.replace(f"grid = {plate_grid(1, 4, 3)}\n", f"grid = {plate_grid(1, *CORNERS[0])}\nlever_ok = true\n")
+    )
+    build_distortion(here, None, silent)
+    with pytest.raises(InputError, match=r"its grid \d+ is in several thermal areas \(STRUT, UPPER\)") as caught:
+        build_optics(here, None)
+    assert caught.value.where == f"{layout}: element BS"
+    layout.write_text(layout.read_text().replace("dn_dT_1_K", 'area = "LOWER"\ndn_dT_1_K'))
+    build_optics(here, None)
+    with h5py.File(here.build_dir / "optics.h5") as file:
+        assert not file["N_plates/A"][()].T[names.index("UPPER")].any()
+        assert file["N_plates/A"][()].T[names.index("LOWER")].any()

@@ -55,6 +55,6 @@ def test_what_an_expanding_test_mass_makes_is_at_no_grid(small: Project, tmp_pat
         N = file["/N/A"][file["/label/read_out"].asstr()[()].tolist().index("TM1_x"), 0]
     for name, whole in ((f"contribution_A_TM1_x_{area}", N), ("share_A_TM1_x_case3", 1.0)):
         row = rows[name]
-        rest = float(row["meaning"].split("; ")[1].split(" more by the test masses")[0])
+        rest = float(row["meaning"].split("; ")[1].split(" more at no grid")[0])
         assert abs(rest) > 1e-4 * abs(whole)
         assert float(row["sum"]) + rest == pytest.approx(whole, rel=1e-5, abs=0)

@@ -283,20 +283,23 @@ def test_the_independently_solved_model(mini: Project, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def heavy(tmp_path_factory: pytest.TempPathFactory) -> Project:
-    """The small sample with a mass on a lever and a tied block, and test masses that expand with an area; no cases."""
+    """The small sample with a mass on a lever, a tied block, and a test mass and a plate that change with areas; no
+    cases."""
     folder = tmp_path_factory.mktemp("heavy")
     project = changed_small(folder, f"CONM2,900077,{GRID},,0.5,0.05,0.02,0.03\n", block("CM1", f"grid = {GRID}"))
     assert project.optics is not None
     text = project.optics.read_text(encoding="utf-8")
     expansion = '\n[[test_mass_expansion]]\ntest_mass = "TM1"\nexpansion_per_K = 1.65e-5\narea = "IS1_EH_UP"\n'
-    (folder / "optics.toml").write_text(text + expansion, encoding="utf-8")
+    splitter = 'name = "BS4"\n'
+    glass = splitter + 'dn_dT_1_K = 8.3e-6\nexpansion_1_K = 5.2e-7\narea = "OB_BENCH_PLUS_Y"\n'
+    (folder / "optics.toml").write_text(text.replace(splitter, glass) + expansion, encoding="utf-8")
     project = replace(project, optics=folder / "optics.toml")
     built(project)
     build_optics(project, None)
     return project
 
 
-def test_levers_tied_masses_and_faces_are_in_it(heavy: Project, tmp_path: Path) -> None:
+def test_levers_tied_masses_faces_and_plates_are_in_it(heavy: Project, tmp_path: Path) -> None:
     path = build_adjoint(heavy, tmp_path / "adjoint.h5", silent).path
     found = arrays(path)
     assert found["/check/difference"].max() < SINGLE
@@ -306,12 +309,15 @@ def test_levers_tied_masses_and_faces_are_in_it(heavy: Project, tmp_path: Path) 
     ):
         turning = np.abs(gravity.array(SENSITIVITY.OPERATOR_G_ROTATION)).max(axis=(1, 2))
         wanted = np.concatenate([optics.array(OPTICS.N.of(s)) for s in optics.strings(OPTICS.SET_NAME)])
-        column = optics.strings(OPTICS.AREA_NAME).index("IS1_EH_UP")
+        column, glass = (optics.strings(OPTICS.AREA_NAME).index(n) for n in ("IS1_EH_UP", "OB_BENCH_PLUS_Y"))
+        plates = np.concatenate([optics.array(OPTICS.N_PLATES.of(s)) for s in optics.strings(OPTICS.SET_NAME)])
     assert (turning > 0.0).all()
     assert not found["/direct"][:12].any()
     direct = found["/direct"][12:]
     assert np.abs(direct[:, column]).max() > 1e-3 * np.abs(wanted[:, column]).max()
-    assert not np.delete(direct, column, axis=1).any()
+    assert not np.delete(direct, [column, glass], axis=1).any()
+    assert direct[:, glass] == pytest.approx(plates[:, glass], rel=1e-12, abs=1e-20)
+    assert np.abs(plates[:, glass]).max() > 1e-8
     for part in ([0, 3, 6, 9], [1, 2, 4, 5, 7, 8, 10, 11]):
         size = np.abs(wanted[part]).max()
         assert np.abs(found["/area/sum"][12:][part] + direct[part] - wanted[part]).max() < SINGLE * size

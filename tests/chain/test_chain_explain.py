@@ -125,6 +125,38 @@ def test_curvature_is_reported_with_what_the_second_set_adds(small: Project, tmp
     assert "weight of A" in text
 
 
+GLASS = 'dn_dT_1_K = 8.3e-6\nexpansion_1_K = 5.2e-7\narea = "OB_BENCH_PLUS_Y"\n'
+
+
+def test_plates_are_a_part_beside_the_bench_and_its_distortion(small: Project, tmp_path: Path) -> None:
+    """All sums of shares, what the distortion was before, and what the thickness and the index do, by name."""
+    splitter = 'name = "BS4"\n'
+    build_optics(project := other_optics(small, tmp_path, (splitter, splitter + GLASS)), None)
+    for kwargs in ({}, {"area": "OB_BENCH_PLUS_Y"}, {"uniform": True}):
+        for r, before in zip(explain(project, **kwargs).read_outs, explain(small, **kwargs).read_outs, strict=True):
+            assert not before.beside
+            (plates,) = r.beside
+            for s in (r.motions, r.elements, r.beams):
+                assert s.share.sum() == pytest.approx(1.0, abs=1e-9)
+            assert r.distortion_size == pytest.approx(before.distortion_size, rel=1e-9)
+            assert r.rigid_size == pytest.approx(before.rigid_size, rel=1e-12)
+            own = dict(zip(r.elements.label, r.elements.size, strict=True))
+            assert own["BS4 glass"] == pytest.approx(plates.size, rel=1e-12)
+            share = dict(zip(r.motions.label, r.motions.share, strict=True))
+            assert share["BS4_index"] + share["BS4_thickness"] == pytest.approx(plates.share, abs=1e-12)
+    x = explain(project, "TM1_x", area="OB_BENCH_PLUS_Y").read_outs[0]
+    assert x.beside[0].name == "plates"
+    assert x.beside[0].share > 0.9
+    alone = explain(project, "TM1_x", distortion_only=True).read_outs[0]
+    assert not alone.beside
+    assert alone.size == pytest.approx(explain(small, "TM1_x", distortion_only=True).read_outs[0].size, rel=1e-12)
+    text = "\n".join(explain_lines(explain(project), 40))
+    assert "plates %" in text
+    assert "BS4 glass" in text
+    assert "BS4_thickness" in text
+    assert "plates" not in "\n".join(explain_lines(explain(small), 40))
+
+
 def test_a_growing_test_mass_is_an_element_like_any(small: Project, tmp_path: Path) -> None:
     entry = '\n[[test_mass_expansion]]\ntest_mass = "TM1"\nexpansion_per_K = 1.65e-5\narea = "{area}"\n'
     build_optics(project := other_optics(small, tmp_path, more=entry.format(area="IS1_EH_DOWN")), None)

@@ -53,7 +53,7 @@ def test_motions_and_beams_sum_to_the_read_out(chain: OpticsChain, S: FloatArray
     for s in chain.sets:
         scale = np.abs(s.gain) @ np.abs(chain.motion)
         assert (np.abs(motion_terms(s.gain, chain.motion).sum(axis=1) - s.N) < 1e-14 * scale).all()
-        by_beam = beam_terms(s.inverse, chain.P, S, chain.motion)
+        by_beam = beam_terms(s.inverse, chain.P, S @ chain.motion)
         assert np.abs(by_beam.sum(axis=1) - s.N).max() < 1e-13 * scale.max()
         assert (np.abs(s.N_rigid + s.N_distortion - s.N) < 1e-15 * scale).all()
         for r, total in enumerate(s.N):
@@ -63,7 +63,7 @@ def test_motions_and_beams_sum_to_the_read_out(chain: OpticsChain, S: FloatArray
 
 def test_beams_of_the_other_set_carry_nothing(bench: OpticalLayout, chain: OpticsChain, S: FloatArray) -> None:
     for s in chain.sets:
-        terms = np.abs(beam_terms(s.inverse, chain.P, S, chain.motion)).max(axis=(0, 2))
+        terms = np.abs(beam_terms(s.inverse, chain.P, S @ chain.motion)).max(axis=(0, 2))
         assert [p.photodiode in s.photodiodes for p in bench.paths] == list(terms > 0)
 
 

@@ -175,7 +175,7 @@ def test_gravity_alone_is_that_of_the_whole_chain(halves: dict[str, Half], whole
         same_arrays(half, all_of_it, [DISTORTION.D_TRANSLATION, DISTORTION.D_ROTATION, DISTORTION.AREA_CENTROID])
         places = ("/optical/", "/D_opt/", "/check/superposition_optics")
         optical = [path for path in DISTORTION.datasets if path.startswith(places)]
-        assert len(optical) == 6
+        assert len(optical) == 7
         assert not [path for path in optical if half.has(path)]
         assert all(all_of_it.has(path) for path in optical)
 

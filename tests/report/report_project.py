@@ -23,6 +23,7 @@ from tedm_cli.gravity.requirements import ALL, dc_quantities, judge_at_rest
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.labels import input_labels, read_out_labels
 from tedm_cli.optics.layout import OpticalLayout
+from tedm_cli.optics.plates import PlateEffect, plate_sensitivity
 from tedm_cli.optics.sensitivity import optical_sensitivity
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
@@ -105,7 +106,7 @@ SIZES = {
     "laser_output": 12, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
     "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3, "block": 2, "block_edge": 3, "block_member": 3, "tie": 1,
-    "tie_edge": 2, "tie_member": 3, "area_element_member": 3, "surface_triangle": 24, "corner": 3,
+    "tie_edge": 2, "tie_member": 3, "area_element_member": 3, "surface_triangle": 24, "corner": 3, "plate": 2,
 }  # fmt: skip
 
 
@@ -174,7 +175,11 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
     motion = 1e-8 * rng.normal(size=(5, len(layout.bench), 6))
     motion[2] *= 10.0  # one area is the worst for most read-outs: few figures of the bench under load
     matrix = optical_sensitivity(layout)
-    chain = optics_chain(layout, matrix, motion)
+    plates = tuple(e for e in layout.elements if e.name in ("W1", "BS3"))
+    change = np.zeros((2, 2, 5))  # of areas that are no gradient in any project
+    change[:, :, :3] = 1e-7 * np.random.default_rng(7).normal(size=(2, 2, 3)) * np.array([[[1.0], [1e-3]]])
+    glass = PlateEffect(plates, plate_sensitivity(layout, plates), change)
+    chain = optics_chain(layout, matrix, motion, plates=glass)
     labels = read_out_labels(layout)
     names = [e.name for e in layout.bench]
     position = np.array([e.ref_m for e in layout.bench])
@@ -190,6 +195,12 @@ def moved_bench(layout: OpticalLayout, rng: np.random.Generator) -> tuple[dict[s
         "/O_ideal": chain.O_ideal,
         "/D": chain.D,
         **{f"/N/{read.name}": read.N for read in chain.sets},
+        **{f"/N_plates/{read.name}": read.N_plates for read in chain.sets},
+        "/plate/name": [plate.name for plate in plates],
+        "/plate/by_index": glass.sensitivity[:, :, 0],
+        "/plate/by_thickness": glass.sensitivity[:, :, 1],
+        "/plate/index_change": change[:, 0],
+        "/plate/thickness_change": change[:, 1],
         "/element/name": [e.name for e in layout.elements],
         "/element/bench": ["" if e.kind == "test_mass" else "bench" for e in layout.elements],
         "/bench/name": ["bench"],

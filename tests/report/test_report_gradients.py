@@ -34,6 +34,7 @@ from tedm_cli.progress import silent
 from tedm_cli.results.areas import maps_by_kind, read_areas
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case, read_temperature
+from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.unit_loads import area_of_elements, area_of_grids
@@ -131,7 +132,7 @@ def test_figures_of_spectra_and_of_remedies_say_both_units(project: Project) -> 
 
 def test_explain_adds_means_alone_and_lists_gradients_with_their_unit(project: Project) -> None:
     with open_checked(project.build_dir / "optics.h5", OPTICS) as file:
-        n = file.array(OPTICS.GAIN.of("A")) @ file.array(OPTICS.MOTION)
+        n = file.array(OPTICS.GAIN.of("A")) @ file.array(OPTICS.MOTION) + read_read_outs(file).N_plates("A")
     done = explain(project)
     first = done.read_outs[0]
     assert first.total == pytest.approx(n[0][MEANS].sum())

@@ -16,8 +16,9 @@ from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.build_folder import open_results
+from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import capital
+from tedm_cli.results.wording import capital, sci
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import plot
 from tedm_cli.stages.reporting.plot_optics import optics_specs
@@ -67,7 +68,8 @@ def test_worst_areas_are_those_of_n(finished: Project, section: str) -> None:
     with open_checked(finished.build_dir / "optics.h5", OPTICS) as file:
         noise, areas = {s: file.array(f"/N/{s}") for s in ("A", "B")}, file.strings("/area/name")
         read_outs = file.strings("/label/read_out")
-    body = section[section.index("Worst area of each read-out") :]
+    start = section.index("Worst area of each read-out")
+    body = section[start : section.index("</table>", start)]
     rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", body)]
     rows = [row for row in rows if len(row) == 6]
     labels = [f"{s}_{r}" for s in noise for r in read_outs]
@@ -113,3 +115,14 @@ def test_motions_that_the_optics_were_not_made_of_are_refused(copy: Project, tmp
     with pytest.raises(InputError, match=r"stale: made from another version of .*distortion\.h5") as caught:
         plot(copy, None, silent)
     assert caught.value.where.endswith(("sensitivity.h5", "optics.h5"))
+
+
+def test_parts_of_read_outs_have_their_table_where_plates_warm_up(finished: Project, section: str) -> None:
+    with open_checked(finished.build_dir / "optics.h5", OPTICS) as file:
+        size = np.linalg.norm(read_read_outs(file).N_plates("A"), axis=1)
+    start = section.index("the glass of the plates W1 and BS3")
+    body = section[start : section.index("</table>", start)]
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", body)]
+    rows = [row for row in rows if len(row) == 6]
+    assert len(rows) == 12
+    assert [row[3] for row in rows[:6]] == [sci(float(s), 3) if s > 0.0 else "0" for s in size]

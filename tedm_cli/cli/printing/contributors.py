@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
-from tedm_cli.results.wording import the_bench
+from tedm_cli.results.wording import parts_noun, the_bench
 
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
@@ -74,7 +74,10 @@ def contributor_lines(r: CaseResult, most: int | None) -> list[str]:
             lines.append(f"  {what}: {_parts(parts, most)}")
         if verdict.output in c.path_share:
             shares = c.path_share[verdict.output].tolist(), c.path_band_share[verdict.output].tolist()
-            lines.append(f"  optical elements: {_parts(list(zip(c.path_names, *shares, strict=True)), most)}")
+            listed = _parts(list(zip(c.path_names, *shares, strict=True)), most)
+            lines.append(f"  {parts_noun(c.path_names)}: {listed}")
+        parts = r.outputs.parts_of_read_outs.get(verdict.output)
+        if parts is not None and parts.distortion is not None:
             without = r.distortion_ratio[v]
             known = "not known with gradients within areas" if np.isnan(without) else f"{without:.3g}"
             lines.append(f"  ratio if {the_bench(r.outputs.benches)} did not move as one: {known}")

@@ -14,11 +14,18 @@ if TYPE_CHECKING:
     from tedm_cli.stages.explain.read_outs import Explanation, ReadOutExplained, Shares
 
 
+_NOTES = {
+    "plates": "plates, glass: what their index and thickness change, beside all motion",
+    "effects": "effects: your own, by the tables of the model's configuration",
+}
+
+
 def explain_lines(done: Explanation, most: int | None) -> list[str]:
     """Bench as one against distortion, what the sets add to each other, and the largest shares of every read-out."""
     over = f"over {len(done.areas)} areas" if not done.load else f"for {_load(done)}"
     part = ", distortion of the bench alone" if done.distortion_only else ""
     lines = [f"{done.path}: read-out of set {done.set_name} {over}{part}", ""]
+    beside = dict.fromkeys(part.name for r in done.read_outs for part in r.beside)
     rows = [
         (
             r.label,
@@ -28,12 +35,14 @@ def explain_lines(done: Explanation, most: int | None) -> list[str]:
             f"{r.rigid_size:.3e}",
             f"{r.distortion_size:.3e}",
             _percent(r.rigid_share),
-            _percent(1.0 - r.rigid_share),
+            _percent(_distortion_share(r)),
+            *(text for part in beside for text in _beside(r, part)),
         )
         for r in done.read_outs
     ]
-    head = ("read-out", "unit", "size", "sum", "as one", "distortion", "as one %", "distortion %")
-    lines += [*table(head, rows, right=range(2, 8)), *_comparison_lines(done)]
+    added = [text for part in beside for text in (part, f"{part} %")]
+    head = ("read-out", "unit", "size", "sum", "as one", "distortion", "as one %", "distortion %", *added)
+    lines += [*table(head, rows, right=range(2, len(head))), *_comparison_lines(done)]
     for r in done.read_outs:
         lines += ["", f"== {r.label} ({r.unit})"]
         tables = [] if done.load else [_table("area", r.areas, most, r.value)]
@@ -53,6 +62,7 @@ def explain_lines(done: Explanation, most: int | None) -> list[str]:
         "100 %; as one: rigid motion of each bench nearest to its elements' motions, read as the opposite of the test",
         "masses; distortion: the rest; motions are along the axes of the layout, read-outs along those of each test",
         "mass",
+        *(_NOTES[part] for part in beside),
         *notes,
     ]
 
@@ -78,7 +88,11 @@ def _read_out_dict(r: ReadOutExplained, most: int | None) -> dict[str, Any]:
         "size": r.size,
         "sum": r.total,
         "rigid": {"share": r.rigid_share, "size": r.rigid_size},
-        "distortion": {"share": 1.0 - r.rigid_share, "size": r.distortion_size},
+        "distortion": {
+            "share": _distortion_share(r),
+            "size": r.distortion_size,
+        },
+        **{part.name: {"share": part.share, "size": part.size} for part in r.beside},
         "areas": [
             {"name": r.areas.label[i], "value": float(r.value[i]), "share": float(r.areas.share[i])}
             for i in r.areas.ranked(most)
@@ -91,6 +105,16 @@ def _read_out_dict(r: ReadOutExplained, most: int | None) -> dict[str, Any]:
             for key, s in (("elements", r.elements), ("motions", r.motions), ("beams", r.beams))
         },
     }
+
+
+def _distortion_share(r: ReadOutExplained) -> float:
+    return 1.0 - r.rigid_share - sum(part.share for part in r.beside)
+
+
+def _beside(r: ReadOutExplained, name: str) -> tuple[str, str]:
+    """Size and share of a part beside all motion; of a read-out that has none of it, dashes."""
+    part = next((part for part in r.beside if part.name == name), None)
+    return ("-", "-") if part is None else (f"{part.size:.3e}", _percent(part.share))
 
 
 def _comparison_dict(done: Explanation, c: SetComparison) -> dict[str, Any]:

@@ -78,7 +78,7 @@ def _sizes(operator: FloatArray, distortion: Reader, path: str) -> FloatArray:
 
 
 def read_outs(file: Reader, layout: OpticalLayout, where: Path, grid_id: IntArray) -> Outputs:
-    """Of every set of photodiodes, by optics.h5; direct is what the faces of the test masses do.
+    """Of every set of photodiodes, by optics.h5; direct is what faces of test masses and the glass of plates do.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def read_outs(file: Reader, layout: OpticalLayout, where: Path, grid_id: IntArra
         block=[f"N of set {name}, {u}/K" for name in found.sets for u in found.unit],
         force=read_out_outputs(gain[:, bench], layout.axes, node, len(grid_id)),
         wanted=np.concatenate([found.N[name] for name in found.sets]),
-        direct=gain[:, faces] @ found.motion[faces],
+        direct=gain[:, faces] @ found.motion[faces] + np.concatenate([found.N_plates(name) for name in found.sets]),
         rounding=ROUNDING * (_by_three(gain[:, bench]) @ _by_three(found.motion[bench].T).T),
     )
 

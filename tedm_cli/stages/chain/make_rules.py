@@ -63,6 +63,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("OP2", "model.op2", files.results)
     make.word("SOLVED_BY_TEDM", "yes" if own else "")
     make.files("GRAVITY_SOURCES", "gravity.compensation_masses, stl", files.gravity_sources)
+    make.files("EFFECTS", "effect", files.effects)
     make.files("OPTICS_SOURCES", "imported", files.optics_sources)
     make.files("MATRICES", "the build folder", files.matrices)
     make.files("ADJOINT", "the build folder", [files.adjoint])

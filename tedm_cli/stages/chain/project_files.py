@@ -31,6 +31,7 @@ from tedm_cli.files.build_folder import (
     simulated_series_file_name,
     simulation_file_name,
 )
+from tedm_cli.results.effects import effect_files
 from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.stages.temperature_series import series_files
 
@@ -78,6 +79,7 @@ def chain_files(project: Project) -> ChainFiles:
         loop=build / DYNAMICS_FILE if closed else None,
         network=None if project.thermal is None else build / THERMAL_FILE,
         gravity_sources=(*([] if compensation is None else [compensation]), *map(project.resolve, model.body_files())),
+        effects=tuple(effect_files(project, model)),
         optics_sources=() if project.optics is None else tuple(load_optics(project.optics).matrices),
         dynamics_sources=tuple(beside / name for name in dynamics.file_names()),
         thermal_sources=thermal_sources(project, cases, build / ADJOINT_FILE if halves.gravity else None),

@@ -22,7 +22,7 @@ from tedm_cli.files.build_folder import DYNAMICS_FILE, OPTICS_FILE, SENSITIVITY_
 from tedm_cli.files.store import Writer, create
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.dynamics.loop import Loop, project_loop
-from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
+from tedm_cli.stages.dynamics.thermal import ThermalRows, own_effects, thermal_rows
 
 _MIXED = "SI, by the units of rows and columns in /label"
 _OF_SYSTEM = "SI, by the units of rows and columns in /system"
@@ -49,7 +49,12 @@ def build_dynamics(project: Project, output: Path | None) -> DynamicsSummary:
         raise
     rows = thermal_rows(project, loop.config.read_out.set)
     out = out_path(project, DYNAMICS_FILE, output)
-    inputs = [project.build_dir / SENSITIVITY_FILE, project.build_dir / OPTICS_FILE, *loop.tables]
+    inputs = [
+        project.build_dir / SENSITIVITY_FILE,
+        project.build_dir / OPTICS_FILE,
+        *loop.tables,
+        *own_effects(project),
+    ]
     with create(out, KIND, provenance([loop.file] if loop.file else [], inputs)) as writer:
         _write_bodies(writer, loop)
         _write_controller(writer, loop)

@@ -17,7 +17,7 @@ from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.requirements import AppliedRequirement, Requirement, frequency_grid
 from tedm_cli.stages.dynamics.loop import Loop, project_loop
-from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
+from tedm_cli.stages.dynamics.thermal import ThermalRows, own_effects, thermal_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,8 @@ def prepare(project: Project) -> Prepared:
     """
     file, config = load_cases(project.cases)
     loop = project_loop(project)
-    inputs = require_current_loop(project, loop)
     rows = thermal_rows(project, loop.config.read_out.set)
+    inputs = require_current_loop(project, loop)
     requirements = loop.config.applied_requirements(loop.plant.outputs)
     try:
         frequency = _frequencies(config, [r.requirement for r in requirements])
@@ -75,9 +75,10 @@ def prepare(project: Project) -> Prepared:
 
 def require_current_loop(project: Project, loop: Loop) -> list[Path]:
     """dynamics.h5 and what it is made from; refused where it is of others, or of another configuration, than now."""
+    tables = own_effects(project)
     source, *made_from = [project.build_dir / name for name in (DYNAMICS_FILE, SENSITIVITY_FILE, OPTICS_FILE)]
     with open_checked(source, DYNAMICS_KIND) as file:
-        for used in input_files([*made_from, *loop.tables]):
+        for used in input_files([*made_from, *loop.tables, *tables]):
             require_input(file, used)
         known = {c.sha256 for c in file.provenance().configs}
         now = {loop.file.sha256} if loop.file else set()
@@ -87,7 +88,7 @@ def require_current_loop(project: Project, loop: Loop) -> list[Path]:
                 where=str(source),
                 hint="rebuild it with `tedm build-dynamics`, or `tedm run`",
             )
-    return [source, *made_from]
+    return [source, *made_from, *tables]
 
 
 def _frequencies(config: CasesConfig, requirements: Sequence[Requirement]) -> FloatArray:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.layout_against_model import LARGEST_ANGLE_RAD
+from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS as OPTICS_KIND
@@ -28,6 +30,7 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.effects import effect_files, read_effects
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.self_gravity import read_self_gravity
 from tedm_cli.results.within import Gradients, and_numbers
@@ -37,7 +40,8 @@ _AXES = LARGEST_ANGLE_RAD  # of a test mass in the layout against those in the m
 
 @dataclass(frozen=True, eq=False)
 class ThermalRows:
-    """Accelerations [12, k] of the test masses and read-outs [15, k] per kelvin of the k areas.
+    """Accelerations [12, k] of the test masses and read-outs [15, k] per kelvin of the k areas, the user's own
+    effects with them.
 
     acceleration_label [12], read_out_label [15] : the outputs of sensitivity.h5 and optics.h5 that they are; empty
     where there is none.
@@ -78,12 +82,12 @@ class ThermalRows:
 
 
 def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
-    """S and N of a project in the order of the loop.
+    """S and N of a project with the effects of the user's own, in the order of the loop.
 
     Raises
     ------
     InputError : files of different distortion matrices or areas, or of other configurations than the project's now;
-        sensitivities that are not finite.
+        sensitivities that are not finite; a table of effects that does not fit.
     PhysicsError : a test mass whose read-outs are along other axes than its accelerations.
     """
     layout_file = project.required_optics()
@@ -111,20 +115,29 @@ def thermal_rows(project: Project, wanted_set: str | None) -> ThermalRows:
         acceleration, read_out = np.zeros((len(STRAY), k)), np.zeros((len(COORDINATES), k))
         labels = [""] * len(STRAY), [""] * len(COORDINATES)
         gravity, read_outs = read_self_gravity(s), read_read_outs(o)
+        chosen = _chosen(read_outs.sets, wanted_set, project)
+        model = load_model(project.model)[1]
+        all_labels = (*gravity.label, *read_outs.names)
+        units = [u.removesuffix("/K") for u in gravity.unit] + read_outs.unit * len(read_outs.sets)
+        effects = dict(zip(all_labels, read_effects(project, model, all_labels, units, areas).total, strict=True))
         for label, row in zip(gravity.label, gravity.S, strict=True):
             name, _, rest = label.partition("_")
             place = STRAY.index(f"{names[name]}_{rest}")
-            acceleration[place], labels[0][place] = row, label
-        chosen = _chosen(read_outs.sets, wanted_set, project)
+            acceleration[place], labels[0][place] = row + effects[label], label
         for label, row in zip(read_outs.label, read_outs.N[chosen], strict=True):
             name, _, rest = label.rpartition("_")
             if name in names:
-                place = COORDINATES.index(f"{names[name]}_{rest}")
-                read_out[place], labels[1][place] = row, f"{chosen}_{label}"
+                place, whole = COORDINATES.index(f"{names[name]}_{rest}"), f"{chosen}_{label}"
+                read_out[place], labels[1][place] = row + effects[whole], whole
         for what, rows in ((f"{s_path}: /S", acceleration), (f"{o_path}: /N/{chosen}", read_out)):
             if not np.isfinite(rows).all():
                 raise InputError("has values that are not finite", where=what)
         return ThermalRows(areas, s.array(SENSITIVITY_KIND.AREA_ID), acceleration, read_out, chosen, *labels)
+
+
+def own_effects(project: Project) -> list[Path]:
+    """The tables of effects of the user's own, which the loop feels too."""
+    return effect_files(project, load_model(project.model)[1])
 
 
 def _chosen(sets: list[str], wanted: str | None, project: Project) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.effects import Effects
 from tedm_cli.optics.shares import shares
 from tedm_cli.results.areas import unit_per
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_share, by_size, clean_sum, row_tables, sizes
@@ -87,40 +88,75 @@ def explain_group(name: str, areas: AreaTable, rows: Rows) -> Told:
 
 
 def explain_element(name: str, r: ReadOuts, means: BoolArray) -> Told:
-    """What the motion of an optical element carries of every read-out."""
+    """What the motion of an optical element carries of every read-out, and its glass where that changes."""
     i = r.element.index(name)
-    listed = []
-    for chosen in r.sets:
-        terms = r.by_element(chosen)[:, i][:, means]
-        for row, (label, term) in enumerate(zip(r.label, terms, strict=True)):
-            share = float(shares(term[None], r.N[chosen][row][means])[0])
-            listed.append((f"{chosen}_{label}", float(np.linalg.norm(term)), f"{r.unit[row]}/K", share))
-    columns = (Column("output"), Column("size", "number"), Column("unit"), Column("share", "share"))
+    parts = {"motion": {chosen: r.by_element(chosen)[:, i] for chosen in r.sets}}
+    if r.plates is not None and name in r.plates.name:
+        plate = r.plates.name.index(name)
+        parts["glass"] = {chosen: r.by_plate(chosen)[:, plate].sum(axis=1) for chosen in r.sets}
+    listed: list[tuple[Cell, ...]] = []
+    for part, by_set in parts.items():
+        by = (part,) if len(parts) > 1 else ()
+        for chosen, terms in by_set.items():
+            for row, (label, term) in enumerate(zip(r.label, terms[:, means], strict=True)):
+                share = float(shares(term[None], r.N[chosen][row][means])[0])
+                listed.append((f"{chosen}_{label}", *by, float(np.linalg.norm(term)), f"{r.unit[row]}/K", share))
+    by_column = (Column("part"),) if len(parts) > 1 else ()
+    columns = (Column("output"), *by_column, Column("size", "number"), Column("unit"), Column("share", "share"))
     bench = next((b for b, elements in r.benches.items() if name in elements), "")
     where = (f"on bench {bench}",) if len(r.benches) > 1 and bench else ()
-    note = f"size: root of the sum of squares over the areas, of what its motion does; {_SHARE}, signed"
-    table = Table("read_outs", columns, by_share(listed, 3), ranked=True)
+    what = "what its motion does" + ", or its glass by index and thickness" * (len(parts) > 1)
+    note = f"size: root of the sum of squares over the areas, of {what}; {_SHARE}, signed"
+    table = Table("read_outs", columns, by_share(listed, len(columns) - 1), ranked=True)
     nothing = () if table.rows else ("its motion is in no read-out",)
     return Told(name, "optical element", name, (*where, *nothing), (table,), (note,) if table.rows else ())
+
+
+def explain_effect(name: str, effects: Effects, rows: Rows, areas: AreaTable) -> Told:
+    """What an effect of the user's own is of every output that it is on."""
+    own = effects.rows[effects.names.index(name)]
+    means = ~areas.gradient
+    listed: list[tuple[Cell, ...]] = []
+    for row, (label, (unit, whole)) in zip(own, rows.items(), strict=True):
+        if row.any():
+            worst = int(np.abs(row).argmax())
+            share = float(shares(row[None, means], whole[means])[0])
+            per = unit_per(unit, areas.unit[worst])
+            listed.append(
+                (
+                    label,
+                    float(np.linalg.norm(row[means])),
+                    f"{unit}/K",
+                    share,
+                    areas.name[worst],
+                    float(row[worst]),
+                    per,
+                )
+            )
+    columns = (Column("output"), Column("size", "number"), Column("unit"), Column("share", "share"),
+               Column("most by"), Column("value", "number"), Column("per"))  # fmt: skip
+    note = f"size: root of the sum of squares over the areas of a mean temperature; {_SHARE}, signed"
+    table = Table("outputs", columns, by_share(listed, 3), ranked=True)
+    return Told(name, "effect of your own", name, (), (table,), (note,))
 
 
 def explain_difference(
     label: str,
     terms: Sequence[tuple[float, str]],
     rows: Rows,
-    elements: Sequence[str],
     parts: Mapping[str, FloatArray],
     areas: AreaTable,
 ) -> Told:
-    """What the difference of two read-outs is made of; `parts`: by read-out, its terms [E, k] by optical element."""
+    """What the difference of two read-outs is made of; `parts`: its terms [k] by optical element that moves, by plate
+    whose glass changes, and by effect of the user's own."""
     unit = rows[terms[0][1]][0]
     value = np.asarray(sum(f * rows[name][1] for f, name in terms))
     means = ~areas.gradient
     size, total = sizes(value, means)
-    by_element = np.asarray(sum(f * parts[name] for f, name in terms))[:, means]
+    by_part = np.array(list(parts.values()))[:, means]
     listed = [
         (name, float(np.linalg.norm(term)), float(share))
-        for name, term, share in zip(elements, by_element, shares(by_element, value[means]), strict=True)
+        for name, term, share in zip(parts, by_part, shares(by_part, value[means]), strict=True)
     ]
     columns = (Column("element"), Column("size", "number", unit_per(unit, "K")), Column("share", "share"))
     return Told(

@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
@@ -25,7 +28,9 @@ from tedm_cli.files.build_folder import (
 )
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.differences import terms
+from tedm_cli.noise.effects import Effects
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.effects import read_effects
 from tedm_cli.results.explained import Told, also, without_empty
 from tedm_cli.results.optics import ReadOuts, read_read_outs
 from tedm_cli.results.outputs import read_outputs
@@ -36,6 +41,7 @@ from tedm_cli.stages.explain.areas import (
     Rows,
     explain_area,
     explain_difference,
+    explain_effect,
     explain_element,
     explain_gradient,
     explain_group,
@@ -81,13 +87,17 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class _Files:
-    """The files of outputs that the project has and that are there, open, and what they say."""
+    """The files of outputs that the project has and that are there, open, and what they say.
+
+    `rows` are with the `effects` of the user's own, whose rows are in the same order.
+    """
 
     project: Project
     first: Reader
     gravity: Reader | None
     read_outs: ReadOuts | None
     rows: Rows
+    effects: Effects
     gradients: CaseGradients | None
     missing: tuple[Path, ...]
 
@@ -187,6 +197,7 @@ def _sorts(files: _Files, load: Load) -> list[tuple[str, Sequence[str], Teller]]
         ]
     if r is not None:
         sorts.append(("optical element", r.element, lambda n: explain_element(n, r, ~areas.gradient)))
+    sorts.append(("effect of your own", files.effects.names, lambda n: explain_effect(n, files.effects, rows, areas)))
     return [
         *sorts,
         ("output of the drag-free loop", loop_output_names(project), lambda n: explain_loop_output(project, n)),
@@ -212,7 +223,15 @@ def _of_set(load: Load, name: str, r: ReadOuts) -> tuple[str, Load]:
 
 def _gravity(files: _Files, name: str) -> Told:
     assert files.gravity is not None
-    return without_empty(explain_self_gravity(files.project, files.gravity, name, ((1.0, name),)))
+    terms = ((1.0, name),)
+    return without_empty(explain_self_gravity(files.project, files.gravity, name, terms, _own(files, terms)))
+
+
+def _own(files: _Files, terms: Sequence[tuple[float, str]]) -> dict[str, FloatArray]:
+    """What effects of the user's own are in a sum of outputs, [k] by their names as parts; none that is not in it."""
+    place = list(files.rows)
+    rows = sum(f * files.effects.rows[:, place.index(name)] for f, name in terms)
+    return {n: row for n, row in zip(files.effects.part_names, np.asarray(rows), strict=True) if row.any()}
 
 
 def _gradient_names(files: _Files) -> list[str]:
@@ -237,12 +256,13 @@ def _difference(files: _Files, label: str) -> Told:
         raise UsageError(f"{label} is a difference of {units[0]} and {units[1]}")
     gravity = [] if files.gravity is None else read_self_gravity(files.gravity).label
     if files.gravity is not None and first in gravity and second in gravity:
-        return explain_self_gravity(files.project, files.gravity, label, pair)
+        return explain_self_gravity(files.project, files.gravity, label, pair, _own(files, pair))
     r = files.read_outs
     if r is None or first in gravity or second in gravity:
         raise UsageError(f"{label} is a difference of self-gravity and a read-out")
-    parts = {f"{s}_{n}": terms for s in r.sets for n, terms in zip(r.label, r.by_element(s), strict=True)}
-    return explain_difference(label, pair, files.rows, r.element, parts, read_areas(files.first))
+    by_part = {f"{s}_{n}": terms for s in r.sets for n, terms in zip(r.label, r.by_part(s), strict=True)}
+    parts = dict(zip(r.part_names, sum(f * by_part[name] for f, name in pair), strict=True)) | _own(files, pair)
+    return explain_difference(label, pair, files.rows, parts, read_areas(files.first))
 
 
 def _unknown(name: str, known: Sequence[str], missing: Sequence[Path]) -> UsageError:
@@ -250,7 +270,8 @@ def _unknown(name: str, known: Sequence[str], missing: Sequence[Path]) -> UsageE
     folded = {k.casefold(): k for k in known}
     near = difflib.get_close_matches(name.casefold(), folded, n=_NEAR, cutoff=0.5)
     hint = f"did you mean {', '.join(folded[n] for n in near)}?" if near else (
-        "it takes outputs, requirements, areas, groups, test masses and optical elements; without a name, all outputs"
+        "it takes outputs, requirements, areas, groups, test masses, optical elements and effects; without a name, all"
+        " outputs"
     )  # fmt: skip
     more = "".join(f"; {path} is not there, and may have it (`{KINDS[path.stem].made_by}`)" for path in missing)
     return UsageError(f"nothing is called {name!r}", hint=hint + more)
@@ -275,13 +296,17 @@ def _open(project: Project) -> Iterator[_Files]:
         read_out = next((f for f in files if f.kind is OPTICS), None)
         read_outs = None if read_out is None else read_read_outs(read_out)
         missing = [path for path, *_ in wanted if not path.exists()]
+        rows, model, areas = _rows(gravity, read_outs), load_model(project.model)[1], read_areas(files[0])
+        units = [unit for unit, _ in rows.values()]
+        effects = read_effects(project, model, list(rows), units, areas, partly=bool(missing))
+        added = {n: (u, row + own) for (n, (u, row)), own in zip(rows.items(), effects.total, strict=True)}
         of_cases = load_cases(project.cases)[1]
         gradients = None
         if of_cases.needs_adjoint and not missing:
             gradients = case_gradients(project, of_cases, read_outputs(project))
         if gradients is not None and gradients.path is not None and not gradients.path.exists():
             missing.append(gradients.path)
-        yield _Files(project, files[0], gravity, read_outs, _rows(gravity, read_outs), gradients, tuple(missing))
+        yield _Files(project, files[0], gravity, read_outs, added, effects, gradients, tuple(missing))
 
 
 def _rows(gravity: Reader | None, r: ReadOuts | None) -> Rows:

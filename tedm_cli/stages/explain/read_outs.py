@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS
 from tedm_cli.errors import UsageError
@@ -17,6 +18,7 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.optics.shares import SetComparison, beam_terms, compare_sets, motion_terms, shares
 from tedm_cli.results.areas import read_areas, unit_per
+from tedm_cli.results.effects import read_effects
 from tedm_cli.results.optics import Beams, ReadOuts, read_beams, read_quality, read_read_outs
 from tedm_cli.stages.common import known_name
 
@@ -38,11 +40,21 @@ class Shares:
         return [int(i) for i in order if abs(self.share[i]) > _ROUNDING]
 
 
+@dataclass(frozen=True)
+class Beside:
+    """A part of a read-out beside all motion: `plates`, whose glass changes, or the user's own `effects`."""
+
+    name: str
+    share: float
+    size: float
+
+
 @dataclass(frozen=True, eq=False)
 class ReadOutExplained:
     """One read-out (m/K or rad/K): its size over the areas asked for, their sum (the uniform load), and its parts.
 
-    Of all areas, those of mean temperatures; `gradients` has what each gradient reads, per K/m.
+    Of all areas, those of mean temperatures; `gradients` has what each gradient reads, per K/m. `beside`: what is
+    beside all motion; nothing where what is asked for is the distortion alone.
     """
 
     label: str
@@ -52,6 +64,7 @@ class ReadOutExplained:
     rigid_share: float
     rigid_size: float
     distortion_size: float
+    beside: tuple[Beside, ...]
     value: FloatArray
     areas: Shares
     motions: Shares
@@ -97,6 +110,7 @@ def explain(
     ConfigError : the project has no optics.
     """
     project.required_optics()
+    model = load_model(project.model)[1]
     path = project.build_dir / OPTICS_FILE
     with open_checked(path, OPTICS) as file:
         r, condition = read_read_outs(file), read_quality(file).condition
@@ -115,10 +129,15 @@ def explain(
             columns = every[:, means] if area is None else every[:, [areas.index(load)]]
         unit = "K" if area is None else table.unit[areas.index(load)]
         loads = [load] if load else table.name[means].tolist()
+        units = r.unit * len(sets)
+        effects = read_effects(project, model, r.names, units, table, partly=True)
+        row = sets.index(chosen) * len(names)
+        own = effects.rows[:, row : row + len(names)] @ columns
+        effects_of = dict(zip(effects.part_names, own, strict=True))
         read_outs = [
             replace(one, unit=unit_per(one.unit, unit), gradients=() if load else apart)
             for one, apart in zip(
-                _explained(r, read_beams(file, chosen), chosen, wanted, columns, loads, distortion_only),
+                _explained(r, read_beams(file, chosen), chosen, wanted, columns, loads, distortion_only, effects_of),
                 _gradients(r, chosen, wanted, table, distortion_only),
                 strict=True,
             )
@@ -147,16 +166,36 @@ def _explained(
     columns: FloatArray,
     loads: Sequence[str],
     distortion_only: bool,
+    effects: Mapping[str, FloatArray],
 ) -> list[ReadOutExplained]:
-    """Of every wanted read-out; `columns` [k, n] turns areas into the loads asked for."""
+    """Of every wanted read-out; `columns` [k, n] turns areas into the loads asked for. `effects`: by name, [r, n]."""
     motion, rigid = r.motion @ columns, r.rigid_motion @ columns
     gain = r.gain[set_name]
+    plates = None if distortion_only else r.plates
     if distortion_only:
         motion, rigid = motion - rigid, np.zeros_like(rigid)
     N, N_rigid = gain @ motion, gain @ rigid
+    names = (beams.motion, r.element)
     by_motion = motion_terms(gain, motion)
     by_element = r.by_motion(set_name, motion).sum(axis=2)
-    by_beam = beam_terms(beams.inverse, beams.P, beams.S_BW, motion)
+    N_motion, beside = N, dict[str, FloatArray]()
+    outputs = beams.S_BW @ motion
+    if plates is not None:
+        changes = plates.terms(set_name) @ columns  # [r, p, 2, n]
+        beside["plates"] = changes.sum(axis=(1, 2))
+        outputs = outputs + (plates.outputs @ columns).sum(axis=(1, 2))
+        by_motion = np.concatenate([by_motion, changes.reshape(len(N), -1, N.shape[1])], axis=1)
+        by_element = np.concatenate([by_element, changes.sum(axis=2)], axis=1)
+        names = ([*beams.motion, *plates.changes], r.part_names)
+    by_beam = beam_terms(beams.inverse, beams.P, outputs)
+    acting = {} if distortion_only else {name: rows for name, rows in effects.items() if rows.any()}
+    if acting:
+        beside["effects"] = sum(acting.values(), np.zeros_like(N))
+        more = np.stack(list(acting.values()), axis=1)
+        by_motion, by_element, by_beam = (
+            np.concatenate([terms, more], axis=1) for terms in (by_motion, by_element, by_beam)
+        )
+    N = N_motion + sum(beside.values(), np.zeros_like(N))
     out = []
     for label in wanted:
         row = r.label.index(label)
@@ -170,12 +209,13 @@ def _explained(
                 total=float(total.sum()),
                 rigid_share=float(shares(N_rigid[[row]], total)[0]),
                 rigid_size=float(np.linalg.norm(N_rigid[row])),
-                distortion_size=float(np.linalg.norm(total - N_rigid[row])),
+                distortion_size=float(np.linalg.norm(N_motion[row] - N_rigid[row])),
+                beside=tuple(_beside(name, rows[row], total) for name, rows in beside.items()),
                 value=total,
                 areas=Shares(tuple(loads), total**2 / power if power > 0 else np.zeros(len(total)), np.abs(total)),
-                motions=_shares(beams.motion, by_motion[row], total),
-                elements=_shares(r.element, by_element[row], total),
-                beams=_shares(beams.label, by_beam[row], total),
+                motions=_shares([*names[0], *acting], by_motion[row], total),
+                elements=_shares([*names[1], *acting], by_element[row], total),
+                beams=_shares([*beams.label, *acting], by_beam[row], total),
                 gradients=(),
             )
         )
@@ -188,12 +228,17 @@ def _gradients(
     """What every wanted read-out is per K/m of each gradient, the largest first."""
     names = table.name[table.gradient].tolist()
     motion = r.motion - r.rigid_motion if distortion_only else r.motion
-    N = r.gain[set_name] @ motion[:, table.gradient]
+    N = r.gain[set_name] @ motion[:, table.gradient]  # plates have no gradients
     found = []
     for label in wanted:
         values = N[r.label.index(label)].tolist()
         found.append(tuple(sorted(zip(names, values, strict=True), key=lambda pair: -abs(pair[1]))))
     return found
+
+
+def _beside(name: str, term: FloatArray, total: FloatArray) -> Beside:
+    """A term [n] of a read-out beside all motion."""
+    return Beside(name, float(shares(term[None], total)[0]), float(np.linalg.norm(term)))
 
 
 def _shares(labels: Sequence[str], terms: FloatArray, total: FloatArray) -> Shares:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,8 +47,12 @@ class _Place:
 _Row = tuple[float, int, _Place]  # a factor, the row of [S_SG], and what the output is of
 
 
-def explain_self_gravity(project: Project, file: Reader, label: str, terms: Terms) -> Told:
+def explain_self_gravity(
+    project: Project, file: Reader, label: str, terms: Terms, effects: Mapping[str, FloatArray]
+) -> Told:
     """What is in a row of [S_SG], or in a sum of rows: `terms` are factors and labels of rows.
+
+    `effects` : those of the user's own that are added to it, [k] by their names as parts.
 
     Raises
     ------
@@ -56,16 +61,21 @@ def explain_self_gravity(project: Project, file: Reader, label: str, terms: Term
     gravity, areas, rest = read_self_gravity(file), read_areas(file), read_field(file)
     rows = [gravity.label.index(name) for _, name in terms]
     factor = np.array([f for f, _ in terms])
-    value = np.asarray(factor @ gravity.S[rows])
+    by_gravity = np.asarray(factor @ gravity.S[rows])
+    value = by_gravity + sum(effects.values(), np.zeros_like(by_gravity))
     unit = gravity.unit[rows[0]].removesuffix("/K")
     means = ~areas.gradient
     size, total = sizes(value, means)
     places = [_Place.of(name, rest.test_mass) for _, name in terms]
     at_rest, field = _at_rest(rest, places, factor, unit)
-    parts, notes = _parts(project, file, list(zip(factor.tolist(), rows, places, strict=True)), value)
-    of_means = {name: part[means] for name, part in parts.items()}
+    parts, notes = _parts(project, file, list(zip(factor.tolist(), rows, places, strict=True)), by_gravity)
+    of_means = {name: part[means] for name, part in (parts | dict(effects)).items()}
     share = shares(np.array(list(of_means.values())), value[means])
-    columns = (Column("what moves"), Column("size", "number", unit_per(unit, "K")), Column("share", "share"))
+    columns = (
+        Column("what moves" if not effects else "what moves, or acts"),
+        Column("size", "number", unit_per(unit, "K")),
+        Column("share", "share"),
+    )
     moving = Table(
         "moving",
         columns,

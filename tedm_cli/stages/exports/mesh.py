@@ -63,6 +63,7 @@ class _Term:
     name: str
     unit: str
     meaning: str
+    effects: float = 0.0  # what effects of the user's own have in it, at no grid
 
 
 def export_mesh(build_dir: Path, output: Path | None, wanted: WantedArrays, step: Step) -> MeshExport:
@@ -228,7 +229,7 @@ def _gravity_arrays(build_dir: Path, output: Output, terms: Sequence[_Term], fie
         values = np.einsum("nc,nc->n", slope, fields.moved[key])
         values[node] += np.einsum("nc,nc->n", turning, fields.levers[key])
         output.require_sum(values, term.weights, path)
-        arrays.append(MeshArray(term.name, values, term.unit, term.meaning, total=True))
+        arrays.append(MeshArray(term.name, values, term.unit, term.meaning + _rest(term), total=True))
     return arrays
 
 
@@ -269,9 +270,9 @@ def _case_terms(build_dir: Path, outputs: Sequence[Output], cases: Sequence[str]
             number = file.string(CASE.CASE_ID)
             for o in outputs:
                 require_input(file, _source(build_dir, o))
-                weights, hz = case_weights(file, o.label, o.g)
+                weights, hz, effects = case_weights(file, o.label, o.g)
                 meaning = f"signed share of the PSD of {o.label} in case {number} at {hz * 1e3:.4g} mHz"
-                found.append(_Term(o, weights, array_name("share", o.label, f"case{number}"), "1", meaning))
+                found.append(_Term(o, weights, array_name("share", o.label, f"case{number}"), "1", meaning, effects))
     return found
 
 
@@ -280,6 +281,6 @@ def _source(build_dir: Path, output: Output) -> InputFile:
 
 
 def _rest(term: _Term) -> str:
-    """What of a read-out is at no grid."""
-    rest = 0.0 if term.output.elsewhere is None else float(term.output.elsewhere @ term.weights)
-    return f"; {rest:.6g} more by the test masses' own expansion" if rest else ""
+    """What of an output is at no grid."""
+    rest = term.effects + (0.0 if term.output.elsewhere is None else float(term.output.elsewhere @ term.weights))
+    return f"; {rest:.6g} more at no grid: expanding test masses, glass of plates, own effects" if rest else ""

@@ -17,6 +17,7 @@ from tedm_cli.noise.contributions import share_weights
 from tedm_cli.noise.selection import listed
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.case_file import read_case, read_correlation
+from tedm_cli.results.effects import effect_rows
 from tedm_cli.stages.common import known_name
 
 
@@ -64,10 +65,11 @@ def case_file(build_dir: Path, case_id: str) -> Path:
     return files[known_name("case that was run", wanted, list(files))]
 
 
-def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, float]:
-    """Weights [k] that turn a term of an output into its share of the PSD, and the frequency (Hz): see `share_weights`.
+def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, float, float]:
+    """Weights [k] that turn a term of an output into a share of the PSD, the frequency (Hz), the share of own effects.
 
-    The frequency is that of the case's grid next to the output's binding frequency.
+    The frequency is that of the case's grid next to the output's binding frequency. g : [k], without the effects of the
+    user's own. See `share_weights`.
 
     Raises
     ------
@@ -85,4 +87,6 @@ def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, f
     at = int(np.abs(np.log(frequency / file.array(CASE.CONTRIBUTION_FREQUENCY)[o])).argmin())
     amplitude = file.array(CASE.TEMPERATURE_ASD)[file.array(CASE.TEMPERATURE_SPECTRUM), at]
     hz, found = float(frequency[at]), read_correlation(file)
-    return share_weights(g, amplitude, found.matrix, found.delay_s, hz), hz
+    effects = sum(effect_rows(file, label).values(), np.zeros_like(g))
+    weights = share_weights(g + effects, amplitude, found.matrix, found.delay_s, hz)
+    return weights, hz, float(effects @ weights)

@@ -26,7 +26,7 @@ class Output:
     """One output, g [k] per kelvin of each area, `unit` before "/K".
 
     rows : of self-gravity: coefficients and rows of the operator. elements : of the read-out: its terms [E, k] by
-    optical element; those of the test masses (`elsewhere` [k], their own expansion) are at no grid.
+    optical element; those of the test masses and of the glass of plates (`elsewhere` [k]) are at no grid.
     """
 
     label: str
@@ -124,5 +124,5 @@ def _read_out(r: ReadOuts, label: str, optical: list[str]) -> Output:
     chosen = r.sets[number]
     by_element = r.by_element(chosen)[row]
     on_grid = [r.element.index(name) for name in optical]
-    others = np.delete(by_element, on_grid, axis=0)
-    return Output(label, r.unit[row], r.N[chosen][row], elements=by_element[on_grid], elsewhere=others.sum(axis=0))
+    elsewhere = np.delete(by_element, on_grid, axis=0).sum(axis=0) + r.N_plates(chosen)[row]
+    return Output(label, r.unit[row], r.N[chosen][row], elements=by_element[on_grid], elsewhere=elsewhere)

@@ -27,9 +27,10 @@ from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.optics import AREA_COMMA
 from tedm_cli.results.sides import require_plane
 from tedm_cli.results.ties import Ties, read_ties, require_ties
-from tedm_cli.results.unit_loads import lever_nodes_of
+from tedm_cli.results.unit_loads import areas_of_rows, lever_nodes_of
 from tedm_cli.stages.common import copy_areas, copy_places, out_path
 from tedm_cli.stages.layout_match import match_grids
 
@@ -84,6 +85,7 @@ def build_distortion(project: Project, output: Path | None, step: Step) -> Disto
             writer.write(DISTORTION.OPTICAL_NAME, names)
             writer.write(DISTORTION.OPTICAL_GRID, unit.array(UNIT_LOADS.GRID_ID)[rows])
             writer.write(DISTORTION.OPTICAL_POSITION, position[rows])
+            writer.write(DISTORTION.OPTICAL_AREA, [AREA_COMMA.join(own) for own in areas_of_rows(unit, rows)])
         result = _scale_areas(unit, writer, rows, names, out, step)
     return replace(result, notes=(*notes, *result.notes))
 

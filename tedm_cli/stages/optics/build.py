@@ -13,13 +13,14 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, OPTICS
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import DISTORTION_FILE, OPTICS_FILE, provenance
-from tedm_cli.files.store import create, open_checked
+from tedm_cli.files.store import Writer, create, open_checked
 from tedm_cli.optics.benches import benches
 from tedm_cli.optics.chain import optics_chain
 from tedm_cli.optics.expansion import face_motion
 from tedm_cli.optics.labels import input_labels, laser_labels, output_labels, read_out_labels
 from tedm_cli.optics.layout_checks import Finding, check_layout, failures
 from tedm_cli.optics.matrix_checks import BlockDifference, Judged
+from tedm_cli.optics.plates import INDEX, THICKNESS, PlateEffect, plate_effect
 from tedm_cli.optics.sensitivity import reference_offsets
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.optics import read_bench_motion
@@ -79,8 +80,12 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         matrices = optical_matrices(config, position)
         matrix, judged = matrices.S_BW, matrices.judged
         areas = read_areas(distortion)
-        face = face_motion(layout, areas.name.tolist(), areas.name[areas.gradient].tolist())
-        chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P)
+        by_area = areas.name.tolist(), areas.name[areas.gradient].tolist()
+        try:
+            face, plates = face_motion(layout, *by_area), plate_effect(layout, *by_area, bench.areas)
+        except InputError as exc:
+            raise InputError(exc.fact, where=f"{path}: {exc.where}", hint=exc.hint) from exc
+        chain = optics_chain(layout, matrix, bench.motion, position, face, matrices.P, plates)
         offsets = reference_offsets(layout, position)
         copy_areas(distortion, writer)
         copy_places(distortion, writer)
@@ -104,8 +109,12 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
             writer.write(OPTICS.N.of(read.name), read.N, units=per_kelvin)
             writer.write(OPTICS.N_RIGID.of(read.name), read.N_rigid, units=per_kelvin)
             writer.write(OPTICS.N_DISTORTION.of(read.name), read.N_distortion, units=per_kelvin)
+            if plates is not None:
+                writer.write(OPTICS.N_PLATES.of(read.name), read.N_plates, units=per_kelvin)
             writer.write(OPTICS.INVERSE.of(read.name), read.inverse, units="m or rad per m or rad, see /label")
             writer.write(OPTICS.GAIN.of(read.name), read.gain, units="m or rad per m or rad, see /label")
+        if plates is not None:
+            _write_plates(writer, plates)
         writer.write(OPTICS.LABEL_RAY_OUTPUT, outputs.names)
         writer.write(OPTICS.LABEL_RAY_OUTPUT_UNIT, outputs.units)
         writer.write(OPTICS.LABEL_ELEMENT_DOF, inputs.names)
@@ -149,3 +158,12 @@ def build_optics(project: Project, output: Path | None) -> OpticsSummary:
         warnings,
         tuple(match.notes),
     )
+
+
+def _write_plates(writer: Writer, plates: PlateEffect) -> None:
+    per = "m or rad per {}, see /label/ray_output_unit"
+    writer.write(OPTICS.PLATE_NAME, [plate.name for plate in plates.plates])
+    writer.write(OPTICS.PLATE_BY_INDEX, plates.sensitivity[:, :, INDEX], units=per.format("unit of the index"))
+    writer.write(OPTICS.PLATE_BY_THICKNESS, plates.sensitivity[:, :, THICKNESS], units=per.format("m"))
+    writer.write(OPTICS.PLATE_INDEX_CHANGE, plates.change[:, INDEX])
+    writer.write(OPTICS.PLATE_THICKNESS_CHANGE, plates.change[:, THICKNESS])

@@ -79,6 +79,9 @@ def optics_specs(results: Results) -> list[FigureSpec]:
                 f" column{part.words}.",
                 partial(draw.read_out_by_area, page, own),
             )
+    made = "and the distortion of each element by its motions"
+    if read_outs.plates is not None:
+        made = "the distortion of each element by its motions, and the glass of each plate by its index and thickness"
     for unit, (shown, _) in READ_OUT_UNIT.items():
         rows = [i for i, u in enumerate(read_outs.unit) if u == unit]
         for part, some in in_parts([rows[i : i + SHARES] for i in range(0, len(rows), SHARES)]):
@@ -87,8 +90,7 @@ def optics_specs(results: Results) -> list[FigureSpec]:
                 "read-out",
                 f"Read-outs of {_QUANTITY[unit]} of set {first} ({shown}/K): the areas that matter most, and what"
                 f" makes the read-out under the first of these areas: {bench} moving as one against the test masses,"
-                " and the distortion of each element by its motions. Contributions have signs; they sum to the"
-                f" read-out{part.words}.",
+                f" {made}. Contributions have signs; they sum to the read-out{part.words}.",
                 partial(_shares_figure, read_outs, first, areas, some, f"{bench} as one".removeprefix("the ")),
             )
     if not layout.has_geometry:
@@ -151,6 +153,11 @@ def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int]
     distortion = r.by_motion(name, r.motion - r.rigid_motion)
     as_one = r.by_motion(name, r.rigid_motion).sum(axis=1, keepdims=True)
     share = np.concatenate([as_one, distortion], axis=1)  # the sum of the rigid part alone is of use: its terms cancel
+    if r.plates is not None:
+        by_plate = r.by_plate(name)
+        plates, changes = by_plate.shape[1:3]
+        share = np.pad(share, ((0, 0), (0, plates), (0, changes), (0, 0)))
+        share[:, -plates:, -changes:] = by_plate
     unit = r.unit[rows[0]]
     shown, factor = READ_OUT_UNIT[unit]
     chosen = [
@@ -160,7 +167,7 @@ def _shares_figure(r: ReadOuts, name: str, areas: AreaTable, rows: Sequence[int]
         for i in rows
     ]
     title = f"What makes the read-out {_QUANTITY[unit]}s, set {name}"
-    return shares_figure(chosen, areas.name.tolist(), [bench, *r.element], title)
+    return shares_figure(chosen, areas.name.tolist(), [bench, *r.part_names], title)
 
 
 def _area_spec(optics: ReadOutMatrices, distortion: Reader, areas: AreaTable, area: int, remark: str) -> FigureSpec:

@@ -26,6 +26,7 @@ from tedm_cli.results.adjoint_map import has_map, read_map, read_mapped_model
 from tedm_cli.results.build_folder import Results, open_results
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.dynamics import read_closed_loop
+from tedm_cli.results.effects import own_effects
 from tedm_cli.results.field import read_field
 from tedm_cli.results.model import read_distortion_size, read_model_size
 from tedm_cli.results.noise import CaseNoise
@@ -143,6 +144,7 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
                 no_adjoint=by_adjoint if isinstance(by_adjoint, str) else "",
                 where=_where(results, unit_loads, cases),
                 materials=by_adjoint.materials if isinstance(by_adjoint, AdjointResults) else (),
+                effects=own_effects(results.cases[0]) if results.cases else [],
             )
         )
 
