@@ -76,8 +76,8 @@ def contributor_lines(r: CaseResult, most: int | None) -> list[str]:
             shares = c.path_share[verdict.output].tolist(), c.path_band_share[verdict.output].tolist()
             listed = _parts(list(zip(c.path_names, *shares, strict=True)), most)
             lines.append(f"  {parts_noun(c.path_names)}: {listed}")
-        parts = r.outputs.parts_of_read_outs.get(verdict.output)
-        if parts is not None and parts.distortion is not None:
+        made_of = r.outputs.parts_of_read_outs.get(verdict.output)
+        if made_of is not None and made_of.distortion is not None:
             without = r.distortion_ratio[v]
             known = "not known with gradients within areas" if np.isnan(without) else f"{without:.3g}"
             lines.append(f"  ratio if {the_bench(r.outputs.benches)} did not move as one: {known}")
