@@ -33,6 +33,7 @@ from tedm_cli.config.base import (
     named_by_project,
 )
 from tedm_cli.config.body import Edges, TestMassTable
+from tedm_cli.config.uncertainty import ModelUncertainty
 from tedm_cli.config.units import UnitsTable
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.provenance import ConfigFile
@@ -202,6 +203,9 @@ class ModelConfig(Strict):
     requirement_at_rest: list[AtRestTable] = Field(
         default_factory=list, description="Limits on the field at rest. Without any, nothing is judged at rest."
     )
+    uncertainty: ModelUncertainty = Field(
+        default=ModelUncertainty(), description="What is uncertain of the model, for probabilities of verdicts."
+    )
     _test_masses: list[TestMass] | None = PrivateAttr(default=None)
 
     @field_validator("test_mass")
@@ -268,6 +272,7 @@ def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
         if definition.name.upper() == config.model.uniform_label.upper():
             fact = f"'{definition.name}' is the name of the uniform load; choose another, or set model.uniform_label"
             problems.append((f"areas.define[{number}].name", fact))
+    problems += config.uncertainty.problems([tm.name for tm in masses])
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config

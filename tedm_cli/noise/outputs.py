@@ -12,7 +12,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.contributions import ReadOutParts
-from tedm_cli.noise.differences import terms
+from tedm_cli.noise.differences import rows_of, terms
 from tedm_cli.noise.requirements import UNITS, AppliedRequirement
 
 
@@ -80,7 +80,7 @@ class Outputs:
                 parts[label] = parts[first] - parts[second]
         return replace(
             self,
-            rows=np.array([*self.rows, *(self.rows[place[i]] - self.rows[place[j]] for i, j in pairs.values())]),
+            rows=rows_of((*self.labels, *pairs), dict(zip(self.labels, self.rows, strict=True))),
             labels=(*self.labels, *pairs),
             kinds=(*self.kinds, *(self.kinds[place[i]] for i, _ in pairs.values())),
             parts_of_read_outs=parts,

@@ -13,7 +13,7 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import OPTICS, SENSITIVITY, AreaDatasets
+from tedm_cli.contracts import OPTICS, SENSITIVITY, AreaDatasets, FileKind
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
@@ -22,6 +22,7 @@ from tedm_cli.files.build_folder import (
     require_configuration,
     require_same_areas,
     require_same_input,
+    require_up_to_date,
 )
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.contributions import ReadOutParts
@@ -79,17 +80,39 @@ def read_outputs(project: Project) -> ModelOutputs:
         require_same_areas(files[0], *files[1:])
         for file in files:
             require_plane(file, project, model)
-        families = [_gravity(file) if file.kind is SENSITIVITY else _read_outs(file) for file in files]
-        return ModelOutputs(
-            read_areas(files[0]),
-            np.concatenate([f.rows for f in families]),
-            tuple(label for f in families for label in f.labels),
-            tuple(kind for f in families for kind in f.kinds),
-            {label: parts for f in families for label, parts in f.parts.items()},
-            benches=sum(f.benches for f in families),
-            area_id=files[0].array(AreaDatasets.AREA_ID),
-            sources=tuple(file.path for file in files),
-        )
+        return _together(files)
+
+
+def outputs_in(folder: Path, names: Sequence[str]) -> ModelOutputs:
+    """The outputs in the files of these names in a build folder, whatever its project.
+
+    Raises
+    ------
+    InputError : files that are missing or stale, or stem from different distortion matrices.
+    """
+    kinds: dict[str, FileKind] = {SENSITIVITY_FILE: SENSITIVITY, OPTICS_FILE: OPTICS}
+    with contextlib.ExitStack() as stack:
+        files = [stack.enter_context(open_checked(folder / name, kinds[name])) for name in names]
+        for file in files:
+            require_up_to_date(file)
+        require_same_input(DISTORTION_FILE, *files)
+        require_same_areas(files[0], *files[1:])
+        return _together(files)
+
+
+def _together(files: Sequence[Reader]) -> ModelOutputs:
+    """The outputs of open files with the same areas."""
+    families = [_gravity(file) if file.kind is SENSITIVITY else _read_outs(file) for file in files]
+    return ModelOutputs(
+        read_areas(files[0]),
+        np.concatenate([f.rows for f in families]),
+        tuple(label for f in families for label in f.labels),
+        tuple(kind for f in families for kind in f.kinds),
+        {label: parts for f in families for label, parts in f.parts.items()},
+        benches=sum(f.benches for f in families),
+        area_id=files[0].array(AreaDatasets.AREA_ID),
+        sources=tuple(file.path for file in files),
+    )
 
 
 def _gravity(file: Reader) -> _Family:

@@ -14,7 +14,18 @@ from tedm_cli.contracts import KINDS
 
 PACKAGE = ROOT / "tedm_cli"
 MODULES = sorted(PACKAGE.rglob("*.py"))
-PURE_ROOMS = {"adjoint", "gravity", "optics", "noise", "dynamics", "fem", "view", "distortion.py", "chain"}
+PURE_ROOMS = {
+    "adjoint",
+    "gravity",
+    "optics",
+    "noise",
+    "dynamics",
+    "fem",
+    "view",
+    "uncertainty",
+    "distortion.py",
+    "chain",
+}
 PURE = [p for p in MODULES if p.relative_to(PACKAGE).parts[0] in PURE_ROOMS]
 OUTSIDE = {"h5py", "pyNastran", "typer", "matplotlib", "rich", "pydantic", "jinja2"}
 ROOMS = {"cli", "files", "tables", "results", "stages", "nastran", "figures", "config", "report", "exports"}

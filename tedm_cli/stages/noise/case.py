@@ -14,6 +14,7 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature import SpectrumColumns
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
+from tedm_cli.config.uncertainty import MeshDeviation
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.files.build_folder import case_file_name, provenance
@@ -28,7 +29,10 @@ from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
+from tedm_cli.results.uncertainty import write_uncertainty
 from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
+from tedm_cli.stages.noise.uncertainty import Uncertain, uncertain
+from tedm_cli.uncertainty.verdicts import CaseUncertainty
 
 _REFUSED_TOO = "; refused too: "
 
@@ -37,7 +41,7 @@ _REFUSED_TOO = "; refused too: "
 class CaseSetting:
     """What all cases of a project share: `file`, the cases file, as `config`; the outputs, and what judges them.
 
-    `temperature` is of the areas of the outputs; frequency_hz : [F].
+    `temperature` is of the areas of the outputs; frequency_hz : [F]. `uncertain`: what is; None where nothing is.
     """
 
     file: ConfigFile
@@ -46,23 +50,37 @@ class CaseSetting:
     temperature: TemperatureModel
     frequency_hz: FloatArray
     criteria: Criteria
+    uncertain: Uncertain | None = None
 
     def run(self, case: CorrelationCase, found: Correlation) -> CaseResult:
         """One case, whose correlation of the areas has been `found`."""
         return run_case(case, self.outputs, self.temperature, self.frequency_hz, self.criteria, found)
 
+    def uncertainty(self, result: CaseResult) -> CaseUncertainty | None:
+        """How sure the verdicts of a case are; None where nothing is uncertain, or nothing judged."""
+        if self.uncertain is None or not result.verdicts:
+            return None
+        return self.uncertain.of_case(result, self.criteria)
+
 
 def case_setting(
-    project: Project, file: ConfigFile, config: CasesConfig, tables: Mapping[str, SpectrumColumns] | None = None
+    project: Project,
+    file: ConfigFile,
+    config: CasesConfig,
+    tables: Mapping[str, SpectrumColumns] | None = None,
+    compare: MeshDeviation | None = None,
 ) -> CaseSetting:
     """Gather what cases need from the build folder and the configuration, and hold these against each other.
 
-    `tables` are spectra that the configuration names and that are in no file.
+    `tables` are spectra that the configuration names and that are in no file; `compare` is another mesh, in place of
+    the one that it may name.
 
     Raises
     ------
     ConfigError : a requirement that no output of the project fits, a temperature of areas that are not there.
     InputError : a file of the build folder is missing or stale, a table of spectra does not fit the areas.
+
+    And what `uncertain` raises.
     """
     if config.realisation is not None and config.realisation.spectrum == "log":
         require_speckit()
@@ -77,7 +95,18 @@ def case_setting(
         judged_outputs(criteria, outputs, frequency)
     except ConfigError as error:
         raise ConfigError(error.problems, where=str(project.cases)) from None
-    return CaseSetting(file, config, outputs, temperature, frequency, criteria)
+    found = uncertain(project, model, config, outputs, compare)
+    return CaseSetting(file, config, outputs, temperature, frequency, criteria, found)
+
+
+@dataclass(frozen=True, eq=False)
+class CaseDone:
+    """A case that was run: its file, its result, and with it a realisation and how sure it is, where these are."""
+
+    path: Path
+    result: CaseResult
+    realised: Realised | None
+    uncertainty: CaseUncertainty | None
 
 
 def run_cases(
@@ -85,15 +114,16 @@ def run_cases(
     case_ids: Sequence[str],
     output: Path | None,
     step: Step,
-    done: Callable[[Path, CaseResult, Realised | None], None] = lambda path, result, realised: None,
+    done: Callable[[CaseDone], None] = lambda of_case: None,
     tell: Callable[[TedmError], None] = lambda error: None,
+    compare: MeshDeviation | None = None,
 ) -> None:
-    """Run the cases and write one file each; `done` is told of each, with its realisation where one is asked for.
+    """Run the cases and write one file each; `done` is told of each. `compare`: see `case_setting`.
 
     All are held against the model before the first is run. Those that do not fit keep no other from being run: `tell`
     is told of all their problems at once, before, and the same is raised at the end.
     """
-    setting = case_setting(project, *load_cases(project.cases))
+    setting = case_setting(project, *load_cases(project.cases), compare=compare)
     config, outputs, criteria = setting.config, setting.outputs, setting.criteria
     fitting, refused = _checked(config, case_ids, outputs.areas, setting.temperature.heard, project.cases)
     known = len(refused)
@@ -110,12 +140,22 @@ def run_cases(
             refused[case.id] = error
             continue
         matrix = config.case_table(case.id).matrix
-        inputs = [*outputs.sources, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
+        sure = setting.uncertainty(result)
+        more = () if setting.uncertain is None else setting.uncertain.sources
+        inputs = [
+            *outputs.sources,
+            *more,
+            *table_paths(project, config),
+            *config.tables,
+            *([Path(matrix)] if matrix else []),
+        ]
         with create(path, CASE, provenance([setting.file], inputs)) as writer:
             write_case(writer, result, outputs.area_id, [r.requirement for r in criteria.requirements])
             if realised is not None:
                 write_realisation(writer, realised)
-        done(path, result, realised)
+            if sure is not None:
+                write_uncertainty(writer, sure)
+        done(CaseDone(path, result, realised, sure))
     step(len(fitting), len(fitting), "running cases")
     if len(refused) > known:
         problem = _together(refused, project.cases)

@@ -1,0 +1,151 @@
+"""How sure the verdicts of a case are, as lines of text and for programs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tedm_cli.cli.printing.table import table
+from tedm_cli.results.wording import chance_text, count, ratio_text
+
+if TYPE_CHECKING:
+    from tedm_cli.uncertainty.verdicts import CaseUncertainty, Chance, Distribution
+
+_NEAR = 0.5  # a ratio that stays below in 99 of 100 draws is not told of, unless nothing is above
+_SHARES = 3
+_SHARE = 0.01  # a smaller share is not told of
+
+
+def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
+    """What matters: verdicts that are near their limits, by which parameters, and whether any is violated."""
+    lines = [
+        f"uncertainty: {count(len(u.parameters), 'parameter')}, {u.draws.samples:,} draws, seed {u.draws.seed}",
+        *(f"left out of the uncertainty: {what}" for what in u.left_out),
+    ]
+    told = [d for d in u.verdicts if everything or d.percentile(99) > _NEAR]
+    told = told or sorted(u.verdicts, key=lambda d: -d.percentile(99))[:1]
+    head = (
+        "output",
+        "requirement",
+        "P(violated)",
+        "factor 1",
+        "5 %",
+        "median",
+        "95 %",
+        "variance by (with interactions)",
+    )
+    rows = [
+        (
+            d.output,
+            d.requirement,
+            chance_text(d.violated.probability, d.violated.low, d.violated.high),
+            chance_text(d.violated_bare.probability, d.violated_bare.low, d.violated_bare.high),
+            *(ratio_text(d.percentile(percent)) for percent in (5, 50, 95)),
+            _shares(u, d),
+        )
+        for d in told
+    ]
+    lines += table(head, rows, right=(2, 3, 4, 5, 6))
+    if len(told) < len(u.verdicts):
+        rest = count(len(u.verdicts) - len(told), "more verdict")
+        lines.append(
+            f"and {rest} with ratios below {_NEAR:g} in 99 of 100 draws"
+            if told[0].percentile(99) > _NEAR
+            else f"and {rest} below it"
+        )
+    both = " and ".join(
+        f"{chance_text(c.probability, c.low, c.high)} ± {c.error:.1g} with {factor}"
+        for c, factor in ((u.any_violated, "the safety factor"), (u.any_violated_bare, "factor 1"))
+    )
+    lines.append(f"any of {count(len(u.verdicts), 'verdict')} violated: probability {both}")
+    if u.mesh is not None:
+        worst = int(np.argmax([d.nominal for d in u.verdicts]))
+        there, none = (float(ratio[worst]) for ratio in (u.mesh.other_ratio, u.mesh.extrapolated_ratio))
+        lines.append(
+            f"mesh: elements of {u.mesh.other} have {u.mesh.refinement:.3g} times the size; ratio of"
+            f" {u.verdicts[worst].output} {ratio_text(u.verdicts[worst].nominal)} here,"
+            f" {ratio_text(there)} there, {ratio_text(none)} extrapolated (order {u.mesh.order:g})"
+        )
+    return lines
+
+
+def _shares(u: CaseUncertainty, d: Distribution) -> str:
+    """The sources with the largest shares."""
+    order = np.argsort(-d.share_total, kind="stable")[:_SHARES]
+    parts = [
+        f"{u.sources[i]} {max(d.share_first[i], 0.0):.2f} ({d.share_total[i]:.2f})"
+        for i in order
+        if d.share_total[i] >= _SHARE
+    ]
+    return ", ".join(parts) or "nothing"
+
+
+def uncertainty_dict(u: CaseUncertainty | None) -> dict[str, Any]:
+    """The same for programs; without it where nothing is uncertain."""
+    if u is None:
+        return {}
+    verdicts = [
+        {
+            "output": d.output,
+            "requirement": d.requirement,
+            "nominal": d.nominal,
+            "violated": _chance(d.violated),
+            "violated_without_factor": _chance(d.violated_bare),
+            "mean": d.mean,
+            "deviation": d.deviation,
+            "percentiles": {str(percent): d.percentile(percent) for percent in (5, 50, 95)},
+            "shares": [
+                {"source": source, "first": float(first), "total": float(total)}
+                for source, first, total in zip(u.sources, d.share_first, d.share_total, strict=True)
+            ],
+        }
+        for d in u.verdicts
+    ]
+    found = {
+        "parameters": [
+            {
+                "name": item.name,
+                "quantity": item.quantity,
+                "of": item.of,
+                "deviation": item.deviation,
+                "measure": item.measure,
+                "unit": item.unit,
+                "distribution": item.distribution,
+                "source": item.source,
+            }
+            for item in u.parameters.items
+        ],
+        "left_out": list(u.left_out),
+        "samples": u.draws.samples,
+        "seed": u.draws.seed,
+        "verdicts": verdicts,
+        "outputs": [
+            {
+                "output": o.output,
+                "violated": _chance(o.violated),
+                "violated_without_factor": _chance(o.violated_bare),
+            }
+            for o in u.outputs
+        ],
+        "any_violated": _chance(u.any_violated),
+        "any_violated_without_factor": _chance(u.any_violated_bare),
+    }
+    if u.mesh is not None:
+        found["mesh"] = {
+            "other": u.mesh.other,
+            "refinement": u.mesh.refinement,
+            "order": u.mesh.order,
+            "other_ratio": u.mesh.other_ratio.tolist(),
+            "extrapolated_ratio": u.mesh.extrapolated_ratio.tolist(),
+        }
+    return {"uncertainty": found}
+
+
+def _chance(chance: Chance) -> dict[str, float]:
+    return {
+        "probability": chance.probability,
+        "standard_error": chance.error,
+        "low": chance.low,
+        "high": chance.high,
+    }
