@@ -189,7 +189,7 @@ $(ADJOINT): $(UNIT_DECK) $(MATRICES) $(BUILD)/halves
 endif
 
 define CASE_RULE
-$(1): $(MATRICES) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(MATRICES) $(UNCERTAINTY_SOURCES) $(BUILD)/halves $(CASES_TOML) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))

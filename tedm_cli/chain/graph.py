@@ -36,6 +36,7 @@ class ChainFiles:
     adjoint : what every temperature does to their outputs; of a project with test masses.
     gravity_sources, optics_sources, dynamics_sources : tables beside the configuration that these halves read.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
+    uncertainty_sources : the adjoint, where materials are uncertain, and files of a second mesh.
     runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
     older_series : files of series in the build folder, which the page shows too.
     plane : the symmetry plane, in a form that changes when the plane does.
@@ -65,6 +66,7 @@ class ChainFiles:
     dynamics_sources: tuple[Path, ...]
     case_sources: tuple[Path, ...]
     spectra: tuple[Path, ...]
+    uncertainty_sources: tuple[Path, ...]
     runs: tuple[Named, ...]
     simulations: tuple[Named, ...]
     series: tuple[Named, ...]
@@ -134,7 +136,7 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
         step(["build-adjoint", "--or-say-why"], [files.adjoint], files.deck, *matrices, halves)
     cases = (files.cases, *files.case_sources)
     for run in files.runs:
-        step(["run-case", run.name], [run.file], *matrices, halves, *cases, *files.spectra)
+        step(["run-case", run.name], [run.file], *matrices, *files.uncertainty_sources, halves, *cases, *files.spectra)
     for run in files.series:
         step(["run-series", run.name], [run.file], *matrices, halves, *cases, *run.tables)
     if files.loop is not None:

@@ -15,6 +15,7 @@ from tedm_cli.cli.options import (
     DEFAULT_TOP,
     BuildDir,
     Cases,
+    CompareMesh,
     Config,
     FailOnViolation,
     Json,
@@ -41,6 +42,7 @@ def run_case(
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
     fail_on_violation: FailOnViolation = False,
+    compare_mesh: CompareMesh = None,
     top: Top = DEFAULT_TOP,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -50,20 +52,24 @@ def run_case(
 
     Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements. With -v
     also contributors, what would bring each verdict down, and how it depends on filter, correlation and safety factor.
+    Where the configuration has uncertainties, each verdict comes with a probability.
     All cases are held against the model first: what does not fit is told at once, and keeps no other from being run.
     """
     from tedm_cli.cli.printing.case import case_dict, case_lines
     from tedm_cli.cli.printing.contributors import contributor_lines, more_dict, sensitivity_table
     from tedm_cli.cli.printing.series import realisation_line
-    from tedm_cli.cli.printing.uncertainty import uncertainty_dict, uncertainty_lines
+    from tedm_cli.cli.printing.uncertainty import uncertainty_lines
     from tedm_cli.cli.streams import refusal_lines
     from tedm_cli.cli.streams import tell as tell_lines
     from tedm_cli.config.cases import select_cases
+    from tedm_cli.config.uncertainty import MeshDeviation
     from tedm_cli.errors import PhysicsError, TedmError, UsageError
     from tedm_cli.progress import progress
+    from tedm_cli.results.uncertainty import as_dict
     from tedm_cli.stages.noise.case import run_cases
 
     project = open_project(config, build_dir, verbose)
+    compare = None if compare_mesh is None else MeshDeviation(other=str(compare_mesh))
     ids = select_cases(project.cases, case)
     if output is not None and len(ids) != 1:
         raise UsageError(f"--output names one file, but {len(ids)} cases are run")
@@ -77,7 +83,7 @@ def run_case(
 
     try:
         with progress(quiet) as step:
-            run_cases(project, ids, output, step, done.append, tell)
+            run_cases(project, ids, output, step, done.append, tell, compare)
     except TedmError as error:
         if not done:
             raise
@@ -97,7 +103,8 @@ def run_case(
 
     def dicts() -> list[dict[str, Any]]:
         return [
-            case_dict(one.path, one.result) | more_dict(one.result) | uncertainty_dict(one.uncertainty) for one in done
+            case_dict(one.path, one.result) | more_dict(one.result) | {"uncertainty": as_dict(one.uncertainty)}
+            for one in done
         ]
 
     answer(as_json, quiet, lines, dicts)

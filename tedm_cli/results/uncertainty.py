@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -146,3 +147,73 @@ def _chance(values: FloatArray) -> Chance:
 def _table(rows: Sequence[FloatArray], columns: int) -> FloatArray:
     """Rows as a table, which has its columns where there is no row."""
     return np.array(rows, dtype=np.float64).reshape(len(rows), columns)
+
+
+def as_dict(u: CaseUncertainty | None) -> dict[str, Any] | None:
+    """What a program needs of it; None where nothing is uncertain."""
+    if u is None:
+        return None
+    verdicts = [
+        {
+            "output": d.output,
+            "requirement": d.requirement,
+            "nominal": d.nominal,
+            "violated": _chance_dict(d.violated),
+            "violated_without_factor": _chance_dict(d.violated_bare),
+            "mean": d.mean,
+            "deviation": d.deviation,
+            "percentiles": {str(percent): d.percentile(percent) for percent in (5, 50, 95)},
+            "shares": [
+                {"source": source, "first": float(first), "total": float(total)}
+                for source, first, total in zip(u.sources, d.share_first, d.share_total, strict=True)
+            ],
+        }
+        for d in u.verdicts
+    ]
+    found: dict[str, Any] = {
+        "parameters": [
+            {
+                "name": item.name,
+                "quantity": item.quantity,
+                "of": item.of,
+                "deviation": item.deviation,
+                "measure": item.measure,
+                "unit": item.unit,
+                "distribution": item.distribution,
+                "source": item.source,
+            }
+            for item in u.parameters.items
+        ],
+        "left_out": list(u.left_out),
+        "samples": u.draws.samples,
+        "seed": u.draws.seed,
+        "verdicts": verdicts,
+        "outputs": [
+            {
+                "output": o.output,
+                "violated": _chance_dict(o.violated),
+                "violated_without_factor": _chance_dict(o.violated_bare),
+            }
+            for o in u.outputs
+        ],
+        "any_violated": _chance_dict(u.any_violated),
+        "any_violated_without_factor": _chance_dict(u.any_violated_bare),
+    }
+    if u.mesh is not None:
+        found["mesh"] = {
+            "other": u.mesh.other,
+            "refinement": u.mesh.refinement,
+            "order": u.mesh.order,
+            "other_ratio": u.mesh.other_ratio.tolist(),
+            "extrapolated_ratio": u.mesh.extrapolated_ratio.tolist(),
+        }
+    return found
+
+
+def _chance_dict(chance: Chance) -> dict[str, float]:
+    return {
+        "probability": chance.probability,
+        "standard_error": chance.error,
+        "low": chance.low,
+        "high": chance.high,
+    }

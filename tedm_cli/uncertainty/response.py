@@ -172,12 +172,17 @@ def _few(forms: FloatArray) -> tuple[IndexArray, FloatArray]:
     size = np.sqrt(np.abs(np.diagonal(forms, axis1=1, axis2=2)).max(axis=0, initial=0.0))
     size[size == 0.0] = 1.0
     flat = flat / (size[upper[0]] * size[upper[1]])  # every row of the output counts, however little it does
+    largest = int(np.abs(flat).max(axis=1).argmax())
+    one = flat[largest]
+    part = flat @ one / max(float(one @ one), np.finfo(np.float64).tiny)
+    if np.abs(flat - part[:, None] * one).max() <= _RANK * np.abs(one).max():  # one shape of all temperatures
+        return np.array([largest]), part[:, None]
     triangle, order = scipy.linalg.qr(flat.T, mode="r", pivoting=True)
     diagonal = np.abs(np.diag(triangle))
-    rank = max(1, int((diagonal > _RANK * max(diagonal[0], np.finfo(np.float64).tiny)).sum()))
+    rank = int((diagonal > _RANK * diagonal[0]).sum())
     mix = np.zeros((len(forms), rank))
     mix[order[:rank]] = np.eye(rank)
     if rank < len(order):
-        rest = scipy.linalg.solve_triangular(triangle[:rank, :rank], triangle[:rank, rank:]) if diagonal[0] else 0.0
+        rest = scipy.linalg.solve_triangular(triangle[:rank, :rank], triangle[:rank, rank:])
         mix[order[rank:]] = np.asarray(rest).T
     return order[:rank], mix

@@ -1,8 +1,8 @@
-"""How sure the verdicts of a case are, as lines of text and for programs."""
+"""How sure the verdicts of a case are, as lines of text."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from tedm_cli.cli.printing.table import table
 from tedm_cli.results.wording import chance_text, count, ratio_text
 
 if TYPE_CHECKING:
-    from tedm_cli.uncertainty.verdicts import CaseUncertainty, Chance, Distribution
+    from tedm_cli.uncertainty.verdicts import CaseUncertainty, Distribution
 
 _NEAR = 0.5  # a ratio that stays below in 99 of 100 draws is not told of, unless nothing is above
 _SHARES = 3
@@ -79,73 +79,3 @@ def _shares(u: CaseUncertainty, d: Distribution) -> str:
         if d.share_total[i] >= _SHARE
     ]
     return ", ".join(parts) or "nothing"
-
-
-def uncertainty_dict(u: CaseUncertainty | None) -> dict[str, Any]:
-    """The same for programs; without it where nothing is uncertain."""
-    if u is None:
-        return {}
-    verdicts = [
-        {
-            "output": d.output,
-            "requirement": d.requirement,
-            "nominal": d.nominal,
-            "violated": _chance(d.violated),
-            "violated_without_factor": _chance(d.violated_bare),
-            "mean": d.mean,
-            "deviation": d.deviation,
-            "percentiles": {str(percent): d.percentile(percent) for percent in (5, 50, 95)},
-            "shares": [
-                {"source": source, "first": float(first), "total": float(total)}
-                for source, first, total in zip(u.sources, d.share_first, d.share_total, strict=True)
-            ],
-        }
-        for d in u.verdicts
-    ]
-    found = {
-        "parameters": [
-            {
-                "name": item.name,
-                "quantity": item.quantity,
-                "of": item.of,
-                "deviation": item.deviation,
-                "measure": item.measure,
-                "unit": item.unit,
-                "distribution": item.distribution,
-                "source": item.source,
-            }
-            for item in u.parameters.items
-        ],
-        "left_out": list(u.left_out),
-        "samples": u.draws.samples,
-        "seed": u.draws.seed,
-        "verdicts": verdicts,
-        "outputs": [
-            {
-                "output": o.output,
-                "violated": _chance(o.violated),
-                "violated_without_factor": _chance(o.violated_bare),
-            }
-            for o in u.outputs
-        ],
-        "any_violated": _chance(u.any_violated),
-        "any_violated_without_factor": _chance(u.any_violated_bare),
-    }
-    if u.mesh is not None:
-        found["mesh"] = {
-            "other": u.mesh.other,
-            "refinement": u.mesh.refinement,
-            "order": u.mesh.order,
-            "other_ratio": u.mesh.other_ratio.tolist(),
-            "extrapolated_ratio": u.mesh.extrapolated_ratio.tolist(),
-        }
-    return {"uncertainty": found}
-
-
-def _chance(chance: Chance) -> dict[str, float]:
-    return {
-        "probability": chance.probability,
-        "standard_error": chance.error,
-        "low": chance.low,
-        "high": chance.high,
-    }

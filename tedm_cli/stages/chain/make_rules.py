@@ -68,6 +68,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("ADJOINT", "the build folder", [files.adjoint])
     make.files("CASE_SOURCES", "requirement, case", files.case_sources)
     make.files("SPECTRA", "temperature", files.spectra)
+    make.files("UNCERTAINTY_SOURCES", "uncertainty.mesh", files.uncertainty_sources)
     make.files("DYNAMICS_TOML", "dynamics", [files.dynamics])
     make.files("DYNAMICS_SOURCES", "dynamics", files.dynamics_sources)
     make.files("SIMULATION_FILES", "the build folder", [run.file for run in files.simulations])

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.nearest import BUILD
 from tedm_cli.config.project import Project
 from tedm_cli.config.uncertainty import MeshDeviation
 from tedm_cli.contracts import UNIT_LOADS
@@ -17,6 +16,7 @@ from tedm_cli.files.build_folder import UNIT_LOADS_FILE
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.differences import rows_of
 from tedm_cli.results.outputs import ModelOutputs, outputs_in
+from tedm_cli.stages.uncertain_files import build_folder_of
 
 _SOLIDS = ("CHEXA", "CPENTA", "CTETRA", "CPYRAM")
 _SHELLS = ("CQUAD", "CTRIA")
@@ -75,11 +75,6 @@ def other_mesh(project: Project, table: MeshDeviation, outputs: ModelOutputs) ->
         )
     estimate = (outputs.rows - rows) / (refinement**table.order - 1.0)
     return OtherMesh(str(folder), refinement, table.order, rows, estimate, other.sources)
-
-
-def build_folder_of(path: Path) -> Path:
-    """The build folder beside a project file, or the folder itself."""
-    return path.parent / BUILD if path.suffix == ".toml" else path
 
 
 def _require_same(what: str, mine: list[str], theirs: list[str], where: str) -> None:

@@ -33,6 +33,7 @@ from tedm_cli.uncertainty.verdicts import CaseUncertainty, Draws, Judged, MeshCo
 
 Problems = list[tuple[str, str]]
 _NO_MATRIX = "positions of test masses and levels need none of it"
+_NO_ADJOINT = "the project has no test masses, and the adjoint is of projects that have"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +99,9 @@ def uncertain(
     found, left_out = _Found(outputs), []
     if of_model.of_structure:
         path = project.build_dir / ADJOINT_FILE
-        derivatives = _derivatives(project, path, outputs)
+        derivatives = _derivatives(project, path, outputs) if model.test_mass else _NO_ADJOINT
         if isinstance(derivatives, str):
-            names = [table.name for table in (*of_model.material, *of_model.shell)]
+            names = [*(m.name for m in of_model.material), *(s.name for s in of_model.shell)]
             left_out.append(f"{', '.join(names)}: {derivatives}")
         else:
             sources.append(path)
