@@ -212,6 +212,8 @@ def variance_shares(parameters: Parameters, ratio: Ratio, draws: Draws) -> tuple
     values = [ratio.of(parameters.deviations(u)) for u in (one, two)]
     if not np.ptp(np.concatenate(values)) > 1e-12 * values[0].max(initial=0.0):
         return np.zeros(sources), np.zeros(sources)
+    if sources == 1:  # SciPy's indices are of two or more
+        return np.ones(1), np.ones(1)
     found = scipy.stats.sobol_indices(
         func={"f_A": values[0][None], "f_B": values[1][None], "f_AB": np.array(mixed)[:, None]}, n=len(one)
     )

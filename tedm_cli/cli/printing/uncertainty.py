@@ -35,9 +35,8 @@ def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
         "95 %",
         "variance by (with interactions)",
     )
-    rows = [
+    cells = [
         (
-            d.output,
             d.requirement,
             chance_text(d.violated.probability, d.violated.low, d.violated.high),
             chance_text(d.violated_bare.probability, d.violated_bare.low, d.violated_bare.high),
@@ -46,7 +45,10 @@ def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
         )
         for d in told
     ]
-    lines += table(head, rows, right=(2, 3, 4, 5, 6))
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for d, row in zip(told, cells, strict=True):
+        alike.setdefault(row, []).append(d.output)
+    lines += table(head, [(", ".join(outputs), *row) for row, outputs in alike.items()], right=(2, 3, 4, 5, 6))
     if len(told) < len(u.verdicts):
         rest = count(len(u.verdicts) - len(told), "more verdict")
         lines.append(
@@ -55,7 +57,7 @@ def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
             else f"and {rest} below it"
         )
     both = " and ".join(
-        f"{chance_text(c.probability, c.low, c.high)} ± {c.error:.1g} with {factor}"
+        f"{chance_text(c.probability, c.low, c.high)}{f' ± {c.error:.1g}' if c.error else ''} with {factor}"
         for c, factor in ((u.any_violated, "the safety factor"), (u.any_violated_bare, "factor 1"))
     )
     lines.append(f"any of {count(len(u.verdicts), 'verdict')} violated: probability {both}")
