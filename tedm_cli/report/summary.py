@@ -8,7 +8,7 @@ from dataclasses import replace
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.report.assumed_filter import TurnedByFilter, beyond_words, turned_by_filter
 from tedm_cli.report.document import Block, Cell, FileLink, Paragraph, Row, Section, Strong, Table, Text, columns, row
-from tedm_cli.report.uncertain import chance_cell, chance_words, violated_words
+from tedm_cli.report.uncertain import chance_cell, chance_words
 from tedm_cli.report.verdicts import (
     NOT_JUDGED,
     C,
@@ -31,7 +31,7 @@ from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, clause, count, mhz_text, ratio_text, span
 from tedm_cli.uncertainty.verdicts import CaseUncertainty
 
-_PLURAL = {"density": "densities", "thickness": "thicknesses", "mesh": "meshes"}
+_PLURAL = {"modulus": "moduli", "density": "densities", "thickness": "thicknesses", "mesh": "meshes"}
 
 Noise = list[Judgement[CaseNoise, JudgedOutput]]
 Loop = list[Judgement[SimulatedCase, LoopOutput]]
@@ -79,8 +79,7 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
     if failing:
         case, worst_noise = failing[0].decides
         title, ratio = output_title(failing[0].output), ratio_text(worst_noise.ratio)
-        chance = violated_words(case, worst_noise)
-        said.append(f"the {clause(title)} is {ratio} times its limit in case {case.id}{chance}")
+        said.append(f"the {clause(title)} is {ratio} times its limit in case {case.id}{_chance(case, worst_noise)}")
     if outside:
         worst = worst_at_rest(dc)
         said.append(
@@ -119,6 +118,12 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
         f", in every case that can occur: the largest ratio to a limit is {ratio_text(max(ratios))}."
         f"{_chance_words(noise)}",
     )
+
+
+def _chance(case: CaseNoise, j: JudgedOutput) -> str:
+    """` (violated with probability 0.97)`, or ""."""
+    d = distribution_of(case, j)
+    return "" if d is None else f" (violated with {probability_words(d.violated)})"
 
 
 def _chance_words(noise: Noise) -> str:
@@ -180,7 +185,7 @@ def _verdicts(noise: Noise, dc: Sequence[DcVerdict], closed: Loop, by_role: bool
         rows = [r if len(r.cells) == len(titles_of) or r.kind == "head" else _padded(r) for r in rows]
     text = "Every judged output. Ratio: largest safety factor × noise / limit over the band; margin: 1 / ratio." + (
         " At risk: met in the likely cases, violated in another that can occur." * by_role
-        + " Probability: over all that is uncertain, in the case that decides." * uncertain
+        + " Probability: over all that is uncertain, in the case of the ratio." * uncertain
     )
     head_row = columns(*titles_of, text=(0, 1, 2, 5, 6, 7))
     return Table(head_row, tuple(rows), text, tight=True, key="verdicts")

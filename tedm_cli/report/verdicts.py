@@ -132,12 +132,12 @@ def judgement_rows(
 ) -> list[Row]:
     """Rows of the table of verdicts; outputs of which the same is to be said share one.
 
-    `by_role`: likely cases and all that can occur have columns of their own. `more`: a last cell, of the case and
-    output that decide.
+    `by_role`: likely cases and all that can occur have columns of their own. `more`: a last cell, of the case
+    whose ratio is told.
     """
     alike: dict[tuple[Cell | str, ...], list[str]] = {}
     for one in found:
-        last = [] if more is None else [more(*one.decides)]
+        last = [] if more is None else [more(*(one.likely or one.possible))]
         alike.setdefault((*_said(one, titles, by_role), *last), []).append(one.output)
     return [
         row(Cell(capital(output_title(", ".join(outputs))), label=", ".join(sorted(outputs))), *cells)

@@ -62,7 +62,7 @@ def texts(table: Table) -> list[list[str]]:
 
 def test_the_decision_says_the_probability() -> None:
     cases = [sure(case("1", "likely", judged(3.0)), 0.974), sure(case("2", "likely", judged(1.2)), 0.6)]
-    assert "3.00 times its limit in case 1, with probability 0.974" in sentence(cases)
+    assert "3.00 times its limit in case 1 (violated with probability 0.974)" in sentence(cases)
     found = cards_section(cases, AREAS, [PASSED_DC], LOOP, str)
     lead = next(plain(b.lead) for b in found.blocks if isinstance(b, VerdictCard) and b.state == "violated")
     assert "violated in 2 of 2 likely cases, with probability 0.974" in lead
