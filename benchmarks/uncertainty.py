@@ -62,7 +62,7 @@ _UNCERTAIN = (
 )
 #: The three materials of the small sample, as those of configs/model.toml.
 TABLES = "".join(
-    f'\n[[uncertainty.material]]\nname = "{name}_{of}"\nmaterial = {mid}\nof = "{of}"\nsource = "example"\n{deviation}\n'
+    f'\n[[uncertainty.material]]\nname = "{name}_{of}"\nmaterial = {mid}\nof = "{of}"\nsource = "-"\n{deviation}\n'
     for name, mid, of, deviation in _UNCERTAIN
 )
 CASES = ("2", "3", "10")
