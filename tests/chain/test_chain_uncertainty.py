@@ -23,7 +23,7 @@ from tedm_cli.config.cases import load_cases
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.config.uncertainty import MeshDeviation
-from tedm_cli.contracts import CASE, SENSITIVITY
+from tedm_cli.contracts import CASE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.correlation import correlation
@@ -387,12 +387,31 @@ def _renamed(areas):
 
 
 def test_sizes_of_elements_follow_from_their_numbers(built: Project, tmp_path: Path) -> None:
-    """Eight times the solids: half the size; a file that lacks them asks for the ratio."""
+    """A quarter of the solids called bars: elements of the rest are larger by the cube root; else it has to be said."""
     other = copied(built, tmp_path)
-    with edited(other.build_dir / "unit_loads.h5"):
-        pass
-    assert mesh_room._refinement(built.build_dir, other.build_dir) == 1.0
+    with edited(other.build_dir / "unit_loads.h5") as file:
+        cards = file[UNIT_LOADS.ELEMENT_TYPE][()]
+        solids = np.flatnonzero(np.char.startswith(cards.astype(str), "CHEXA"))
+        cards[solids[: len(solids) // 4]] = b"CBAR"
+        file[UNIT_LOADS.ELEMENT_TYPE][()] = cards
+    kept = len(solids) - len(solids) // 4
+    found = mesh_room._refinement(built.build_dir, other.build_dir)
+    assert found == pytest.approx((len(solids) / kept) ** (1.0 / 3.0), rel=1e-12)
+    assert mesh_room._refinement(other.build_dir, built.build_dir) == pytest.approx(1.0 / found, rel=1e-12)
     (other.build_dir / "unit_loads.h5").unlink()
     with pytest.raises(InputError) as caught:
         mesh_room._refinement(built.build_dir, other.build_dir)
     assert "refinement" in caught.value.hint
+
+
+def test_a_file_that_contradicts_itself_is_refused(built: Project, tmp_path: Path) -> None:
+    path = tmp_path / "case03.h5"
+    shutil.copy(built.build_dir / "case03.h5", path)
+    with edited(path) as file:
+        file[CASE.UNCERTAIN_CORRELATION][0, 1] = file[CASE.UNCERTAIN_CORRELATION][1, 0] = 0.5
+    with open_checked(path, CASE) as file, pytest.raises(InputError, match="/uncertainty/source/name are not those of"):
+        read_case(file)
+    with edited(path) as file:
+        file[CASE.UNCERTAIN_CORRELATION][0, 1] = file[CASE.UNCERTAIN_CORRELATION][1, 0] = 1.5
+    with open_checked(path, CASE) as file, pytest.raises(InputError, match="cannot be correlated so"):
+        read_case(file)
