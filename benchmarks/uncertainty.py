@@ -62,7 +62,7 @@ _UNCERTAIN = (
 )
 #: The three materials of the small sample, as those of configs/model.toml.
 TABLES = "".join(
-    f'\n[[uncertainty.material]]\nname = "{name}_{of}"\nmaterial = {mid}\nof = "{of}"\nsource = "example"\n{deviation}\n'
+    f'\n[[uncertainty.material]]\nname = "{name}_{of}"\nmaterial = {mid}\nof = "{of}"\nsource = "-"\n{deviation}\n'
     for name, mid, of, deviation in _UNCERTAIN
 )
 CASES = ("2", "3", "10")
@@ -167,47 +167,59 @@ class Materials:
                 yield outputs.labels[o], o, noise.at(band), limit
 
 
+def drawn(materials: Materials, draws: int) -> FloatArray:
+    """Deviations [draws, p] of a Latin hypercube, whose percentiles are at least as sure as of independent draws."""
+    parameters = materials.effects.parameters
+    return parameters.deviations(latin_hypercube(draws, len(parameters), 2026))
+
+
+def compare(materials: Materials, x: FloatArray, solved: FloatArray) -> None:
+    """Print each verdict's percentiles by rows `solved` [draws, n, k] at deviations x [draws, p], and by linear ones.
+
+    The intervals of 95 % are those of percentiles of independent draws, by the binomial distribution.
+    """
+    rows, draws = materials.setting.outputs.rows, len(x)
+    many = materials.effects.parameters.deviations(latin_hypercube(10_000, x.shape[1], 1))
+    head = ("case", "output", "by", *(f"{p} %" for p in PERCENTS), "median, worst error")
+    print("{:5}{:9}{:22}{:>21}{:>21}{:>21}{:>22}".format(*head))
+    outside = 0
+    for case_id in CASES:
+        for label, o, noise, limit in materials.judged(case_id):
+            ratio = Ratio(materials.effects.response(rows[o], o), noise, noise.frequency_hz, limit)
+            exact, same = (np.sqrt(noise.of(solved[:, o]).psd()) / limit).max(axis=1), ratio.of(x)
+            ordered = np.sort(exact)
+            ends = []
+            for percent in PERCENTS:
+                low, high = scipy.stats.binom.interval(0.95, draws, percent / 100.0)
+                ends.append((ordered[max(int(low) - 1, 0)], ordered[min(int(high), draws - 1)]))
+            spans = "".join(f"{f'{low:.5g} .. {high:.5g}':>21}" for low, high in ends)
+            print(f"{case_id:5}{label:9}{'re-solutions, 95 %':22}{spans}")
+            error = np.abs(same / exact - 1.0)
+            for words, found in ((f"linear, {draws} same", same), ("linear, 10,000", ratio.of(many))):
+                values = np.percentile(found, PERCENTS)
+                inside = [low <= value <= high for value, (low, high) in zip(values, ends, strict=True)]
+                outside += inside.count(False)
+                cells = (f"{v:.5g}{'' if ok else ' OUTSIDE'}" for v, ok in zip(values, inside, strict=True))
+                told = f"{np.median(error):.1e}, {error.max():.1e}" if found is same else ""
+                print(f"{'':14}{words:22}" + "".join(f"{cell:>21}" for cell in cells) + f"{told:>22}")
+    print(f"percentiles outside their intervals: {outside} of {len(CASES) * 4 * 2 * len(PERCENTS)}")
+
+
 def main(draws: int = 200, scale: float = 1.0) -> None:
-    """Print each verdict's percentiles by both, and where those of the re-solutions may lie."""
+    """Build the sample, solve it with drawn materials, and compare."""
     with tempfile.TemporaryDirectory() as folder:
         project = small_project(Path(folder))
         build(project)
         materials = Materials.of(project, scale)
-        parameters = materials.effects.parameters
-        nominal = materials.solved_rows(np.zeros(len(parameters)))
         rows = materials.setting.outputs.rows
+        nominal = materials.solved_rows(np.zeros(len(materials.effects.parameters)))
         off = np.abs(nominal - rows).max(axis=1) / np.abs(rows).max(axis=1)
         print(f"without deviations: rows within {off.max():.1e} of S and N")
-        # Independent draws: intervals of their percentiles are by the binomial distribution.
-        x = parameters.deviations(np.random.default_rng(2026).uniform(size=(draws, len(parameters))))
+        x = drawn(materials, draws)
         start = time.perf_counter()
         solved = np.array([materials.solved_rows(one) for one in x])
-        print(f"{draws} re-solutions of {len(parameters)} parameters: {time.perf_counter() - start:.0f} s")
-        many = parameters.deviations(latin_hypercube(10_000, len(parameters), 1))
-        head = ("case", "output", "by", *(f"{p} %" for p in PERCENTS), "worst of a draw")
-        print("{:5}{:9}{:14}{:>21}{:>21}{:>21}{:>17}".format(*head))
-        outside = 0
-        for case_id in CASES:
-            for label, o, noise, limit in materials.judged(case_id):
-                ratio = Ratio(materials.effects.response(rows[o], o), noise, noise.frequency_hz, limit)
-                psd = noise.of(solved[:, o]).psd()
-                exact, same = (np.sqrt(psd) / limit).max(axis=1), ratio.of(x)
-                linear = np.percentile(ratio.of(many), PERCENTS)
-                ordered = np.sort(exact)
-                ends = []
-                for percent in PERCENTS:
-                    low, high = scipy.stats.binom.interval(0.95, draws, percent / 100.0)
-                    ends.append((ordered[max(int(low) - 1, 0)], ordered[min(int(high), draws - 1)]))
-                inside = [low <= value <= high for value, (low, high) in zip(linear, ends, strict=True)]
-                outside += inside.count(False)
-                worst = np.abs(same / exact - 1.0).max()
-                print(
-                    f"{case_id:5}{label:9}{'re-solutions':14}"
-                    + "".join(f"{f'{lo:.5g} .. {hi:.5g}':>21}" for lo, hi in ends)
-                )
-                cells = (f"{v:.5g}{'' if ok else ' OUTSIDE'}" for v, ok in zip(linear, inside, strict=True))
-                print(f"{'':14}{'linear':14}" + "".join(f"{cell:>21}" for cell in cells) + f"{worst:17.1e}")
-        print(f"percentiles outside their interval of 95 %: {outside}")
+        print(f"{draws} re-solutions of {x.shape[1]} parameters: {time.perf_counter() - start:.0f} s")
+        compare(materials, x, solved)
 
 
 if __name__ == "__main__":

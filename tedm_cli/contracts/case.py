@@ -332,7 +332,7 @@ CASE = CaseFile(
     "case",
     5,
     "tedm run-case",
-    fixed_dims={"band_edge": 2, "plane": 2, "factor": 2, "estimate": 4},
+    fixed_dims={"band_edge": 2, "plane": 2, "factor": 2, "estimate": 4, "probability": 99},
     derived_dims={"area_column": ("area", 1, 0), "parameter_column": ("parameter", 1, 0)},
     families={"output": "/output/label", "bound": "/bound_ratio/bound"},
 )

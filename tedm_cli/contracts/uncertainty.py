@@ -14,7 +14,7 @@ def _of(
     path: str,
     dims: tuple[str, ...],
     dtype: str,
-    units: str,
+    units: str | None,
     long_name: str,
     values: Values = Values(),
     group: str = "",
@@ -37,8 +37,8 @@ class UncertaintyDatasets:
         "parameter/deviation",
         ("parameter",),
         "float",
-        "see /uncertainty/parameter/unit",
-        "one standard deviation, or half the width",
+        None,
+        "one standard deviation, or half the width, in /uncertainty/parameter/unit",
     )
     UNCERTAIN_MEASURE = _of(
         "parameter/measure", ("parameter",), "str", "1", "which of the two the deviation is", Values(words=MEASURES)

@@ -12,6 +12,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import CASE
+from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.uncertainty.parameters import Parameter, Parameters
 from tedm_cli.uncertainty.verdicts import (
@@ -31,7 +32,8 @@ def write_uncertainty(writer: Writer, u: CaseUncertainty) -> None:
     writer.write(CASE.UNCERTAIN_NAME, [item.name for item in p.items])
     writer.write(CASE.UNCERTAIN_QUANTITY, [item.quantity for item in p.items])
     writer.write(CASE.UNCERTAIN_OF, [item.of for item in p.items])
-    writer.write(CASE.UNCERTAIN_DEVIATION, np.array([item.deviation for item in p.items], dtype=np.float64))
+    deviations = np.array([item.deviation for item in p.items], dtype=np.float64)
+    writer.write(CASE.UNCERTAIN_DEVIATION, deviations, units="see /uncertainty/parameter/unit")
     writer.write(CASE.UNCERTAIN_MEASURE, [item.measure for item in p.items])
     writer.write(CASE.UNCERTAIN_UNIT, [item.unit for item in p.items])
     writer.write(CASE.UNCERTAIN_DISTRIBUTION, [item.distribution for item in p.items])
@@ -65,7 +67,12 @@ def write_uncertainty(writer: Writer, u: CaseUncertainty) -> None:
 
 
 def read_uncertainty(file: Reader) -> CaseUncertainty | None:
-    """How sure the verdicts of an open case file are; None where nothing is configured to be uncertain."""
+    """How sure the verdicts of an open case file are; None where nothing is configured to be uncertain.
+
+    Raises
+    ------
+    InputError : correlations that cannot be, or sources that are not theirs.
+    """
     if not file.has(CASE.UNCERTAIN_NAME):
         return None
     texts = (
@@ -83,6 +90,13 @@ def read_uncertainty(file: Reader) -> CaseUncertainty | None:
             deviations, *(file.strings(text) for text in texts), strict=True
         )
     )
+    try:
+        parameters = Parameters(items, file.array(CASE.UNCERTAIN_CORRELATION))
+    except PhysicsError as error:
+        raise InputError(f"{CASE.UNCERTAIN_CORRELATION}: {error.fact}", where=str(file.path)) from None
+    if parameters.sources != file.strings(CASE.SOURCE_OF_VARIANCE):
+        fact = f"{CASE.SOURCE_OF_VARIANCE} are not those of {CASE.UNCERTAIN_CORRELATION}"
+        raise InputError(fact, where=str(file.path), hint="run the case again")
     pairs = zip(file.strings(CASE.VERDICT_OUTPUT), file.strings(CASE.VERDICT_REQUIREMENT), strict=True)
     nominal, mean, deviation = (
         file.array(p).tolist() for p in (CASE.UNCERTAINTY_NOMINAL, CASE.UNCERTAINTY_MEAN, CASE.UNCERTAINTY_DEVIATION)
@@ -91,7 +105,7 @@ def read_uncertainty(file: Reader) -> CaseUncertainty | None:
     first, total = file.array(CASE.SHARE_FIRST), file.array(CASE.SHARE_TOTAL)
     of_output, of_any = file.array(CASE.OUTPUT_VIOLATED), file.array(CASE.ANY_VIOLATED)
     return CaseUncertainty(
-        parameters=Parameters(items, file.array(CASE.UNCERTAIN_CORRELATION)),
+        parameters=parameters,
         left_out=tuple(file.strings(CASE.LEFT_OUT)),
         draws=Draws(
             int(file.number(CASE.UNCERTAINTY_SAMPLES)),

@@ -26,8 +26,9 @@ from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
 from tedm_cli.uncertainty.parameters import Parameters
 
 _RANK = 1e-13  # of cross-spectra over the frequencies, relative
-_FREQUENCIES = 256  # whose cross-spectra are held at a time
-_VALUES = 4_000_000  # ratios that are held at a time
+_FREQUENCIES = 256  # at most, whose cross-spectra are held at a time
+_ENTRIES = 16_000_000  # of cross-spectra that are held at a time
+_VALUES = 4_000_000  # ratios and weights that are held at a time
 
 
 class Noise(Protocol):
@@ -99,7 +100,7 @@ class Response:
             terms += [(np.where(mine, change, 0.0), c, p) for p, change in enumerate(self.change)]
         return [term for term in terms if term[0].any()]
 
-    @property
+    @cached_property
     def rows(self) -> FloatArray:
         """Z [b, k], the nominal row first."""
         return np.array([self.row, *(row for row, _, _ in self._terms)])
@@ -132,13 +133,13 @@ class Ratio:
 
     def worst(self, x: FloatArray) -> tuple[FloatArray, IndexArray]:
         """The ratio [n] at deviations x [n, p], and the number [n] of the frequency where it is."""
-        w = self.response.weights(x)
-        square, where = np.full(len(w), -np.inf), np.zeros(len(w), dtype=np.intp)
-        for start, forms, mix in self._forms:
-            step = max(1, _VALUES // max(len(mix), w.shape[1]))
-            for first in range(0, len(w), step):
-                some = slice(first, first + step)
-                values = np.stack([((w[some] @ form) * w[some]).sum(axis=1) for form in forms], axis=1) @ mix.T
+        square, where = np.full(len(x), -np.inf), np.zeros(len(x), dtype=np.intp)
+        step = max(1, _VALUES // max(_FREQUENCIES, len(self.response.rows)))
+        for first in range(0, len(x), step):
+            some = slice(first, first + step)
+            w = self.response.weights(x[some])
+            for start, forms, mix in self._forms:
+                values = np.stack([((w @ form) * w).sum(axis=1) for form in forms], axis=1) @ mix.T
                 highest = values.argmax(axis=1)
                 top = values[np.arange(len(values)), highest]
                 better = top > square[some]
@@ -156,8 +157,9 @@ class Ratio:
         rows = self.response.rows
         noise = self.noise.of(rows)
         out = []
-        for start in range(0, len(self.frequency_hz), _FREQUENCIES):
-            some = slice(start, start + _FREQUENCIES)
+        step = min(_FREQUENCIES, max(1, _ENTRIES // len(rows) ** 2))
+        for start in range(0, len(self.frequency_hz), step):
+            some = slice(start, start + step)
             spectra = noise.at(self.frequency_hz[some]).cross_spectra().real
             forms = spectra / self.limit[some, None, None] ** 2
             kept, mix = _few(forms)
