@@ -184,7 +184,7 @@ $(BUILD)/optics.h5: $(BUILD)/distortion.h5 $(OPTICS_TOML) $(OPTICS_SOURCES)
 
 # Of a project with test masses: what every temperature does to the outputs, or why this model has none of that here.
 ifneq ($(ADJOINT),)
-$(ADJOINT): $(UNIT_DECK) $(MATRICES) $(BUILD)/halves
+$(ADJOINT): $(UNIT_DECK) $(MATRICES) $(BUILD)/halves $(ADJOINT_OP2)
 	$(TEDM) build-adjoint --or-say-why $(OPTIONS)
 endif
 

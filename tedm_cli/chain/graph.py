@@ -33,7 +33,8 @@ class ChainFiles:
     deck, results, solved_here : unit-load deck and results; whether they are made here, or are the user's own.
     unit_loads, distortion, loop : what the stages make of them; `loop` is None where there is no drag-free loop.
     sensitivity, read_out : the matrices of the two halves of the chain, where the project has them.
-    adjoint : what every temperature does to their outputs; of a project with test masses.
+    adjoint : what every temperature does to their outputs; of a project with test masses. adjoint_results : of the
+    user's own solver, that it is made of; none where it is solved here.
     gravity_sources, optics_sources, dynamics_sources : tables beside the configuration that these halves read.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
     uncertainty_sources : the adjoint, where materials are uncertain, and files of a second mesh.
@@ -60,6 +61,7 @@ class ChainFiles:
     sensitivity: Path | None
     read_out: Path | None
     adjoint: Path | None
+    adjoint_results: tuple[Path, ...]
     loop: Path | None
     gravity_sources: tuple[Path, ...]
     optics_sources: tuple[Path, ...]
@@ -133,7 +135,8 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
     if files.read_out is not None:
         step(["build-optics"], [files.read_out], files.distortion, files.optics, *files.optics_sources)
     if files.adjoint is not None:
-        step(["build-adjoint", "--or-say-why"], [files.adjoint], files.deck, *matrices, halves)
+        found = (files.deck, *matrices, halves, *files.adjoint_results)
+        step(["build-adjoint", "--or-say-why"], [files.adjoint], *found)
     cases = (files.cases, *files.case_sources)
     for run in files.runs:
         step(["run-case", run.name], [run.file], *matrices, *files.uncertainty_sources, halves, *cases, *files.spectra)

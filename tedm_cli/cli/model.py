@@ -30,11 +30,19 @@ Run = Annotated[
 ]
 
 
-@app.command("write-deck")
+@app.command("write-deck", epilog=examples("tedm write-deck", "tedm write-deck --adjoint -o adjoint_loads.bdf"))
 def write_deck(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
+    adjoint: Annotated[
+        bool,
+        typer.Option(
+            "--adjoint",
+            help="Write the deck of the adjoint instead, adjoint_loads.bdf beside the unit-load deck: one subcase of"
+            " forces for each output of sensitivity.h5 and optics.h5.",
+        ),
+    ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -42,8 +50,16 @@ def write_deck(
     """Write the unit-load deck for any Nastran.
 
     One subcase of +1 K per thermal area (+1 K/m of one under a gradient), and one that warms all areas together, on the
-    model's own bulk data and constraints. What it drops from the case control is listed.
+    model's own bulk data and constraints. What it drops from the case control is listed. With --adjoint the results of
+    the deck go to `build-adjoint --op2`.
     """
+    if adjoint:
+        from tedm_cli.cli.printing.adjoint import adjoint_deck_dict, adjoint_deck_lines
+        from tedm_cli.stages.adjoint.deck import write_adjoint_deck
+
+        written = write_adjoint_deck(open_project(config, build_dir, verbose), output)
+        answer(as_json, quiet, lambda: adjoint_deck_lines(written), lambda: adjoint_deck_dict(written))
+        return
     from tedm_cli.cli.printing.model import deck_dict, deck_lines
     from tedm_cli.stages.model.deck import write_deck as stage
 

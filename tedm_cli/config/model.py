@@ -73,6 +73,11 @@ class ModelTable(UnitsTable):
         default_factory=lambda: ["{build_dir}/unit_loads.op2"],
         description="Results of that deck: OP2 files, or MSC Nastran's HDF5. Else the one that `tedm solve` writes.",
     )
+    adjoint_op2: list[FileName] = Field(
+        default_factory=list,
+        description="Results of the deck of `tedm write-deck --adjoint`, where your Nastran solves the adjoint too; "
+        "files as of `op2`. Without them `tedm build-adjoint` solves it.",
+    )
     uniform_label: str = Field(
         default="UNIFORM",
         description="LABEL of the subcase that warms all areas together. It checks superposition, and the "

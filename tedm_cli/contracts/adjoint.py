@@ -216,9 +216,18 @@ class AdjointFile(AreaDatasets, FileKind):
         ("row", "area"),
         "float",
         "1",
-        "largest difference allowed: 1e-6, or what displacements in single precision make, where that is more",
+        "largest difference allowed: 1e-6, or what results in single precision make, where that is more",
     )
-    CHECK_RESIDUAL = _found("/check/residual", (), "float", "1", "largest relative residual of the solutions")
+    CHECK_RESIDUAL = Dataset(
+        "/check/residual",
+        (),
+        "float",
+        "1",
+        "largest relative residual of the solutions; NaN of those of another solver",
+        optional=True,
+        open_ended=True,
+        group=_FOUND,
+    )
 
 
 ADJOINT = AdjointFile("adjoint", 2, "tedm build-adjoint", fixed_dims={"xyz": 3, "xyz_column": 3, "plane": 2})

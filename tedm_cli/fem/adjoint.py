@@ -16,6 +16,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.fem.assembly import assemble, element_ids
+from tedm_cli.fem.element_loads import ElementLoads, element_loads
+from tedm_cli.fem.structure import Structure
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -50,3 +53,43 @@ class TemperatureSensitivity:
     def felt(self, own: BoolArray) -> FloatArray:
         """The same of grids [r, N] where the elements `own` [L] have temperatures of their own instead of theirs."""
         return np.asarray(self.grid - self.mean[:, own] @ self.average[own])
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalForces:
+    """C: nodal forces of all temperatures of a structure, whoever solves it.
+
+    coupling : sparse [6 N, N], N/K, of grids. loads : of elements with temperatures of their own. warming : sparse
+    [E, 6 N], N/K, of each whole element in the order of `ids` [E].
+    """
+
+    coupling: sp.csr_matrix
+    loads: ElementLoads
+    warming: sp.csr_matrix
+    ids: IntArray
+
+    @classmethod
+    def of(cls, structure: Structure, coupling: sp.csr_matrix, warming: sp.csr_matrix) -> ThermalForces:
+        """Of a structure whose operators are assembled."""
+        return cls(coupling, element_loads(structure), warming, element_ids(structure))
+
+    @classmethod
+    def assembled(cls, structure: Structure) -> ThermalForces:
+        """Of a structure; `PhysicsError` from its elements, with their ids."""
+        operators = assemble(structure)
+        return cls.of(structure, operators.thermal.coupling, operators.warming)
+
+    def sensitivity(self, motion: FloatArray) -> TemperatureSensitivity:
+        """s = Cᵀ λ of r solutions [6 N, r]."""
+        rows, order = motion.shape[1], np.argsort(self.ids, kind="stable")
+        of_elements = self.loads.work(motion)
+        return TemperatureSensitivity(
+            grid=np.asarray((self.coupling.T @ motion).T),
+            element_id=self.loads.element_id,
+            average=self.loads.average,
+            mean=of_elements[..., 0],
+            gradient=of_elements[..., 1:].reshape(rows, len(self.loads.element_id), 2, 2),
+            whole_id=self.ids[order],
+            whole=np.asarray((self.warming @ motion).T[:, order]),
+            motion=motion,
+        )

@@ -11,8 +11,8 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
-from tedm_cli.fem.adjoint import TemperatureSensitivity
-from tedm_cli.fem.assembly import Operators, assemble, element_ids
+from tedm_cli.fem.adjoint import TemperatureSensitivity, ThermalForces
+from tedm_cli.fem.assembly import Operators, assemble
 from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.bending import bending_change
 from tedm_cli.fem.constraints import eliminate, to_basic
@@ -175,32 +175,14 @@ class StaticSolution:
             If the relative residual of a solution exceeds 1e-6.
         """
         start = time.perf_counter()
-        loads = element_loads(self._structure)
-        grid = np.zeros((len(names), self._structure.n_grids))
-        own: list[FloatArray] = []
-        order = np.argsort(ids := element_ids(self._structure), kind="stable")
-        whole = np.zeros((len(names), len(ids)))
         motions = np.empty((6 * self._structure.n_grids, len(names)))
         for first in range(0, len(names), _BATCH):
             some = slice(first, first + _BATCH)
-            motion = np.asarray(self._transform @ self._unknowns(outputs[:, some], names[some]))
-            motions[:, some] = motion
-            grid[some] = (self._thermal.coupling.T @ motion).T
-            own.append(loads.work(motion))
-            whole[some] = (self._warming @ motion).T[:, order]
+            motions[:, some] = self._transform @ self._unknowns(outputs[:, some], names[some])
             self._progress(min(first + _BATCH, len(names)), len(names), "solve")
-        of_elements = np.concatenate(own)
+        found = ThermalForces.of(self._structure, self._thermal.coupling, self._warming).sensitivity(motions)
         self._solve_seconds += time.perf_counter() - start
-        return TemperatureSensitivity(
-            grid=grid,
-            element_id=loads.element_id,
-            average=loads.average,
-            mean=of_elements[..., 0],
-            gradient=of_elements[..., 1:].reshape(*of_elements.shape[:2], 2, 2),
-            whole_id=ids[order],
-            whole=whole,
-            motion=motions,
-        )
+        return found
 
     def _own(self, batch: list[LoadCase]) -> FloatArray | None:
         """Temperatures of elements [5 L, m] of the cases; None where none has any."""

@@ -71,21 +71,44 @@ def unit_load_displacements(
     _check_complete(loads, seen, files)
     if not subcase_table:
         _check_numbers(matched, loads)
-    axes = displacement_axes(geometry.position_m, geometry.displacement_frame, geometry.frames)
+    on_grids = OnGrids(geometry, scalar_points)
     for path, mine in matched:
         with open_result_file(path) as (tables, read):
             for table in tables:
                 load = mine[table.subcase]
-                place = f"{path}: subcase {table.subcase} (area '{load.label}')"
-                got = _without(read(table), scalar_points)
+                got = read(table)
                 findings.single |= not got.double
-                motion = _on_grids(got, load, geometry, place).reshape(-1, 2, 3)
-                if axes is not None and not table.is_basic:
-                    _check_axes(geometry, place)
-                    motion = np.einsum("nij,naj->nai", axes, motion)
-                if geometry.units.length_m != 1.0:
-                    motion[:, 0] *= geometry.units.length_m
+                place = f"{path}: subcase {table.subcase} (area '{load.label}')"
+                motion = on_grids.motion(got, table, place, asked=load.output)
                 yield load, motion[:, 0], motion[:, 1]
+
+
+class OnGrids:
+    """Brings the motions of subcases to the grids of a model, in m and rad, basic frame.
+
+    Rows of `scalar_points` are left out; grids that the results leave out stay at zero when they have no element, no
+    rigid element and no mass.
+    """
+
+    def __init__(self, geometry: ModelGeometry, scalar_points: Collection[int] = ()) -> None:
+        self._geometry, self._scalar_points = geometry, scalar_points
+        self._axes = displacement_axes(geometry.position_m, geometry.displacement_frame, geometry.frames)
+
+    def motion(self, got: GridMotion, table: SubcaseTable, place: str, *, asked: str = "") -> FloatArray:
+        """Translations and rotations [N, 2, 3] of a table that was read; `asked`: what DISPLACEMENT asks for.
+
+        Raises
+        ------
+        InputError : NaN or infinity, grids that the model lacks, grids without a displacement, and grids on the axis of
+            their frame but for rounding.
+        """
+        motion = _on_grids(_without(got, self._scalar_points), asked, self._geometry, place).reshape(-1, 2, 3)
+        if self._axes is not None and not table.is_basic:
+            _check_axes(self._geometry, place)
+            motion = np.einsum("nij,naj->nai", self._axes, motion)
+        if self._geometry.units.length_m != 1.0:
+            motion[:, 0] *= self._geometry.units.length_m
+        return motion
 
 
 class _Matching:
@@ -185,7 +208,7 @@ def _without(got: GridMotion, scalar_points: Collection[int]) -> GridMotion:
     return GridMotion(got.grid_id[kept], got.motion[kept], got.double)
 
 
-def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: str) -> FloatArray:
+def _on_grids(got: GridMotion, asked: str, geometry: ModelGeometry, place: str) -> FloatArray:
     """Motion [N,6] on the grids of the model, whatever the order and the number of grids in the table."""
     ids = got.grid_id
     finite = np.isfinite(got.motion).all(axis=1)
@@ -212,7 +235,7 @@ def _on_grids(got: GridMotion, load: UnitLoad, geometry: ModelGeometry, place: s
     absent = _needed(geometry)
     absent[rows] = False
     if absent.any():
-        limit = "" if load.output in ("", "ALL") else f"; the deck limits the output by DISPLACEMENT = {load.output}"
+        limit = "" if asked in ("", "ALL") else f"; the deck limits the output by DISPLACEMENT = {asked}"
         raise InputError(
             f"{absent.sum()} grids have no displacement: {id_list(geometry.grid_id[absent])}{limit}",
             where=place,

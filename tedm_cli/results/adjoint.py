@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.contracts import ADJOINT
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
@@ -36,7 +36,9 @@ class AdjointResults:
 
     label, unit : of the outputs. n_grids, n_elements : how many temperatures there are of grids, and of elements that
     may have their own. value : [r, k], S_SG and N. cancellation, difference, allowed : [r, k], and gradient :
-    [r, k, 3], as in adjoint.h5. materials : effects of materials and of thicknesses, largest first.
+    [r, k, 3], as in adjoint.h5. materials : effects of materials and of thicknesses, largest first. moduli_together :
+    the largest change by a factor common to all moduli, over the largest of its block: none, but for rounding, where
+    displacements are those of the stiffness here.
     """
 
     label: list[str]
@@ -50,6 +52,7 @@ class AdjointResults:
     difference: FloatArray
     allowed: FloatArray
     materials: list[MaterialEffect]
+    moduli_together: float
 
     @property
     def mean_cancellation(self) -> FloatArray:
@@ -76,6 +79,7 @@ def read_adjoint(file: Reader) -> AdjointResults | str:
         return "; ".join(file.strings(ADJOINT.REFUSAL))
     areas = read_areas(file)
     value = np.asarray(file.array(ADJOINT.AREA_SUM) + file.array(ADJOINT.DIRECT), dtype=np.float64)
+    block = file.strings(ADJOINT.CHECK_BLOCK)
     return AdjointResults(
         label=file.strings(ADJOINT.ROW_LABEL),
         unit=file.strings(ADJOINT.ROW_UNIT),
@@ -87,5 +91,19 @@ def read_adjoint(file: Reader) -> AdjointResults | str:
         gradient=file.array(ADJOINT.AREA_GRADIENT),
         difference=file.array(ADJOINT.CHECK_DIFFERENCE),
         allowed=file.array(ADJOINT.CHECK_ALLOWED),
-        materials=material_effects(file, value, file.strings(ADJOINT.CHECK_BLOCK), ~areas.gradient),
+        materials=material_effects(file, value, block, ~areas.gradient),
+        moduli_together=_moduli_together(file.array(ADJOINT.DS_DLNE), value, block, areas.gradient),
     )
+
+
+def _moduli_together(dlne: FloatArray, value: FloatArray, block: list[str], gradient: BoolArray) -> float:
+    """Largest |Σ_m ∂S/∂ln E_m| over the largest |S| of the block, areas in K and in K/m apart."""
+    together = np.abs(dlne.sum(axis=0))
+    names, worst = np.array(block), 0.0
+    for name in dict.fromkeys(block):
+        for kind in (False, True):
+            part = np.ix_(names == name, gradient == kind)
+            size = np.abs(value[part]).max(initial=0.0)
+            if size > 0.0:
+                worst = max(worst, float(together[part].max() / size))
+    return worst

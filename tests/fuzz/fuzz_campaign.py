@@ -27,7 +27,7 @@ LIMIT = 60.0  # s of the processor for one mutant, when its own judge has not st
 STILL = 600.0  # s of the clock for one mutant that waits
 FAMILIES: dict[str, dict[str, int]] = {
     "decks": {"bdf": 190, "structure": 80, "solver": 50},
-    "OP2": {"op2": 190},
+    "OP2": {"op2": 190, "adjoint.op2": 20},
     "HDF5 of MSC Nastran": {"msc.h5": 40},
     "TOML": {"tedm.toml": 15, "model.toml": 40, "optics.toml": 40, "cases.toml": 45, "dynamics.toml": 40,
              "S_BW.csv.toml": 10},

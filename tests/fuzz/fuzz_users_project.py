@@ -12,12 +12,14 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
+from adjoint_solver import solve_forces
 from fuzz_model import CONFIGS, fuzz_case
 
 from tedm_cli.cli import main
 from tedm_cli.config.project import load_project
 from tedm_cli.dynamics.signals import COORDINATES, INPUTS
 from tedm_cli.gravity.bodies.solid import cuboid_triangles
+from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.stages.dynamics.loop import project_loop
 
 SMALL = CONFIGS.parent / "sample_models" / "small"
@@ -149,7 +151,7 @@ class UserProject:
         return self.folder / "build"
 
     def run(self, args: list[str], config: bool = True) -> Ran:
-        args = [str(self.folder / a) if a.endswith(".csv") else a for a in args]
+        args = [str(self.folder / a) if a.endswith((".csv", ".op2")) else a for a in args]
         project = ["-c", self.folder / "tedm.toml"] if config else []
         return command(*args, *project, *([] if args[0] == "self-gravity" else ["-d", self.build]))
 
@@ -160,7 +162,7 @@ class UserProject:
 
 
 def bricks(folder: Path) -> UserProject:
-    """Two bricks with compensation masses, cases of every kind, and their matrices as CSV, NPZ and MAT."""
+    """Two bricks with compensation masses, cases of every kind, their matrices as CSV, NPZ and MAT, and the adjoint."""
     project = UserProject(fuzz_case(folder).folder)
     cases = (CONFIGS / "cases.toml").read_text(encoding="utf-8")
     cases = cases[: cases.index("# A requirement of your own")].replace("points = 301", "points = 31")
@@ -184,6 +186,9 @@ def bricks(folder: Path) -> UserProject:
         project.sound(args)
     for fmt in ("csv", "npz", "mat"):
         project.sound(["export", "--format", fmt, "-o", str(project.folder / "matrices")], config=False)
+    project.sound(["write-deck", "--adjoint"])
+    found = solve_forces(project.folder / "adjoint_loads.bdf", project.folder / "unit_loads.bdf")
+    write_op2(project.folder / "adjoint.op2", *found)
     return project
 
 

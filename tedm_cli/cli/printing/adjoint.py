@@ -12,6 +12,7 @@ from tedm_cli.cli.printing.table import table
 if TYPE_CHECKING:
     from tedm_cli.results.adjoint import AdjointResults
     from tedm_cli.stages.adjoint.build import AdjointSummary
+    from tedm_cli.stages.adjoint.deck import AdjointDeckSummary
 
 _MUCH = 10  # cancellation from which on an area's mean hides what is in it
 
@@ -25,13 +26,57 @@ def adjoint_lines(done: AdjointSummary, most: int | None) -> list[str]:
     return [
         f"{done.path}: {len(found.label)} outputs by the temperatures of {found.n_grids:,} grids and of"
         f" {found.n_elements:,} shells, bars and rods{without}",
-        f"solved in {done.seconds:.2g} s after a factorisation of {done.factor_seconds:.2g} s ({done.solver})",
+        *_solved(done),
         f"sums over the {len(found.areas)} areas are their unit loads, within {found.difference.max():.1e} of the"
         f" largest of each block, and {(found.difference / found.allowed).max():.2g} of what is allowed",
         *_table(found),
         "",
         *material_lines([asdict(effect) for effect in found.materials], most),
     ]
+
+
+def _solved(done: AdjointSummary) -> list[str]:
+    """Who has solved it; of another solver, how far its stiffness is that of the elements here."""
+    assert done.solved is not None
+    assert not isinstance(done.results, str)
+    report = done.solved.report
+    if report is not None:
+        return [
+            f"solved in {report.solve_seconds:.2g} s after a factorisation of {report.factor_seconds:.2g} s"
+            f" ({report.solver})"
+        ]
+    off = f"they are in single precision, which may change a sum by {done.results.allowed.max():.1e} of the largest of"
+    single = [f"{off} its block at most"] if done.solved.rounding.any() else []
+    return [
+        f"solutions from {', '.join(map(str, done.solved.results))}; thermal forces, and what moduli and thicknesses"
+        " do, by the elements of `tedm solve`",
+        *single,
+        f"all moduli together change an output by {done.results.moduli_together:.1e} of the largest of its block, and"
+        " by 0 where the stiffness is theirs",
+    ]
+
+
+def adjoint_deck_lines(done: AdjointDeckSummary) -> list[str]:
+    """Size of the deck, outputs that are not in it, and what to know."""
+    without = f"; no read-outs: {done.no_read_outs}" if done.no_read_outs else ""
+    nothing = [f"note: nothing acts on {', '.join(done.without)}: no subcase"] if done.without else []
+    return [
+        f"{done.path}: {len(done.outputs)} outputs as loads of {done.cards:,} cards on {done.grids:,} grids{without}",
+        *nothing,
+        *(f"note: {note}" for note in done.notes),
+    ]
+
+
+def adjoint_deck_dict(done: AdjointDeckSummary) -> dict[str, Any]:
+    return {
+        "file": done.path,
+        "grids": done.grids,
+        "cards": done.cards,
+        "outputs": done.outputs,
+        "without_load": done.without,
+        "no_read_outs": done.no_read_outs or None,
+        "notes": done.notes,
+    }
 
 
 def adjoint_dict(done: AdjointSummary) -> dict[str, Any]:
@@ -45,7 +90,9 @@ def adjoint_dict(done: AdjointSummary) -> dict[str, Any]:
         "n_grids": found.n_grids,
         "n_elements": found.n_elements,
         "no_read_outs": done.no_read_outs or None,
-        "solver": done.solver,
+        "solver": None if done.solved is None or done.solved.report is None else done.solved.report.solver,
+        "results": [] if done.solved is None else list(done.solved.results),
+        "moduli_together": found.moduli_together,
         "largest_difference": found.difference.max(),
         "largest_share_of_allowed": float((found.difference / found.allowed).max()),
         "median_cancellation": float(np.median(found.mean_cancellation)),

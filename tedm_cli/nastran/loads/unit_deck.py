@@ -42,6 +42,11 @@ class SourceModel:
     def where(self) -> str:
         return str(self.sections.files[0])
 
+    @property
+    def bulk_notes(self) -> tuple[str, ...]:
+        """Those of its bulk data alone."""
+        return self.notes[len(self.control.notes) :]
+
 
 @dataclass(frozen=True)
 class UnitDeck:
@@ -166,11 +171,7 @@ def unit_deck(
             "  DISPLACEMENT(PLOT) = ALL",
         ]
     control.append("BEGIN BULK")
-    added = ["$ Unit loads added by tedm to the bulk data of"]
-    for file in sections.files:
-        # One line of ASCII, whatever the name: a line end in it would begin a card.
-        name = file.name.encode("unicode_escape").decode("ascii")
-        added += [f"$   {name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
+    added = ["$ Unit loads added by tedm to the bulk data of", *source_comments(sections)]
     for sid, load in zip(sids, loads.values(), strict=False):
         added += _load_cards(source.model, sid, load, reference.value, gradient)
     if reference.is_initial:
@@ -182,6 +183,16 @@ def unit_deck(
     notes = (*source.notes, *reference.notes)
     step = float(units.degrees_per_kelvin)
     return UnitDeck("".join(parts), cases, float(reference.value), step, float(gradient), notes)
+
+
+def source_comments(sections: Sections) -> list[str]:
+    """Names and checksums of the files of a model, as comments."""
+    out = []
+    for file in sections.files:
+        # One line of ASCII, whatever the name: a line end in it would begin a card.
+        name = file.name.encode("unicode_escape").decode("ascii")
+        out += [f"$   {name}", f"$     SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()}"]
+    return out
 
 
 def _load_cards(model: Any, sid: int, load: AreaLoad, rest: Decimal, gradient: Decimal) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.units import units_of
 
 _OWN = ("TEMP", "TEMPD", "TEMPP1", "TEMPRB", "PARAM", "ENDDATA")
+_LOADS = {"LOAD", "DEFORM", "TEMPERATURE", "TEMPERATURE(BOTH)", "TEMPERATURE(LOAD)"}
 _TABLES = ("nodes", "elements", "rigid_elements", "masses", "properties", "materials", "coords", "spcs", "mpcs")
 
 
@@ -28,11 +30,28 @@ def verify_unit_deck(written: Path, out: Path, source: SourceModel, deck: UnitDe
     InputError : another set of cards, grids, elements, properties or constraints than the model's; other subcases,
         labels, constraints, temperatures or reference than the unit loads'.
     """
+    require_as_meant(written, out, source, lambda model: _load_problem(model, source, deck))
+
+
+def require_as_meant(
+    written: Path, out: Path, source: SourceModel, problem_of: Callable[[Any], str], own: Sequence[str] = ()
+) -> None:
+    """Refuse a deck whose structure is not that of the model it was made of, or with a problem of its loads.
+
+    Parameters
+    ----------
+    problem_of : what is wrong with the subcases of the deck as it is read back; empty where nothing is.
+    own : names of cards that are added, besides those of temperatures.
+
+    Raises
+    ------
+    InputError : as `verify_unit_deck`; `out` is the deck's name in it.
+    """
     try:
         model = read_deck(written, cross_reference=False, units=units_of(source.model))
     except InputError as exc:
         raise InputError(exc.fact, where=exc.where.replace(str(written), str(out)), hint=exc.hint) from exc
-    problem = _structure_problem(source.model, model) or _load_problem(model, source, deck)
+    problem = _structure_problem(source.model, model, (*_OWN, *own)) or problem_of(model)
     if problem:
         raise InputError(
             f"does not read back as it was meant, so it is not written: {problem}",
@@ -41,7 +60,7 @@ def verify_unit_deck(written: Path, out: Path, source: SourceModel, deck: UnitDe
         )
 
 
-def _structure_problem(wanted: Any, found: Any) -> str:
+def _structure_problem(wanted: Any, found: Any, own: Sequence[str]) -> str:
     for table in _TABLES:
         differ = set(getattr(wanted, table)) ^ set(getattr(found, table))
         if differ:
@@ -50,7 +69,7 @@ def _structure_problem(wanted: Any, found: Any) -> str:
         for sid, cards in getattr(wanted, name).items():
             if len(cards) != len(getattr(found, name)[sid]):
                 return f"{name[:-1].upper()} {sid}"
-    counts = [Counter({k: n for k, n in m.card_count.items() if k not in _OWN}) for m in (wanted, found)]
+    counts = [Counter({k: n for k, n in m.card_count.items() if k not in own}) for m in (wanted, found)]
     differ = {name for name in counts[0] | counts[1] if counts[0][name] != counts[1][name]}
     if differ:
         return ", ".join(f"{counts[0][n]} {n} in the model, {counts[1][n]} in the deck" for n in sorted(differ))
@@ -62,24 +81,10 @@ def _structure_problem(wanted: Any, found: Any) -> str:
 
 
 def _load_problem(model: Any, source: SourceModel, deck: UnitDeck) -> str:
-    if model.sol != 101:
-        return f"SOL {model.sol}"
-    subcases = {int(n): s for n, s in model.case_control_deck.subcases.items() if n != 0}
-    if sorted(subcases) != list(range(1, len(deck.cases) + 1)):
-        return f"subcases {id_list(sorted(subcases))}"
+    wanted = [(label, sid) for label, sid, _ in deck.cases]
+    if problem := control_problem(model, source, "TEMPERATURE(LOAD)", wanted):
+        return problem
     for number, (label, sid, load) in enumerate(deck.cases, start=1):
-        subcase = subcases[number]
-        if str(subcase.get_parameter("LABEL")[0]) != label:
-            return f"label of subcase {number}"
-        if subcase.get_parameter("TEMPERATURE(LOAD)")[0] != sid:
-            return f"TEMPERATURE(LOAD) of subcase {number}"
-        for key in ("SPC", "MPC", "SUPORT1"):
-            chosen = subcase.get_parameter(key)[0] if key in subcase.params else None
-            if chosen != source.control.sets.get(key):
-                return f"{key} of subcase {number}"
-        foreign = {"LOAD", "DEFORM", "TEMPERATURE", "TEMPERATURE(BOTH)"} & set(subcase.params)
-        if foreign:
-            return f"{', '.join(sorted(foreign))} in subcase {number}"
         rest = float(model.tempds[sid].temperature)
         temperature = {int(n): t for card in model.loads.get(sid, []) for n, t in card.temperatures.items()}
         if rest != deck.reference or not np.array_equal(np.sort(list(temperature)), load.grid_id):
@@ -88,6 +93,29 @@ def _load_problem(model: Any, source: SourceModel, deck: UnitDeck) -> str:
             return f"step of subcase {number} ({label})"
         if not _elements_agree(model, sid, load, deck):
             return f"temperatures of elements in subcase {number} ({label})"
+    return ""
+
+
+def control_problem(model: Any, source: SourceModel, key: str, wanted: Sequence[tuple[str, int]]) -> str:
+    """What is wrong with subcases 1, 2, ... that are to have these labels and, by `key`, these loads and no others."""
+    if model.sol != 101:
+        return f"SOL {model.sol}"
+    subcases = {int(n): s for n, s in model.case_control_deck.subcases.items() if n != 0}
+    if sorted(subcases) != list(range(1, len(wanted) + 1)):
+        return f"subcases {id_list(sorted(subcases))}"
+    for number, (label, sid) in enumerate(wanted, start=1):
+        subcase = subcases[number]
+        if str(subcase.get_parameter("LABEL")[0]) != label:
+            return f"label of subcase {number}"
+        if key not in subcase.params or subcase.get_parameter(key)[0] != sid:
+            return f"{key} of subcase {number}"
+        for held in ("SPC", "MPC", "SUPORT1"):
+            chosen = subcase.get_parameter(held)[0] if held in subcase.params else None
+            if chosen != source.control.sets.get(held):
+                return f"{held} of subcase {number}"
+        foreign = _LOADS & set(subcase.params) - {key}
+        if foreign:
+            return f"{', '.join(sorted(foreign))} in subcase {number}"
     return ""
 
 

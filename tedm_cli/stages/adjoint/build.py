@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,60 +12,50 @@ from tedm_cli.adjoint.agreement import Agreement, agreement
 from tedm_cli.adjoint.areas import Temperatures, gradient_sensitivity, temperatures
 from tedm_cli.adjoint.density import GravitySum
 from tedm_cli.adjoint.materials import MaterialUse
-from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.model import ModelConfig, load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.arrays import FloatArray
+from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import ADJOINT, DISTORTION, OPTICS, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import ADJOINT, UNIT_LOADS
 from tedm_cli.errors import InputError, PhysicsError, TedmError
 from tedm_cli.fem.adjoint import TemperatureSensitivity
-from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import Structure
-from tedm_cli.files.build_folder import (
-    ADJOINT_FILE,
-    DISTORTION_FILE,
-    OPTICS_FILE,
-    SENSITIVITY_FILE,
-    UNIT_LOADS_FILE,
-    provenance,
-    require_configuration,
-    require_input,
-    require_same_areas,
-)
-from tedm_cli.files.provenance import ConfigFile
+from tedm_cli.files.build_folder import ADJOINT_FILE
 from tedm_cli.files.store import Reader, Writer, create, open_checked
-from tedm_cli.nastran.reading import deck_files, read_deck
 from tedm_cli.nastran.structure.material_use import material_cards, material_use
-from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.progress import Step
 from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.stages.adjoint.inputs import AdjointInputs, adjoint_inputs
 from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model
-from tedm_cli.stages.adjoint.outputs import Outputs, accelerations, read_outs
+from tedm_cli.stages.adjoint.outputs import Outputs
+from tedm_cli.stages.adjoint.solved import Solved, adjoint_results, solved_elsewhere, solved_here
 from tedm_cli.stages.common import copy_areas, out_path
+
+_HINT = "are the results of another solver, whose elements differ from those of `tedm solve`, or of another deck?"
+_HINT_ELSEWHERE = (
+    "was the adjoint deck written before the unit-load deck or the matrices changed? were both decks solved by one"
+    " solver? do its elements differ from those of `tedm solve`?"
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Adjoint:
     """What was found of r outputs and k areas.
 
-    of : sensitivities by the temperatures of the model. whole : by those of whole elements, [r, E], as is `whole_id`
-    [E]. sums : [r, k], over the areas. cancellation : [r, k], as in adjoint.h5. use, cards, changes : of its
-    materials, with card and properties by id.
+    of : sensitivities by the temperatures of the model. sums : [r, k], over the areas. cancellation : [r, k], as in
+    adjoint.h5. use, cards, changes : of its materials, with card and properties by id.
     """
 
     model: WarmedModel
     outputs: Outputs
     of: Temperatures
-    whole_id: IntArray
-    whole: FloatArray
+    solved: Solved
     sums: FloatArray
     agreement: Agreement
     cancellation: FloatArray
     use: MaterialUse
     cards: dict[int, tuple[str, str]]
     changes: MaterialChanges
-    static: StaticReport
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,139 +63,91 @@ class AdjointSummary:
     """What was made.
 
     results : what the file says, or why there is no adjoint. no_read_outs : why these are not among the outputs; empty
-    where they are. seconds, factor_seconds, solver : of the solution.
+    where they are. solved : the solutions, where there are some.
     """
 
     path: Path
     results: AdjointResults | str
     no_read_outs: str
-    seconds: float = 0.0
-    factor_seconds: float = 0.0
-    solver: str = ""
+    solved: Solved | None
 
 
-@dataclass(frozen=True)
-class _Optics:
-    """optics.h5, and the layout that it is of, in its file."""
-
-    path: Path
-    file: ConfigFile
-    layout: OpticalLayout
-
-
-def build_adjoint(project: Project, output: Path | None, step: Step, *, or_say_why: bool = False) -> AdjointSummary:
+def build_adjoint(
+    project: Project,
+    output: Path | None,
+    step: Step,
+    *,
+    or_say_why: bool = False,
+    results: Sequence[Path] = (),
+) -> AdjointSummary:
     """Solve one problem for each acceleration and read-out, and hold the sums over the areas against S_SG and N.
 
     Read-outs are there where optics.h5 is. With `or_say_why` a model that has no adjoint here, or whose results are not
     those of its elements here, makes a file that says so.
 
+    Parameters
+    ----------
+    results : of the deck of `write-deck --adjoint`, solved elsewhere; where none are given, those that the
+        configuration names, and where it names none, the embedded solver solves.
+
     Raises
     ------
     ConfigError : the model has no test masses.
-    InputError : a file that is missing or stale; cards that the embedded solver does not model.
+    InputError : a file that is missing or stale; cards that the embedded solver does not model; results of other
+        outputs or of another model.
     PhysicsError : the structure is not held; sums that are not those of the unit loads.
     """
-    config_file, config = load_model(project.model)
-    config.required_test_masses(project.model)
-    table, build = config.model, project.build_dir
-    deck = project.resolve(table.deck)
-    raw = read_deck(
-        deck, cross_reference=False, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units()
-    )
-    files = deck_files(raw, deck)
-    optics, no_read_outs = _optics(project)
-    configs = [config_file, *([] if optics is None else [optics.file])]
-    own = [build / name for name in (UNIT_LOADS_FILE, DISTORTION_FILE, SENSITIVITY_FILE)]
-    used = [*own, *([] if optics is None else [optics.path]), *files]
-    trace = provenance(configs, used)
     out = out_path(project, ADJOINT_FILE, output)
-    with contextlib.ExitStack() as stack:
-        unit = stack.enter_context(open_checked(own[0], UNIT_LOADS))
-        distortion = stack.enter_context(open_checked(own[1], DISTORTION))
-        sensitivity = stack.enter_context(open_checked(own[2], SENSITIVITY))
-        read_out = None if optics is None else stack.enter_context(open_checked(optics.path, OPTICS))
-        require_configuration(sensitivity, project.model)
-        for item in trace.inputs[:2]:
-            require_input(sensitivity, item)
-        for item in trace.inputs[len(used) - len(files) :]:
-            require_input(unit, item)
-        if optics is not None and read_out is not None:
-            require_configuration(read_out, optics.file.path)
-            require_input(read_out, trace.inputs[1])
-        require_same_areas(sensitivity, distortion, *([] if read_out is None else [read_out]))
-        gravity = accelerations(sensitivity, distortion)
-        found = _found(raw, files, config, gravity, unit, read_out, optics, step)
+    files = adjoint_results(project, results, out)
+    with adjoint_inputs(project, files) as given:
+        found = _found(given, files, step)
         if isinstance(found, TedmError) and not or_say_why:
             raise found
-        with create(out, ADJOINT, trace) as writer:
-            copy_areas(sensitivity, writer)
+        with create(out, ADJOINT, given.trace) as writer:
+            copy_areas(given.sensitivity, writer)
             if isinstance(found, TedmError):
                 writer.write(ADJOINT.REFUSAL, [found.fact])
             else:
                 _write(writer, found)
     with open_checked(out, ADJOINT) as written:
-        results = read_adjoint(written)
-    if isinstance(found, TedmError):
-        return AdjointSummary(out, results, no_read_outs)
-    static = found.static
-    return AdjointSummary(out, results, no_read_outs, static.solve_seconds, static.factor_seconds, static.solver)
+        results_there = read_adjoint(written)
+    of = None if isinstance(found, TedmError) else found.solved
+    return AdjointSummary(out, results_there, given.no_read_outs, of)
 
 
-def _optics(project: Project) -> tuple[_Optics | None, str]:
-    """The read-outs there are, or why there are none."""
-    path = project.build_dir / OPTICS_FILE
-    if project.optics is None:
-        return None, "the project has no optics"
-    if not path.exists():
-        return None, f"{path} is not there: `{OPTICS.made_by}` makes it"
-    return _Optics(path, *load_layout(project.optics)), ""
-
-
-def _found(
-    raw: Any,
-    files: list[Path],
-    config: ModelConfig,
-    outputs: Outputs,
-    unit: Reader,
-    read_out: Reader | None,
-    optics: _Optics | None,
-    step: Step,
-) -> Adjoint | InputError | PhysicsError:
-    """The adjoint of a model that `ingest` has read, of `outputs` and those of optics.h5; or why there is none here."""
-    deck = files[0]
+def _found(given: AdjointInputs, results: Sequence[Path], step: Step) -> Adjoint | InputError | PhysicsError:
+    """The adjoint of a model that `ingest` has read; or why there is none here."""
     try:
-        structure = coupled_structure(raw, deck)
+        structure = coupled_structure(given.raw, given.deck)
     except InputError as exc:
         return exc
-    use, cards = material_use(raw), material_cards(raw)
-    model = warmed_model(raw, structure, files, config.model.uniform_label)
-    if optics is not None and read_out is not None:
-        outputs += read_outs(read_out, optics.layout, optics.file.path, structure.grid_id)
+    use, cards = material_use(given.raw), material_cards(given.raw)
+    model = warmed_model(given.raw, structure, given.files, given.config.model.uniform_label)
+    outputs = given.outputs(structure.grid_id)
     try:
-        solution = StaticSolution(structure, progress=step)
-        by_temperature = solution.adjoint(outputs.force, outputs.label)
+        solved = (
+            solved_elsewhere(results, outputs, model, given, step) if results else solved_here(outputs, model, step)
+        )
     except PhysicsError as exc:  # the solver knows elements and grids, and no file
-        return PhysicsError(exc.fact, where=exc.where or str(deck), hint=exc.hint)
-    of = temperatures(by_temperature, model.own)
+        return PhysicsError(exc.fact, where=exc.where or str(given.deck), hint=exc.hint)
+    of = temperatures(solved.sensitivity, model.own)
     sums = of.sums(model.areas)
-    agreed = agreement(sums + outputs.direct, outputs.wanted, outputs.rounding, outputs.block, model.gradient)
-    wrong = _disagreement(agreed, model, outputs, deck)
+    rounding = outputs.rounding + solved.rounding
+    agreed = agreement(sums + outputs.direct, outputs.wanted, rounding, outputs.block, model.gradient)
+    wrong = _disagreement(agreed, model, outputs, given.deck, results)
     if wrong is not None:
         return wrong  # and no material changes what is not that of these elements
-    changes = _changes(structure, use, by_temperature, model, config, unit, step)
     return Adjoint(
         model,
         outputs,
         of,
-        by_temperature.whole_id,
-        by_temperature.whole,
+        solved,
         sums,
         agreed,
         of.cancellation(model.areas),
         use,
         cards,
-        changes,
-        solution.report,
+        _changes(structure, use, solved.sensitivity, model, given.config, given.unit, step),
     )
 
 
@@ -231,7 +172,9 @@ def _changes(
     return material_changes(structure, use, found, model.own, model.areas, gravity, unit_motions(unit))
 
 
-def _disagreement(agreed: Agreement, model: WarmedModel, outputs: Outputs, deck: Path) -> PhysicsError | None:
+def _disagreement(
+    agreed: Agreement, model: WarmedModel, outputs: Outputs, deck: Path, results: Sequence[Path]
+) -> PhysicsError | None:
     """What is wrong with sums that differ from the unit loads."""
     row, column = agreed.worst
     off = int((agreed.difference > agreed.allowed).sum())
@@ -241,8 +184,8 @@ def _disagreement(agreed: Agreement, model: WarmedModel, outputs: Outputs, deck:
         f"the adjoint's sum over area '{model.name[column]}' differs from its unit load in {outputs.label[row]} by"
         f" {agreed.difference[row, column]:.2g} of the largest of {outputs.block[row]}; allowed"
         f" {agreed.allowed[row, column]:.1e} ({off} of {agreed.difference.size} sums)",
-        where=str(deck),
-        hint="are the results of another solver, whose elements differ from those of `tedm solve`, or of another deck?",
+        where=", ".join(map(str, results or [deck])),
+        hint=_HINT_ELSEWHERE if results else _HINT,
     )
 
 
@@ -259,9 +202,9 @@ def _write(writer: Writer, found: Adjoint) -> None:
     writer.write(ADJOINT.ELEMENT_VOLUME, model.places.element_volume)
     writer.write(ADJOINT.ELEMENT_MEAN, of.mean, units=per_kelvin)
     writer.write(ADJOINT.ELEMENT_GRADIENT, of.gradient, units="per K/m, see /row/unit")
-    writer.write(ADJOINT.MAP_ELEMENT, found.whole_id)
+    writer.write(ADJOINT.MAP_ELEMENT, found.solved.sensitivity.whole_id)
     writer.write(ADJOINT.MAP_VOLUME, model.volume)
-    writer.write(ADJOINT.MAP_S, found.whole, units=per_kelvin)
+    writer.write(ADJOINT.MAP_S, found.solved.sensitivity.whole, units=per_kelvin)
     writer.write(ADJOINT.DIRECT, outputs.direct, units=per_area)
     writer.write(ADJOINT.AREA_SUM, found.sums, units=per_area)
     writer.write(ADJOINT.AREA_CANCELLATION, found.cancellation)
@@ -272,7 +215,7 @@ def _write(writer: Writer, found: Adjoint) -> None:
     writer.write(ADJOINT.CHECK_BLOCK, outputs.block)
     writer.write(ADJOINT.CHECK_DIFFERENCE, found.agreement.difference)
     writer.write(ADJOINT.CHECK_ALLOWED, found.agreement.allowed)
-    writer.write(ADJOINT.CHECK_RESIDUAL, found.static.max_relative_residual)
+    writer.write(ADJOINT.CHECK_RESIDUAL, found.solved.residual)
 
 
 def _write_materials(writer: Writer, found: Adjoint, per_area: str) -> None:

@@ -66,6 +66,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("OPTICS_SOURCES", "imported", files.optics_sources)
     make.files("MATRICES", "the build folder", files.matrices)
     make.files("ADJOINT", "the build folder", [files.adjoint])
+    make.files("ADJOINT_OP2", "model.adjoint_op2", files.adjoint_results)
     make.files("CASE_SOURCES", "requirement, case", files.case_sources)
     make.files("SPECTRA", "temperature", files.spectra)
     make.files("UNCERTAINTY_SOURCES", "uncertainty.mesh", files.uncertainty_sources)

@@ -61,16 +61,18 @@ def plan_chain(project: Project, stage: str | None) -> Plan:
         return _LATER if path in differ else _time_of(path)
 
     def wrong(path: Path) -> list[str]:
-        is_ours = path.suffix == ".h5" and path not in files.results  # which may be HDF5 of another program
+        foreign = (*files.results, *files.adjoint_results)  # which may be HDF5 of another program
+        is_ours = path.suffix == ".h5" and path not in foreign
         return check_file(path, sum_of).problems if is_ours else []
 
     missing = [path for path in missing_inputs(steps, time_of) if path not in remembered]
     if missing:
         where, *others = (str(path) for path in missing)
         more = f", nor {', '.join(others)}" if others else ""
-        raise InputError(
-            f"no such file{more}", where=where, hint="the configuration names it, and no stage of the chain makes it"
-        )
+        hint = "the configuration names it, and no stage of the chain makes it"
+        if missing[0] in files.adjoint_results:
+            hint += ": `tedm run build-optics` and `tedm write-deck --adjoint` make the deck that your Nastran solves"
+        raise InputError(f"no such file{more}", where=where, hint=hint)
     found = stale_steps(steps, time_of, wrong)
     return Plan(steps, {step: _worded(reasons, files, differ) for step, reasons in found.items()}, remembered)
 

@@ -71,6 +71,7 @@ def chain_files(project: Project) -> ChainFiles:
         sensitivity=build / SENSITIVITY_FILE if halves.gravity else None,
         read_out=build / OPTICS_FILE if halves.read_out else None,
         adjoint=build / ADJOINT_FILE if halves.gravity else None,
+        adjoint_results=tuple(project.resolve(p) for p in model.model.adjoint_op2) if halves.gravity else (),
         loop=build / DYNAMICS_FILE if closed else None,
         gravity_sources=(*([] if compensation is None else [compensation]), *map(project.resolve, model.body_files())),
         optics_sources=() if project.optics is None else tuple(load_optics(project.optics).matrices),
