@@ -6,8 +6,9 @@ rows D_p [k] of its change by parameter p and coefficients δ_p,
     row = Σ_c m_c 1_c (s + Σ_p δ_p D_p) = s + Σ_c (m_c - 1) s 1_c + Σ_cp m_c δ_p D_p 1_c
 
 so it is a combination w of rows Z that do not depend on the draw, and its PSD is wᵀ M(f) w, M = Re Z C Zᴴ the
-cross-spectra of the rows. Levels and model multiply: their product is kept. The first row is the nominal one, whose PSD
-has all the digits that the propagation gives it.
+cross-spectra of the rows. Levels and model multiply: their product is kept. Of the model the changes by several
+parameters add up: products of them are not kept, nor squares of what is not linear. The first row is the nominal one,
+whose PSD has all the digits that the propagation gives it.
 
 Nothing is asked of the noise but these cross-spectra. Where M(f) at many frequencies is a combination of those at a few
 (temperatures of c shapes: c (c + 1) / 2), only these are evaluated.
