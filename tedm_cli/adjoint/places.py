@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from tedm_cli.arrays import FloatArray, IntArray
 
@@ -62,6 +60,9 @@ def places_of(
 
 def _pieces(kind: IntArray, offset: IntArray, node: IntArray) -> IntArray:
     """Number of the connected piece of each element [E], of elements of one kind that share grids."""
+    from scipy.sparse import coo_array  # here, for who imports this room may have no places to find
+    from scipy.sparse.csgraph import connected_components
+
     elements = len(kind)
     member = np.repeat(np.arange(elements), np.diff(offset))
     _, corner = np.unique(np.column_stack([node, kind[member]]), axis=0, return_inverse=True)

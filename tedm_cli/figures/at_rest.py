@@ -80,6 +80,8 @@ def at_rest_figure(verdicts: Sequence[DcVerdict]) -> Figure:
                 axes.set_xscale("log")
                 axes.set_xlim(low, high)
                 ratio_axis(axes.xaxis, low, high)
+                grid(axes)
+                axes.grid(False, axis="y")
                 axes.tick_params(axis="x", labelsize=SMALL, labelbottom=line in labelled)
                 if line in labelled:
                     axes.set_xlabel("|value| / limit (1)", fontsize=9)
@@ -143,8 +145,6 @@ def _panel(
         axes.axhline(edge - 0.5, color="#B0B0B0", linewidth=0.7)
     axes.axvline(1.0, color="black", linewidth=1.5, zorder=2.5)
     axes.tick_params(axis="y", length=0)
-    grid(axes)
-    axes.grid(False, axis="y")
 
 
 def _samples(subsystems: Sequence[str], verdicts: Sequence[DcVerdict], low: float) -> list[Artist]:

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from tedm_cli import __version__
+from tedm_cli.figures import minor_ticks
 from tedm_cli.figures.fit import line_count, wrapped
 from tedm_cli.results.wording import SUPERSCRIPT
 
@@ -171,6 +172,8 @@ def frequency_axis(axes: Axes, low_hz: float, high_hz: float) -> None:
 
 
 def grid(axes: Axes) -> None:
+    """Grid lines of major and minor ticks; the scales and their ticks are set by now."""
+    minor_ticks.at_once(axes)
     axes.grid(True, which="major", color="#CFCFCF", linewidth=0.6)
     axes.grid(True, which="minor", color="#EBEBEB", linewidth=0.4)
 

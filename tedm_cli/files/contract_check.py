@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import Dataset, FileKind
 from tedm_cli.files.contract_values import value_problems
-from tedm_cli.files.datasets import opened
+from tedm_cli.files.datasets import found
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
 from tedm_cli.files.scales import is_scale, scale_problems
 
@@ -60,14 +61,14 @@ def contract_problems(file: Any, kind: FileKind, where: Path) -> list[str]:
     dims = dict(kind.fixed_dims)
     held: dict[str, Dataset] = {}
     for pattern, spec in kind.datasets.items():
-        paths = _paths(file, pattern, spec.dims)
-        if not any(path in file for path in paths):
+        items = {path: found(file, path) for path in _paths(file, pattern, spec.dims)}
+        if all(item is None for item in items.values()):
             problems += [] if spec.optional else [f"{pattern} is missing"]
             continue
-        for path in paths:
-            found = [*_dataset_problems(opened(file, path), spec, dims)]
-            problems += [f"{path} {problem}" for problem in found]
-            if not found:
+        for path, item in items.items():
+            wrong = [*_dataset_problems(item, spec, dims)]
+            problems += [f"{path} {problem}" for problem in wrong]
+            if not wrong:
                 held[path] = spec
     for dim, (base, factor, addend) in kind.derived_dims.items():
         if dim in dims and base in dims and dims[dim] != factor * dims[base] + addend:
@@ -84,8 +85,8 @@ def _paths(file: Any, pattern: str, dims: tuple[str, ...]) -> list[str]:
         if "{" not in part:
             paths = [f"{path}/{part}" for path in paths]
             continue
-        groups = [path for path in paths if path in file and hasattr(file[path], "keys")]
-        paths = [f"{group}/{name}" for group in groups for name in file[group]]
+        groups = [(path, item) for path in paths if isinstance(item := found(file, path), h5py.Group)]
+        paths = [f"{path}/{name}" for path, group in groups for name in group]
         paths = [p for p in paths if p.rpartition("/")[2] not in dims or not is_scale(file, p)]
     return paths
 
@@ -115,7 +116,7 @@ def _dataset_problems(data: Any, spec: Dataset, dims: dict[str, int]) -> Iterato
 def attribute_text(item: Any, name: str) -> str | None:
     """An attribute as text, None where there is none; what is no string is shown as Python would."""
     try:
-        value = item.attrs[name]
+        value = h5py.AttributeManager(item)[name]
     except KeyError:
         return None
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

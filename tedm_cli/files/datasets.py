@@ -9,6 +9,8 @@ import numpy as np
 
 from tedm_cli.arrays import AnyArray
 
+_TEXT = h5py.string_dtype()
+_TEXT_ID, _ONE = h5py.h5t.py_create(_TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
 _HEADER = 1 << 15  # bytes of a scalar that are kept in its header, which ends at 64 KB
 
 
@@ -40,10 +42,30 @@ def new_dataset(file: Any, path: str, shape: tuple[int, ...], dtype: Any, chunks
     return h5py.Dataset(h5py.h5d.create(file.id, path.encode(), kind, space, how, link))
 
 
+def fill(dataset: Any, data: AnyArray) -> None:
+    """Write all values of a dataset that has the shape and type of `data`, with none of h5py's choosing of places."""
+    if data.size:
+        dataset.id.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(data).reshape(data.shape))
+
+
+def say(item: Any, name: str, text: str) -> None:
+    """Give a new attribute to an object that has none of this name; `item.attrs[name] = text` takes twice as long."""
+    attribute = h5py.h5a.create(item.id, name.encode(), _TEXT_ID, _ONE)
+    attribute.write(np.array(text, dtype=_TEXT))
+
+
 def opened(file: Any, path: str) -> Any:
     """What is at a path, as `file[path]`, which takes several times as long: it asks for the file of each anew."""
     item = h5py.h5o.open(file.id, path.encode("utf-8", "surrogateescape"))
     return h5py.Dataset(item, readonly=True) if isinstance(item, h5py.h5d.DatasetID) else file[path]
+
+
+def found(file: Any, path: str) -> Any | None:
+    """What is at a path; None where nothing is."""
+    try:
+        return opened(file, path)
+    except KeyError:
+        return None
 
 
 def texts(dataset: Any) -> list[str]:

@@ -28,11 +28,15 @@ def links_elsewhere(file: Any, *, soft: bool) -> list[str]:
 
 def kept_elsewhere(dataset: Any) -> str:
     """Why the values of a dataset are not in its file; empty when they are."""
-    if dataset.is_virtual:
+    how = dataset.id.get_create_plist()  # asked for once, as HDF5 copies it each time
+    layout = how.get_layout()
+    if layout == h5py.h5d.COMPACT:
+        return ""
+    if layout == h5py.h5d.VIRTUAL:
         return "is a virtual dataset, wanted the data themselves"
-    if dataset.external:
+    if how.get_external_count():
         return f"keeps its values in another file ({dataset.external[0][0]}), wanted the data themselves"
-    shape, chunk_shape = dataset.shape, dataset.chunks
+    shape, chunk_shape = dataset.shape, how.get_chunk() if layout == h5py.h5d.CHUNKED else None
     if 0 in shape:
         return ""
     if chunk_shape is None:

@@ -13,8 +13,9 @@ from typing import Any
 
 import h5py
 
+from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import Dataset, FileKind
-from tedm_cli.files.datasets import fixed_length
+from tedm_cli.files.datasets import fill, fixed_length, found, opened, say
 from tedm_cli.files.elsewhere import kept_elsewhere
 
 _CLASS, _SCALE = "CLASS", b"DIMENSION_SCALE"
@@ -28,6 +29,7 @@ class Scales:
     def __init__(self, file: Any, kind: FileKind, new: NewDataset) -> None:
         self._file, self._kind, self._new = file, kind, new
         self._made: dict[tuple[str, str], Any] = {}
+        self._labels: dict[str | tuple[str, ...], tuple[AnyArray, dict[str, str]]] = {}
 
     def attach(self, written: Iterable[tuple[Any, Dataset]]) -> None:
         """Tie all datasets to their dimensions, at the end.
@@ -63,15 +65,21 @@ class Scales:
         return scale
 
     def _copy(self, path: str, label: str | tuple[str, ...]) -> Any:
-        values = fixed_length(label) if isinstance(label, tuple) else self._file[label][()]
+        if label not in self._labels:
+            self._labels[label] = self._read(label)
+        values, attributes = self._labels[label]
         scale = self._new(path, values)
-        if values.size:
-            scale[...] = values
-        attributes = {"units": "1", "_Encoding": "utf-8"} if isinstance(label, tuple) else self._file[label].attrs
-        for name in _COPIED:
-            if name in attributes:
-                scale.attrs[name] = attributes[name]
+        fill(scale, values)
+        for name, text in attributes.items():
+            say(scale, name, text)
         return scale
+
+    def _read(self, label: str | tuple[str, ...]) -> tuple[AnyArray, dict[str, str]]:
+        """The values of a label and its attributes, which many groups repeat."""
+        if isinstance(label, tuple):
+            return fixed_length(label), {"units": "1", "_Encoding": "utf-8"}
+        dataset = self._file[label]
+        return dataset[()], {name: dataset.attrs[name] for name in _COPIED if name in dataset.attrs}
 
     def _bare(self, dim: str, size: int) -> Any:
         if ("", f"n_{dim}") not in self._made:
@@ -91,23 +99,39 @@ def scale_paths(group: str, dim: str, label: str | tuple[str, ...]) -> Iterator[
 
 def is_scale(file: Any, path: str) -> bool:
     """Whether there is a scale at a path."""
-    item = file.get(path)
-    return isinstance(item, h5py.Dataset) and item.attrs.get(_CLASS) in (_SCALE, _SCALE.decode())
+    item = found(file, path)
+    return (
+        isinstance(item, h5py.Dataset)
+        and h5py.h5a.exists(item.id, _CLASS.encode())
+        and item.attrs[_CLASS] in (_SCALE, _SCALE.decode())
+    )
 
 
 def scale_problems(file: Any, kind: FileKind, held: dict[str, Dataset]) -> list[str]:
     """Which scales say other things than the labels that they are copies of, of an open file that fits otherwise."""
     problems = []
+    labels: dict[str | tuple[str, ...], AnyArray | None] = {}  # values of each, which many groups repeat
     for group, dim in sorted({(path.rpartition("/")[0], dim) for path, spec in held.items() for dim in spec.dims}):
         label = kind.label_of(dim)
-        if label is None or (isinstance(label, str) and label not in file):
+        if label is None:
+            continue
+        if label not in labels:
+            labels[label] = _values(file, label)
+        if (wanted := labels[label]) is None:
             continue
         for path in scale_paths(group, dim, label):
             if path not in kind.datasets and is_scale(file, path):
-                wanted = fixed_length(label) if isinstance(label, tuple) else file[label]
-                found, said = file[path], "/".join(label) if isinstance(label, tuple) else label
-                if elsewhere := kept_elsewhere(found):
+                scale, said = opened(file, path), "/".join(label) if isinstance(label, tuple) else label
+                if elsewhere := kept_elsewhere(scale):
                     problems.append(f"{path} {elsewhere}")
-                elif (found.shape, found.dtype) != (wanted.shape, wanted.dtype) or (found[()] != wanted[()]).any():
+                elif (scale.shape, scale.dtype) != (wanted.shape, wanted.dtype) or (scale[()] != wanted).any():
                     problems.append(f"{path} labels {dim} otherwise than {said}")
     return problems
+
+
+def _values(file: Any, label: str | tuple[str, ...]) -> AnyArray | None:
+    """The labels of a dimension as an open file has them, None where it has none."""
+    if isinstance(label, tuple):
+        return fixed_length(label)
+    dataset = found(file, label)
+    return None if dataset is None else dataset[()]

@@ -104,8 +104,8 @@ def sha256_of(path: Path) -> str:
         raise InputError(f"cannot be read ({exc.strerror})", where=str(path)) from None
 
 
-def seal(path: Path) -> None:
-    """Append the sum of an HDF5 file to it, in place of an older one."""
+def seal(path: Path) -> str:
+    """Append the sum of an HDF5 file to it, in place of an older one. SHA-256 of all bytes that it has then."""
     with open(path, "rb+", buffering=0) as stream:
         size = os.fstat(stream.fileno()).st_size
         stream.seek(max(0, size - _SEAL_BYTES))
@@ -117,8 +117,10 @@ def seal(path: Path) -> None:
             body.update(block)
         stream.seek(size)
         line = _seal_of(body.hexdigest())
+        body.update(line)
         while line:
             line = line[stream.write(line) :]
+    return body.hexdigest()
 
 
 def _seal_of(sha256: str) -> bytes:

@@ -14,7 +14,7 @@ import os
 import platform
 import re
 from collections.abc import Iterator
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -37,7 +37,7 @@ from tedm_cli.files.contract_check import (
     provenance_problems,
     shape_problem,
 )
-from tedm_cli.files.datasets import fixed_length, new_dataset, opened, texts
+from tedm_cli.files.datasets import fill, fixed_length, new_dataset, opened, say, texts
 from tedm_cli.files.held_file import HeldFile, Sink
 from tedm_cli.files.processes import is_alive
 from tedm_cli.files.provenance import ConfigFile, InputFile, Provenance, absolute_path, relative_name
@@ -50,6 +50,7 @@ _SHOWN = 5  # problems of one file that a message lists
 _NAME_BYTES = 200  # of a target's name in that of its temporary, which must not be too long where the target's is not
 _REPLACED = 20  # times that a file may be replaced between its sum and its opening, before we give up
 _CHUNKED = ("node", "offset_node", "sample")  # dimensions that grow with the model
+_version_of = cache(version)  # each asks for the metadata of the installed package anew
 _fitting: set[tuple[str, str]] = set()  # SHA-256 and kind of the files whose contents this process has found to fit
 
 
@@ -71,8 +72,7 @@ class Writer:
         self._require_finite(path, spec, data)
         data = narrowed(data) if single else data
         dataset = self._make(path, spec, data.shape, data.dtype, units)
-        if data.size:
-            dataset[...] = data
+        fill(dataset, data)
         self._sink.check()
 
     def allocate(
@@ -111,12 +111,12 @@ class Writer:
         unit = spec.units if spec.units is not None else units
         if unit is None:
             raise TedmError(f"internal: {self._kind.name} {path}: no unit given")
-        dataset.attrs["units"] = unit
-        dataset.attrs["long_name"] = spec.long_name
+        say(dataset, "units", unit)
+        say(dataset, "long_name", spec.long_name)
         if spec.frame:
-            dataset.attrs["frame"] = spec.frame
+            say(dataset, "frame", spec.frame)
         if spec.dtype == "str":
-            dataset.attrs["_Encoding"] = "utf-8"  # netCDF's: xarray makes strings of the bytes
+            say(dataset, "_Encoding", "utf-8")  # netCDF's: xarray makes strings of the bytes
         self._written.append((dataset, spec))
         return dataset
 
@@ -133,7 +133,7 @@ class Writer:
         attrs["tedm_version"] = __version__
         attrs["command_line"] = provenance.command
         for library in ("numpy", "scipy", "h5py", "pyNastran"):
-            attrs[f"{library}_version"] = version(library)
+            attrs[f"{library}_version"] = _version_of(library)
         attrs["python_version"] = platform.python_version()
         folder = self._target.parent
         for name, items in (("config", provenance.configs), ("input", provenance.inputs)):
@@ -141,8 +141,7 @@ class Writer:
                 values = [relative_name(i.path, folder) if field == "path" else getattr(i, field) for i in items]
                 data = fixed_length(values)
                 dataset = new_dataset(self._file, f"/provenance/{name}_{field}", data.shape, data.dtype, data.shape)
-                if data.size:
-                    dataset[...] = data
+                fill(dataset, data)
         problems = contract_problems(self._file, self._kind, self._target) + provenance_problems(self._file)
         if problems:
             raise TedmError(f"internal: {self._kind.name} was written incompletely: {'; '.join(problems)}")
@@ -235,7 +234,7 @@ def create(path: Path, kind: FileKind, provenance: Provenance) -> Iterator[Write
             yield writer
             writer.finish(provenance)
         sink.check()
-        seal(temporary)
+        _fitting.add((seal(temporary), kind.name))  # `finish` has compared it with its contract
 
 
 def _plain(value: Any) -> str | int | float | list[Any]:

@@ -16,7 +16,7 @@ from tedm_cli.nastran.card_names import REFUSED
 from tedm_cli.nastran.cards import LARGEST_INTEGER, BulkChecks, range_problem
 from tedm_cli.nastran.control_words import read_statements
 from tedm_cli.nastran.deck_lines import card_places, read_head, system_name
-from tedm_cli.nastran.library import require_pynastran
+from tedm_cli.nastran.library import require_pynastran, without_integration
 from tedm_cli.nastran.parameters import refuse_misspelt
 from tedm_cli.nastran.plausible import check_plausible
 from tedm_cli.regular_file import require_regular_file
@@ -42,7 +42,8 @@ def read_deck(
         not known, a field that only looks like a number, SUBCOM, materials and thicknesses that no structure has.
     """
     require_pynastran()
-    from pyNastran.bdf.bdf import BDF
+    with without_integration():
+        from pyNastran.bdf.bdf import BDF
 
     require_regular_file(path)
     if not path.is_file():

@@ -18,7 +18,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.nastran.captured_output import captured_output, fact_of
-from tedm_cli.nastran.library import require_pynastran
+from tedm_cli.nastran.library import require_pynastran, without_integration
 from tedm_cli.nastran.op2.fortran_records import require_records
 from tedm_cli.nastran.subcase_table import ANALYSES, STATICS, SubcaseTable, clean_label
 
@@ -47,8 +47,9 @@ def walked(path: Path) -> Iterator[tuple[Walk, Any]]:
         `Walk`).
     """
     require_pynastran()
-    from pyNastran.op2.op2 import OP2
-    from pyNastran.op2.op2_interface.op2_scalar import OP2_Scalar
+    with without_integration():
+        from pyNastran.op2.op2 import OP2
+        from pyNastran.op2.op2_interface.op2_scalar import OP2_Scalar
 
     require_records(path)
     model = OP2(debug=None)
