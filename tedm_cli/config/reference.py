@@ -102,11 +102,19 @@ def _sections(file: File, anchors: dict[type[BaseModel], str]) -> list[tuple[str
             for inner in models_in(field.annotation):
                 if inner not in anchors:
                     place = f"{path}.{key}".removeprefix(".")
-                    anchors[inner] = "".join(c for c in place.lower() if c.isalnum() or c in "_-")
-                    within.append((place, f"[[{place}]]" if _is_array(field) else f"[{place}]", inner))
+                    heading = f"[[{place}]]" if _is_array(field) else f"[{place}]"
+                    if _anchor(heading) in anchors.values():  # another file has a table of this name
+                        heading = f"{file.name}: {heading}"
+                    anchors[inner] = _anchor(heading)
+                    within.append((place, heading, inner))
         at = found.index((path, _, table)) + 1
         found[at:at] = within
     return [(f"`{heading}`" if heading else "", table) for _, heading, table in found]
+
+
+def _anchor(heading: str) -> str:
+    """What links to a heading end with."""
+    return "".join(c for c in heading.lower().replace(" ", "-") if c.isalnum() or c in "_-")
 
 
 def _is_array(field: FieldInfo) -> bool:

@@ -231,7 +231,6 @@ class LevelDeviation(SelectorTable, _RelativeTable):
 class MeshDeviation(Strict):
     """A second mesh of the same areas, whose difference estimates the error of this one (Richardson)."""
 
-    quantity: ClassVar[str] = MESH
     other: FileName = Field(description="Project file of the other mesh, or its build folder.")
     refinement: Annotated[float, Bounded(MESH_REFINEMENT)] | None = Field(
         default=None,
@@ -261,6 +260,11 @@ class ModelUncertainty(Strict):
     def of_structure(self) -> bool:
         """Whether materials or thicknesses are uncertain, for which there must be an adjoint."""
         return bool(self.material or self.shell)
+
+    @property
+    def names_of_structure(self) -> list[str]:
+        """Names of the parameters for which there must be an adjoint."""
+        return [*(table.name for table in self.material), *(table.name for table in self.shell)]
 
     def problems(self, test_masses: Sequence[str]) -> list[tuple[str, str]]:
         """(dotted path, fact) of what is wrong between its tables, or with the names of test masses."""

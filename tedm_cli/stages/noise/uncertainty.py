@@ -27,7 +27,7 @@ from tedm_cli.noise.selection import select
 from tedm_cli.results.derivatives import Derivatives, read_derivatives, read_position_rows
 from tedm_cli.results.outputs import ModelOutputs
 from tedm_cli.stages.noise.other_mesh import OtherMesh, other_mesh
-from tedm_cli.uncertainty.parameters import EXPANSION, Parameter, Parameters
+from tedm_cli.uncertainty.parameters import EXPANSION, MESH, NORMAL, Parameter, Parameters
 from tedm_cli.uncertainty.response import Effects, Ratio
 from tedm_cli.uncertainty.verdicts import CaseUncertainty, Draws, Judged, MeshComparison, uncertainty
 
@@ -100,24 +100,23 @@ def uncertain(
     if of_model.of_structure:
         path = project.build_dir / ADJOINT_FILE
         derivatives = _derivatives(project, path, outputs) if model.test_mass else _NO_ADJOINT
+        sources += [path] if path.exists() else []  # where it tells why there is none, too
         if isinstance(derivatives, str):
-            names = [*(m.name for m in of_model.material), *(s.name for s in of_model.shell)]
-            left_out.append(f"{', '.join(names)}: {derivatives}")
+            left_out.append(f"{', '.join(of_model.names_of_structure)}: {derivatives}")
         else:
-            sources.append(path)
             _add_structure(found, model, derivatives, project.model)
     _add_positions(found, project, model)
     kept = {item.name for item in found.items}
     parameters = Parameters.of(tuple(found.items), _among(of_model.pairs(), kept))
     levels = _Found(outputs)
-    _add_levels(levels, cases, project.cases, kept)
+    _add_levels(levels, cases, project.cases, kept.union(of_model.names_of_structure))
     parameters += Parameters.of(tuple(levels.items), of_cases.pairs())
     found.extend(levels)
     mesh = None
     if mesh_table is not None:
         mesh = other_mesh(project, mesh_table, outputs)
         sources += mesh.sources
-        item = Parameter("mesh", mesh_table.quantity, f"error of the mesh by {mesh.name}", mesh_table.sigma, "normal")
+        item = Parameter(MESH, MESH, f"error of the mesh by {mesh.name}", mesh_table.sigma, NORMAL)
         parameters += Parameters.of((item,))
         found.add(item, mesh.estimate)
     effects = Effects(parameters, found.changes(), found.levels())
