@@ -198,7 +198,7 @@ $(THERMAL): $(THERMAL_TOML) $(THERMAL_SOURCES)
 endif
 
 define CASE_RULE
-$(1): $(MATRICES) $(CASE_ADJOINT) $(BUILD)/halves $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(MATRICES) $(CASE_ADJOINT) $(UNCERTAINTY_SOURCES) $(BUILD)/halves $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))

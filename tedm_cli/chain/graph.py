@@ -41,6 +41,7 @@ class ChainFiles:
         its own file: tables, and those results and configurations that it needs.
     effects : tables of the user's own effects on outputs.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
+    uncertainty_sources : the adjoint, where materials are uncertain, and files of a second mesh.
     runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
     older_series : files of series in the build folder, which the page shows too.
     plane : the symmetry plane, in a form that changes when the plane does.
@@ -76,6 +77,7 @@ class ChainFiles:
     thermal_sources: tuple[Path, ...]
     case_sources: tuple[Path, ...]
     spectra: tuple[Path, ...]
+    uncertainty_sources: tuple[Path, ...]
     runs: tuple[Named, ...]
     simulations: tuple[Named, ...]
     series: tuple[Named, ...]
@@ -153,7 +155,8 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
         step(["build-thermal"], [files.network], files.thermal, *files.thermal_sources)
     cases = (files.cases, *files.effects, *files.case_sources)
     for run in files.runs:
-        step(["run-case", run.name], [run.file], *matrices, files.case_adjoint, halves, *cases, *files.spectra)
+        used = (*matrices, files.case_adjoint, *files.uncertainty_sources, halves)
+        step(["run-case", run.name], [run.file], *used, *cases, *files.spectra)
     for run in files.series:
         step(["run-series", run.name], [run.file], *matrices, halves, *cases, *run.tables)
     if files.loop is not None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -16,6 +15,7 @@ from tedm_cli.cli.options import (
     DEFAULT_TOP,
     BuildDir,
     Cases,
+    CompareMesh,
     Config,
     FailOnViolation,
     Json,
@@ -28,8 +28,7 @@ from tedm_cli.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from tedm_cli.noise.case_run import CaseResult
-    from tedm_cli.stages.noise.realisation import Realised
+    from tedm_cli.stages.noise.case import CaseDone
     from tedm_cli.stages.series_result import SeriesResult
 
 
@@ -43,6 +42,7 @@ def run_case(
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
     fail_on_violation: FailOnViolation = False,
+    compare_mesh: CompareMesh = None,
     top: Top = DEFAULT_TOP,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -52,23 +52,28 @@ def run_case(
 
     Propagates the temperature noise of correlation cases to all outputs, exactly, and judges the requirements. With -v
     also contributors, what would bring each verdict down, and how it depends on filter, correlation and safety factor.
+    Where the configuration has uncertainties, each verdict comes with a probability.
     All cases are held against the model first: what does not fit is told at once, and keeps no other from being run.
     """
     from tedm_cli.cli.printing.case import case_dict, case_lines
     from tedm_cli.cli.printing.contributors import contributor_lines, more_dict, sensitivity_table
     from tedm_cli.cli.printing.series import realisation_line
+    from tedm_cli.cli.printing.uncertainty import uncertainty_lines
     from tedm_cli.cli.streams import refusal_lines
     from tedm_cli.cli.streams import tell as tell_lines
     from tedm_cli.config.cases import select_cases
+    from tedm_cli.config.uncertainty import MeshDeviation
     from tedm_cli.errors import PhysicsError, TedmError, UsageError
     from tedm_cli.progress import progress
+    from tedm_cli.results.uncertainty import as_dict
     from tedm_cli.stages.noise.case import run_cases
 
     project = open_project(config, build_dir, verbose)
+    compare = None if compare_mesh is None else MeshDeviation(other=str(compare_mesh))
     ids = select_cases(project.cases, case)
     if output is not None and len(ids) != 1:
         raise UsageError(f"--output names one file, but {len(ids)} cases are run")
-    done: list[tuple[Path, CaseResult, Realised | None]] = []
+    done: list[CaseDone] = []
     told: list[TedmError] = []
     refused: TedmError | None = None
 
@@ -78,28 +83,36 @@ def run_case(
 
     try:
         with progress(quiet) as step:
-            run_cases(project, ids, output, step, lambda *of_case: done.append(of_case), tell)
+            run_cases(project, ids, output, step, done.append, tell, compare)
     except TedmError as error:
         if not done:
             raise
         refused = error
 
     def lines() -> Iterator[str]:
-        for path, result, realised in done:
-            yield from case_lines(path, result)
-            if realised is not None:
-                yield realisation_line(realised)
+        for one in done:
+            yield from case_lines(one.path, one.result)
+            if one.realised is not None:
+                yield realisation_line(one.realised)
+            if one.uncertainty is not None:
+                yield from uncertainty_lines(one.uncertainty, bool(verbose))
             if verbose:
-                yield from contributor_lines(result, rows(top))
+                yield from contributor_lines(one.result, rows(top))
         if verbose:
-            yield from sensitivity_table([result for _, result, _ in done])
+            yield from sensitivity_table([one.result for one in done])
 
-    answer(as_json, quiet, lines, lambda: [case_dict(path, result) | more_dict(result) for path, result, _ in done])
+    def dicts() -> list[dict[str, Any]]:
+        return [
+            case_dict(one.path, one.result) | more_dict(one.result) | {"uncertainty": as_dict(one.uncertainty)}
+            for one in done
+        ]
+
+    answer(as_json, quiet, lines, dicts)
     if refused is not None and refused in told:
         raise typer.Exit(refused.exit_code)
     if refused is not None:
         raise refused
-    failed = [r.case.id for _, r, _ in done if not all(v.passed for v in r.verdicts)]
+    failed = [one.result.case.id for one in done if not all(v.passed for v in one.result.verdicts)]
     if fail_on_violation and failed:
         raise PhysicsError(f"requirements are violated in case {', '.join(failed)}")
 

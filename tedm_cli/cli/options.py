@@ -143,6 +143,14 @@ CasesRun = Annotated[
     list[str] | None,
     typer.Argument(metavar="CASE", autocompletion=completion.cases, help="Cases that were run. Default: all of them."),
 ]
+CompareMesh = Annotated[
+    Path | None,
+    typer.Option(
+        "--compare-mesh",
+        metavar="PATH",
+        help="Build folder, or project file, of a second mesh with the same areas: estimates the error of the mesh.",
+    ),
+]
 Series = Annotated[
     list[str],
     typer.Argument(metavar="SERIES", autocompletion=completion.series, help="Time series of the cases file, or `all`."),

@@ -16,6 +16,7 @@ from tedm_cli.config.correlation import CaseTable
 from tedm_cli.config.requirements import RequirementTable
 from tedm_cli.config.series import RealisationTable, SeriesTable
 from tedm_cli.config.temperature import TemperatureTable
+from tedm_cli.config.uncertainty import CasesUncertainty
 from tedm_cli.errors import ConfigError, UsageError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.noise.correlation import CorrelationCase
@@ -66,6 +67,9 @@ class CasesConfig(Strict):
     )
     series: list[SeriesTable] = Field(
         default_factory=list, description="Temperature series for `tedm run-series` and `tedm simulate --series`."
+    )
+    uncertainty: CasesUncertainty = Field(
+        default=CasesUncertainty(), description="Uncertain levels, and how the verdicts are drawn."
     )
 
     @property
@@ -179,6 +183,7 @@ def load_cases(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[Co
             if not any(fnmatchcase(case_id, wanted) for case_id in config.ids):
                 fact = f"there is no case {wanted!r}; there are: {', '.join(config.ids)}"
                 problems.append((f"temperature.within[{number}].cases", fact))
+    problems += config.uncertainty.problems()
     problems += _realisation_problems(config)
     names_of_series = [table.name for table in config.series]
     for number, name in enumerate(names_of_series):
@@ -206,7 +211,11 @@ def _beside(folder: Path, config: CasesConfig) -> CasesConfig:
     requirements = [
         r.model_copy(update={"table": str(folder / r.table)}) if r.table else r for r in config.requirements
     ]
-    return config.model_copy(update={"cases": cases, "requirements": requirements})
+    uncertainty, mesh = config.uncertainty, config.uncertainty.mesh
+    if mesh is not None:
+        beside = mesh.model_copy(update={"other": str(folder / mesh.other)})
+        uncertainty = uncertainty.model_copy(update={"mesh": beside})
+    return config.model_copy(update={"cases": cases, "requirements": requirements, "uncertainty": uncertainty})
 
 
 def _realisation_problems(config: CasesConfig) -> list[tuple[str, str]]:

@@ -34,6 +34,7 @@ from tedm_cli.config.base import (
 )
 from tedm_cli.config.body import Edges, TestMassTable
 from tedm_cli.config.effects import EffectTable
+from tedm_cli.config.uncertainty import ModelUncertainty
 from tedm_cli.config.units import UnitsTable
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.provenance import ConfigFile
@@ -213,6 +214,9 @@ class ModelConfig(Strict):
         description="Other effects of temperature on accelerations and read-outs, which are added to those that the "
         "program computes.",
     )
+    uncertainty: ModelUncertainty = Field(
+        default=ModelUncertainty(), description="What is uncertain of the model, for probabilities of verdicts."
+    )
     _test_masses: list[TestMass] | None = PrivateAttr(default=None)
 
     @field_validator("test_mass")
@@ -287,6 +291,7 @@ def load_model(path: Path) -> tuple[ConfigFile, ModelConfig]:
         if definition.name.upper() == config.model.uniform_label.upper():
             fact = f"'{definition.name}' is the name of the uniform load; choose another, or set model.uniform_label"
             problems.append((f"areas.define[{number}].name", fact))
+    problems += config.uncertainty.problems([tm.name for tm in masses])
     if problems:
         raise ConfigError(problems, where=str(path))
     return file, config

@@ -118,6 +118,11 @@ def _sections(file: File, anchors: dict[type[BaseModel], str], taken: set[str]) 
     return [(heading, table) for _, heading, table in found]
 
 
+def _anchor(heading: str) -> str:
+    """What links to a heading end with."""
+    return "".join(c for c in heading.lower().replace(" ", "-") if c.isalnum() or c in "_-")
+
+
 def _is_array(field: FieldInfo) -> bool:
     """Whether a key holds several tables, and never one by itself."""
     return not any(isinstance(kind, type) for kind in (field.annotation, *_alternatives(field.annotation)))

@@ -13,10 +13,11 @@ from tedm_cli.contracts.spec import (
     FileKind,
     Values,
 )
+from tedm_cli.contracts.uncertainty import UncertaintyDatasets
 
 
-class CaseFile(AreaDatasets, FileKind):
-    """Its datasets by name; `CASE` is the kind of file."""
+class _NoiseDatasets(AreaDatasets):
+    """Spectra, verdicts, and where they come from."""
 
     CASE_ID = Dataset("/case/id", (), "str", "1", "case number")
     CASE_TITLE = Dataset("/case/title", (), "str", "1", "which temperatures move together")
@@ -341,11 +342,15 @@ class CaseFile(AreaDatasets, FileKind):
     )
 
 
+class CaseFile(UncertaintyDatasets, _NoiseDatasets, FileKind):
+    """Its datasets by name; `CASE` is the kind of file."""
+
+
 CASE = CaseFile(
     "case",
     5,
     "tedm run-case",
-    fixed_dims={"band_edge": 2, "plane": 2},
-    derived_dims={"area_column": ("area", 1, 0)},
+    fixed_dims={"band_edge": 2, "plane": 2, "factor": 2, "estimate": 4, "probability": 99},
+    derived_dims={"area_column": ("area", 1, 0), "parameter_column": ("parameter", 1, 0)},
     families={"output": "/output/label", "bound": "/bound_ratio/bound"},
 )

@@ -57,6 +57,16 @@ class SensitivityFile(AreaPlaces, AreaDatasets, GridIds, FileKind):
     TEST_MASS_POSITION = Dataset(
         "/test_mass/position", ("test_mass", "xyz"), "float", "m", "centre of mass of the test mass", BASIC
     )
+    DS_DPOSITION = Dataset(
+        "/test_mass/dS_dposition",
+        ("row", "xyz", "area"),
+        "float",
+        None,
+        "change of S by the nominal position of the row's test mass against the structure, along axes of the basic"
+        " frame; there where positions are uncertain",
+        BASIC,
+        optional=True,
+    )
     TEST_MASS_SHAPE = Dataset("/test_mass/shape", ("test_mass",), "str", "1", "what its body is, with its sizes")
     TEST_MASS_SIDE = Dataset(
         "/test_mass/side", ("test_mass", "xyz"), "float", "m", "edge lengths along its axes of the cuboid that holds it"

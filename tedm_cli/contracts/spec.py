@@ -77,6 +77,9 @@ QUANTITIES = Values(words=("acceleration", "angular_acceleration", "displacement
 LABELS: dict[str, str | tuple[str, ...]] = {
     "xyz": ("x", "y", "z"),
     "band_edge": ("low", "high"),
+    "factor": ("configured", "one"),
+    "estimate": ("probability", "error", "low", "high"),
+    "probability": "/uncertainty/probability",
     "frequency": "/frequency",
     "order": "/filter_sensitivity/order",
     "corner": "/filter_sensitivity/corner",

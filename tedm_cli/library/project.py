@@ -22,6 +22,7 @@ from tedm_cli.config.temperature_spectrum import SpectrumColumns
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import InputError
 from tedm_cli.files.in_memory import in_memory
+from tedm_cli.files.store import Writer
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.library.build import Build, build_folder
 from tedm_cli.library.datasets import dataset_of
@@ -30,6 +31,7 @@ from tedm_cli.noise.correlation import CorrelationCase, LabelledMatrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.quantities import FREQUENCY, MATRIX_ENTRY, TEMPERATURE_ASD
 from tedm_cli.results.case_file import write_case
+from tedm_cli.results.uncertainty import write_uncertainty
 from tedm_cli.stages.noise.case import case_setting
 
 if TYPE_CHECKING:
@@ -186,12 +188,14 @@ def run_case(
     chosen = _case(setting.config, str(case), correlation, of.cases)
     result = setting.run(chosen, setting.correlation(chosen))
     requirement_list = [applied.requirement for applied in setting.criteria.requirements]
-    with in_memory(
-        CASE,
-        (setting.file,),
-        f"tedm.run_case({case!r})",
-        lambda writer: write_case(writer, result, setting.outputs_of(chosen.id).area_id, requirement_list),
-    ) as file:
+    sure = setting.uncertainty(result)
+
+    def write(writer: Writer) -> None:
+        write_case(writer, result, setting.outputs_of(chosen.id).area_id, requirement_list)
+        if sure is not None:
+            write_uncertainty(writer, sure)
+
+    with in_memory(CASE, (setting.file,), f"tedm.run_case({case!r})", write) as file:
         made = dataset_of(file)
     return made.assign_attrs(changed=", ".join(changed)) if changed else made
 

@@ -12,7 +12,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.contributions import ReadOutParts
-from tedm_cli.noise.differences import terms
+from tedm_cli.noise.differences import rows_of, terms
 from tedm_cli.noise.effects import Effects
 from tedm_cli.noise.requirements import UNITS, AppliedRequirement
 
@@ -85,7 +85,7 @@ class Outputs:
         return replace(
             self,
             effects=None if self.effects is None else self.effects.with_differences(of_pairs),
-            rows=np.array([*self.rows, *(self.rows[place[i]] - self.rows[place[j]] for i, j in pairs.values())]),
+            rows=rows_of((*self.labels, *pairs), dict(zip(self.labels, self.rows, strict=True))),
             labels=(*self.labels, *pairs),
             kinds=(*self.kinds, *(self.kinds[place[i]] for i, _ in pairs.values())),
             parts_of_read_outs=parts,

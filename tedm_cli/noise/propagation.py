@@ -139,6 +139,18 @@ class OutputNoise:
         """
         return psd_of_fields(self.fields, self.carrier_values)
 
+    def cross_spectra(self) -> AnyArray:
+        """One-sided cross-spectral densities Z C(f) Zᴴ of the outputs, [F, n_out, n_out], by their units; Hermitian.
+
+        Real where no correlation and no delay is complex. The diagonal is `psd`.
+        """
+        fields, values = self.fields, self.carrier_values
+        if len(values) == 1:
+            one = fields[:, 0] @ fields[:, 0].conj().T
+            return np.asarray((values[0].real ** 2 + values[0].imag ** 2)[:, None, None] * one)
+        summed = [np.tensordot(values[:, f], fields, axes=(0, 1)) for f in range(values.shape[1])]
+        return np.stack([y @ y.conj().T for y in summed])
+
 
 def psd_of_fields(fields: AnyArray, values: AnyArray) -> FloatArray:
     """PSD [n_out, F] of the sum over carriers of `fields` [n_out, c, m] times `values` [c, F]."""

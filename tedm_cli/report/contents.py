@@ -33,8 +33,10 @@ from tedm_cli.report.provenance import ReportFile, provenance_section
 from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.series import series_section
 from tedm_cli.report.summary import summary_section
+from tedm_cli.report.uncertain import uncertainty_section
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.report.where import Where, where_section
+from tedm_cli.results.chances import uncertain_cases
 from tedm_cli.results.dynamics import ClosedLoop
 from tedm_cli.results.dynamics_in_time import IN_TIME
 from tedm_cli.results.effects import OwnEffect
@@ -209,7 +211,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
     if loop is not None:
         sections.append(closed_loop_section(loop, words, figures["closed loop"], titles))
     if judged:
-        sections.append(how_sure_section(cases, figures["certainty"]))
+        sections.append(how_sure_section(cases, [*figures["certainty"], *figures["uncertainty"]]))
     sections += [
         key_figures_section(inputs.model, inputs.distortion, inputs.field, inputs.optics, areas, loop),
         assumptions_section(cases, inputs.field, inputs.layout_notes, loop, titles),
@@ -229,6 +231,7 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
         sections += [
             why_section(cases, of["contributors"], titles),
             sure_section(cases, of["certainty"]),
+            *([uncertainty_section(cases, of["uncertainty"])] if uncertain_cases(cases) else []),
             change_section(cases, of["improvement"], titles),
         ]
     if loop is not None:

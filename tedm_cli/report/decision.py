@@ -9,6 +9,7 @@ import numpy as np
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.report.document import Label, Link, Paragraph, Ref, Section, State, Strong, Text, VerdictCard
 from tedm_cli.report.evidence import cancels, few, improvement_key
+from tedm_cli.report.uncertain import chance_words, violated_words
 from tedm_cli.report.verdicts import Titles, exceeding, state_of
 from tedm_cli.results.deciding import LIKELY, Pair, by_requirement, deciding, possible_of, without_repeats, worst_of
 from tedm_cli.results.field import worst_at_rest
@@ -70,8 +71,8 @@ def _card(limit: Limit, pairs: Sequence[Pair], titles: Titles, benches: int) -> 
         Label(labels),
         " is ",
         _where(state, likely, possible),
-        f": the {clause(output_title(j.output))} reaches {ratio_text(j.ratio)} times the limit at"
-        f" {mhz_text(j.binding_hz)} in case {case.id}"
+        f"{violated_words(case, j)}: the {clause(output_title(j.output))} reaches {ratio_text(j.ratio)} times the limit"
+        f" at {mhz_text(j.binding_hz)} in case {case.id}"
         f" ({case.title[:1].lower()}{case.title[1:]}), with a safety factor of {case.safety_factor:g} on amplitudes.",
     )
     facts: list[tuple[str, Text]] = []
@@ -149,6 +150,8 @@ def how_sure(case: CaseNoise, j: JudgedOutput) -> str:
     bare = j.ratio / case.safety_factor
     if case.safety_factor != 1.0 and not j.passed:
         said.append(f"without the safety factor it is {ratio_text(bare)}, {'met' if bare <= 1.0 else 'still violated'}")
+    if chance := chance_words(case, j):
+        said.append(chance)
     text = "; ".join(said)
     return capital(text)
 

@@ -10,7 +10,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.document import Block, Cell, Columns, Figure, Heading, Paragraph, Row, Section, Table, columns, row
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.deciding import Pair, by_requirement, deciding, without_repeats
+from tedm_cli.results.deciding import deciding_pairs, without_repeats
 from tedm_cli.results.noise import MATCHED, WAYS, CaseNoise, JudgedOutput, level_unit
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import (
@@ -64,15 +64,6 @@ def why_section(cases: Sequence[CaseNoise], figures: Sequence[Figure], titles: T
         " Contribution: sensitivity × temperature noise at the binding frequency, without the safety factor."
     )
     return Section("contributors", "What the noise comes from", "Contributors", (Paragraph(text), *figures, *tables))
-
-
-def deciding_pairs(cases: Sequence[CaseNoise]) -> list[Pair]:
-    """For each output and requirement the case that decides; outputs that say the same are told once."""
-    found: list[Pair] = []
-    for _, pairs in by_requirement(without_repeats(cases)):
-        outputs = dict.fromkeys(j.output for _, j in pairs)
-        found += [deciding([p for p in pairs if p[1].output == output]) for output in outputs]
-    return found
 
 
 def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:

@@ -25,6 +25,7 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
+from tedm_cli.report.uncertain import uncertainty_facts
 from tedm_cli.report.verdicts import NOT_JUDGED, Titles, exceeding, noise_judgements, worst_first
 from tedm_cli.results.deciding import by_requirement
 from tedm_cli.results.dynamics import ClosedLoop
@@ -226,6 +227,7 @@ def assumptions_section(
                 " frequency",
             )
         )
+    facts += uncertainty_facts(cases)
     if field is not None:
         how = {"quadrature": "spread over its elements", "lumped": "lumped at its grids"}.get(
             field.mass_model, field.mass_model

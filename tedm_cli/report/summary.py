@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.report.assumed_filter import TurnedByFilter, beyond_words, turned_by_filter
 from tedm_cli.report.document import Block, Cell, FileLink, Paragraph, Row, Section, Strong, Table, Text, columns, row
+from tedm_cli.report.uncertain import chance_cell, chance_words
 from tedm_cli.report.verdicts import (
     NOT_JUDGED,
     C,
@@ -20,12 +22,16 @@ from tedm_cli.report.verdicts import (
     noise_judgements,
     worst_first,
 )
+from tedm_cli.results.chances import distribution_of, probability_words, uncertain_cases
 from tedm_cli.results.deciding import LIKELY, POSSIBLE, possible_of, worst_of
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, SimulatedCase
 from tedm_cli.results.field import worst_at_rest
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, clause, count, mhz_text, ratio_text, span
+from tedm_cli.uncertainty.verdicts import CaseUncertainty
+
+_PLURAL = {"modulus": "moduli", "density": "densities", "thickness": "thicknesses", "mesh": "meshes"}
 
 Noise = list[Judgement[CaseNoise, JudgedOutput]]
 Loop = list[Judgement[SimulatedCase, LoopOutput]]
@@ -73,7 +79,7 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
     if failing:
         case, worst_noise = failing[0].decides
         title, ratio = output_title(failing[0].output), ratio_text(worst_noise.ratio)
-        said.append(f"the {clause(title)} is {ratio} times its limit in case {case.id}")
+        said.append(f"the {clause(title)} is {ratio} times its limit in case {case.id}{_chance(case, worst_noise)}")
     if outside:
         worst = worst_at_rest(dc)
         said.append(
@@ -96,7 +102,8 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
         also = f"; at risk besides: {risk}" if risk else ""
         return (Strong("The requirements are not met"), f": {and_text(said)}{also}.{hangs}")
     if risk:
-        return (Strong("The requirements are met in the likely cases, and at risk in others"), f": {risk}.{hangs}")
+        words = f": {risk}.{hangs}{_chance_words(noise)}"
+        return (Strong("The requirements are met in the likely cases, and at risk in others"), words)
     if not (noise or closed or dc):
         return (Strong("Nothing is judged"), ": the project names no requirement.")
     ratios = [j.possible[1].ratio for j in noise] + [j.possible[1].ratio for j in closed] + [v.ratio for v in dc]
@@ -104,11 +111,35 @@ def verdict_sentence(noise: Noise, dc: Sequence[DcVerdict], closed: Loop) -> Tex
         return (
             Strong("All that is required is met with the assumed temperature filter, but not with every other"),
             f": the largest ratio to a limit is {ratio_text(max(ratios))} in the cases that can occur, and other"
-            f" filters bring {beyond_words(turned)}.",
+            f" filters bring {beyond_words(turned)}.{_chance_words(noise)}",
         )
     return (
         Strong("All that is required is met"),
-        f", in every case that can occur: the largest ratio to a limit is {ratio_text(max(ratios))}.",
+        f", in every case that can occur: the largest ratio to a limit is {ratio_text(max(ratios))}."
+        f"{_chance_words(noise)}",
+    )
+
+
+def _chance(case: CaseNoise, j: JudgedOutput) -> str:
+    """` (violated with probability 0.97)`, or ""."""
+    d = distribution_of(case, j)
+    return "" if d is None else f" (violated with {probability_words(d.violated)})"
+
+
+def _chance_words(noise: Noise) -> str:
+    """The largest probability that what is met at the nominal values is not, where there are probabilities."""
+    found = [
+        (d.violated.probability, case.id, judgement.output, d.violated)
+        for judgement in noise
+        for case, j in possible_of(judgement.pairs)
+        if (d := distribution_of(case, j)) is not None
+    ]
+    if not found:
+        return ""
+    _, case_id, output, chance = max(found, key=lambda one: one[0])
+    return (
+        f" With all that is uncertain, the {clause(output_title(output))} is beyond its limit with"
+        f" {probability_words(chance)} in case {case_id}, and no other with a larger one."
     )
 
 
@@ -127,8 +158,13 @@ def _risk_words(found: Judgement[C, J]) -> str:
 
 def _verdicts(noise: Noise, dc: Sequence[DcVerdict], closed: Loop, by_role: bool, titles: Titles) -> Table:
     rows: list[Row] = []
+    uncertain = bool(uncertain_cases([case for found in noise for case, _ in found.pairs]))
     for head, more, part in (
-        ("Noise by temperature", "each output by itself", judgement_rows(noise, titles, by_role)),
+        (
+            "Noise by temperature",
+            "each output by itself",
+            judgement_rows(noise, titles, by_role, chance_cell if uncertain else None),
+        ),
         (
             "Closed loop",
             "the same temperatures, and all other noise",
@@ -144,11 +180,20 @@ def _verdicts(noise: Noise, dc: Sequence[DcVerdict], closed: Loop, by_role: bool
             rows += [row(head, more, kind="head"), *part]
     titles_of = ["Output", "Requirement", "Verdict", "Ratio\n(1)", "Margin\n(1)", "At"]
     titles_of += ["Worst likely\ncase", "Worst of all\npossible cases"] if by_role else ["Worst case"]
+    if uncertain:
+        titles_of.append("Probability\nof violation")
+        rows = [r if len(r.cells) == len(titles_of) or r.kind == "head" else _padded(r) for r in rows]
     text = "Every judged output. Ratio: largest safety factor × noise / limit over the band; margin: 1 / ratio." + (
         " At risk: met in the likely cases, violated in another that can occur." * by_role
+        + " Probability: over all that is uncertain, in the case of the ratio." * uncertain
     )
     head_row = columns(*titles_of, text=(0, 1, 2, 5, 6, 7))
     return Table(head_row, tuple(rows), text, tight=True, key="verdicts")
+
+
+def _padded(of: Row) -> Row:
+    """A row without a probability: nothing of it is drawn."""
+    return replace(of, cells=(*of.cells, Cell("")))
 
 
 def _parameters(first: Judgement[CaseNoise, JudgedOutput], cases: Sequence[CaseNoise]) -> Table:
@@ -183,6 +228,8 @@ def _parameters(first: Judgement[CaseNoise, JudgedOutput], cases: Sequence[CaseN
             ),
         )
     )
+    if case.uncertainty is not None:
+        rows.append(row("What is uncertain", _uncertain(case.uncertainty), capital(chance_words(case, j))))
     others = [p for p in possible_of(first.pairs) if p[0].id != case.id]
     said = f"case {case.id}: {case.title[:1].lower()}{case.title[1:]}"
     bounds = span(j.bound_ratio["minimum"], j.bound_ratio["maximum"])
@@ -203,6 +250,12 @@ def _parameters(first: Judgement[CaseNoise, JudgedOutput], cases: Sequence[CaseN
     )
     return Table(columns("Parameter", "Here", "With another value", text=(0, 1, 2)), tuple(rows), text, tight=True,
                  key="parameters")  # fmt: skip
+
+
+def _uncertain(u: CaseUncertainty) -> str:
+    """Parameters by what they are: `6 expansions, 2 levels`."""
+    quantities = [p.quantity for p in u.parameters.items]
+    return ", ".join(count(quantities.count(q), q, _PLURAL.get(q, "")) for q in dict.fromkeys(quantities))
 
 
 def _span_cell(low: float, high: float, more: str) -> Cell:

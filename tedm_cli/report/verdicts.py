@@ -127,14 +127,18 @@ def margin_text(ratio: float) -> str:
     return ratio_text(1.0 / ratio) if ratio > 0.0 else "any"
 
 
-def judgement_rows(found: Sequence[Judgement[C, J]], titles: Titles, by_role: bool) -> list[Row]:
+def judgement_rows(
+    found: Sequence[Judgement[C, J]], titles: Titles, by_role: bool, more: Callable[[C, J], Cell] | None = None
+) -> list[Row]:
     """Rows of the table of verdicts; outputs of which the same is to be said share one.
 
-    `by_role`: likely cases and all that can occur have columns of their own.
+    `by_role`: likely cases and all that can occur have columns of their own. `more`: a last cell, of the case
+    whose ratio is told.
     """
     alike: dict[tuple[Cell | str, ...], list[str]] = {}
     for one in found:
-        alike.setdefault(_said(one, titles, by_role), []).append(one.output)
+        last = [] if more is None else [more(*(one.likely or one.possible))]
+        alike.setdefault((*_said(one, titles, by_role), *last), []).append(one.output)
     return [
         row(Cell(capital(output_title(", ".join(outputs))), label=", ".join(sorted(outputs))), *cells)
         for cells, outputs in alike.items()

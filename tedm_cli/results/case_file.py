@@ -32,6 +32,7 @@ from tedm_cli.results.noise import (
     TemperatureSpectra,
     spectra_of,
 )
+from tedm_cli.results.uncertainty import read_uncertainty
 from tedm_cli.results.wording import count, parts_noun
 
 _BOUND = {
@@ -175,6 +176,7 @@ def read_case(file: Reader) -> CaseNoise:
         limits=limits,
         filter_order=file.array(CASE.FILTER_SENSITIVITY_ORDER) if has_filter else np.empty(0),
         filter_corner_hz=file.array(CASE.FILTER_SENSITIVITY_CORNER) if has_filter else np.empty(0),
+        uncertainty=read_uncertainty(file),
     )
 
 

@@ -77,6 +77,15 @@ def worth_showing(cases: Sequence[CaseNoise], kind: str) -> list[Pair]:
     return [first] if worst[0] is first[0] else [first, worst]
 
 
+def deciding_pairs(cases: Sequence[CaseNoise]) -> list[Pair]:
+    """For each output and requirement the case that decides; outputs that say the same are told once."""
+    found: list[Pair] = []
+    for _, pairs in by_requirement(without_repeats(cases)):
+        outputs = dict.fromkeys(j.output for _, j in pairs)
+        found += [deciding([p for p in pairs if p[1].output == output]) for output in outputs]
+    return found
+
+
 def without_repeats(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
     """The cases with outputs that say the same, as redundant read-outs do, as one that bears all their names.
 

@@ -13,13 +13,14 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.areas import unit_per
 
 Cell = str | float | bool | None
-Form = Literal["text", "number", "fixed", "share", "ratio", "verdict"]
+Form = Literal["text", "number", "fixed", "share", "ratio", "chance", "verdict"]
 ROUNDING = 1e-12  # shares, and sums over what is summed, below this are nothing
 
 
 @dataclass(frozen=True)
 class Column:
-    """Name of a column, what its cells are (`fixed`: numbers with one decimal), and their unit where all have one.
+    """Name of a column, what its cells are (`fixed`: numbers with one decimal, `chance`: a probability), and their unit
+    where all have one.
 
     whole : what shares are of, for its title where tables of one output differ in that.
     """

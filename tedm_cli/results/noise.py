@@ -12,6 +12,7 @@ from tedm_cli.noise.areas import AreaTable, unit_of_group
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.ranking import all_largest, first_largest
 from tedm_cli.results.titles import requirement_title
+from tedm_cli.uncertainty.verdicts import CaseUncertainty
 
 REALISATION_CONFIDENCE = 0.95  # of the intervals drawn around estimates from realisations
 SILENCED, QUIETER, MATCHED = "silenced", "quieter", "matched"
@@ -156,7 +157,8 @@ class CaseNoise:
     `areas` are its k areas: those of the model, and behind them gradients within areas where the case has any. `role`
     is likely, possible or diagnostic; `reason` says why the case is there, empty where nothing is said.
     `block` is [k], the correlated block of each area, -1 for silent ones. `filter_order` and
-    `filter_corner_hz` are the axes of each `filter_ratio`, empty where there is no low-pass.
+    `filter_corner_hz` are the axes of each `filter_ratio`, empty where there is no low-pass. `uncertainty` says how
+    sure the verdicts are; None where nothing is configured to be uncertain.
     """
 
     id: str
@@ -172,6 +174,7 @@ class CaseNoise:
     limits: tuple[Limit, ...]
     filter_order: FloatArray
     filter_corner_hz: FloatArray
+    uncertainty: CaseUncertainty | None = None
 
     @property
     def active(self) -> BoolArray:

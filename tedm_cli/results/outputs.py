@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import OPTICS, SENSITIVITY, AreaDatasets
+from tedm_cli.contracts import OPTICS, SENSITIVITY, AreaDatasets, FileKind
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
@@ -22,6 +22,7 @@ from tedm_cli.files.build_folder import (
     require_configuration,
     require_same_areas,
     require_same_input,
+    require_up_to_date,
 )
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.contributions import ReadOutParts
@@ -33,28 +34,34 @@ from tedm_cli.results.self_gravity import read_self_gravity
 from tedm_cli.results.sides import require_plane
 
 _READ_OUT_KIND = {"m": "displacement", "rad": "angle"}
+_UNIT = {"acceleration": "m/s^2", "angular_acceleration": "rad/s^2", **{k: u for u, k in _READ_OUT_KIND.items()}}
 
 
 @dataclass(frozen=True, eq=False)
 class ModelOutputs(Outputs):
     """The outputs of a build folder; `area_id` [k] are the numbers that the model gives its thermal areas.
 
-    `sources` are the files that they are in: of self-gravity and of the read-outs, as far as the project has them, and
-    of effects of the user's own.
+    `matrices` are the files that they are in: of self-gravity and of the read-outs, as far as the project has them;
+    `tables` those of effects of the user's own.
     """
 
     area_id: IntArray = field(kw_only=True)
-    sources: tuple[Path, ...] = field(kw_only=True)
+    matrices: tuple[Path, ...] = field(kw_only=True)
+    tables: tuple[Path, ...] = field(default=(), kw_only=True)
+
+    @property
+    def sources(self) -> tuple[Path, ...]:
+        """All files that they are from."""
+        return (*self.matrices, *self.tables)
 
 
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """The outputs of one file: rows [n, k] per kelvin, labels, kinds, units before "/K"; what read-outs are made of."""
+    """The outputs of one file: rows [n, k] per kelvin, labels, kinds, and what read-outs are made of."""
 
     rows: FloatArray
     labels: list[str]
     kinds: list[str]
-    units: list[str]
     parts: dict[str, ReadOutParts] = field(default_factory=dict)
     benches: int = 0
 
@@ -82,33 +89,55 @@ def read_outputs(project: Project) -> ModelOutputs:
         require_same_areas(files[0], *files[1:])
         for file in files:
             require_plane(file, project, model)
-        families = [_gravity(file) if file.kind is SENSITIVITY else _read_outs(file) for file in files]
-        areas, labels = read_areas(files[0]), tuple(label for f in families for label in f.labels)
-        kinds = tuple(kind for f in families for kind in f.kinds)
-        effects = read_effects(project, model, labels, [unit for f in families for unit in f.units], areas)
-        rows, parts = effects.added_to(
-            labels,
-            np.concatenate([f.rows for f in families]),
-            {label: parts for f in families for label, parts in f.parts.items()},
-        )
-        return ModelOutputs(
-            areas,
-            rows,
-            labels,
-            kinds,
-            parts,
-            benches=sum(f.benches for f in families),
+        outputs = _together(files)
+        areas, labels = outputs.areas, outputs.labels
+        effects = read_effects(project, model, labels, [_UNIT[kind] for kind in outputs.kinds], areas)
+        rows, parts = effects.added_to(labels, outputs.rows, outputs.parts_of_read_outs)
+        return replace(
+            outputs,
+            rows=rows,
+            parts_of_read_outs=parts,
             effects=effects if effects.names else None,
-            area_id=files[0].array(AreaDatasets.AREA_ID),
-            sources=(*(file.path for file in files), *effect_files(project, model)),
+            tables=tuple(effect_files(project, model)),
         )
+
+
+def outputs_in(folder: Path, names: Sequence[str]) -> ModelOutputs:
+    """The outputs in the files of these names in a build folder, whatever its project and its effects.
+
+    Raises
+    ------
+    InputError : files that are missing or stale, or stem from different distortion matrices.
+    """
+    kinds: dict[str, FileKind] = {SENSITIVITY_FILE: SENSITIVITY, OPTICS_FILE: OPTICS}
+    with contextlib.ExitStack() as stack:
+        files = [stack.enter_context(open_checked(folder / name, kinds[name])) for name in names]
+        for file in files:
+            require_up_to_date(file)
+        require_same_input(DISTORTION_FILE, *files)
+        require_same_areas(files[0], *files[1:])
+        return _together(files)
+
+
+def _together(files: Sequence[Reader]) -> ModelOutputs:
+    """The outputs of open files with the same areas."""
+    families = [_gravity(file) if file.kind is SENSITIVITY else _read_outs(file) for file in files]
+    return ModelOutputs(
+        read_areas(files[0]),
+        np.concatenate([f.rows for f in families]),
+        tuple(label for f in families for label in f.labels),
+        tuple(kind for f in families for kind in f.kinds),
+        {label: parts for f in families for label, parts in f.parts.items()},
+        benches=sum(f.benches for f in families),
+        area_id=files[0].array(AreaDatasets.AREA_ID),
+        matrices=tuple(file.path for file in files),
+    )
 
 
 def _gravity(file: Reader) -> _Family:
     gravity = read_self_gravity(file)
     kinds = ["angular_acceleration" if u.startswith("rad") else "acceleration" for u in gravity.unit]
-    units = [u.removesuffix("/K") for u in gravity.unit]
-    return _Family(_finite(gravity.S, gravity.label, file.path, SENSITIVITY.S), gravity.label, kinds, units)
+    return _Family(_finite(gravity.S, gravity.label, file.path, SENSITIVITY.S), gravity.label, kinds)
 
 
 def _read_outs(file: Reader) -> _Family:
@@ -121,9 +150,8 @@ def _read_outs(file: Reader) -> _Family:
         distortion = read_outs.gain[name] @ (read_outs.motion - read_outs.rigid_motion) + read_outs.N_plates(name)
         for i, label in enumerate(read_outs.label):
             parts[f"{name}_{label}"] = ReadOutParts(tuple(read_outs.part_names), by_part[i], distortion[i])
-    units = read_outs.unit * len(read_outs.sets)
-    kinds = [_READ_OUT_KIND[u] for u in units]
-    return _Family(np.concatenate(rows), read_outs.names, kinds, units, parts, len(read_outs.benches))
+    kinds = [_READ_OUT_KIND[u] for u in read_outs.unit] * len(read_outs.sets)
+    return _Family(np.concatenate(rows), read_outs.names, kinds, parts, len(read_outs.benches))
 
 
 def _finite(rows: FloatArray, labels: Sequence[str], path: Path, dataset: str) -> FloatArray:

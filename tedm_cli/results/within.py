@@ -180,7 +180,7 @@ class _Acting:
 
 def _acting(path: Path, number: int, outputs: ModelOutputs, project: Project) -> _Acting:
     """Read the adjoint; `number` is of a table that asks for it."""
-    if not any(source.name == SENSITIVITY_FILE for source in outputs.sources):
+    if not any(source.name == SENSITIVITY_FILE for source in outputs.matrices):
         fact = "takes adjoint.h5, which a project without test masses has not"
         raise ConfigError([(f"temperature.within[{number}]", fact)], where=str(project.cases))
     if not path.exists():
@@ -192,7 +192,7 @@ def _acting(path: Path, number: int, outputs: ModelOutputs, project: Project) ->
 
 def _read(file: Reader, outputs: ModelOutputs, project: Project) -> _Acting:
     require_configuration(file, project.model)
-    for used in input_files(outputs.sources):
+    for used in input_files(outputs.matrices):
         require_input(file, used)
     if file.has(ADJOINT.REFUSAL):
         raise InputError(

@@ -95,6 +95,17 @@ def percent(share: float, digits: int = 0) -> str:
     return text.removeprefix("-") if float(text[:-2]) == 0.0 else text.replace("-", "−")
 
 
+def chance_text(probability: float, low: float, high: float) -> str:
+    """A probability by draws, `0.974`; where it happened never or always, what it is below or above: `< 0.0004`."""
+    if probability == 0.0:
+        return f"< {high:.1g}"
+    if probability == 1.0:
+        digits = max(2, math.ceil(-math.log10(1.0 - low)))
+        return f"> {math.floor(low * 10**digits) / 10**digits:.{digits}f}"
+    digits = min(6, max(2, math.ceil(-math.log10(min(probability, 1.0 - probability))) + 1))
+    return f"{probability:.{digits}f}"
+
+
 def count(n: int, noun: str, plural: str = "") -> str:
     """`1 case`, `2 cases`."""
     return f"{n} {noun if n == 1 else plural or noun + 's'}"

@@ -169,7 +169,7 @@ def test_all_problems_of_all_cases_are_told_before_the_first_is_run(small: Proje
             ["3", "4", "1", "10b"],
             None,
             silent,
-            lambda path, result, realised: happened.append(path.name),
+            lambda one: happened.append(one.path.name),
             lambda error: happened.append(str(error)),
         )
     told, *files = happened

@@ -24,6 +24,7 @@ PURE_ROOMS = {
     "mapping",
     "thermal",
     "view",
+    "uncertainty",
     "distortion.py",
     "chain",
 }

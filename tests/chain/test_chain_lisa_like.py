@@ -183,7 +183,7 @@ def test_each_bench_is_said_not_to_move_as_one(lisa: Project, tmp_path: Path) ->
         ["5"],
         tmp_path / "case.h5",
         silent,
-        lambda path, result, realised: said.extend(contributor_lines(result, 10)),
+        lambda one: said.extend(contributor_lines(one.result, 10)),
     )
     assert len([line for line in said if "ratio if each bench did not move as one: " in line]) == 4
     assert not [line for line in said if "the bench" in line]

@@ -14,12 +14,12 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.report.assumed_filter import turned_by_filter
 from tedm_cli.report.decision import cards_section, field_words, limited_by
 from tedm_cli.report.document import Paragraph, Table, VerdictCard, plain
-from tedm_cli.report.evidence import change_section, deciding_pairs, share_text
+from tedm_cli.report.evidence import change_section, share_text
 from tedm_cli.report.proof import at_rest_section
 from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.summary import verdict_sentence
 from tedm_cli.report.verdicts import noise_judgements, worst_first
-from tedm_cli.results.deciding import deciding, without_repeats
+from tedm_cli.results.deciding import deciding, deciding_pairs, without_repeats
 from tedm_cli.results.noise import SILENCED, WAYS, CaseNoise, JudgedOutput, Limit, NamedImprovement
 
 AREAS = AreaTable(

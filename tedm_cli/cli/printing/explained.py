@@ -20,7 +20,7 @@ def told_lines(told: Told, most: int | None) -> list[str]:
     for one in told.tables:
         rows = one.rows[:most] if one.ranked else one.rows
         head = [_title(c) for c in one.columns]
-        right = [i for i, c in enumerate(one.columns) if c.form in ("number", "fixed", "share", "ratio")]
+        right = [i for i, c in enumerate(one.columns) if c.form in ("number", "fixed", "share", "ratio", "chance")]
         cells = [[_text(cell, column) for cell, column in zip(row, one.columns, strict=True)] for row in rows]
         lines += ["", *table(head, cells, right=right)]
         if len(rows) < len(one.rows):
@@ -67,6 +67,8 @@ def _text(cell: Cell, column: Column) -> str:
         return str(cell)
     if column.form == "share":
         return f"{100.0 * cell:.3g}"
+    if column.form == "chance":
+        return f"{cell:.3g}"
     if column.form == "fixed":
         return f"{cell + 0.0:.1f}".replace("-0.0", "0.0") if abs(cell) < 0.05 else f"{cell:.1f}"
     if column.form == "ratio":

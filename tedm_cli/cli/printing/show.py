@@ -6,7 +6,7 @@ from typing import Any
 
 from tedm_cli.cli.printing.adjoint import material_lines
 from tedm_cli.cli.printing.table import above_rounding, table
-from tedm_cli.results.wording import count, ratio_text
+from tedm_cli.results.wording import chance_text, count, ratio_text
 
 
 def show_lines(d: dict[str, Any], most: int | None) -> list[str]:
@@ -21,6 +21,7 @@ def show_lines(d: dict[str, Any], most: int | None) -> list[str]:
         *_verdict_lines(d, most),
         *(f"{key}: {_value(value)}" for key, value in d["main"].items() if key not in judged),
         *material_lines(d.get("materials", []), most),
+        *_uncertainty_lines(d),
         "",
         *origin,
         *inputs,
@@ -37,16 +38,47 @@ def _verdict_lines(d: dict[str, Any], most: int | None) -> list[str]:
     worst, failed = verdicts[0], sum(not v["passed"] for v in verdicts)
     total = count(len(verdicts), "verdict")
     said = f"FAIL, {failed} of {total} violated" if failed else f"pass, {total}"
+    sure = _chances(d)
     rows = [
-        (v["output"], v["requirement"], ratio_text(v["ratio"]), "pass" if v["passed"] else "FAIL")
+        (
+            v["output"],
+            v["requirement"],
+            ratio_text(v["ratio"]),
+            *([sure[v["output"], v["requirement"]]] if sure else []),
+            "pass" if v["passed"] else "FAIL",
+        )
         for v in verdicts[:most]
     ]
+    head = ("output", "requirement", "ratio", *(["P(violated)"] if sure else []), "verdict")
     more = len(verdicts) - len(rows)
     return [
         f"{d['file']}: {said}; worst: {worst['output']}, {worst['requirement']}, ratio {ratio_text(worst['ratio'])}",
-        *table(("output", "requirement", "ratio", "verdict"), rows, right=(2,)),
+        *table(head, rows, right=(2, 3) if sure else (2,)),
         *([f"and {more} more (--top 0: all)"] if more else []),
     ]
+
+
+def _uncertainty_lines(d: dict[str, Any]) -> list[str]:
+    """Of how many parameters the probabilities are, and what they lack."""
+    found = d.get("uncertainty")
+    if found is None:
+        return []
+    chance = chance_text(*(found["any_violated"][key] for key in ("probability", "low", "high")))
+    return [
+        f"probability that any is violated: {chance}, by {count(len(found['parameters']), 'uncertain parameter')}",
+        *(f"left out of the uncertainty: {what}" for what in found["left_out"]),
+    ]
+
+
+def _chances(d: dict[str, Any]) -> dict[tuple[str, str], str]:
+    """The probability that each verdict is a violation, by output and requirement; none where nothing is uncertain."""
+    found = d.get("uncertainty")
+    if found is None:
+        return {}
+    return {
+        (v["output"], v["requirement"]): chance_text(*(v["violated"][key] for key in ("probability", "low", "high")))
+        for v in found["verdicts"]
+    }
 
 
 def _value(value: Any) -> str:

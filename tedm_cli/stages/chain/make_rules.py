@@ -71,6 +71,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("CASE_ADJOINT", "the build folder", [files.case_adjoint])
     make.files("CASE_SOURCES", "requirement, case", files.case_sources)
     make.files("SPECTRA", "temperature", files.spectra)
+    make.files("UNCERTAINTY_SOURCES", "uncertainty.mesh", files.uncertainty_sources)
     make.files("DYNAMICS_TOML", "dynamics", [files.dynamics])
     make.files("DYNAMICS_SOURCES", "dynamics", files.dynamics_sources)
     make.files("THERMAL_TOML", "thermal", [files.thermal])

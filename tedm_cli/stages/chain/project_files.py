@@ -34,6 +34,7 @@ from tedm_cli.files.build_folder import (
 from tedm_cli.results.effects import effect_files
 from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.stages.temperature_series import series_files
+from tedm_cli.stages.uncertain_files import uncertainty_sources
 
 
 def chain_files(project: Project) -> ChainFiles:
@@ -85,6 +86,7 @@ def chain_files(project: Project) -> ChainFiles:
         thermal_sources=thermal_sources(project, cases, build / ADJOINT_FILE if halves.gravity else None),
         case_sources=(*cases.tables, *cases.matrices),
         spectra=tuple(table_paths(project, cases)),
+        uncertainty_sources=uncertainty_sources(project, model, cases),
         runs=tuple(Named(c, build / case_file_name(c)) for c in cases.ids),
         simulations=tuple(Named(c, build / simulation_file_name(c)) for c in cases.ids if closed),
         series=tuple(Named(n, build / series_file_name(n), tables) for n, tables in series.items()),

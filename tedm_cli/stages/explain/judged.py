@@ -30,11 +30,18 @@ from tedm_cli.results.dynamics import LoopOutput, read_simulation
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_share, by_size
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.titles import at_rest_requirement, output_title, outputs_title
+from tedm_cli.results.uncertainty import read_uncertainty
 from tedm_cli.results.wording import and_text, count, ratio_text
 
 _NOISE = (
     *(Column("output"), Column("requirement"), Column("case"), Column("role"), Column("ratio", "ratio")),
     *(Column("at Hz", "number"), Column("verdict", "verdict")),
+)
+
+
+_CHANCES = (
+    *(Column("output"), Column("requirement"), Column("case"), Column("violated", "chance")),
+    *(Column("by factor 1", "chance"), Column("5 %", "ratio"), Column("median", "ratio"), Column("95 %", "ratio")),
 )
 
 
@@ -74,6 +81,7 @@ def explain_requirement(project: Project, name: str) -> Told:
             tables.append(Table(key, _NOISE, rows, ranked=True))
             notes += unread
             facts += _summary(rows)
+    tables.append(_chances(project, lambda _, requirement: requirement == name))
     if limits:
         sources = and_text(list(dict.fromkeys(limit.source for limit in limits)))
         facts.append(f"limits the field at rest by {count(len(limits), 'limit')}: {sources}")
@@ -115,6 +123,7 @@ def explain_case(project: Project, name: str) -> Told:
             areas = read_areas(file)
         if areas.within.any():
             facts.append(f"with gradients within areas: {', '.join(areas.name[areas.within].tolist())}")
+    tables.append(_chances(project, lambda *_: True, [name]))
     notes.append(f"`tedm run-case {name} -v` says what each verdict comes from")
     return Told(name, "case", table.title, tuple(facts), tuple(tables), tuple(notes))
 
@@ -202,6 +211,18 @@ def _verdicts(
         role = file.string(CASE.CASE_ROLE)
         rows += [(o, q, case_id, role, ratio, hz, bool(ok)) for o, q, ratio, hz, ok in columns if wanted(o, q)]
     return by_size(rows, 4), notes
+
+
+def _chances(project: Project, wanted: Callable[[str, str], bool], ids: Sequence[str] | None = None) -> Table:
+    """Probabilities of a violation, largest first, and percentiles of the ratios; empty where nothing is uncertain."""
+    rows: list[tuple[Cell, ...]] = []
+    for case_id, file in _files(project, CASE, case_file_name, [], ids):
+        u = read_uncertainty(file)
+        for d in u.verdicts if u is not None else ():
+            if wanted(d.output, d.requirement):
+                chances = (d.violated.probability, d.violated_bare.probability)
+                rows.append((d.output, d.requirement, case_id, *chances, *(d.percentile(q) for q in (5, 50, 95))))
+    return Table("probabilities", _CHANCES, by_size(by_size(rows, 6), 3), ranked=True)
 
 
 def _files(

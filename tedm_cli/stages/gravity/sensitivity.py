@@ -39,6 +39,7 @@ from tedm_cli.results.unit_loads import area_of_grids, mass_of
 from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
 from tedm_cli.stages.gravity.at_rest import BY_AREA, verdicts_at_rest, write_verdicts
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
+from tedm_cli.stages.gravity.positions import position_sensitivity
 from tedm_cli.stages.gravity.tied_blocks import tied_operators, write_blocks
 from tedm_cli.threads import side_by_side
 
@@ -172,6 +173,9 @@ def _build(
     tied = tied_operators(test_masses, blocks, sources.block_quadrature, ties, masses.position, masses.lever_node)
     sensitivity = self_gravity_sensitivity(found, tied, masses.lever_node, distortion, writer, step)
     writer.write(SENSITIVITY.S, sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
+    if config.uncertainty.test_mass:
+        rates = position_sensitivity(config, masses, blocks, ties, distortion, step)
+        writer.write(SENSITIVITY.DS_DPOSITION, rates, units="per m and per /area/unit, see /row/unit")
     names = distortion.strings(DISTORTION.AREA_NAME)
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
     return SensitivitySummary(

@@ -14,6 +14,7 @@ from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_spectrum import SpectrumColumns
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
+from tedm_cli.config.uncertainty import MeshDeviation
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.files.build_folder import case_file_name, provenance
@@ -27,8 +28,11 @@ from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
+from tedm_cli.results.uncertainty import write_uncertainty
 from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients, with_gradients
 from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
+from tedm_cli.stages.noise.uncertainty import Uncertain, uncertain
+from tedm_cli.uncertainty.verdicts import CaseUncertainty
 
 _REFUSED_TOO = "; refused too: "
 
@@ -38,7 +42,7 @@ class CaseSetting:
     """What all cases of a project share: `file`, the cases file, as `config`; the outputs, and what judges them.
 
     `temperature` is of the areas of the outputs, which are the model's; frequency_hz : [F]. gradients : within areas,
-    as far as the cases have them.
+    as far as the cases have them. `uncertain`: what is; None where nothing is.
     """
 
     file: ConfigFile
@@ -48,6 +52,7 @@ class CaseSetting:
     frequency_hz: FloatArray
     criteria: Criteria
     gradients: CaseGradients
+    uncertain: Uncertain | None
 
     def outputs_of(self, case_id: str) -> ModelOutputs:
         """The outputs, and their differences, with the columns of what the case has beside the model's areas."""
@@ -67,18 +72,31 @@ class CaseSetting:
         outputs, temperature = self.outputs_of(case.id), self.temperature_of(case.id)
         return run_case(case, outputs, temperature, self.frequency_hz, self.criteria, found)
 
+    def uncertainty(self, result: CaseResult) -> CaseUncertainty | None:
+        """How sure the verdicts of a case are; None where nothing is uncertain, or nothing judged."""
+        if self.uncertain is None or not result.verdicts:
+            return None
+        return self.uncertain.of_case(result, self.criteria)
+
 
 def case_setting(
-    project: Project, file: ConfigFile, config: CasesConfig, tables: Mapping[str, SpectrumColumns] | None = None
+    project: Project,
+    file: ConfigFile,
+    config: CasesConfig,
+    tables: Mapping[str, SpectrumColumns] | None = None,
+    compare: MeshDeviation | None = None,
 ) -> CaseSetting:
     """Gather what cases need from the build folder and the configuration, and hold these against each other.
 
-    `tables` are spectra that the configuration names and that are in no file.
+    `tables` are spectra that the configuration names and that are in no file; `compare` is another mesh, in place of
+    the one that it may name.
 
     Raises
     ------
     ConfigError : a requirement that no output of the project fits, a temperature of areas that are not there.
     InputError : a file of the build folder is missing or stale, a table of spectra does not fit the areas.
+
+    And what `uncertain` raises.
     """
     if config.realisation is not None and config.realisation.spectrum == "log":
         require_speckit()
@@ -89,12 +107,24 @@ def case_setting(
     outputs = read_outputs(project)
     temperature = temperature_model(project, config, outputs.areas, tables)
     frequency = config.frequency_hz()
+    judged = outputs.with_differences(criteria.requirements)
     try:  # what is wrong with requirements is wrong in every case
-        judged_outputs(criteria, outputs.with_differences(criteria.requirements), frequency)
+        judged_outputs(criteria, judged, frequency)
     except ConfigError as error:
         raise ConfigError(error.problems, where=str(project.cases)) from None
     gradients = case_gradients(project, config, outputs, tables)
-    return CaseSetting(file, config, outputs, temperature, frequency, criteria, gradients)
+    found = uncertain(project, model, config, judged, compare)
+    return CaseSetting(file, config, outputs, temperature, frequency, criteria, gradients, found)
+
+
+@dataclass(frozen=True, eq=False)
+class CaseDone:
+    """A case that was run: its file, its result, and with it a realisation and how sure it is, where these are."""
+
+    path: Path
+    result: CaseResult
+    realised: Realised | None
+    uncertainty: CaseUncertainty | None
 
 
 def run_cases(
@@ -102,15 +132,16 @@ def run_cases(
     case_ids: Sequence[str],
     output: Path | None,
     step: Step,
-    done: Callable[[Path, CaseResult, Realised | None], None] = lambda path, result, realised: None,
+    done: Callable[[CaseDone], None] = lambda of_case: None,
     tell: Callable[[TedmError], None] = lambda error: None,
+    compare: MeshDeviation | None = None,
 ) -> None:
-    """Run the cases and write one file each; `done` is told of each, with its realisation where one is asked for.
+    """Run the cases and write one file each; `done` is told of each. `compare`: see `case_setting`.
 
     All are held against the model before the first is run. Those that do not fit keep no other from being run: `tell`
     is told of all their problems at once, before, and the same is raised at the end.
     """
-    setting = case_setting(project, *load_cases(project.cases))
+    setting = case_setting(project, *load_cases(project.cases), compare=compare)
     config, criteria = setting.config, setting.criteria
     fitting, refused = _checked(setting, case_ids, project.cases)
     known = len(refused)
@@ -127,15 +158,20 @@ def run_cases(
             refused[case.id] = error
             continue
         matrix = config.case_table(case.id).matrix
-        used = [*setting.outputs.sources, *setting.gradients.sources(case.id)]
-        inputs = [*used, *table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
+        sure = setting.uncertainty(result)
+        more = () if setting.uncertain is None else setting.uncertain.sources
+        used = [*setting.outputs.sources, *setting.gradients.sources(case.id), *more]
+        tables = [*table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
+        inputs = list(dict.fromkeys([*used, *tables]))
         with create(path, CASE, provenance([setting.file], inputs)) as writer:
             write_case(
                 writer, result, setting.outputs_of(case.id).area_id, [r.requirement for r in criteria.requirements]
             )
             if realised is not None:
                 write_realisation(writer, realised)
-        done(path, result, realised)
+            if sure is not None:
+                write_uncertainty(writer, sure)
+        done(CaseDone(path, result, realised, sure))
     step(len(fitting), len(fitting), "running cases")
     if len(refused) > known:
         problem = _together(refused, project.cases)

@@ -15,6 +15,7 @@ from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.adjoint_map import OutputMap
 from tedm_cli.results.case_file import read_temperatures
+from tedm_cli.results.deciding import Pair
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series
 from tedm_cli.results.field import dc_verdicts
@@ -49,6 +50,12 @@ def certainty(cases: Sequence[CaseNoise], kind: str) -> Figure:
     from tedm_cli.figures.certainty import certainty_figure
 
     return certainty_figure(cases, kind)
+
+
+def chances(pairs: Sequence[Pair]) -> Figure:
+    from tedm_cli.figures.chances import chances_figure
+
+    return chances_figure(pairs)
 
 
 def contributors(case: CaseNoise, j: JudgedOutput) -> Figure:

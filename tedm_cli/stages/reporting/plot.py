@@ -22,7 +22,7 @@ from tedm_cli.progress import Step
 from tedm_cli.results.areas import maps_by_kind
 from tedm_cli.results.build_folder import Matrices, Results, open_results
 from tedm_cli.results.case_file import read_case
-from tedm_cli.results.deciding import worth_showing
+from tedm_cli.results.deciding import deciding_pairs, worth_showing
 from tedm_cli.results.field import dc_verdicts, place_text
 from tedm_cli.results.noise import (
     REALISATION_CONFIDENCE,
@@ -168,6 +168,17 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
                 partial(draw.improvement, case, judged),
                 decides=place == 0 and not judged.passed,
             )
+    if decided := [pair for pair in deciding_pairs(cases) if pair[0].uncertainty is not None]:
+        add(
+            "uncertainty.svg",
+            "uncertainty",
+            "Probability of the verdicts: ratio to the requirement, safety factor included, of each judged output in"
+            " the case that decides it, over all that is uncertain; right: parts of the variance of that ratio by"
+            " parameters alone.",
+            all_cases,
+            partial(draw.chances, decided),
+            decides=True,
+        )
     shown = _with_own_temperatures(cases)
     add(
         "temperature.svg",

@@ -26,6 +26,7 @@ from tedm_cli.results.dynamics import read_stability
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import read_imposed
 from tedm_cli.results.thermal import read_thermal
+from tedm_cli.results.uncertainty import as_dict, read_uncertainty
 
 
 def show_dict(path: Path) -> dict[str, Any]:
@@ -47,6 +48,7 @@ def show_dict(path: Path) -> dict[str, Any]:
             ],
             "main": _main_numbers(file),
             **({"materials": _materials(file)} if kind is ADJOINT else {}),
+            **({"uncertainty": as_dict(read_uncertainty(file))} if kind is CASE else {}),
         }
 
 
