@@ -153,6 +153,7 @@ def test_the_file_says_what_was_found(built: Project, case: CaseNoise, setting: 
 
 def test_differences_follow_their_terms(setting: CaseSetting) -> None:
     """Rows of changes as the outputs' own: by each parameter the difference of the two test masses."""
+    assert setting.uncertain is not None
     labels, change = setting.outputs.labels, setting.uncertain.effects.change
     one, two, both = (labels.index(label) for label in ("TM1_a_x", "TM2_a_x", "TM1_a_x-TM2_a_x"))
     np.testing.assert_array_equal(change[:, both], change[:, one] - change[:, two])
@@ -161,6 +162,7 @@ def test_differences_follow_their_terms(setting: CaseSetting) -> None:
 
 def test_rows_by_positions_are_those_of_moved_test_masses(built: Project, setting: CaseSetting, tmp_path: Path) -> None:
     """Of a project whose test mass is 0.4 mm to either side; other test masses and read-outs do not change."""
+    assert setting.uncertain is not None
     effects = setting.uncertain.effects
     names = [item.name for item in effects.parameters.items]
     with open_checked(built.build_dir / "sensitivity.h5", SENSITIVITY) as file:
@@ -343,6 +345,8 @@ def test_another_mesh_estimates_the_error(
     monkeypatch.setattr(mesh_room, "outputs_in", lambda *of: _scaled(read(*of), 1.3))
     table = MeshDeviation(other=str(other.file.path), refinement=2.0, order=2.0, sigma=0.5)
     found = case_setting(built, *load_cases(built.cases), compare=table)
+    assert found.uncertain is not None
+    assert found.uncertain.mesh is not None
     np.testing.assert_allclose(found.uncertain.mesh.estimate, -0.1 * setting.outputs.rows, rtol=1e-9, atol=1e-40)
     run_cases(built, ["3"], tmp_path / "case03.h5", silent, compare=table)
     with open_checked(tmp_path / "case03.h5", CASE) as file:
