@@ -300,7 +300,7 @@ def test_shells_and_properties_are_found_by_their_ids(built: Project, setting: C
     assert isinstance(derivatives, Derivatives)
     rng = np.random.default_rng(3)
     rates = rng.normal(size=(3, *derivatives.by_expansion.shape[1:]))
-    with_shells = replace(derivatives, shell=np.array([4, 7, 11]), by_thickness=rates)
+    with_shells = replace(derivatives, shell_id=np.array([4, 7, 11]), by_thickness=rates)
     tables = """
 [[uncertainty.shell]]
 name = "skins"
