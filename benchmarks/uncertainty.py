@@ -150,7 +150,7 @@ class Materials:
         layout = load_layout(self.project.optics)[1]
         with open_checked(self.project.build_dir / "optics.h5", OPTICS) as optics:
             s_bw = optics.array(OPTICS.S_BW)
-        grids = np.searchsorted(grid_id, [e.grid for e in layout.bench])
+        grids = np.searchsorted(grid_id, np.array([e.grid for e in layout.bench], dtype=np.int64))
         return [one.N for one in optics_chain(layout, s_bw, motion[:, grids], P=law_matrix(layout)).sets]
 
     def judged(self, case_id: str) -> Iterator[tuple[str, int, OutputNoise, FloatArray]]:

@@ -20,7 +20,7 @@ class Derivatives:
 
     label : [r]. material, card, used_by, expansion : [m], id, its card, properties that name it, and 1/K (NaN where it
     is not the same in all directions). by_logarithm : [m, r, k] of expansion, modulus and density.
-    by_expansion : [m, r, k] by 1/K. shell : [q], ids. by_thickness : [q, r, k], by its logarithm.
+    by_expansion : [m, r, k] by 1/K. shell_id : [q]. by_thickness : [q, r, k], by its logarithm.
     """
 
     label: list[str]
@@ -30,7 +30,7 @@ class Derivatives:
     expansion: FloatArray
     by_logarithm: dict[str, FloatArray]
     by_expansion: FloatArray
-    shell: IntArray
+    shell_id: IntArray
     by_thickness: FloatArray
 
     def materials_of(self, wanted: Callable[[int], bool]) -> BoolArray:
@@ -64,7 +64,7 @@ def read_derivatives(file: Reader) -> Derivatives | str:
             DENSITY: file.array(ADJOINT.DS_DLNRHO),
         },
         by_expansion=file.array(ADJOINT.DS_DALPHA),
-        shell=file.array(ADJOINT.SHELL_PROPERTY_ID),
+        shell_id=file.array(ADJOINT.SHELL_PROPERTY_ID),
         by_thickness=file.array(ADJOINT.DS_DLNT),
     )
 

@@ -45,9 +45,9 @@ def test_a_key_says_what_its_number_is() -> None:
     ):
         found = model(material=[material(**keys)]).material[0].parameter("MAT1 1")
         assert (found.distribution, found.measure, found.deviation, found.unit) == wanted
-    found = model(test_mass=[place(absolute_half_width_m=1e-3, absolute_sigma_m=None)]).test_mass[0]
-    assert found.parameter("TM1 along y", "p_y").unit == "m"
-    assert found.names() == ["p_x", "p_y", "p_z"]
+    moved = model(test_mass=[place(absolute_half_width_m=1e-3, absolute_sigma_m=None)]).test_mass[0]
+    assert moved.parameter("TM1 along y", "p_y").unit == "m"
+    assert moved.names() == ["p_x", "p_y", "p_z"]
 
 
 @pytest.mark.parametrize(
@@ -146,11 +146,12 @@ def test_expansions_may_deviate_by_all_of_them() -> None:
     ],
 )
 def test_tables_that_contradict_each_other_are_refused(tables: dict[str, object], path: str, fact: str) -> None:
-    problems = model(**tables).problems(["TM1", "TM2"])
+    found = model(**tables)
+    problems = found.problems(["TM1", "TM2"])
     assert [problem[0] for problem in problems] == [path]
     assert fact in problems[0][1]
     if "correlation" in tables:
-        levels = [{"name": n, "areas": ["*"], **SIGMA, "source": "-"} for n in "stu"[: len(tables["shell"])]]
+        levels = [{"name": n, "areas": ["*"], **SIGMA, "source": "-"} for n in "stu"[: len(found.shell)]]
         cases = validate(CasesUncertainty, {"level": levels, "correlation": tables["correlation"]}, where="cases.toml")
         assert [problem[0] for problem in cases.problems()] == [path]
 

@@ -222,9 +222,11 @@ def _add_structure(found: _Found, model: ModelConfig, by: Derivatives, where: Pa
         found.add(table.parameter(of), rows(change[chosen]))
     for i, shell in enumerate(model.uncertainty.shell):
         place = f"uncertainty.shell[{i}]"
-        chosen, facts = _chosen(id_ranges(shell.property), by.shell.tolist(), "property of shells", f"{place}.property")
+        chosen, facts = _chosen(
+            id_ranges(shell.property), by.shell_id.tolist(), "property of shells", f"{place}.property"
+        )
         problems += facts
-        ids = by.shell[chosen].tolist()
+        ids = by.shell_id[chosen].tolist()
         take(shell.quantity, ids, place)
         found.add(shell.parameter(", ".join(f"PSHELL {pid}" for pid in ids)), rows(by.by_thickness[chosen]))
     if problems:
