@@ -134,6 +134,12 @@ class DisturbanceTable(SpectrumChoice):
         share = tuple(self.weights) if self.weights is not None else (equal,) * len(self.nodes)
         return Place(self.kind, tuple(self.nodes), share)
 
+    def implausible(self, low_hz: float, high_hz: float) -> str:
+        """What makes its low-pass implausible between two frequencies; empty where nothing does."""
+        if self.kind == TEMPERATURE:
+            return self.filter_fact(self.level_K or 0.0, low_hz, high_hz)
+        return self.filter_fact(self.level_W or 0.0, low_hz, high_hz, POWER_ASD)
+
     def own_spectrum(self, path_of: Callable[[str], Path]) -> Spectrum:
         """Its spectrum; `InputError` for its table, which is where `path_of` says."""
         if self.table is None:
