@@ -12,6 +12,8 @@ from thermal_project import NUMBERS, ThermalProject, write_tmd
 
 from tedm_cli.config.thermal.file import load_thermal
 from tedm_cli.config.thermal.network import read_network
+from tedm_cli.errors import InputError
+from tedm_cli.library.build import open_build
 from tedm_cli.thermal.linear import linearised, shares
 from tedm_cli.thermal.transfer import transfer
 
@@ -85,6 +87,19 @@ def test_the_same_inputs_give_the_same_bytes(project: ThermalProject) -> None:
     first = (project.build / "thermal.h5").read_bytes()
     project.run("build-thermal").ok()
     assert (project.build / "thermal.h5").read_bytes() == first
+
+
+def test_the_library_reads_it_with_its_labels_until_it_is_stale(project: ThermalProject) -> None:
+    project.run("build-thermal").ok()
+    found = open_build(project.build).thermal
+    with project.file() as file:
+        H = file["transfer"][()]
+    assert (found.transfer.sel(free="BOX", disturbance="bus").values == H[:, 2, 1]).all()
+    assert found.psd.dims == ("frequency", "free", "free_column")
+    assert found.steady_K.sel(node="SPACE").item() == 3.0
+    project.change("powers.csv", "BOX,2", "BOX,2.5")
+    with pytest.raises(InputError, match="stale"):
+        _ = open_build(project.build).thermal
 
 
 def test_without_disturbances_there_is_the_steady_state_alone(project: ThermalProject) -> None:
