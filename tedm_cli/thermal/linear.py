@@ -7,6 +7,7 @@ with u the temperatures of boundaries (B from -K) and powers. Disturbances d wit
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -95,8 +96,6 @@ def linearised(network: ThermalNetwork, temperature_K: FloatArray, share: FloatA
 
 def near_name(name: str, known: Sequence[str]) -> str:
     """What a name that is not known may have meant."""
-    import difflib
-
     folded = {k.casefold(): k for k in known}
     if same := folded.get(name.casefold()):
         return f"there is {same!r}, whose case differs"

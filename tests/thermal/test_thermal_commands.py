@@ -127,6 +127,18 @@ def test_without_frequencies_they_are_those_of_the_cases(project: ThermalProject
         assert b"cases.toml" in b" ".join(file["provenance/config_path"][()])
 
 
+def test_frequencies_may_be_a_grid_of_their_own(project: ThermalProject) -> None:
+    project.change("thermal.toml", "list_hz = [1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2]", "min_hz = 1e-5\npoints = 8")
+    project.run("build-thermal").ok()
+    with project.file() as file:
+        frequency = file["frequency"][()]
+    assert frequency[[0, -1]].tolist() == [1e-5, 0.1]
+    assert np.isin(1e-3, frequency)
+    assert len(frequency) == 9
+    project.change("thermal.toml", "points = 8", "list_hz = [1e-3]")
+    project.run("build-thermal").refused(3, "frequency", "has list_hz, but min_hz given")
+
+
 def test_a_project_without_a_thermal_model(project: ThermalProject) -> None:
     (project.folder / "tedm.toml").write_text('title = "none"\n')
     project.run("build-thermal").refused(

@@ -95,7 +95,7 @@ def solved_network(
         return SolvedNetwork(given, steady, linear, kept, None, ())
     configs: tuple[ConfigFile, ...] = ()
     if config.frequency is not None:
-        frequency = np.array(config.frequency.list_hz)
+        frequency = config.frequency.frequency_hz()
     else:
         cases_file, cases = load_cases(project.cases)
         frequency, configs = cases.frequency_hz(), (cases_file,)
