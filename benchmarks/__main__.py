@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import bodies
+from benchmarks import bodies, thermal
 from benchmarks.adjoint import against_unit_loads
 from benchmarks.dynamics import closed_loop
 from benchmarks.gravity import against_choclo, all_quantities, contraction, operator
@@ -82,6 +82,8 @@ BENCHMARKS: dict[str, Callable[[], Result]] = {
     "small sample, default solver / SuperLU": solver,
     "solver, 66,256 grids: assembly / factorisation": assembly,
     "adjoint of 24 outputs, 66,256 grids / unit loads of 80 areas": against_unit_loads,
+    "gains of 5,120 thermal nodes, 5 frequencies / SciPy's solver in its own order": thermal.against_default_order,
+    "gains of 5,120 thermal nodes, 300 frequencies x 20 disturbances / a minute": thermal.whole,
     "tedm --help / python -c pass": command_line,
     "budgets in closed loop, 4,096 frequencies x 114 noises x 75 outputs / python-control": closed_loop,
 }

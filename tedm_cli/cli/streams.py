@@ -13,10 +13,10 @@ from typing import Any
 from tedm_cli.cli.entries import placed_lines
 from tedm_cli.errors import ConfigError, TedmError
 
-# Control characters but the line feed, what turns the direction of writing or has no width, other line ends, halves of
-# characters.
+# Control characters but the line feed, what turns the direction of writing, spaces of no width, other line ends, halves
+# of characters. What joins or parts letters of some scripts stays.
 _STEERING = re.compile(
-    "[\x00-\x09\x0b-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff]"
+    "[\x00-\x09\x0b-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u2064\u2066-\u2069\ud800-\udfff\ufeff]"
 )
 
 

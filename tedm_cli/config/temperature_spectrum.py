@@ -82,8 +82,12 @@ class SpectrumChoice(Strict):
             raise ValueError("; ".join(facts))
         return self
 
-    def filter_fact(self, level: float, low_hz: float, high_hz: float) -> str:
-        """What makes the low-pass at this level implausible between two frequencies; empty where nothing does."""
+    def filter_fact(self, level: float, low_hz: float, high_hz: float, quantity: Quantity | None = None) -> str:
+        """What makes the low-pass at this level implausible between two frequencies; empty where nothing does.
+
+        `quantity` : of the level, where it is not that of the table.
+        """
+        of = quantity or self.quantity
         if self.preset != "thesis":
             return ""
 
@@ -96,8 +100,8 @@ class SpectrumChoice(Strict):
         if (fall := decades(highest)) > _DEEPEST_DECADES:
             return f"{filter_words} falls by {fall:.0f} decades until {highest:g} Hz; at most {_DEEPEST_DECADES}"
         rise = decades(self.reference_hz) - decades(low_hz)
-        if level > 0.0 and (fact := self.quantity.fact(level * 10.0**rise)):
-            at = f"{level:g} {self.quantity.unit} at {self.reference_hz:g} Hz"
+        if level > 0.0 and (fact := of.fact(level * 10.0**rise)):
+            at = f"{level:g} {of.unit} at {self.reference_hz:g} Hz"
             return f"{filter_words} from {at}; at {low_hz:g} Hz {fact}"
         return ""
 

@@ -7,6 +7,7 @@ with u the temperatures of boundaries (B from -K) and powers. Disturbances d wit
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -43,12 +44,14 @@ class LinearNetwork:
     ----------
     name : [n_free]. capacity : [n_free], J/K, 0 of arithmetic nodes.
     conductance : K [n_free, n_free], W/K. disturbed : B [n_free, u], W per K or W of each disturbance.
+    to_boundaries : [n_free], W/K that each node gives to boundaries: the sums of the columns of K, without rounding.
     """
 
     name: tuple[str, ...]
     capacity: FloatArray
     conductance: scipy.sparse.csc_array
     disturbed: FloatArray
+    to_boundaries: FloatArray
 
 
 def shares(network: ThermalNetwork, places: Sequence[Place], *, where: str) -> FloatArray:
@@ -87,13 +90,12 @@ def linearised(network: ThermalNetwork, temperature_K: FloatArray, share: FloatA
         np.where(network.kind == DIFFUSIVE, network.capacity, 0.0)[free],
         selected(whole, free, free),
         np.asarray(share[:, free].T - from_boundaries),
+        np.asarray(-selected(whole, fixed, free).sum(axis=0)),
     )
 
 
 def near_name(name: str, known: Sequence[str]) -> str:
     """What a name that is not known may have meant."""
-    import difflib
-
     folded = {k.casefold(): k for k in known}
     if same := folded.get(name.casefold()):
         return f"there is {same!r}, whose case differs"

@@ -66,7 +66,7 @@ def steady_state(network: ThermalNetwork, given_K: FloatArray, start_K: FloatArr
     unknown = np.flatnonzero(wanted)
     start = start_K[unknown]
     warm = max(_WARM_K, float(np.max(given_K[~wanted], initial=0.0)))
-    temperature[unknown] = np.where(np.isnan(start), warm, start)
+    temperature[unknown] = np.where(start > 0.0, start, warm)
     iterations = 0
     net = network.net_heat(temperature)
     if unknown.size:

@@ -9,7 +9,9 @@ import scipy
 
 from tedm_cli.arrays import ComplexArray, FloatArray, IndexArray
 from tedm_cli.thermal.linear import LinearNetwork
-from tedm_cli.thermal.solving import factorised
+from tedm_cli.thermal.solving import factorised, lost_in_rounding
+
+_BALANCE = 1e-4  # relative, of the heat that boundaries take
 
 
 def transfer(
@@ -42,6 +44,14 @@ def transfer(
 
 
 def static_gain(network: LinearNetwork, outputs: IndexArray | None = None) -> FloatArray:
-    """H [o, u] for f → 0."""
+    """H [o, u] for f → 0.
+
+    Raises
+    ------
+    PhysicsError : the heat of a disturbance is not what the boundaries take, by 1e-4 of it: it is lost in rounding.
+    """
     gain: FloatArray = factorised(network.conductance).solve(network.disturbed)
+    taken, given = network.to_boundaries @ gain, network.disturbed.sum(axis=0)
+    if not (np.abs(taken - given) <= _BALANCE * np.abs(network.disturbed).sum(axis=0)).all():
+        raise lost_in_rounding()
     return gain if outputs is None else gain[outputs]

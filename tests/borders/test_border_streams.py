@@ -60,7 +60,7 @@ def test_output_in_a_narrow_encoding(small: Project) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("sign", ["\x1b[31m", "\x07", "\r", "\x9b2J", "‮", "⁦", "\x00", " "])
+@pytest.mark.parametrize("sign", ["\x1b[31m", "\x07", "\r", "\x9b2J", "‮", "⁦", "\x00", " ", "\u200b", "\ufeff"])
 def test_signs_that_steer_a_terminal(sign: str) -> None:
     shown = inert(f"a{sign}b\n")
     assert shown.isascii()

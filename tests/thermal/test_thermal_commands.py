@@ -12,6 +12,8 @@ from thermal_project import NUMBERS, ThermalProject, write_tmd
 
 from tedm_cli.config.thermal.file import load_thermal
 from tedm_cli.config.thermal.network import read_network
+from tedm_cli.errors import InputError
+from tedm_cli.library.build import open_build
 from tedm_cli.thermal.linear import linearised, shares
 from tedm_cli.thermal.transfer import transfer
 
@@ -87,6 +89,19 @@ def test_the_same_inputs_give_the_same_bytes(project: ThermalProject) -> None:
     assert (project.build / "thermal.h5").read_bytes() == first
 
 
+def test_the_library_reads_it_with_its_labels_until_it_is_stale(project: ThermalProject) -> None:
+    project.run("build-thermal").ok()
+    found = open_build(project.build).thermal
+    with project.file() as file:
+        H = file["transfer"][()]
+    assert (found.transfer.sel(free="BOX", disturbance="bus").values == H[:, 2, 1]).all()
+    assert found.psd.dims == ("frequency", "free", "free_column")
+    assert found.steady_K.sel(node="SPACE").item() == 3.0
+    project.change("powers.csv", "BOX,2", "BOX,2.5")
+    with pytest.raises(InputError, match="stale"):
+        _ = open_build(project.build).thermal
+
+
 def test_without_disturbances_there_is_the_steady_state_alone(project: ThermalProject) -> None:
     text = (project.folder / "thermal.toml").read_text()
     (project.folder / "thermal.toml").write_text(text[: text.index("[frequency]")])
@@ -110,6 +125,18 @@ def test_without_frequencies_they_are_those_of_the_cases(project: ThermalProject
     with project.file() as file:
         assert file["frequency"][()] == pytest.approx(np.geomspace(1e-3, 1e-2, 5), rel=1e-12)
         assert b"cases.toml" in b" ".join(file["provenance/config_path"][()])
+
+
+def test_frequencies_may_be_a_grid_of_their_own(project: ThermalProject) -> None:
+    project.change("thermal.toml", "list_hz = [1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2]", "min_hz = 1e-5\npoints = 8")
+    project.run("build-thermal").ok()
+    with project.file() as file:
+        frequency = file["frequency"][()]
+    assert frequency[[0, -1]].tolist() == [1e-5, 0.1]
+    assert np.isin(1e-3, frequency)
+    assert len(frequency) == 9
+    project.change("thermal.toml", "points = 8", "list_hz = [1e-3]")
+    project.run("build-thermal").refused(3, "frequency", "has list_hz, but min_hz given")
 
 
 def test_a_project_without_a_thermal_model(project: ThermalProject) -> None:

@@ -84,6 +84,9 @@ TABLES: dict[str, tuple[str, str, str, int, tuple[str, ...], str]] = {
         "thermal.toml", 'preset = "white"', 'weights = [1.0]\npreset = "white"', 3, ("weights share a power",), ""),
     "unit of a level": (
         "thermal.toml", "level_K = 1e-3", "level_W = 1e-3", 3, ("disturbance[0]", "level_W is given"), ""),
+    "order": (
+        "thermal.toml", 'preset = "white"', 'preset = "thesis"\norder = 12\ncorner_hz = 1e-9', 3,
+        ("disturbance[0].order", "order 12 beyond 1e-09 Hz"), ""),
     "no level": ("thermal.toml", "level_K = 1e-3\n", "", 3, ("disturbance[0]", "preset white needs level_K"), ""),
     "flight power": (
         "thermal.toml", 'table = "bus.csv"', 'preset = "lpf_flight"', 3, ("cannot be used for powers",), ""),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from thermal_models import given, network, random_network, steady
+from thermal_models import at, given, linear, network, random_network, steady
 
 from tedm_cli.errors import InputError, PhysicsError
+from tedm_cli.thermal.linear import linearised, shares
 from tedm_cli.thermal.network import STEFAN_BOLTZMANN
 from tedm_cli.thermal.steady import steady_state
+from tedm_cli.thermal.transfer import static_gain
 
 RADIATOR = [("SPACE", "boundary", 0.0), ("PLATE", "diffusive", 100.0)]
 
@@ -87,3 +89,33 @@ def test_more_power_taken_than_can_come_has_no_steady_state() -> None:
 def test_a_boundary_without_a_temperature_is_refused() -> None:
     with pytest.raises(InputError, match="boundary SPACE has no temperature"):
         steady(network(RADIATOR, [("PLATE", "SPACE", 1.0, 0.0)]), {})
+
+
+@pytest.mark.parametrize("joint", [1e4, 1e8])
+def test_a_strong_joint_is_solved_for(joint: float) -> None:
+    nodes = [*RADIATOR, ("A", "diffusive", 1.0), ("C", "diffusive", 1.0)]
+    conductors = [("PLATE", "SPACE", 0.0, 0.4), ("PLATE", "A", 1e-2, 0.0), ("A", "C", joint, 0.0)]
+    net = network(nodes, conductors, {"C": 0.3})
+    found = steady(net, {"SPACE": 3.0}).temperature_K
+    assert found[2] - found[1] == pytest.approx(30.0, rel=1e-5)
+    gain = static_gain(linear(net, {"SPACE": 3.0}, [at("power", "C")]))
+    assert gain[1, 0] - gain[0, 0] == pytest.approx(100.0, rel=1e-5)
+
+
+def test_gains_that_are_lost_in_rounding_are_refused() -> None:
+    """A joint of 1e12 W/K, and a way to the boundary of 1e-3 W/K: 15 decades."""
+    nodes = [*RADIATOR, ("A", "diffusive", 1.0), ("C", "diffusive", 1.0)]
+    conductors = [("PLATE", "SPACE", 1.0, 0.0), ("PLATE", "A", 1e-3, 0.0), ("A", "C", 1e12, 0.0)]
+    net = network(nodes, conductors, {"C": 0.3})
+    found = steady(net, {"SPACE": 3.0}).temperature_K  # each step begins from the balance itself, and mends the last
+    assert found == pytest.approx([3.0, 3.3, 303.3, 303.3], rel=1e-7)
+    with pytest.raises(PhysicsError, match="lost in rounding") as refused:
+        static_gain(linear(net, {"SPACE": 3.0}, [at("power", "C")]))
+    assert "make one node" in refused.value.hint
+
+
+def test_a_radiating_node_at_absolute_zero_has_no_gain() -> None:
+    net = network(RADIATOR, [("PLATE", "SPACE", 0.0, 0.4)])
+    cold = linearised(net, np.zeros(2), shares(net, [at("power", "PLATE")], where="here"))
+    with pytest.raises(PhysicsError, match="at 0 K"):
+        static_gain(cold)

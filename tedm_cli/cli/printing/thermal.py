@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from tedm_cli.results.thermal import DisturbanceResults, Spread, SteadyResults, ThermalResults
     from tedm_cli.stages.thermal.build import ThermalSummary
 
+_GAINS = 2  # of each disturbance
 _UNIT = {"temperature": "K/K", "power": "K/W"}
 
 
@@ -66,7 +67,7 @@ def _steady_lines(s: SteadyResults) -> list[str]:
 
 
 def _row(d: DisturbanceResults) -> tuple[str, ...]:
-    largest = ", ".join(f"{node} {gain:.3g}" for node, gain in d.largest)
+    largest = ", ".join(f"{node} {gain:.3g}" for node, gain in d.largest[:_GAINS])
     return (
         d.name,
         f"{largest} {_UNIT[d.kind]}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,11 +22,13 @@ from tedm_cli.config.base import (
     load,
     named_by_project,
 )
+from tedm_cli.config.cases import FrequencyTable
 from tedm_cli.config.temperature_spectrum import SpectrumChoice
 from tedm_cli.config.thermal.map import MapTable
 from tedm_cli.files.provenance import ConfigFile
+from tedm_cli.noise.requirements import frequency_grid
 from tedm_cli.noise.temperature import Spectrum, TabulatedSpectrum
-from tedm_cli.quantities import FREQUENCY, NOISE_LEVEL, POWER_ASD, POWER_SHARE, TIME_STAMP
+from tedm_cli.quantities import FREQUENCY, GRID_POINTS, NOISE_LEVEL, POWER_ASD, POWER_SHARE, TIME_STAMP
 from tedm_cli.tables.csv_table import read_table
 from tedm_cli.thermal.linear import TEMPERATURE, Place
 
@@ -80,20 +83,30 @@ class NetworkTable(Strict):
         return [name for name in (self.nodes, self.conductors, self.powers, self.tmd) if name is not None]
 
 
-class ThermalFrequencyTable(Strict):
-    """The frequencies of gains and spectra. Without this table they are those of the cases file."""
+class ThermalFrequencyTable(FrequencyTable):
+    """The frequencies of gains and spectra, as a grid or a list. Without this table they are those of the cases."""
 
-    list_hz: Annotated[list[Frequency], Field(min_length=1, max_length=100_000)] = Field(
-        description="The frequencies, ascending."
+    points: Annotated[int, Bounded(GRID_POINTS)] = Field(
+        default=301, description="Number of frequencies, evenly spaced in the logarithm. 1 mHz is added."
     )
+    list_hz: Annotated[list[Frequency], Field(min_length=1, max_length=100_000)] | None = Field(
+        default=None, description="The frequencies, ascending, in place of a grid."
+    )
+
+    def frequency_hz(self) -> FloatArray:
+        """[F] in Hz."""
+        if self.list_hz is not None:
+            return np.array(self.list_hz)
+        return frequency_grid(self.min_hz, self.max_hz, self.points, [])
 
     @model_validator(mode="after")
     def _ascending(self) -> ThermalFrequencyTable:
-        falls = next((n for n, (a, b) in enumerate(zip(self.list_hz, self.list_hz[1:], strict=False)) if b <= a), None)
+        found = self.list_hz or []
+        if found and (idle := sorted(self.model_fields_set - {"list_hz"})):
+            raise ValueError(f"has list_hz, but {', '.join(idle)} given")
+        falls = next((n for n, (a, b) in enumerate(pairwise(found)) if b <= a), None)
         if falls is not None:
-            raise ValueError(
-                f"list_hz: {self.list_hz[falls + 1]:g} Hz is not above {self.list_hz[falls]:g} Hz before it"
-            )
+            raise ValueError(f"list_hz: {found[falls + 1]:g} Hz is not above {found[falls]:g} Hz before it")
         return self
 
 
@@ -133,6 +146,12 @@ class DisturbanceTable(SpectrumChoice):
         equal = 1.0 if self.kind == TEMPERATURE else 1.0 / len(self.nodes)
         share = tuple(self.weights) if self.weights is not None else (equal,) * len(self.nodes)
         return Place(self.kind, tuple(self.nodes), share)
+
+    def implausible(self, low_hz: float, high_hz: float) -> str:
+        """What makes its low-pass implausible between two frequencies; empty where nothing does."""
+        if self.kind == TEMPERATURE:
+            return self.filter_fact(self.level_K or 0.0, low_hz, high_hz)
+        return self.filter_fact(self.level_W or 0.0, low_hz, high_hz, POWER_ASD)
 
     def own_spectrum(self, path_of: Callable[[str], Path]) -> Spectrum:
         """Its spectrum; `InputError` for its table, which is where `path_of` says."""

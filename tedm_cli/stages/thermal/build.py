@@ -11,7 +11,7 @@ import numpy as np
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.file import ThermalConfig, load_thermal
 from tedm_cli.contracts import THERMAL as KIND
-from tedm_cli.errors import ConfigError
+from tedm_cli.errors import ConfigError, PhysicsError
 from tedm_cli.files.build_folder import THERMAL_FILE, provenance
 from tedm_cli.files.store import Writer, create, open_checked
 from tedm_cli.progress import Step
@@ -45,7 +45,11 @@ def build_thermal(project: Project, output: Path | None, step: Step) -> ThermalS
     file, config = load_thermal(path)
     solved = None
     if config.network is not None:
-        solved = solved_network(project, path, config.network, config, step)
+        try:
+            solved = solved_network(project, path, config.network, config, step)
+        except PhysicsError as error:  # the solver knows nodes, and no file
+            error.where = error.where or str(path)
+            raise
     mapped = node_sensitivity(project, config)
     if solved is None and mapped is None:
         raise ConfigError([("", "there is no [network], and no [map] with adjoint.h5")], where=str(path), hint=_NOTHING)

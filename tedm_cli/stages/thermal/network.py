@@ -12,7 +12,7 @@ from tedm_cli.config.cases import load_cases
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.file import NetworkTable, ThermalConfig
 from tedm_cli.config.thermal.network import read_network
-from tedm_cli.errors import InputError
+from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.noise.correlation_check import check_correlation, correlation_factor
 from tedm_cli.noise.temperature import Spectrum
@@ -95,10 +95,14 @@ def solved_network(
         return SolvedNetwork(given, steady, linear, kept, None, ())
     configs: tuple[ConfigFile, ...] = ()
     if config.frequency is not None:
-        frequency = np.array(config.frequency.list_hz)
+        frequency = config.frequency.frequency_hz()
     else:
         cases_file, cases = load_cases(project.cases)
         frequency, configs = cases.frequency_hz(), (cases_file,)
+    low, high = float(frequency[0]), float(frequency[-1])
+    facts = [(f"disturbance[{i}].order", d.implausible(low, high)) for i, d in enumerate(config.disturbances)]
+    if problems := [(at, fact) for at, fact in facts if fact]:
+        raise ConfigError(problems, where=where)
     names = [d.name for d in config.disturbances]
     correlation = config.correlation()
     check_correlation(correlation, names=names, where=f"{where}: [[correlation]]")
