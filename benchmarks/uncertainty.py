@@ -114,7 +114,7 @@ class Materials:
     def linear_rows(self, x: FloatArray) -> FloatArray:
         """Rows [n, k] of the outputs at deviations x [p], by their derivatives."""
         delta = [item.coefficient(x[i : i + 1])[0] for i, item in enumerate(self.effects.parameters.items)]
-        return np.asarray(self.setting.outputs.rows + np.tensordot(delta, self.effects.change, axes=1))
+        return np.asarray(self.setting.all_outputs.rows + np.tensordot(delta, self.effects.change, axes=1))
 
     def solved_rows(self, x: FloatArray) -> FloatArray:
         """Rows [n, k] of the outputs with cards that have the deviations x [p]: all solved and summed anew."""
@@ -157,7 +157,7 @@ class Materials:
         """Of the verdicts of a case: label, output, noise and limit over its band."""
         setting = self.setting
         case = setting.config.case(case_id)
-        outputs: Outputs = setting.outputs
+        outputs: Outputs = setting.all_outputs
         found = correlation(case, outputs.areas, setting.temperature.heard)
         noise = OutputNoise(outputs.rows, TemperatureNoise(setting.temperature, found), setting.frequency_hz)
         for requirement, o in judged_outputs(setting.criteria, outputs, setting.frequency_hz):
@@ -178,7 +178,7 @@ def compare(materials: Materials, x: FloatArray, solved: FloatArray) -> None:
 
     The intervals of 95 % are those of percentiles of independent draws, by the binomial distribution.
     """
-    rows, draws = materials.setting.outputs.rows, len(x)
+    rows, draws = materials.setting.all_outputs.rows, len(x)
     many = materials.effects.parameters.deviations(latin_hypercube(10_000, x.shape[1], 1))
     head = ("case", "output", "by", *(f"{p} %" for p in PERCENTS), "median, worst error")
     print("{:5}{:9}{:22}{:>21}{:>21}{:>21}{:>22}".format(*head))
@@ -211,7 +211,7 @@ def main(draws: int = 200, scale: float = 1.0) -> None:
         project = small_project(Path(folder))
         build(project)
         materials = Materials.of(project, scale)
-        rows = materials.setting.outputs.rows
+        rows = materials.setting.all_outputs.rows
         nominal = materials.solved_rows(np.zeros(len(materials.effects.parameters)))
         off = np.abs(nominal - rows).max(axis=1) / np.abs(rows).max(axis=1)
         print(f"without deviations: rows within {off.max():.1e} of S and N")

@@ -91,6 +91,7 @@ def test_distortion_alone_is_what_explain_calls_so(small: Project) -> None:
     small.run("run-case", "6").ok()
     explained = json.loads(small.run("explain", "TM1_x", "--json").ok().out)
     row = read_outputs(load_project(small.folder / "tedm.toml", small.build)).parts_of_read_outs["A_TM1_x"].distortion
+    assert row is not None
     assert np.linalg.norm(row) == pytest.approx(explained["read_outs"][0]["distortion"]["size"], rel=1e-12, abs=0)
     with h5py.File(small.build / "case06.h5") as file:
         output = [v.decode() for v in file["/verdict/output"]]

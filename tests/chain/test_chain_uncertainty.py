@@ -125,7 +125,7 @@ def test_nominal_ratios_are_the_verdicts(case: CaseNoise, setting: CaseSetting) 
     items = tuple(replace(item, deviation=0.0) for item in setting.uncertain.effects.parameters.items)
     parameters = replace(setting.uncertain.effects.parameters, items=items)
     one = setting.config.case("3")
-    result = setting.run(one, correlation(one, setting.outputs.areas))
+    result = setting.run(one, correlation(one, setting.all_outputs.areas))
     exact = replace(setting.uncertain, draws=still, effects=replace(setting.uncertain.effects, parameters=parameters))
     for d in exact.of_case(result, setting.criteria).verdicts:
         assert d.quantile == pytest.approx(np.full(99, d.nominal), rel=1e-9)
@@ -134,7 +134,7 @@ def test_nominal_ratios_are_the_verdicts(case: CaseNoise, setting: CaseSetting) 
 
 def test_the_file_says_what_was_found(built: Project, case: CaseNoise, setting: CaseSetting) -> None:
     one = setting.config.case("3")
-    wanted = setting.uncertainty(setting.run(one, correlation(one, setting.outputs.areas)))
+    wanted = setting.uncertainty(setting.run(one, correlation(one, setting.all_outputs.areas)))
     found = found_in(case)
     assert wanted is not None
     assert found.parameters.items == wanted.parameters.items
@@ -154,7 +154,7 @@ def test_the_file_says_what_was_found(built: Project, case: CaseNoise, setting: 
 def test_differences_follow_their_terms(setting: CaseSetting) -> None:
     """Rows of changes as the outputs' own: by each parameter the difference of the two test masses."""
     assert setting.uncertain is not None
-    labels, change = setting.outputs.labels, setting.uncertain.effects.change
+    labels, change = setting.all_outputs.labels, setting.uncertain.effects.change
     one, two, both = (labels.index(label) for label in ("TM1_a_x", "TM2_a_x", "TM1_a_x-TM2_a_x"))
     np.testing.assert_array_equal(change[:, both], change[:, one] - change[:, two])
     assert np.abs(change[:, both]).max(axis=1)[:8].all()
@@ -281,7 +281,7 @@ def test_what_the_deck_lacks_is_refused(built: Project, tmp_path: Path, old: str
     path.write_text(text, encoding="utf-8")
     asked = load_model(path)[1]
     assert asked.uncertainty != model.uncertainty
-    outputs = case_setting(built, *load_cases(built.cases)).outputs
+    outputs = case_setting(built, *load_cases(built.cases)).all_outputs
     derivatives = room._derivatives(built, built.build_dir / "adjoint.h5", outputs)
     assert isinstance(derivatives, Derivatives)
     with pytest.raises(ConfigError) as caught:
@@ -295,7 +295,7 @@ def test_what_the_deck_lacks_is_refused(built: Project, tmp_path: Path, old: str
 
 def test_shells_and_properties_are_found_by_their_ids(built: Project, setting: CaseSetting, tmp_path: Path) -> None:
     """Of shells the sum over the properties that deviate together; of a property all materials that it names."""
-    outputs = setting.outputs
+    outputs = setting.all_outputs
     derivatives = room._derivatives(built, built.build_dir / "adjoint.h5", outputs)
     assert isinstance(derivatives, Derivatives)
     rng = np.random.default_rng(3)
@@ -347,7 +347,7 @@ def test_another_mesh_estimates_the_error(
     found = case_setting(built, *load_cases(built.cases), compare=table)
     assert found.uncertain is not None
     assert found.uncertain.mesh is not None
-    np.testing.assert_allclose(found.uncertain.mesh.estimate, -0.1 * setting.outputs.rows, rtol=1e-9, atol=1e-40)
+    np.testing.assert_allclose(found.uncertain.mesh.estimate, -0.1 * setting.all_outputs.rows, rtol=1e-9, atol=1e-40)
     run_cases(built, ["3"], tmp_path / "case03.h5", silent, compare=table)
     with open_checked(tmp_path / "case03.h5", CASE) as file:
         sure = found_in(read_case(file))

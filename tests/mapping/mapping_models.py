@@ -36,6 +36,7 @@ def volumes(of: ConductingMesh) -> Volumes:
     for e, card in enumerate(of.card.tolist()):
         at = np.arange(of.node_offset[e], of.node_offset[e + 1])
         shape = CARDS["CHEXA"][0] if card == "CPYRAM" else shape_of(card, len(at))
+        assert shape is not None
         at = at[PYRAMID_AS_BRICK] if card == "CPYRAM" else at
         values, weight = whole_rule(shape, of.position[of.node_index[at]][None])
         share = np.abs(weight[0]) @ values * (of.section[e] if shape.dimension < 3 else 1.0)

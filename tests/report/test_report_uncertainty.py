@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from test_report_decision import AREAS, LOOP, PASSED_DC, case, judged, sentence
+from test_report_decision import LOOP, PASSED_DC, case, judged, sentence
 
 from tedm_cli.figures.chances import chances_figure
 from tedm_cli.report.decision import cards_section, how_sure
@@ -63,7 +63,7 @@ def texts(table: Table) -> list[list[str]]:
 def test_the_decision_says_the_probability() -> None:
     cases = [sure(case("1", "likely", judged(3.0)), 0.974), sure(case("2", "likely", judged(1.2)), 0.6)]
     assert "3.00 times its limit in case 1 (violated with probability 0.974)" in sentence(cases)
-    found = cards_section(cases, AREAS, [PASSED_DC], LOOP, str)
+    found = cards_section(cases, [PASSED_DC], LOOP, str)
     lead = next(plain(b.lead) for b in found.blocks if isinstance(b, VerdictCard) and b.state == "violated")
     assert "violated in 2 of 2 likely cases, with probability 0.974" in lead
     assert "2.85 to" not in lead

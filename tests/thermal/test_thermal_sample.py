@@ -180,8 +180,8 @@ def test_conductors_by_hand(full: DenseNetwork) -> None:
     assert gl(left, mid) == pytest.approx(1.46 * 0.049 * 0.021 / 0.0665, rel=1e-8)
 
     # Bracket (37 mm of titanium) on the wall of the enclosure (12 mm): 54 x 54 mm, 500 W/(m2 K).
-    ways = 0.0185 / 6.7 + 1 / 500 + 0.006 / 6.7
-    assert gl("IS1_BRACKET_PLUS_Y", "IS1_VE_PLUS_Y") == pytest.approx(0.054**2 / ways, rel=1e-8)
+    joint = 0.0185 / 6.7 + 1 / 500 + 0.006 / 6.7
+    assert gl("IS1_BRACKET_PLUS_Y", "IS1_VE_PLUS_Y") == pytest.approx(0.054**2 / joint, rel=1e-8)
 
     # Above the housing: its face without the posts (6 x 6 mm), and caging block against it (24 x 24 mm), in between.
     gr = full.gr[at["IS2_EH_UP"]]
@@ -254,7 +254,9 @@ def time_constants(net: DenseNetwork) -> np.ndarray:
     """Of the linearised network, s, ascending; nodes without capacity eliminated."""
     k, f = net.conduction(net.steady), net.free
     own, none = f[net.capacity[f] > 0], f[net.capacity[f] == 0]
-    kept = k[np.ix_(own, own)] - k[np.ix_(own, none)] @ np.linalg.solve(k[np.ix_(none, none)], k[np.ix_(none, own)])
+    kept: np.ndarray = k[np.ix_(own, own)] - k[np.ix_(own, none)] @ np.linalg.solve(
+        k[np.ix_(none, none)], k[np.ix_(none, own)]
+    )
     rate = np.linalg.eigvals(kept / net.capacity[own][:, None])
     np.testing.assert_allclose(rate.imag, 0.0, atol=1e-12)
     return np.sort(1 / rate.real)

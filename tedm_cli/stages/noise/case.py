@@ -54,6 +54,11 @@ class CaseSetting:
     gradients: CaseGradients
     uncertain: Uncertain | None
 
+    @property
+    def all_outputs(self) -> ModelOutputs:
+        """The outputs and their differences, of the model's areas."""
+        return self.outputs.with_differences(self.criteria.requirements)
+
     def outputs_of(self, case_id: str) -> ModelOutputs:
         """The outputs, and their differences, with the columns of what the case has beside the model's areas."""
         outputs = with_gradients(self.outputs, self.gradients.of(case_id))
