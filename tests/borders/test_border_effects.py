@@ -103,6 +103,53 @@ def test_effects_add_coherently(own: Project, chain: Project) -> None:
         assert half_each["anti effect"] == pytest.approx(0.5, rel=1e-9)
 
 
+TOGETHER = """
+[[requirement]]
+name = "lpf_readout_item"
+outputs = ["A_TM1_x", "A_TM2_x"]
+
+[uncertainty]
+samples = 500
+
+[[uncertainty.level]]
+name = "inside"
+shield = ["inside"]
+relative_sigma = 0.2
+source = "a test"
+
+[[temperature.within]]
+name = "bench"
+areas = ["OB_BENCH_*"]
+across_K = 1e-4
+
+[[case]]
+id = "3"
+title = "All that may be in one"
+blocks = [{ shield = ["outside"] }, { shield = ["inside"] }]
+"""
+
+
+def test_effects_gradients_within_areas_and_what_is_uncertain_in_one_case(own: Project, tmp_path: Path) -> None:
+    """Gradients follow no effect and no parameter, which is said; all else is as without them."""
+    project = own.copy(tmp_path / "together")
+    (project.folder / "cases.toml").write_text(TOGETHER)
+    project.stage("build-adjoint").ok()
+    project.run("run-case", "3").ok()
+    with h5py.File(project.build / "case03.h5") as file:
+        within = np.char.find(file["/area/name"].asstr()[()].astype(str), "bench grad ") == 0
+        assert within.sum() == 3
+        assert not file["/effect/row/A_TM1_x"][:, within].any()
+        assert file["/effect/row/A_TM1_x"][0, ~within].any()
+        for label in ("A_TM1_x", "A_TM2_x", "TM1_a_z"):
+            assert file[f"/path/share/{label}"][:].sum() == pytest.approx(1.0, abs=1e-9)
+        np.testing.assert_allclose(file["/uncertainty/nominal"], file["/verdict/ratio"], rtol=1e-12)
+        (left,) = file["/uncertainty/left_out"].asstr()[()]
+        assert left.startswith("bench grad x, bench grad y, bench grad z: how gradients within areas change")
+        low, high = file["/uncertainty/quantile"][:, [4, 94]].T
+        assert np.all(low < file["/verdict/ratio"])
+        assert np.all(high > file["/verdict/ratio"])
+
+
 def test_parts_are_the_outputs(own: Project) -> None:
     outputs = read_outputs(load_project(own.folder / "tedm.toml", own.build))
     assert set(outputs.parts_of_read_outs) == set(outputs.labels)
