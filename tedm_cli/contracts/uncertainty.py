@@ -78,7 +78,15 @@ class UncertaintyDatasets:
         "independent sources: a parameter, or all that are correlated with each other",
         NAMES,
     )
-    LEFT_OUT = _of("left_out", ("left_out",), "str", "1", "what is configured and could not be propagated, and why")
+    LEFT_OUT = Dataset(
+        "/uncertainty/left_out",
+        ("left_out",),
+        "str",
+        "1",
+        "what is configured and could not be propagated, and why; absent where nothing is",
+        optional=True,
+        group="/uncertainty/left_out",
+    )
     UNCERTAINTY_SAMPLES = _of("samples", (), "int", "1", "draws of all parameters together", COUNT)
     UNCERTAINTY_SHARE_SAMPLES = _of(
         "share_samples",

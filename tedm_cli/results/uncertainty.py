@@ -41,7 +41,8 @@ def write_uncertainty(writer: Writer, u: CaseUncertainty) -> None:
     writer.write(CASE.UNCERTAIN_BLOCK, p.block)
     writer.write(CASE.UNCERTAIN_CORRELATION, p.correlation)
     writer.write(CASE.SOURCE_OF_VARIANCE, p.sources)
-    writer.write(CASE.LEFT_OUT, list(u.left_out))
+    if u.left_out:
+        writer.write(CASE.LEFT_OUT, list(u.left_out))
     writer.write(CASE.UNCERTAINTY_SAMPLES, u.draws.samples)
     writer.write(CASE.UNCERTAINTY_SHARE_SAMPLES, 2**u.draws.share_power)
     writer.write(CASE.UNCERTAINTY_SEED, u.draws.seed)
@@ -106,7 +107,7 @@ def read_uncertainty(file: Reader) -> CaseUncertainty | None:
     of_output, of_any = file.array(CASE.OUTPUT_VIOLATED), file.array(CASE.ANY_VIOLATED)
     return CaseUncertainty(
         parameters=parameters,
-        left_out=tuple(file.strings(CASE.LEFT_OUT)),
+        left_out=tuple(file.strings(CASE.LEFT_OUT)) if file.has(CASE.LEFT_OUT) else (),
         draws=Draws(
             int(file.number(CASE.UNCERTAINTY_SAMPLES)),
             int(file.number(CASE.UNCERTAINTY_SEED)),

@@ -228,6 +228,8 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "run-series": ("warm", "-o", "{out}/series.h5"),
     "build-dynamics": (),
     "simulate": ("3",),
+    "build-thermal": (),
+    "map-temperatures": ("{out}/points.csv", "-o", "{out}/grids.csv"),
     "plot": ("--area", "STRUT_1", "-o", "{out}"),
     "report": ("--format", "md", "-o", "{out}/report.md"),
     "view": ("-o", "{out}/view.html"),
@@ -243,12 +245,16 @@ OF_THE_FOLDER: dict[str, tuple[str, ...]] = {
     "export-extremal": ("3", "-d", "{build}", "-o", "{out}"),
     "export-vtu": ("-d", "{build}", "-o", "{out}/mesh.vtu"),
 }
+NO_THERMAL = {
+    "build-thermal": "the project has no thermal model",
+    "map-temperatures": "the project has no thermal model",
+}
 NO_OPTICS, NO_MASSES = "tedm.toml: optics: the project has no optics", "model.toml: test_mass: "
 REFUSED = {
-    GRAVITY: dict.fromkeys(
-        ("check-layout", "build-optics", "explain", "build-dynamics", "simulate", "plot"), NO_OPTICS
-    ),
-    READ_OUT: dict.fromkeys(
+    GRAVITY: NO_THERMAL
+    | dict.fromkeys(("check-layout", "build-optics", "explain", "build-dynamics", "simulate", "plot"), NO_OPTICS),
+    READ_OUT: NO_THERMAL
+    | dict.fromkeys(
         (
             "build-sensitivity",
             "audit-mesh",
@@ -350,6 +356,7 @@ def test_a_half_that_is_gone_and_comes_again(halves: dict[str, Half], whole: Pat
     shutil.copy(CONFIGS / "optics.toml", project.folder)
     for name in ("distortion.h5", "sensitivity.h5", "optics.h5"):
         shutil.copy(whole / name, project.build)
+    (project.build / "adjoint.h5").unlink()  # of the half
     project.run("run-case", "3").ok()
     (project.folder / "optics.toml").unlink()
     with untouched(project.folder):
