@@ -7,6 +7,8 @@ from typing import Any
 # Before NumPy and Numba are loaded: on small arrays a second thread only waits, and the tests share their cores.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+# MKL, which PARDISO is of, waits forever in a forked process for the threads that it had before: some tests fork.
+os.environ.setdefault("MKL_THREADING_LAYER", "SEQUENTIAL")
 # The tests start the commands hundreds of times: each would compile the same modules anew.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
