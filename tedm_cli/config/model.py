@@ -260,13 +260,18 @@ class ModelConfig(Strict):
         """Names of the files that hold bodies of test masses."""
         return [table.stl for table in self.test_mass if table.stl is not None]
 
-    def required_test_masses(self, where: Path) -> list[TestMass]:
+    def required_test_masses(
+        self, where: Path, why: str = "self-gravity is the field on test masses"
+    ) -> list[TestMass]:
         """The test masses, for what cannot be done without; `ConfigError` names the file `where` if it has none."""
         if not self.test_mass:
-            fact = "the model has none, and self-gravity is the field on test masses"
-            hint = "describe each in a table [[test_mass]]; read-outs need none"
-            raise ConfigError([("test_mass", fact)], where=str(where), hint=hint)
+            hint = "describe each in a table [[test_mass]]; read-outs and their noise need none"
+            raise ConfigError([("test_mass", f"the model has none, and {why}")], where=str(where), hint=hint)
         return self.test_masses()
+
+    def require_adjoint(self, where: Path) -> None:
+        """`ConfigError` for a project that has no adjoint, as it has no test masses."""
+        self.required_test_masses(where, "the adjoint, also that of read-outs, is of projects that have")
 
     def limits_at_rest(self) -> list[AtRestLimit]:
         """What the field at rest is judged by."""

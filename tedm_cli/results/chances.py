@@ -43,9 +43,13 @@ def spread_words(d: Distribution) -> str:
 
 
 def largest_sources(u: CaseUncertainty, d: Distribution, least: float = 0.01) -> list[tuple[str, float, float]]:
-    """Sources of a ratio's variance with their shares, alone and with interactions; the largest first."""
+    """Sources of a ratio's variance with their shares, alone and with interactions; the largest first.
+
+    They are estimates by draws, and may be beyond 0 or 1 by their error: that is not told.
+    """
     order = np.argsort(-d.share_total, kind="stable").tolist()
-    shares = [(u.sources[i], max(float(d.share_first[i]), 0.0), float(d.share_total[i])) for i in order]
+    first, total = (np.clip(share, 0.0, 1.0) for share in (d.share_first, d.share_total))
+    shares = [(u.sources[i], float(first[i]), float(total[i])) for i in order]
     return [share for share in shares if share[2] >= least]
 
 

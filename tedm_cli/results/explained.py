@@ -11,8 +11,9 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.results.areas import unit_per
+from tedm_cli.uncertainty.verdicts import Chance
 
-Cell = str | float | bool | None
+Cell = str | float | bool | Chance | None
 Form = Literal["text", "number", "fixed", "share", "ratio", "chance", "verdict"]
 ROUNDING = 1e-12  # shares, and sums over what is summed, below this are nothing
 

@@ -67,10 +67,10 @@ class Effects:
             np.concatenate([self.level, other.level]),
         )
 
-    def and_silent(self, more: int) -> Effects:
-        """With as many areas behind the others that no parameter touches."""
-        wider = ((0, 0), (0, more))
-        return Effects(self.parameters, np.pad(self.change, ((0, 0), *wider)), np.pad(self.level, wider))
+    def and_areas(self, level: BoolArray) -> Effects:
+        """With more areas behind the others, of which only levels are known: which of these [p, m] act on them."""
+        change = np.pad(self.change, ((0, 0), (0, 0), (0, level.shape[1])))
+        return Effects(self.parameters, change, np.concatenate([self.level, level], axis=1))
 
     def response(self, row: FloatArray, output: int) -> Response:
         """Output number `output`, whose nominal row is `row` [k]."""

@@ -219,6 +219,11 @@ def test_it_is_printed_and_shown(built: Project) -> None:
         chance = file.array(CASE.VIOLATED)[:, 0, 0]
     assert [v["violated"]["probability"] for v in told["verdicts"]] == chance.tolist()
     again.unlink()
+    explained = command(built, "explain", "lpf_selfgravity_ltp").ok().out.splitlines()
+    rows = [line.split() for line in explained if line.startswith("TM1_a_x")]
+    assert rows[-1][:7] == ["TM1_a_x", "lpf_selfgravity_ltp", "3", "<", "0.0004", "<", "0.0004"], "as everywhere else"
+    told = json.loads(command(built, "explain", "lpf_selfgravity_ltp", "--json").ok().out)
+    assert '"violated": 0.0' in json.dumps(told), "numbers for programs"
 
 
 def test_what_is_left_out_is_said(built: Project, tmp_path: Path) -> None:

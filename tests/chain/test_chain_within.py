@@ -12,6 +12,7 @@ from test_chain_adjoint import agree, by_motion
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import ADJOINT, CASE, UNIT_LOADS
+from tedm_cli.errors import ConfigError
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.fem.structure import LoadCase
 from tedm_cli.files.store import open_checked
@@ -128,6 +129,42 @@ def test_a_body_of_areas_is_a_linear_field_of_its_grids(project: Project, explic
     more = with_gradients(outputs, found)
     np.testing.assert_array_equal(more.rows, np.hstack([outputs.rows, columns]))
     assert len(set(more.area_id.tolist())) == len(more.areas) == len(outputs.areas) + 3
+
+
+def test_levels_act_on_them(project: Project, tmp_path: Path) -> None:
+    """By name, or by what they share with means: a ratio of gradients alone is lognormal as its level is."""
+    level = """
+[uncertainty]
+samples = 1000
+[[uncertainty.level]]
+name = "stability"
+{}
+relative_sigma = 0.3
+distribution = "lognormal"
+source = "-"
+"""
+    for number, (selected, means_too) in enumerate(
+        [('areas = ["bench grad ?"]', False), ('shield = ["inside"]', True)]
+    ):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(project.cases.read_text(encoding="utf-8") + level.format(selected), encoding="utf-8")
+        changed = replace(project, cases=path)
+        for case_id, wanted in (("alone", True), ("means", means_too)):
+            run_cases(changed, [case_id], tmp_path / "x.h5", silent)
+            with open_checked(tmp_path / "x.h5", CASE) as file:
+                case = read_case(file)
+            assert case.uncertainty is not None
+            assert not case.uncertainty.left_out, "with levels alone, all is known"
+            for d in case.uncertainty.verdicts:
+                spread = np.log(d.percentile(95) / d.percentile(5))
+                if case_id == "alone":
+                    assert spread == pytest.approx(2.0 * 1.645 * 0.3, rel=0.02)
+                    assert d.percentile(50) == pytest.approx(d.nominal, rel=0.01)
+                else:
+                    assert bool(spread > 0.01) is wanted
+    path.write_text(path.read_text(encoding="utf-8").replace('["inside"]\nrel', '["inside"]\nareas = ["b grad"]\nrel'))
+    with pytest.raises(ConfigError, match=r"no thermal area has 'b grad'.*bench grad"):
+        run_cases(replace(project, cases=path), ["alone"], tmp_path / "x.h5", silent)
 
 
 def test_their_noise_and_verdicts_are_those_of_loads(project: Project, files: dict[str, Path], explicit: tuple) -> None:

@@ -290,6 +290,13 @@ def test_every_command(halves: dict[str, Half], half: str, command: str, tmp_pat
             assert "Traceback" not in outcome.err
 
 
+def test_without_test_masses_there_is_no_adjoint_and_no_advice_to_make_one(halves: dict[str, Half]) -> None:
+    for command in (("build-adjoint",), ("suggest-areas", "--count", "20"), ("explain", "A_TM1_x", "--grids")):
+        outcome = tedm(*command, *halves[READ_OUT].arguments)
+        outcome.refused(3, NO_MASSES, "the adjoint, also that of read-outs, is of projects that have")
+        assert "make it with" not in outcome.err
+
+
 @pytest.mark.parametrize("half", HALVES)
 def test_report_and_page_say_what_is_not_there(halves: dict[str, Half], half: str) -> None:
     build = halves[half].build

@@ -131,6 +131,9 @@ def test_outputs_that_say_the_same_have_the_distribution_of_the_first() -> None:
     assert found.output == "A_TM1_x"
     assert of.uncertainty is not None
     assert largest_sources(of.uncertainty, found) == [("struts + walls", 0.7, 0.9), ("glass", 0.1, 0.2)]
+    beyond = replace(found, share_first=np.array([-0.01, 1.01]), share_total=np.array([0.01, 1.02]))
+    told = [("struts + walls", 1.0, 1.0), ("glass", 0.0, 0.01)]
+    assert largest_sources(of.uncertainty, beyond) == told, "estimates are beyond 0 and 1 by their error"
 
 
 @pytest.fixture(scope="module")

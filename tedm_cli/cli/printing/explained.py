@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.results.chances import probability_text
 from tedm_cli.results.explained import Cell, Column, Table, Told
 from tedm_cli.results.wording import ratio_text
+from tedm_cli.uncertainty.verdicts import Chance
 
 _WIDTH = 118
 
@@ -50,7 +52,8 @@ def _rows(one: Table, most: int | None) -> list[dict[str, Any]]:
     names = [c.name.replace(" ", "_") for c in one.columns]
     units: dict[str, Any] = {f"{c.name.replace(' ', '_')}_unit": c.unit for c in one.columns if c.unit}
     kept = one.rows[:most] if one.ranked else one.rows
-    return [{**dict(zip(names, row, strict=True)), **units} for row in kept]
+    values = [[cell.probability if isinstance(cell, Chance) else cell for cell in row] for row in kept]
+    return [{**dict(zip(names, row, strict=True)), **units} for row in values]
 
 
 def _title(column: Column) -> str:
@@ -63,12 +66,12 @@ def _text(cell: Cell, column: Column) -> str:
         return "-"
     if column.form == "verdict":
         return "pass" if cell else "FAIL"
+    if isinstance(cell, Chance):
+        return probability_text(cell)
     if not isinstance(cell, float):
         return str(cell)
     if column.form == "share":
         return f"{100.0 * cell:.3g}"
-    if column.form == "chance":
-        return f"{cell:.3g}"
     if column.form == "fixed":
         return f"{cell + 0.0:.1f}".replace("-0.0", "0.0") if abs(cell) < 0.05 else f"{cell:.1f}"
     if column.form == "ratio":

@@ -12,6 +12,8 @@ from tedm_cli.cli.printing.table import table
 if TYPE_CHECKING:
     from tedm_cli.stages.adjoint.suggest import Suggestion
 
+_SHARE = 0.005  # a smaller part would be told as 0 %
+
 
 def suggestion_lines(done: Suggestion, top: int | None) -> list[str]:
     """Error against count, what the present areas leave out and where, and what was written."""
@@ -31,9 +33,10 @@ def suggestion_lines(done: Suggestion, top: int | None) -> list[str]:
     if coarse:
         _, output, mm, _ = coarse[0]
         left = done.present.difference.max()
-        named = ", ".join(f"{name} {100 * share:.0f} %" for name, _, _, share in coarse)
+        named = ", ".join(f"{name} {100 * share:.0f} %" for name, _, _, share in coarse if share >= _SHARE)
         lines.append(
-            f"the {done.n_present} areas leave out most of {output} at ℓ = {mm:g} mm, {100 * left:.0f} % of it: {named}"
+            f"the {done.n_present} areas leave out most of {output} at ℓ = {mm:g} mm, {100 * left:.0f} % of it;"
+            f" parts of the variance of that: {named}"
         )
     if done.enough:
         lines.append(f"the {done.n_present} present areas are enough")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.results.chances import largest_sources
 from tedm_cli.results.wording import chance_text, count, ratio_text
 
 if TYPE_CHECKING:
@@ -74,10 +75,5 @@ def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
 
 def _shares(u: CaseUncertainty, d: Distribution) -> str:
     """The sources with the largest shares."""
-    order = np.argsort(-d.share_total, kind="stable")[:_SHARES]
-    parts = [
-        f"{u.sources[i]} {max(d.share_first[i], 0.0):.2f} ({d.share_total[i]:.2f})"
-        for i in order
-        if d.share_total[i] >= _SHARE
-    ]
+    parts = [f"{name} {first:.2f} ({total:.2f})" for name, first, total in largest_sources(u, d, _SHARE)[:_SHARES]]
     return ", ".join(parts) or "nothing"

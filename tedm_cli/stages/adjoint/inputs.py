@@ -84,7 +84,7 @@ def adjoint_inputs(project: Project, results: Sequence[Path] = ()) -> Iterator[A
     InputError : a file that is missing or stale.
     """
     config_file, config = load_model(project.model)
-    config.required_test_masses(project.model)
+    config.require_adjoint(project.model)
     table, build = config.model, project.build_dir
     deck = project.resolve(table.deck)
     raw = read_deck(

@@ -151,7 +151,7 @@ def suggest_areas(
     if error is not None and (fact := AREA_ERROR.fact(error)):
         raise UsageError(f"--error: {fact}")
     config = load_model(project.model)[1]
-    config.required_test_masses(project.model)
+    config.require_adjoint(project.model)
     field = model_field(project, even=even)
     metres = tuple(mm / 1e3 for mm in length)
     found, fine = _merged(field, count, metres, step)

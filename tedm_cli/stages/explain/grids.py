@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import ADJOINT, UNIT_LOADS
 from tedm_cli.errors import InputError, UsageError
@@ -31,9 +32,11 @@ def explain_grids(project: Project, label: str) -> Told:
 
     Raises
     ------
+    ConfigError : the project has no test masses, and so no adjoint.
     UsageError : the adjoint does not have it.
     InputError : there is no adjoint of the model, or it is missing or stale.
     """
+    load_model(project.model)[1].require_adjoint(project.model)
     build = project.build_dir
     path, loads = build / ADJOINT_FILE, build / UNIT_LOADS_FILE
     with open_checked(path, ADJOINT) as adjoint, open_checked(loads, UNIT_LOADS) as unit:

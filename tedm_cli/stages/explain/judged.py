@@ -32,6 +32,7 @@ from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.titles import at_rest_requirement, output_title, outputs_title
 from tedm_cli.results.uncertainty import read_uncertainty
 from tedm_cli.results.wording import and_text, count, ratio_text
+from tedm_cli.uncertainty.verdicts import Distribution
 
 _NOISE = (
     *(Column("output"), Column("requirement"), Column("case"), Column("role"), Column("ratio", "ratio")),
@@ -215,14 +216,16 @@ def _verdicts(
 
 def _chances(project: Project, wanted: Callable[[str, str], bool], ids: Sequence[str] | None = None) -> Table:
     """Probabilities of a violation, largest first, and percentiles of the ratios; empty where nothing is uncertain."""
-    rows: list[tuple[Cell, ...]] = []
+    found: list[tuple[str, Distribution]] = []
     for case_id, file in _files(project, CASE, case_file_name, [], ids):
         u = read_uncertainty(file)
-        for d in u.verdicts if u is not None else ():
-            if wanted(d.output, d.requirement):
-                chances = (d.violated.probability, d.violated_bare.probability)
-                rows.append((d.output, d.requirement, case_id, *chances, *(d.percentile(q) for q in (5, 50, 95))))
-    return Table("probabilities", _CHANCES, by_size(by_size(rows, 6), 3), ranked=True)
+        found += [(case_id, d) for d in (u.verdicts if u is not None else ()) if wanted(d.output, d.requirement)]
+    found.sort(key=lambda item: (-item[1].violated.probability, -item[1].percentile(50)))
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (d.output, d.requirement, case_id, d.violated, d.violated_bare, *(d.percentile(q) for q in (5, 50, 95)))
+        for case_id, d in found
+    )
+    return Table("probabilities", _CHANCES, rows, ranked=True)
 
 
 def _files(

@@ -118,7 +118,7 @@ def case_setting(
     except ConfigError as error:
         raise ConfigError(error.problems, where=str(project.cases)) from None
     gradients = case_gradients(project, config, outputs, tables)
-    found = uncertain(project, model, config, judged, compare)
+    found = uncertain(project, model, config, judged, gradients, compare)
     return CaseSetting(file, config, outputs, temperature, frequency, criteria, gradients, found)
 
 

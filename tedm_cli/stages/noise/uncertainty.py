@@ -19,13 +19,15 @@ from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.build_folder import ADJOINT_FILE, SENSITIVITY_FILE, require_configuration, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import open_checked
+from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, judged_outputs
 from tedm_cli.noise.differences import rows_of
 from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.requirements import Criteria, in_band
-from tedm_cli.noise.selection import listed, select
+from tedm_cli.noise.selection import BlockSelector, listed, select
 from tedm_cli.results.derivatives import Derivatives, read_derivatives, read_position_rows
 from tedm_cli.results.outputs import ModelOutputs
+from tedm_cli.results.within import CaseGradients
 from tedm_cli.stages.noise.other_mesh import OtherMesh, other_mesh
 from tedm_cli.uncertainty.parameters import EXPANSION, MESH, NORMAL, Parameter, Parameters
 from tedm_cli.uncertainty.response import Effects, Ratio
@@ -33,15 +35,19 @@ from tedm_cli.uncertainty.verdicts import CaseUncertainty, Draws, Judged, MeshCo
 
 Problems = list[tuple[str, str]]
 _NO_MATRIX = "positions of test masses and levels need none of it"
-_WITHIN = "how gradients within areas change with parameters is not known, and they stay as they are"
+_WITHIN = "levels act on gradients within areas; how else these change is not known, and left out"
 _NO_ADJOINT = "the project has no test masses, and the adjoint is of projects that have"
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertain:
-    """What is uncertain of n outputs: `effects` on them, what was left out, the other mesh, and the files read."""
+    """What is uncertain of n outputs: `effects` on them, what was left out, the other mesh, and the files read.
+
+    `levels`: numbers of the parameters that are levels, and what areas they select.
+    """
 
     effects: Effects
+    levels: tuple[tuple[int, BlockSelector], ...]
     left_out: tuple[str, ...]
     draws: Draws
     mesh: OtherMesh | None
@@ -52,9 +58,12 @@ class Uncertain:
         outputs, f, factor = result.outputs, result.frequency_hz, result.safety_factor
         pairs = judged_outputs(criteria, outputs, f)
         noise = OutputNoise(outputs.rows, result.source, f)
-        within = outputs.areas.name[outputs.areas.within].tolist()
-        effects = self.effects.and_silent(len(within))
-        left_out = [*self.left_out, *([f"{listed(within)}: {_WITHIN}"] if within else [])]
+        effects, left_out = self.effects, list(self.left_out)
+        if outputs.areas.within.any():
+            within = outputs.areas.only(outputs.areas.within)
+            effects = self._on(within)
+            if len(self.levels) < len(effects.parameters.items):
+                left_out.append(f"{listed(within.name.tolist())}: {_WITHIN}")
         judged, bands = [], []
         for (requirement, o), verdict in zip(pairs, result.verdicts, strict=True):
             band = f[in_band(requirement, f)]
@@ -64,6 +73,13 @@ class Uncertain:
             bands.append((o, band, limit))
         mesh = None if self.mesh is None else _compared(self.mesh, noise, bands)
         return uncertainty(effects.parameters, judged, factor, self.draws, left_out, mesh)
+
+    def _on(self, within: AreaTable) -> Effects:
+        """The effects, on gradients within areas as well: of these the levels that select them."""
+        level = np.zeros((len(self.effects.parameters.items), len(within)), dtype=bool)
+        for p, selector in self.levels:
+            level[p] = select(selector, within)[0]  # what no area of this case has was held against all of them before
+        return self.effects.and_areas(level)
 
 
 def _compared(
@@ -87,11 +103,13 @@ def uncertain(
     model: ModelConfig,
     cases: CasesConfig,
     outputs: ModelOutputs,
+    gradients: CaseGradients,
     compare: MeshDeviation | None = None,
 ) -> Uncertain | None:
     """Gather what is uncertain; None where nothing is configured.
 
-    `compare`: another mesh, in place of the one that the cases file may name.
+    `gradients` are those within areas that cases have; `compare`: another mesh, in place of the one that the cases file
+    may name.
 
     Raises
     ------
@@ -117,7 +135,8 @@ def uncertain(
     kept = {item.name for item in found.items}
     parameters = Parameters.of(tuple(found.items), _among(of_model.pairs(), kept))
     levels = _Found(outputs)
-    _add_levels(levels, cases, project.cases, kept.union(of_model.names_of_structure))
+    selectors = _add_levels(levels, cases, project.cases, kept.union(of_model.names_of_structure), gradients)
+    numbered = tuple(enumerate(selectors, len(found.items)))
     parameters += Parameters.of(tuple(levels.items), of_cases.pairs())
     found.extend(levels)
     mesh = None
@@ -129,7 +148,7 @@ def uncertain(
         found.add(item, mesh.estimate)
     effects = Effects(parameters, found.changes(), found.levels())
     draws = Draws(of_cases.samples, of_cases.seed)
-    return Uncertain(effects, tuple(left_out), draws, mesh, tuple(sources))
+    return Uncertain(effects, numbered, tuple(left_out), draws, mesh, tuple(sources))
 
 
 class _Found:
@@ -282,15 +301,25 @@ def _add_positions(found: _Found, project: Project, model: ModelConfig) -> None:
                 found.add(item, rows_of(found.outputs.labels, known))
 
 
-def _add_levels(found: _Found, cases: CasesConfig, where: Path, taken: set[str]) -> None:
-    """Levels of the temperatures."""
+def _add_levels(
+    found: _Found, cases: CasesConfig, where: Path, taken: set[str], gradients: CaseGradients
+) -> list[BlockSelector]:
+    """Levels of the temperatures, with what they select: of the model's areas, and of gradients within areas."""
     problems: Problems = []
-    for i, table in enumerate(cases.uncertainty.level):
+    areas = found.outputs.areas
+    for more in gradients.tables.values():
+        if (fresh := ~np.isin(more.areas.name, areas.name)).any():
+            areas = areas.and_last(more.areas.only(fresh))
+    selectors = [table.chosen() for table in cases.uncertainty.level]
+    for i, (table, selector) in enumerate(zip(cases.uncertainty.level, selectors, strict=True)):
         place = f"uncertainty.level[{i}]"
-        mask, facts = select(table.chosen(), found.outputs.areas)
+        mask, facts = select(selector, areas)
+        if facts and gradients.refusal is not None:  # it may be these that are meant
+            raise gradients.refusal
         problems += [(f"{place}{key}", fact) for key, fact in facts]
         if table.name in taken:
             problems.append((f"{place}.name", f"{table.name!r} is the name of a parameter of the model already"))
-        found.add(table.parameter(table.words), level=mask)
+        found.add(table.parameter(table.words), level=mask[: len(found.outputs.areas)])
     if problems:
         raise ConfigError(problems, where=str(where))
+    return selectors
