@@ -15,6 +15,8 @@ from tedm_cli.contracts.spec import (
 )
 from tedm_cli.contracts.uncertainty import UncertaintyDatasets
 
+_NETWORK = "network"
+
 
 class _NoiseDatasets(AreaDatasets):
     """Spectra, verdicts, and where they come from."""
@@ -56,6 +58,14 @@ class _NoiseDatasets(AreaDatasets):
     )
     CORRELATION_DELAY = Dataset(
         "/correlation/delay", ("area",), "float", "s", "R_ij is turned by exp(-2 pi i f (delay_i - delay_j))"
+    )
+    CORRELATION_FREQUENCY = Dataset(
+        "/correlation/frequency",
+        (),
+        "float",
+        "Hz",
+        "the frequency that the correlation is of, where it depends on it: temperatures of the thermal network",
+        optional=True,
     )
     FREQUENCY = Dataset("/frequency", ("frequency",), "float", "Hz", "frequency")
     TEMPERATURE_SPECTRUM = Dataset(
@@ -149,6 +159,46 @@ class _NoiseDatasets(AreaDatasets):
     )
     PATH_BAND_SHARE = Dataset(
         "/path/band_share/{output}", ("path",), "float", "1", "share of the power in the band", "", True
+    )
+    DISTURBANCE_NAME = Dataset(
+        "/disturbance/name",
+        ("disturbance",),
+        "str",
+        "1",
+        "disturbances of the thermal network, then areas that its map leaves out, with a spectrum of their own",
+        "",
+        True,
+        NAMES,
+        group=_NETWORK,
+    )
+    DISTURBANCE_SHARE = Dataset(
+        "/disturbance/share",
+        ("output", "disturbance"),
+        "float",
+        "1",
+        "share of the PSD at /contribution/frequency; negative where it cancels others that it is correlated with",
+        optional=True,
+        group=_NETWORK,
+    )
+    DISTURBANCE_BAND_SHARE = Dataset(
+        "/disturbance/band_share",
+        ("output", "disturbance"),
+        "float",
+        "1",
+        "share of the power in /contribution/band",
+        optional=True,
+        group=_NETWORK,
+    )
+    DISTURBANCE_LEVEL_FACTOR = Dataset(
+        "/disturbance/level_factor",
+        ("verdict", "disturbance"),
+        "float",
+        "1",
+        "factor on the level of the disturbance, others unchanged, that just meets the requirement; NaN: none does; "
+        "infinite: it has no part",
+        optional=True,
+        open_ended=True,
+        group=_NETWORK,
     )
     EFFECT_NAME = Dataset("/effect/name", ("effect",), "str", "1", "effects of the user's own", "", True, NAMES)
     EFFECT_ROW = Dataset(

@@ -10,14 +10,15 @@ import numpy as np
 from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from tedm_cli.contracts import CASE, Dataset
 from tedm_cli.files.store import Reader, Writer
-from tedm_cli.noise.areas import GRADIENTS, group_in_unit, unit_of_group
+from tedm_cli.noise.areas import GRADIENTS, AreaTable, group_in_unit, unit_of_group
 from tedm_cli.noise.bounds import BOUNDS
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.improvement import COUNTS
-from tedm_cli.noise.requirements import Requirement, in_band
+from tedm_cli.noise.requirements import REFERENCE_HZ, Requirement, in_band
 from tedm_cli.noise.selection import listed
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.areas import read_areas, write_areas
+from tedm_cli.results.case_network import of_network, write_disturbances
 from tedm_cli.results.noise import (
     MATCHED,
     QUIETER,
@@ -62,15 +63,18 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
     writer.write(CASE.CASE_REASON, r.case.reason)
     writer.write(CASE.CASE_SAFETY_FACTOR, r.safety_factor)
     writer.write(CASE.CASE_BLOCK, block)
-    matrix = r.source.correlation.matrix()
+    correlation = r.source.correlation_at(REFERENCE_HZ)
+    matrix = correlation.matrix()
     writer.write(CASE.CORRELATION_REAL, np.ascontiguousarray(matrix.real))
     if np.iscomplexobj(matrix):
         writer.write(CASE.CORRELATION_IMAGINARY, np.ascontiguousarray(matrix.imag))
-    writer.write(CASE.CORRELATION_DELAY, r.source.correlation.delay_s)
+    writer.write(CASE.CORRELATION_DELAY, correlation.delay_s)
+    if r.case.thermal:
+        writer.write(CASE.CORRELATION_FREQUENCY, REFERENCE_HZ)
     writer.write(CASE.FREQUENCY, r.frequency_hz)
     writer.write(CASE.TEMPERATURE_SPECTRUM, r.temperature_set)
     writer.write(CASE.TEMPERATURE_ASD, r.temperature_asd)
-    writer.write(CASE.TEMPERATURE_MODEL, r.source.temperature.words())
+    writer.write(CASE.TEMPERATURE_MODEL, r.source.words())
     writer.write(CASE.OUTPUT_LABEL, r.outputs.labels)
     writer.write(CASE.OUTPUT_UNIT, r.outputs.units)
     writer.write(CASE.OUTPUT_KIND, r.outputs.kinds)
@@ -96,6 +100,8 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
         writer.write(CASE.EFFECT_NAME, effects.names)
         for i, (label, unit) in enumerate(zip(r.outputs.labels, r.outputs.units, strict=True)):
             writer.write(CASE.EFFECT_ROW.of(label), effects.rows[:, i], units=f"{unit} per unit of the area")
+    if (found := r.disturbances) is not None:
+        write_disturbances(writer, found)
     _write_verdicts(writer, r)
     _write_requirements(writer, r, requirements)
 
@@ -337,6 +343,8 @@ def read_temperature(file: Reader) -> TemperatureSpectra:
     """Distinct spectra of a case file, each named by the shield sides and the number of its areas; not of silent
     gradients. Those of gradients within areas are named by these."""
     index, asd, areas = file.array(CASE.TEMPERATURE_SPECTRUM), file.array(CASE.TEMPERATURE_ASD), read_areas(file)
+    if of_network(file):
+        return _spread_of_nodes(file.array(CASE.FREQUENCY), asd, areas)
     kept, names, units = [], [], []
     for q in range(len(asd)):
         gradient = bool(areas.gradient[index == q].any())
@@ -355,3 +363,14 @@ def read_temperature(file: Reader) -> TemperatureSpectra:
         names.append(", ".join(parts) or "no area")
         units.append("K/m" if gradient else "K")
     return TemperatureSpectra(file.array(CASE.FREQUENCY), asd[kept], names, units)
+
+
+def _spread_of_nodes(frequency_hz: FloatArray, asd: FloatArray, areas: AreaTable) -> TemperatureSpectra:
+    """Of thermal nodes, each with a spectrum of its own: the root mean square over each side of the shield."""
+    kept, names = [], []
+    for side in dict.fromkeys(areas.shield.tolist()):
+        mine = (areas.shield == side) & ~areas.gradient
+        if mine.any():
+            kept.append(np.sqrt(np.mean(asd[mine] ** 2, axis=0)))
+            names.append(f"{side} the thermal shield ({count(int(mine.sum()), 'thermal node')}, root mean square)")
+    return TemperatureSpectra(frequency_hz, np.array(kept), names, ["K"] * len(kept))

@@ -21,9 +21,9 @@ from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.case_run import CaseResult, judged_outputs
 from tedm_cli.noise.differences import rows_of
-from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.requirements import Criteria, in_band
 from tedm_cli.noise.selection import listed, select
+from tedm_cli.noise.sources import AnyNoise
 from tedm_cli.results.derivatives import Derivatives, read_derivatives, read_position_rows
 from tedm_cli.results.outputs import ModelOutputs
 from tedm_cli.stages.noise.other_mesh import OtherMesh, other_mesh
@@ -51,7 +51,7 @@ class Uncertain:
         """What it makes of the verdicts of a case, whose outputs these are."""
         outputs, f, factor = result.outputs, result.frequency_hz, result.safety_factor
         pairs = judged_outputs(criteria, outputs, f)
-        noise = OutputNoise(outputs.rows, result.source, f)
+        noise = result.source.outputs(outputs.rows, f)
         within = outputs.areas.name[outputs.areas.within].tolist()
         effects = self.effects.and_silent(len(within))
         left_out = [*self.left_out, *([f"{listed(within)}: {_WITHIN}"] if within else [])]
@@ -66,9 +66,7 @@ class Uncertain:
         return uncertainty(effects.parameters, judged, factor, self.draws, left_out, mesh)
 
 
-def _compared(
-    mesh: OtherMesh, noise: OutputNoise, bands: Sequence[tuple[int, FloatArray, FloatArray]]
-) -> MeshComparison:
+def _compared(mesh: OtherMesh, noise: AnyNoise, bands: Sequence[tuple[int, FloatArray, FloatArray]]) -> MeshComparison:
     """The ratios by the other mesh, and by both: of each verdict its output, its frequencies and limit."""
 
     def ratios(rows: FloatArray) -> FloatArray:
