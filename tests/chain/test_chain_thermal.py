@@ -114,7 +114,7 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     build = ("-d", sample.build_dir)
     tedm("export-case", "T", "--format", "csv", "-o", tmp_path / "csv", *build).ok()
     tedm("export-extremal", "T", "-o", tmp_path / "e", *build).refused(2, "thermal nodes in place of areas")
-    refused = command(sample, "export-state-space", "T", "-o", tmp_path / "t.npz")
+    refused = command(sample, "export-state-space", "T", "-o", tmp_path / "system")
     refused.refused(3, "temperatures are those of the thermal network")
 
 
