@@ -18,7 +18,7 @@ from tedm_cli.noise.requirements import REFERENCE_HZ, Requirement, in_band
 from tedm_cli.noise.selection import listed
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.areas import read_areas, write_areas
-from tedm_cli.results.case_network import of_network, write_disturbances
+from tedm_cli.results.case_network import of_network, read_disturbances, write_disturbances
 from tedm_cli.results.noise import (
     MATCHED,
     QUIETER,
@@ -183,6 +183,7 @@ def read_case(file: Reader) -> CaseNoise:
         filter_order=file.array(CASE.FILTER_SENSITIVITY_ORDER) if has_filter else np.empty(0),
         filter_corner_hz=file.array(CASE.FILTER_SENSITIVITY_CORNER) if has_filter else np.empty(0),
         uncertainty=read_uncertainty(file),
+        thermal=of_network(file),
     )
 
 
@@ -196,7 +197,7 @@ def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
     band = file.array(CASE.CONTRIBUTION_BAND)
     bounds, bound_ratio = file.strings(CASE.BOUND_RATIO_BOUND), file.array(CASE.BOUND_RATIO_RATIO)
     distortion = file.array(CASE.VERDICT_DISTORTION_RATIO)
-    realised = _read_realised(file)
+    realised, disturbances = _read_realised(file), read_disturbances(file)
     judged = []
     pairs = zip(file.strings(CASE.VERDICT_OUTPUT), file.strings(CASE.VERDICT_REQUIREMENT), strict=True)
     for v, (output, requirement) in enumerate(pairs):
@@ -226,6 +227,7 @@ def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
                 path_band=_path_share(file, CASE.PATH_BAND_SHARE, output),
                 improvement=_read_improvement(file, v, float(at[v])),
                 realised=None if realised is None else realised[o],
+                disturbances=None if disturbances is None else disturbances[v],
             )
         )
     return tuple(judged)

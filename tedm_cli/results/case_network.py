@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from tedm_cli.arrays import FloatArray
 from tedm_cli.contracts import CASE
 from tedm_cli.errors import UsageError
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.disturbances import DisturbanceContributions
+from tedm_cli.results.noise import JudgedDisturbances
 
 
 def of_network(file: Reader) -> bool:
@@ -29,16 +27,6 @@ def write_disturbances(writer: Writer, found: DisturbanceContributions) -> None:
     writer.write(CASE.DISTURBANCE_SHARE, found.share)
     writer.write(CASE.DISTURBANCE_BAND_SHARE, found.band_share)
     writer.write(CASE.DISTURBANCE_LEVEL_FACTOR, found.level_factor)
-
-
-@dataclass(frozen=True, eq=False)
-class JudgedDisturbances:
-    """Of one verdict the u disturbances: `names`; share, band_share, level_factor : [u], see the case file."""
-
-    names: tuple[str, ...]
-    share: FloatArray
-    band_share: FloatArray
-    level_factor: FloatArray
 
 
 def read_disturbances(file: Reader) -> list[JudgedDisturbances] | None:

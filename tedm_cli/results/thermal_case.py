@@ -24,6 +24,7 @@ from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.network import NetworkNoise
 from tedm_cli.noise.selection import listed
 from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.results.noise import NETWORK
 from tedm_cli.results.outputs import ModelOutputs
 from tedm_cli.results.wording import count
 
@@ -38,11 +39,12 @@ _BUILD = f"`{THERMAL.made_by}`, or `tedm run`"
 class ThermalColumns:
     """Outputs by thermal nodes, and last by the areas that the map leaves out, and the noise of these temperatures.
 
-    sources : the files read.
+    area : [k], the area of the model that each column is in; -1: none. sources : the files read.
     """
 
     outputs: ModelOutputs
     noise: NetworkNoise
+    area: IndexArray
     sources: tuple[Path, ...]
 
 
@@ -164,6 +166,7 @@ def _columns(
             area_id=np.arange(1, len(areas) + 1),
         ),
         noise,
+        np.concatenate([_in_areas(file, model), left]),
         (file.path,),
     )
 
@@ -186,8 +189,7 @@ def _places(file: Reader, wanted: FloatArray) -> IndexArray:
 
 def _areas(file: Reader, nodes: Sequence[str], model: AreaTable) -> AreaTable:
     """The nodes as areas: with group, shield and side of the area that most of each is in."""
-    names = model.name.tolist()
-    at = [names.index(area) if area in names else -1 for area in file.strings(THERMAL.MAP_AREA)]
+    at = _in_areas(file, model).tolist()
 
     def of(column: NDArray[np.str_], otherwise: str) -> NDArray[np.str_]:
         return np.array([otherwise if i < 0 else str(column[i]) for i in at])
@@ -199,6 +201,12 @@ def _areas(file: Reader, nodes: Sequence[str], model: AreaTable) -> AreaTable:
         of(model.side, "mid"),
         plane=model.plane,
     )
+
+
+def _in_areas(file: Reader, model: AreaTable) -> IndexArray:
+    """The area of the model [n] that each node is in; -1: none."""
+    names = model.name.tolist()
+    return np.array([names.index(a) if a in names else -1 for a in file.strings(THERMAL.MAP_AREA)], dtype=np.intp)
 
 
 def _noise(
@@ -222,7 +230,7 @@ def _noise(
     whole = np.eye(u + n)
     whole[:u, :u] = correlation
     blocks, factor, column_block = _blocks(driven, whole)
-    told = f"thermal network: {count(len(nodes), 'node')} on the model, {count(u, 'disturbance')} ({', '.join(names)})"
+    told = f"{NETWORK}: {count(len(nodes), 'node')} on the model, {count(u, 'disturbance')} ({', '.join(names)})"
     if n:
         told += f"; {count(n, 'area')} that the map leaves out with a spectrum of its own each: {listed(own_names)}"
     return NetworkNoise(

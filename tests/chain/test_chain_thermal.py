@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -107,8 +108,13 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     out = command(sample, "run-case", "T", "-v", "-o", tmp_path / "t.h5").ok().out
     assert "disturbances: electronics_1 " in out
     assert "level of a disturbance that just meets it: panel_minus_x x " in out
+    assert re.search(r"correlation of case T at 1 mHz: case \w+ resembles it best", out)
+    assert "uncertainties and realisations are of areas" in out
     told = json.loads(command(sample, "run-case", "T", "-v", "--json", "-o", tmp_path / "t.h5").ok().out)
-    assert "electronics_1" in json.dumps(told)
+    (one,) = told["cases"] if isinstance(told, dict) else told
+    assert "1" in one["deviation_from_case"]
+    assert "7" not in one["deviation_from_case"]  # diagnostic
+    assert sum(one["sensitivity"][0]["disturbance_share"].values()) == pytest.approx(1.0)
     assert "temperatures of the thermal network" in command(sample, "explain", "T").ok().out
     tedm("show", sample.build_dir / "caseT.h5").ok()
     build = ("-d", sample.build_dir)

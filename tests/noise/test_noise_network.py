@@ -20,6 +20,7 @@ from tedm_cli.noise.network import NetworkNoise, NetworkOutputs
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.requirements import judge, tabulated
+from tedm_cli.noise.resemblance import deviation
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel
 
 F = np.geomspace(1e-4, 1e-1, 31)
@@ -190,3 +191,13 @@ def test_correlation_is_of_its_frequency(network: NetworkNoise) -> None:
         size = np.sqrt(np.diag(spectra).real)
         found = network.correlation_at(float(F[number])).matrix()
         np.testing.assert_allclose(found, spectra / np.outer(size, size), atol=1e-12)
+
+
+def test_the_assumed_case_that_is_most_like_it() -> None:
+    """Root mean square over pairs, by hand: nodes 0 and 1 in one area, 2 in another."""
+    area = np.array([0, 0, 1])
+    found = np.array([[1.0, 0.9, 0.5j], [0.9, 1.0, 0.0], [-0.5j, 0.0, 1.0]])
+    together, apart = full_blocks([np.arange(2)], 2), full_blocks([np.array([0]), np.array([1])], 2)
+    assert deviation(found, area, together, 1e-3) == pytest.approx(np.sqrt((0.01 + 1.25 + 1.0) / 3))
+    assert deviation(found, area, apart, 1e-3) == pytest.approx(np.sqrt((0.01 + 0.25 + 0.0) / 3))
+    assert np.isnan(deviation(found, area, full_blocks([np.array([0])], 2), 1e-3))

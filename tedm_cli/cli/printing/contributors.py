@@ -61,15 +61,13 @@ def contributor_lines(r: CaseResult, most: int | None) -> list[str]:
         areas = [
             f"{r.areas.name[i]} {c.amplitude[o, i]:+.2e} {_percent(c.share[o, i], c.band_share[o, i])}" for i in order
         ]
-        lines.append(f"  areas ({r.outputs.units[o]}/sqrt(Hz)): {', '.join(areas)}")
+        what = "thermal nodes and areas" if r.case.thermal else "areas"
+        lines.append(f"  {what} ({r.outputs.units[o]}/sqrt(Hz)): {', '.join(areas)}")
         level = r.temperature_asd[:, int(np.abs(r.frequency_hz - c.frequency_hz[o]).argmin())]
         sets = zip(r.temperature_set.tolist(), r.areas.unit, strict=True)
         spectra = np.array([f"no. {i} of {level[i]:.2g} {unit}/sqrt(Hz)" for i, unit in sets])
-        for what, labels in (
-            ("groups", r.areas.group_by_unit),
-            ("shield", r.areas.shield),
-            ("temperature spectra", spectra),
-        ):
+        by = [("groups", r.areas.group_by_unit), ("shield", r.areas.shield), ("temperature spectra", spectra)]
+        for what, labels in by[: 2 if r.case.thermal else 3]:  # every thermal node has a spectrum of its own
             names, share, band = c.by(labels)
             parts = [(str(n), share[o, i], band[o, i]) for i, n in enumerate(names)]
             lines.append(f"  {what}: {_parts(parts, most)}")
@@ -97,6 +95,17 @@ def _disturbance_lines(of: DisturbanceContributions, o: int, v: int, most: int |
     return [
         f"  disturbances: {_parts(list(zip(of.names, *shares, strict=True)), most)}",
         f"  level of a disturbance that just meets it: {', '.join(needed) or 'none is felt'}",
+    ]
+
+
+def resemblance_line(case_id: str, found: Sequence[tuple[str, float]]) -> list[str]:
+    """Which case of areas is most like a case of the thermal network."""
+    if not found:
+        return []
+    each = ", ".join(f"{i} {far:.3g}" for i, far in found)
+    return [
+        f"correlation of case {case_id} at 1 mHz: case {found[0][0]} resembles it best (root mean square of"
+        f" |difference| over pairs of nodes: {each})"
     ]
 
 

@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.arrays import FloatArray
+import numpy as np
+
+from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
@@ -24,7 +26,8 @@ from tedm_cli.noise.case_run import CaseResult, case_of, judged_outputs
 from tedm_cli.noise.correlation import CorrelationCase, correlation
 from tedm_cli.noise.log_spectrum import require_speckit
 from tedm_cli.noise.propagation import TemperatureNoise
-from tedm_cli.noise.requirements import Criteria
+from tedm_cli.noise.requirements import REFERENCE_HZ, Criteria
+from tedm_cli.noise.resemblance import deviation
 from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
@@ -44,13 +47,15 @@ _REFUSED_TOO = "; refused too: "
 class ReadyCase:
     """A case that fits the model: its outputs, without differences and with all its columns, and their noise.
 
-    sources : files that it alone is made from.
+    sources : files that it alone is made from. area : [k], of a case of the thermal network the area of the model that
+    each column is in, -1 for none; None of others.
     """
 
     case: CorrelationCase
     outputs: ModelOutputs
     source: AnySource
     sources: tuple[Path, ...]
+    area: IndexArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +88,7 @@ class CaseSetting:
         """
         if case.thermal:
             found = thermal_columns(self.project, self.config, case.id, self.outputs, self.temperature)
-            return ReadyCase(case, found.outputs, found.noise, found.sources)
+            return ReadyCase(case, found.outputs, found.noise, found.sources, found.area)
         gradients = self.gradients.of(case.id)
         outputs, temperature = with_gradients(self.outputs, gradients), and_spectra(self.temperature, gradients)
         source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
@@ -93,6 +98,28 @@ class CaseSetting:
         """One case, its outputs with their differences."""
         outputs = ready.outputs.with_differences(self.criteria.requirements)
         return case_of(ready.case, outputs, ready.source, self.frequency_hz, self.criteria)
+
+    def resemblance(self, ready: ReadyCase) -> tuple[tuple[str, float], ...]:
+        """How far the assumed cases are from the correlation of the thermal network at 1 mHz, the nearest first.
+
+        By id; see `noise.resemblance.deviation`. Without cases that do not fit or that silence some of the nodes, and
+        without diagnostic ones.
+        """
+        if ready.area is None:
+            return ()
+        within = np.flatnonzero(ready.area >= 0)
+        coherence = ready.source.correlation_at(REFERENCE_HZ).matrix()[np.ix_(within, within)]
+        found = []
+        for case_id in self.config.ids_of_areas:
+            try:
+                case = self.config.case(case_id, where=str(self.project.cases))
+                assumed = correlation(case, self.outputs.areas, self.temperature.heard)
+            except TedmError:  # told where that case is run
+                continue
+            far = deviation(coherence, ready.area[within], assumed, REFERENCE_HZ)
+            if case.role != "diagnostic" and np.isfinite(far):
+                found.append((case_id, far))
+        return tuple(sorted(found, key=lambda one: one[1]))
 
     def uncertainty(self, result: CaseResult) -> CaseUncertainty | None:
         """How sure the verdicts of a case are; None where nothing is uncertain, or nothing judged.
@@ -144,12 +171,16 @@ def case_setting(
 
 @dataclass(frozen=True, eq=False)
 class CaseDone:
-    """A case that was run: its file, its result, and with it a realisation and how sure it is, where these are."""
+    """A case that was run: its file, its result, and with it a realisation and how sure it is, where these are.
+
+    resemblance : of a case of the thermal network, see `CaseSetting.resemblance`.
+    """
 
     path: Path
     result: CaseResult
     realised: Realised | None
     uncertainty: CaseUncertainty | None
+    resemblance: tuple[tuple[str, float], ...] = ()
 
 
 def run_cases(
@@ -195,7 +226,7 @@ def run_cases(
                 write_realisation(writer, realised)
             if sure is not None:
                 write_uncertainty(writer, sure)
-        done(CaseDone(path, result, realised, sure))
+        done(CaseDone(path, result, realised, sure, setting.resemblance(ready)))
     step(len(fitting), len(fitting), "running cases")
     if len(refused) > known:
         problem = _together(refused, project.cases)
