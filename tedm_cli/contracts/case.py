@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tedm_cli.contracts.disturbances import DisturbanceDatasets
 from tedm_cli.contracts.spec import (
     COUNT,
     FLAG,
@@ -14,8 +15,6 @@ from tedm_cli.contracts.spec import (
     Values,
 )
 from tedm_cli.contracts.uncertainty import UncertaintyDatasets
-
-_NETWORK = "network"
 
 
 class _NoiseDatasets(AreaDatasets):
@@ -159,46 +158,6 @@ class _NoiseDatasets(AreaDatasets):
     )
     PATH_BAND_SHARE = Dataset(
         "/path/band_share/{output}", ("path",), "float", "1", "share of the power in the band", "", True
-    )
-    DISTURBANCE_NAME = Dataset(
-        "/disturbance/name",
-        ("disturbance",),
-        "str",
-        "1",
-        "disturbances of the thermal network, then areas that its map leaves out, with a spectrum of their own",
-        "",
-        True,
-        NAMES,
-        group=_NETWORK,
-    )
-    DISTURBANCE_SHARE = Dataset(
-        "/disturbance/share",
-        ("output", "disturbance"),
-        "float",
-        "1",
-        "share of the PSD at /contribution/frequency; negative where it cancels others that it is correlated with",
-        optional=True,
-        group=_NETWORK,
-    )
-    DISTURBANCE_BAND_SHARE = Dataset(
-        "/disturbance/band_share",
-        ("output", "disturbance"),
-        "float",
-        "1",
-        "share of the power in /contribution/band",
-        optional=True,
-        group=_NETWORK,
-    )
-    DISTURBANCE_LEVEL_FACTOR = Dataset(
-        "/disturbance/level_factor",
-        ("verdict", "disturbance"),
-        "float",
-        "1",
-        "factor on the level of the disturbance, others unchanged, that just meets the requirement; NaN: none does; "
-        "infinite: it has no part",
-        optional=True,
-        open_ended=True,
-        group=_NETWORK,
     )
     EFFECT_NAME = Dataset("/effect/name", ("effect",), "str", "1", "effects of the user's own", "", True, NAMES)
     EFFECT_ROW = Dataset(
@@ -392,7 +351,7 @@ class _NoiseDatasets(AreaDatasets):
     )
 
 
-class CaseFile(UncertaintyDatasets, _NoiseDatasets, FileKind):
+class CaseFile(UncertaintyDatasets, DisturbanceDatasets, _NoiseDatasets, FileKind):
     """Its datasets by name; `CASE` is the kind of file."""
 
 
