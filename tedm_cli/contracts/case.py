@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.disturbances import DisturbanceDatasets
+from tedm_cli.contracts.disturbances import NETWORK, DisturbanceDatasets
 from tedm_cli.contracts.spec import (
     COUNT,
     FLAG,
@@ -65,6 +65,7 @@ class _NoiseDatasets(AreaDatasets):
         "Hz",
         "the frequency that the correlation is of, where it depends on it: temperatures of the thermal network",
         optional=True,
+        group=NETWORK,
     )
     FREQUENCY = Dataset("/frequency", ("frequency",), "float", "Hz", "frequency")
     TEMPERATURE_SPECTRUM = Dataset(

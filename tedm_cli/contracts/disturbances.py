@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tedm_cli.contracts.spec import NAMES, Dataset
 
-_NETWORK = "network"
+NETWORK = "network"  # there where temperatures are those of the thermal network
 
 
 class DisturbanceDatasets:
@@ -19,7 +19,7 @@ class DisturbanceDatasets:
         "",
         True,
         NAMES,
-        group=_NETWORK,
+        group=NETWORK,
     )
     DISTURBANCE_SHARE = Dataset(
         "/disturbance/share",
@@ -28,7 +28,7 @@ class DisturbanceDatasets:
         "1",
         "share of the PSD at /contribution/frequency; negative where it cancels others that it is correlated with",
         optional=True,
-        group=_NETWORK,
+        group=NETWORK,
     )
     DISTURBANCE_BAND_SHARE = Dataset(
         "/disturbance/band_share",
@@ -37,7 +37,7 @@ class DisturbanceDatasets:
         "1",
         "share of the power in /contribution/band",
         optional=True,
-        group=_NETWORK,
+        group=NETWORK,
     )
     DISTURBANCE_LEVEL_FACTOR = Dataset(
         "/disturbance/level_factor",
@@ -48,5 +48,5 @@ class DisturbanceDatasets:
         "infinite: it has no part",
         optional=True,
         open_ended=True,
-        group=_NETWORK,
+        group=NETWORK,
     )

@@ -219,3 +219,21 @@ def test_the_chain_makes_it_from_the_network(sample: Project) -> None:
     assert words.index("build-thermal") < words.index("run-case T")
     assert "simulate T" not in words
     assert "simulate 3" in words
+
+
+def test_a_complex_matrix_beside_it_is_no_network(sample: Project, tmp_path: Path) -> None:
+    """The frequency of a correlation is of the network alone: a matrix with an imaginary part has none."""
+    shutil.copytree(sample.file.path.parent, tmp_path / "p")
+    project = load_project(tmp_path / "p" / "tedm.toml", tmp_path / "p" / "build")
+    with h5py.File(project.build_dir / "caseT.h5") as file:
+        assert file["correlation/frequency"][()] == 1e-3
+        assert "imaginary" in file["correlation"]
+    with h5py.File(project.build_dir / "sensitivity.h5") as file:
+        one, other = file["area/name"].asstr()[:2].tolist()
+    (tmp_path / "p" / "r.csv").write_text(f"area,{one},{other}\n{one},1,0.5-0.2j\n{other},0.5+0.2j,1\n")
+    with (tmp_path / "p" / "cases.toml").open("a") as file:
+        file.write('\n[[case]]\nid = "m"\ntitle = "matrix"\nmatrix = "r.csv"\n')
+    command(project, "run-case", "m").ok()
+    with h5py.File(project.build_dir / "casem.h5") as file:
+        assert "frequency" not in file["correlation"]
+        assert "imaginary" in file["correlation"]
