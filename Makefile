@@ -197,8 +197,9 @@ $(THERMAL): $(THERMAL_TOML) $(THERMAL_SOURCES)
 	$(TEDM) build-thermal $(OPTIONS)
 endif
 
+# TABLE_ of a case of the thermal network is that network's file.
 define CASE_RULE
-$(1): $(MATRICES) $(CASE_ADJOINT) $(UNCERTAINTY_SOURCES) $(BUILD)/halves $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(MATRICES) $(CASE_ADJOINT) $(UNCERTAINTY_SOURCES) $(TABLE_$(notdir $(1))) $(BUILD)/halves $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(CASE_FILES),$(eval $(call CASE_RULE,$(file))))

@@ -15,7 +15,7 @@ HALVES, SYMMETRY_PLANE, TIES = "halves", "symmetry_plane", "ties"
 
 @dataclass(frozen=True)
 class Named:
-    """A case or a time series: its name on the command line, its result file, and the tables that it alone reads."""
+    """A case or a time series: its name on the command line, its result file, and files that it alone is made of."""
 
     name: str
     file: Path
@@ -42,7 +42,8 @@ class ChainFiles:
     effects : tables of the user's own effects on outputs.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
     uncertainty_sources : the adjoint, where materials are uncertain, and files of a second mesh.
-    runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
+    runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make;
+    no simulations of cases of the thermal network.
     older_series : files of series in the build folder, which the page shows too.
     plane : the symmetry plane, in a form that changes when the plane does.
     ties : what compensation masses are tied to, a line for each; of their table nothing else matters to unit loads.
@@ -156,7 +157,7 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
     cases = (files.cases, *files.effects, *files.case_sources)
     for run in files.runs:
         used = (*matrices, files.case_adjoint, *files.uncertainty_sources, halves)
-        step(["run-case", run.name], [run.file], *used, *cases, *files.spectra)
+        step(["run-case", run.name], [run.file], *used, *run.tables, *cases, *files.spectra)
     for run in files.series:
         step(["run-series", run.name], [run.file], *matrices, halves, *cases, *run.tables)
     if files.loop is not None:

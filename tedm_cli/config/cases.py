@@ -77,6 +77,11 @@ class CasesConfig(Strict):
         """Ids of the cases, in the order of the file."""
         return [table.id for table in self.cases]
 
+    @property
+    def ids_of_areas(self) -> list[str]:
+        """Ids of the cases whose temperatures are of areas, and not of the thermal network."""
+        return [table.id for table in self.cases if table.thermal is None]
+
     def case(self, case_id: str, *, where: str = "") -> CorrelationCase:
         """The case of this id; raise `UsageError` when there is none. `where`, the file, is for messages."""
         return self.case_table(case_id, where=where).correlation_case(where)
@@ -197,11 +202,14 @@ def load_cases(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[Co
     return file, config
 
 
-def select_cases(path: Path, wanted: Sequence[str]) -> list[str]:
-    """Case ids of a cases file for what the user typed, `all` included; `UsageError` lists what exists."""
+def select_cases(path: Path, wanted: Sequence[str], *, of_areas: bool = False) -> list[str]:
+    """Case ids of a cases file for what the user typed, `all` included; `UsageError` lists what exists.
+
+    `of_areas`: all of them are those whose temperatures are of areas, and not of the thermal network.
+    """
     _, config = load_cases(path)
     if list(wanted) == ["all"]:
-        return config.ids
+        return config.ids_of_areas if of_areas else config.ids
     return list(dict.fromkeys(config.case_table(case_id, where=str(path)).id for case_id in wanted))
 
 

@@ -118,7 +118,7 @@ class DelayTable(SelectorTable):
 
 
 class CaseTable(Strict):
-    """One correlation case: `blocks`, a `partition` of the areas, or a `matrix`."""
+    """One correlation case: `blocks`, a `partition` of the areas, a `matrix`, or `thermal`, the thermal network."""
 
     id: Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER), Form("text or whole number")] = Field(
         description="Id of the case, by which commands and files name it."
@@ -133,7 +133,7 @@ class CaseTable(Strict):
     blocks: Annotated[list[BlockTable], Field(min_length=1)] | None = Field(
         default=None,
         description="Blocks of areas that move together. Blocks are uncorrelated with each other, and areas "
-        "in no block are silent. One of `blocks`, `partition` and `matrix` is needed.",
+        "in no block are silent. One of `blocks`, `partition`, `matrix` and `thermal` is needed.",
     )
     partition: Partition | None = Field(
         default=None, description="One block of `groups`, or of all areas, divided as in a block."
@@ -144,6 +144,11 @@ class CaseTable(Strict):
         description="The correlation itself: a CSV whose header is `area` and names, or an NPZ with arrays "
         "`area` and `R`.",
     )
+    thermal: Literal[True] | None = Field(
+        default=None,
+        description="Whether temperatures and their correlation are those of the thermal network (thermal.h5) in place "
+        "of `[temperature]` and blocks. Areas that its map leaves out keep their spectra, uncorrelated.",
+    )
     rho: Coefficient | None = Field(
         default=None, description="Correlation coefficient inside blocks that have none of their own; 1 where left out."
     )
@@ -152,10 +157,12 @@ class CaseTable(Strict):
 
     @model_validator(mode="after")
     def _one_correlation(self) -> Self:
-        given = [key for key in ("blocks", "partition", "matrix") if getattr(self, key) is not None]
+        given = [key for key in ("blocks", "partition", "matrix", "thermal") if getattr(self, key) is not None]
         if len(given) != 1:
             found = " and ".join(given) if given else "none"
-            raise ValueError(f"give one of blocks, partition and matrix (found {found})")
+            raise ValueError(f"give one of blocks, partition, matrix and thermal (found {found})")
+        if self.thermal and (idle := [k for k in ("rho", "across_kinds", "delays") if k in self.model_fields_set]):
+            raise ValueError(f"thermal has correlations and delays of its own: leave {' and '.join(idle)} out")
         if self.groups is not None and self.partition is None:
             raise ValueError("groups needs a partition")
         if self.rho is not None and (self.matrix is not None or self.partition == "none"):
@@ -186,4 +193,5 @@ class CaseTable(Strict):
             tuple((d.chosen(), d.delay_s) for d in self.delays),
             self.role,
             self.reason,
+            bool(self.thermal),
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tedm_cli.contracts.disturbances import NETWORK, DisturbanceDatasets
 from tedm_cli.contracts.spec import (
     COUNT,
     FLAG,
@@ -56,6 +57,15 @@ class _NoiseDatasets(AreaDatasets):
     )
     CORRELATION_DELAY = Dataset(
         "/correlation/delay", ("area",), "float", "s", "R_ij is turned by exp(-2 pi i f (delay_i - delay_j))"
+    )
+    CORRELATION_FREQUENCY = Dataset(
+        "/correlation/frequency",
+        (),
+        "float",
+        "Hz",
+        "the frequency that the correlation is of, where it depends on it: temperatures of the thermal network",
+        optional=True,
+        group=NETWORK,
     )
     FREQUENCY = Dataset("/frequency", ("frequency",), "float", "Hz", "frequency")
     TEMPERATURE_SPECTRUM = Dataset(
@@ -342,7 +352,7 @@ class _NoiseDatasets(AreaDatasets):
     )
 
 
-class CaseFile(UncertaintyDatasets, _NoiseDatasets, FileKind):
+class CaseFile(UncertaintyDatasets, DisturbanceDatasets, _NoiseDatasets, FileKind):
     """Its datasets by name; `CASE` is the kind of file."""
 
 

@@ -242,6 +242,15 @@ class ThermalFile(FileKind):
         values=NAMES,
         group=_MAPPED,
     )
+    MAP_AREA = Dataset(
+        "/map/area",
+        ("map_node",),
+        "str",
+        "1",
+        "thermal area that most of the node's volume is in, or with weights that has most of it; empty: none",
+        optional=True,
+        group=_MAPPED,
+    )
     SENSITIVITY = Dataset(
         "/sensitivity",
         ("row", "map_node"),

@@ -82,6 +82,7 @@ def _temperatures(file: Reader) -> list[NamedMatrix]:
     areas = table.name.tolist()
     spectrum, correlation = file.array(CASE.TEMPERATURE_SPECTRUM), read_correlation(file)
     ones = ["1"] * len(areas)
+    at = f" at {file.number(CASE.CORRELATION_FREQUENCY):g} Hz" if file.has(CASE.CORRELATION_FREQUENCY) else ""
     matrices = [
         _over_frequency(
             file,
@@ -101,7 +102,7 @@ def _temperatures(file: Reader) -> list[NamedMatrix]:
             ["1", "1", "s"],
             "thermal areas: number, correlated block (-1: silent in this case), delay",
         ),
-        NamedMatrix("R", correlation.matrix.real, areas, areas, ones, ones, "correlation before delays"),
+        NamedMatrix("R", correlation.matrix.real, areas, areas, ones, ones, f"correlation before delays{at}"),
     ]
     if np.iscomplexobj(correlation.matrix):
         matrices.append(

@@ -29,9 +29,13 @@ _OTHERS = "#9A9A9A"
 
 
 def contributors_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
-    """A panel each for groups, areas and, where there are, parts: the largest shares, and all others."""
+    """A panel each for groups, areas and, where there are, disturbances and parts: the largest, and all others."""
     with style():
-        parts = [("by group", *_by_group(j, case.areas)), ("by thermal area", *_by_area(j, case.areas))]
+        column = "thermal node or area" if case.thermal else "thermal area"
+        parts = [("by group", *_by_group(j, case.areas)), (f"by {column}", *_by_area(j, case.areas))]
+        if (of := j.disturbances) is not None:
+            at_hz, in_band = (dict(zip(of.names, s.tolist(), strict=True)) for s in (of.share, of.band_share))
+            parts.append(("by disturbance", at_hz, in_band))
         if j.path is not None and j.path_band is not None:
             moves = parts_noun(j.path) == "optical elements"
             parts.append(("by optical element that moves" if moves else "by part", j.path, j.path_band))

@@ -186,12 +186,13 @@ def run_case(
     instead, spectra = _in_place(of, given)
     setting = case_setting(of, *load_cases(of.cases, instead), spectra)
     chosen = _case(setting.config, str(case), correlation, of.cases)
-    result = setting.run(chosen, setting.correlation(chosen))
+    ready = setting.ready(chosen)
+    result = setting.run(ready)
     requirement_list = [applied.requirement for applied in setting.criteria.requirements]
     sure = setting.uncertainty(result)
 
     def write(writer: Writer) -> None:
-        write_case(writer, result, setting.outputs_of(chosen.id).area_id, requirement_list)
+        write_case(writer, result, ready.outputs.area_id, requirement_list)
         if sure is not None:
             write_uncertainty(writer, sure)
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tedm_cli.arrays import AnyArray, ComplexArray, FloatArray
 from tedm_cli.noise.correlation import Correlation
-from tedm_cli.noise.propagation import OutputNoise, psd_of_fields
+from tedm_cli.noise.sources import AnyNoise
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,26 +44,16 @@ class Bounds:
 BOUNDS = tuple(field.name for field in fields(Bounds))
 
 
-def correlation_bounds(noise: OutputNoise) -> Bounds:
+def correlation_bounds(noise: AnyNoise) -> Bounds:
     """Bounds on the noise of outputs over the correlations of the areas that are in a block."""
-    temperature = noise.temperature
-    shape = temperature.shape_values(noise.frequency_hz)
-    # Shapes are never negative, so sums of sizes and of one sign need one term per shape.
-    h = np.where(noise.correlation.active, noise.rows * temperature.scale, 0.0)
-    member = np.eye(len(temperature.shapes))[temperature.shape_index]
-    total = (np.abs(h) @ member) @ shape
-    positive, negative = (np.maximum(h, 0.0) @ member) @ shape, (np.minimum(h, 0.0) @ member) @ shape
-    largest = np.zeros_like(total)
-    for s in range(len(shape)):
-        of_shape = np.abs(h[:, temperature.shape_index == s]).max(axis=1, initial=0.0)
-        np.maximum(largest, of_shape[:, None] * shape[s], out=largest)
-    block_sum, block_max = _block_amplitudes(noise)
+    sizes = noise.sizes()
+    block_sum, block_max = noise.block_amplitudes()
     return Bounds(
-        minimum=_least(largest, total),
+        minimum=_least(sizes.largest, sizes.total),
         known_blocks_minimum=_least(block_max, block_sum),
         known_blocks=block_sum**2,
-        maximum_non_negative=positive**2 + negative**2,
-        maximum=total**2,
+        maximum_non_negative=sizes.positive**2 + sizes.negative**2,
+        maximum=sizes.total**2,
     )
 
 
@@ -73,26 +63,7 @@ def _least(largest: FloatArray, total: FloatArray) -> FloatArray:
     return square
 
 
-def _block_amplitudes(noise: OutputNoise) -> tuple[FloatArray, FloatArray]:
-    """Sum and largest [n_out, F] of the amplitudes √S_b of the blocks."""
-    fields, values = noise.fields, noise.carrier_values
-    column_block = noise.correlation.column_block
-    width = np.bincount(column_block)
-    total = np.zeros((len(fields), len(noise.frequency_hz)))
-    largest = np.zeros_like(total)
-    single = np.flatnonzero(width[column_block] == 1)  # columns that are all of their block
-    for o in range(len(fields)) if single.size else ():  # one output at a time: [blocks, F] is the largest array
-        amplitude = np.abs(fields[o][:, single].T @ values)
-        total[o] += amplitude.sum(axis=0)
-        np.maximum(largest[o], amplitude.max(axis=0), out=largest[o])
-    for b in np.flatnonzero(width > 1):
-        amplitude = np.sqrt(psd_of_fields(fields[:, :, column_block == b], values))
-        total += amplitude
-        np.maximum(largest, amplitude, out=largest)
-    return total, largest
-
-
-def extremal(noise: OutputNoise, amplitude: FloatArray, frequency_hz: FloatArray, bound: str) -> FloatArray:
+def extremal(noise: AnyNoise, amplitude: FloatArray, frequency_hz: FloatArray, bound: str) -> FloatArray:
     """Vectors V [n_out, k, 2] of a correlation that reaches one of `BOUNDS`, from contributions `amplitude` [n_out, k].
 
     Each output has its own frequency [n_out].
@@ -101,7 +72,7 @@ def extremal(noise: OutputNoise, amplitude: FloatArray, frequency_hz: FloatArray
         return np.array([extremal_vectors(h, bound) for h in amplitude])
     smallest = bound == "known_blocks_minimum"
     pairs = zip(amplitude, frequency_hz.tolist(), strict=True)
-    return np.array([extremal_block_vectors(h, noise.correlation, f, smallest=smallest) for h, f in pairs])
+    return np.array([extremal_block_vectors(h, noise.source.correlation_at(f), f, smallest=smallest) for h, f in pairs])
 
 
 def extremal_vectors(h: FloatArray, bound: str) -> FloatArray:

@@ -9,10 +9,10 @@ import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.noise.bounds import BOUNDS, extremal
-from tedm_cli.noise.contributions import amplitude_contributions, area_shares, path_shares, sum_by
+from tedm_cli.noise.contributions import area_shares, path_shares, sum_by
 from tedm_cli.noise.outputs import Outputs
-from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.requirements import REFERENCE_HZ, Requirement, Verdict, in_band
+from tedm_cli.noise.sources import AnyNoise
 
 Judged = Sequence[tuple[Requirement, int]]
 
@@ -49,7 +49,7 @@ class Contributions:
         return names, share, sum_by(self.band_share, labels)[1]
 
 
-def contributions(noise: OutputNoise, outputs: Outputs, judged: Judged, verdicts: Sequence[Verdict]) -> Contributions:
+def contributions(noise: AnyNoise, outputs: Outputs, judged: Judged, verdicts: Sequence[Verdict]) -> Contributions:
     """Contributions to the noise of `outputs`, each where its worst verdict binds and in that one's band.
 
     `judged`, `verdicts`: requirement and index of the output, and the verdict, of every one.
@@ -68,7 +68,7 @@ def contributions(noise: OutputNoise, outputs: Outputs, judged: Judged, verdicts
         one = noise.of(rows[o : o + 1])
         share[o] = area_shares(one.at(at_hz[o : o + 1]))[0]
         band_share[o] = area_shares(one.at(frequency_hz[inside[o]]))[0]
-    amplitude = amplitude_contributions(rows, noise.temperature, at_hz) * noise.correlation.active
+    amplitude = noise.amplitude_contributions(at_hz)
     place = {label: o for o, label in enumerate(outputs.labels) if label in outputs.parts_of_read_outs}
     paths = {label: noise.of(outputs.parts_of_read_outs[label].by_element) for label in place}
     return Contributions(

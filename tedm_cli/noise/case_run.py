@@ -13,11 +13,14 @@ from tedm_cli.noise.bounds import BOUNDS, Bounds, correlation_bounds
 from tedm_cli.noise.case_contributions import Contributions, Judged, contributions
 from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.noise.differences import no_output, terms
+from tedm_cli.noise.disturbances import DisturbanceContributions, disturbance_contributions
 from tedm_cli.noise.filter_sensitivity import FilterSensitivity, filter_sensitivity
 from tedm_cli.noise.improvement import Improvement, improvement
+from tedm_cli.noise.network import NetworkOutputs
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.requirements import Criteria, Requirement, Verdict, in_band, judge, mismatches
+from tedm_cli.noise.sources import AnyNoise, AnySource
 from tedm_cli.noise.temperature import TemperatureModel
 
 
@@ -39,12 +42,12 @@ class CaseResult:
         where gradients within areas act.
     filter_sensitivity : verdict ratios for other orders and corners; None where no spectrum is low-pass.
     improvements : of each verdict; groups : [G], of their group_factor, as `AreaTable.group_by_unit`.
-    contributions : where the noise comes from.
+    contributions : where the noise comes from; disturbances : which of a thermal network; None of other cases.
     """
 
     case: CorrelationCase
     outputs: Outputs
-    source: TemperatureNoise
+    source: AnySource
     frequency_hz: FloatArray
     temperature_set: IndexArray
     temperature_asd: FloatArray
@@ -58,6 +61,7 @@ class CaseResult:
     improvements: tuple[Improvement, ...]
     groups: tuple[str, ...]
     contributions: Contributions = field(repr=False)
+    disturbances: DisturbanceContributions | None = field(default=None, repr=False)
 
     @property
     def areas(self) -> AreaTable:
@@ -67,12 +71,12 @@ class CaseResult:
     @property
     def blocks(self) -> tuple[IndexArray, ...]:
         """Column indices of each block."""
-        return self.source.correlation.blocks
+        return self.source.blocks
 
     @property
     def active(self) -> BoolArray:
         """Areas [k] in a block."""
-        return self.source.correlation.active
+        return self.source.active
 
 
 def run_case(
@@ -97,10 +101,21 @@ def run_case(
         difference where it limits a single test mass, or a band outside the frequencies. All of a sort at once.
     PhysicsError : the matrix of the case is not a correlation matrix.
     """
+    found = correlation(case, outputs.areas, temperature.heard) if known is None else known
+    return case_of(case, outputs, TemperatureNoise(temperature, found), frequency_hz, criteria)
+
+
+def case_of(
+    case: CorrelationCase,
+    outputs: Outputs,
+    source: AnySource,
+    frequency_hz: FloatArray,
+    criteria: Criteria = Criteria(),
+) -> CaseResult:
+    """Noise of the outputs in one case whose temperatures are known; parameters and errors as of `run_case`."""
     judged, safety_factor = judged_outputs(criteria, outputs, frequency_hz), criteria.safety_factor
     areas = outputs.areas
-    source = TemperatureNoise(temperature, correlation(case, areas, temperature.heard) if known is None else known)
-    noise = OutputNoise(outputs.rows, source, frequency_hz)
+    noise = source.outputs(outputs.rows, frequency_hz)
     psd, bounds = noise.psd(), correlation_bounds(noise)
     verdicts = [
         judge(
@@ -114,7 +129,7 @@ def run_case(
         for requirement, o in judged
     ]
     by_unit = areas.group_by_unit
-    groups = tuple(dict.fromkeys(by_unit[source.correlation.active].tolist()))
+    groups = tuple(dict.fromkeys(by_unit[source.active].tolist()))
     masks = [by_unit == group for group in groups]
     improvements = []
     for (requirement, o), verdict in zip(judged, verdicts, strict=True):
@@ -122,7 +137,11 @@ def run_case(
         limit = requirement.amplitude(f) / safety_factor
         binding = int(np.searchsorted(f, verdict.binding_hz))
         improvements.append(improvement(noise.of(outputs.rows[o : o + 1]).at(f), binding, limit, masks))
-    temperature_set, temperature_asd = temperature.distinct(frequency_hz)
+    found = contributions(noise, outputs, judged, verdicts)
+    disturbances = None
+    if isinstance(noise, NetworkOutputs):
+        disturbances = disturbance_contributions(noise, found, judged, safety_factor)
+    temperature_set, temperature_asd = source.distinct(frequency_hz)
     return CaseResult(
         case=case,
         outputs=outputs,
@@ -136,10 +155,11 @@ def run_case(
         safety_factor=safety_factor,
         bound_ratio=_bound_ratios(bounds, frequency_hz, judged, safety_factor),
         distortion_ratio=_distortion_ratios(noise, outputs, judged, safety_factor),
-        filter_sensitivity=filter_sensitivity(noise, judged, safety_factor),
+        filter_sensitivity=filter_sensitivity(noise, judged, safety_factor) if isinstance(noise, OutputNoise) else None,
         improvements=tuple(improvements),
         groups=groups,
-        contributions=contributions(noise, outputs, judged, verdicts),
+        contributions=found,
+        disturbances=disturbances,
     )
 
 
@@ -154,7 +174,7 @@ def _bound_ratios(bounds: Bounds, frequency_hz: FloatArray, judged: Judged, safe
     return ratio
 
 
-def _distortion_ratios(noise: OutputNoise, outputs: Outputs, judged: Judged, safety_factor: float) -> FloatArray:
+def _distortion_ratios(noise: AnyNoise, outputs: Outputs, judged: Judged, safety_factor: float) -> FloatArray:
     """Ratio [verdicts] of the read-outs without the motion of the bench as one; NaN where that is not known."""
     ratio = np.full(len(judged), np.nan)
     for v, (requirement, o) in enumerate(judged):
@@ -162,7 +182,7 @@ def _distortion_ratios(noise: OutputNoise, outputs: Outputs, judged: Judged, saf
         if parts is None or parts.distortion is None:
             continue
         unknown = np.isnan(parts.distortion)
-        if not (unknown & noise.correlation.active).any():
+        if not (unknown & noise.source.active).any():
             f = noise.frequency_hz[in_band(requirement, noise.frequency_hz)]
             psd = noise.of(np.where(unknown, 0.0, parts.distortion)[None]).at(f).psd()[0]
             ratio[v] = (safety_factor * np.sqrt(psd) / requirement.amplitude(f)).max()

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray
-from tedm_cli.noise.propagation import OutputNoise
-from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.noise.sources import AnyNoise
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,32 +39,18 @@ class ReadOutParts:
         return ReadOutParts(self.names, self.by_element - other.by_element, rest)
 
 
-def amplitude_contributions(rows: FloatArray, temperature: TemperatureModel, frequency_hz: FloatArray) -> FloatArray:
-    """Signed h_i = g_i A_i(f) [n_out, k], unit of the output per √Hz, each at its own `frequency_hz` [n_out]."""
-    contribution: FloatArray = rows * temperature.amplitudes(frequency_hz).T
-    return contribution
-
-
-def area_shares(noise: OutputNoise) -> FloatArray:
+def area_shares(noise: AnyNoise) -> FloatArray:
     """Share [n_out, k] of each area in the PSD of each output at one frequency, or in its power over F of them."""
-    carriers, factor, weight = noise.source.carriers, noise.correlation.factor, _products(noise)
-    power = np.zeros(noise.rows.shape)
-    for carrier in range(len(carriers.shape)):
-        index = np.flatnonzero(carriers.index == carrier)
-        partner = np.tensordot(noise.fields, weight[carrier].conj(), axes=(1, 0))  # [n_out, m]
-        cross = np.real(partner.conj() @ factor[index].T)
-        power[:, index] = noise.rows[:, index] * noise.temperature.scale[index] * cross
+    power = noise.area_powers()
     total = power.sum(axis=1, keepdims=True)
     return np.divide(power, total, out=np.zeros_like(power), where=total > 0.0)  # zero for an output without any noise
 
 
-def path_shares(paths: OutputNoise) -> FloatArray:
+def path_shares(paths: AnyNoise) -> FloatArray:
     """Share [p] of each path in the output that is the sum of the p `paths`, at one frequency or over F of them."""
-    fields = paths.fields
-    partner = np.einsum("ab,bm->am", _products(paths).conj(), fields.sum(axis=0))
-    power: FloatArray = np.real(np.einsum("pam,am->p", fields, partner.conj()))
+    power = paths.path_powers()
     total = power.sum()
-    return power / total if total > 0.0 else np.zeros(len(power))
+    return np.asarray(power / total) if total > 0.0 else np.zeros(len(power))
 
 
 def share_weights(
@@ -93,15 +78,3 @@ def sum_by(values: FloatArray, labels: AnyArray) -> tuple[AnyArray, FloatArray]:
     names, index = np.unique(labels, return_inverse=True)
     sums: FloatArray = values @ np.eye(len(names))[index]
     return names, sums
-
-
-def _products(noise: OutputNoise) -> AnyArray:
-    """v_a v_b* [c, c] of the carriers at one frequency, integrated over several."""
-    value = noise.carrier_values
-    if len(noise.frequency_hz) == 1:
-        return np.outer(value[:, 0], value[:, 0].conj())
-    # The weights of the trapezoidal rule make the integral one matrix product.
-    step = np.diff(noise.frequency_hz)
-    weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
-    products: AnyArray = (value * weight) @ value.conj().T
-    return products

@@ -41,6 +41,7 @@ class LabelledMatrix:
 class CorrelationCase:
     """A named set of blocks or a matrix, with delays (s) of some areas; `where` (a file) is for messages only.
 
+    `thermal`: temperatures and their correlation are those of the thermal network, and there are no blocks.
     `role`: likely in flight, possible, or diagnostic (not physical, it isolates a part); `reason`: why the case exists.
     """
 
@@ -52,6 +53,7 @@ class CorrelationCase:
     delays: tuple[tuple[BlockSelector, float], ...] = ()
     role: Role = "possible"
     reason: str = ""
+    thermal: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +100,18 @@ def correlation(case: CorrelationCase, areas: AreaTable, heard: BoolArray | None
 
     Raises
     ------
+    ConfigError : a case of the thermal network, which has no blocks.
     ConfigError : all of the case's problems with these areas at once: an unknown group, a pattern or a block that
         selects nothing, or nothing but silent gradient areas, an area in two blocks, an area on neither side that a
         choice of sides leaves out, an area without a mirror image, a coefficient that no block of that size can have,
         an area with two delays, an area of the matrix that does not exist.
     PhysicsError : the matrix is not a correlation matrix.
     """
+    if case.thermal:
+        fact = "its temperatures are those of the thermal network, by nodes in place of areas, which this cannot take"
+        raise ConfigError(
+            [("thermal", fact)], where=f"{case.where}: case {case.id}" if case.where else f"case {case.id}"
+        )
     problems: Facts = []
     heard = ~areas.gradient if heard is None else heard
     if case.matrix is None:

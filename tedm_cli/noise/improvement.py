@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
-from tedm_cli.noise.propagation import Carriers, OutputNoise, psd_of_fields
+from tedm_cli.noise.sources import AnyNoise
 
 COUNTS = (0, 1, 2, 3, 5, 10)
 QUIETER = 10.0  # factor on amplitudes of areas made quieter
@@ -43,7 +43,7 @@ class Improvement:
     group_factor: FloatArray
 
 
-def improvement(output: OutputNoise, binding: int, limit: FloatArray, groups: Sequence[BoolArray]) -> Improvement:
+def improvement(output: AnyNoise, binding: int, limit: FloatArray, groups: Sequence[BoolArray]) -> Improvement:
     """Improvements of one output against a limit.
 
     Parameters
@@ -53,9 +53,8 @@ def improvement(output: OutputNoise, binding: int, limit: FloatArray, groups: Se
     limit : [F], the limit over the safety factor.
     groups : masks [k].
     """
-    row, temperature, correlation = output.rows[0], output.temperature, output.correlation
-    carriers, values = output.source.carriers, output.carrier_values
-    terms = (row * temperature.scale * values[carriers.index, binding])[:, None] * correlation.factor
+    row, source, at = output.rows[0], output.source, output.frequency_hz[binding : binding + 1]
+    terms = output.at(at).terms()
     worst = _worst(terms, COUNTS[-1])
 
     def noise(areas: Sequence[IndexArray], scale: float) -> FloatArray:
@@ -63,41 +62,32 @@ def improvement(output: OutputNoise, binding: int, limit: FloatArray, groups: Se
         rows = np.tile(row, (len(COUNTS), 1))
         for n, chosen in enumerate(areas):
             rows[n, chosen] *= scale
-        return psd_of_fields(output.source.fields(rows), values)
+        return output.of(rows).psd()
 
-    together = Carriers.of(temperature)  # without delays
-    shapes = together.values(output.frequency_hz)
-    amplitude = np.where(correlation.active, row * temperature.scale * shapes[together.index, binding], 0.0)
-    by_block = np.array([terms[b].sum(axis=0) for b in correlation.blocks]).reshape(
-        len(correlation.blocks), len(terms.T)
-    )
+    amplitude = output.amplitude_contributions(at)[0]
+    blocks = source.blocks
+    by_block = np.array([terms[b].sum(axis=0) for b in blocks]).reshape(len(blocks), len(terms.T))
     # A gradient shares no temperature; blocks are uncorrelated, so that one left out changes no relief of the others.
-    shareable = np.array([b for b, held in enumerate(correlation.blocks) if not temperature.gradient[held].any()], int)
-    of_block = np.array([amplitude[b].sum() for b in correlation.blocks])
+    shareable = np.array([b for b, held in enumerate(blocks) if not source.gradient[held].any()], int)
+    of_block = np.array([amplitude[b].sum() for b in blocks])
     match = shareable[_match(by_block[shareable], of_block[shareable], COUNTS[-1])]
-    joined = [np.concatenate([np.empty(0, np.intp), *(correlation.blocks[b] for b in match[:n])]) for n in COUNTS]
+    joined = [np.concatenate([np.empty(0, np.intp), *(blocks[b] for b in match[:n])]) for n in COUNTS]
     members = np.zeros((len(COUNTS), len(row)))
     for n, inside in enumerate(joined):
         members[n, inside] = row[inside]
-    matched = noise(joined, 0.0) + psd_of_fields(together.rows(members, np.ones((len(row), 1))), shapes)
+    matched = noise(joined, 0.0) + output.of(members).in_phase()
     matched[:2] = noise([], 1.0)[:2]
     first = [worst[:n] for n in COUNTS]
 
     parts = np.array([part for mask in groups for part in (np.where(mask, row, 0.0), np.where(mask, 0.0, row))])
-    fields = output.of(parts).fields
-    # Sums of squares over the m components are kept by the triangular factor of [m, 2 G c].
-    number, c, m = fields.shape
-    triangle = np.asarray(np.linalg.qr(fields.reshape(number * c, m).T, mode="r"))
-    fields = triangle.T.reshape(number, c, -1)
+    of_parts = output.of(parts).components()
     return Improvement(
         worst=_filled(worst),
         silenced=_ratios(noise(first, 0.0), limit),
         quieter=_ratios(noise(first, 1.0 / QUIETER), limit),
         match=_filled(match),
         matched=_ratios(matched, limit),
-        group_factor=np.array(
-            [_group_factor(fields[2 * g], fields[2 * g + 1], values, limit) for g in range(len(groups))]
-        ),
+        group_factor=np.array([scale_to_meet(of_parts[2 * g], of_parts[2 * g + 1], limit) for g in range(len(groups))]),
     )
 
 
@@ -156,9 +146,8 @@ def _match(terms: AnyArray, amplitude: FloatArray, most: int) -> IndexArray:
     return np.array(chosen, dtype=np.intp)
 
 
-def _group_factor(group: AnyArray, rest: AnyArray, values: AnyArray, limit: FloatArray) -> float:
-    """Factor s at which |s y_group + y_rest| just meets the limit, for their fields [c, m]; NaN for none."""
-    own, others = group.T @ values, rest.T @ values
+def scale_to_meet(own: AnyArray, others: AnyArray, limit: FloatArray) -> float:
+    """Factor s at which |s y_own + y_others| just meets the limit [F], for their components [m, F]; NaN for none."""
 
     def power(y: AnyArray) -> FloatArray:
         return np.asarray(np.sum(y.real**2 + y.imag**2, axis=0))

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tedm_cli.arrays import AnyArray, FloatArray, IndexArray
+from tedm_cli.arrays import AnyArray, BoolArray, FloatArray, IndexArray
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.temperature import TemperatureModel
@@ -88,6 +88,50 @@ class TemperatureNoise:
         """One-sided PSD [n_out, F] of outputs with `rows` [n_out, k]."""
         return OutputNoise(rows, self, frequency_hz).psd()
 
+    def outputs(self, rows: FloatArray, frequency_hz: FloatArray) -> OutputNoise:
+        """The noise of outputs with `rows` [n_out, k] at the frequencies [F]."""
+        return OutputNoise(rows, self, frequency_hz)
+
+    @property
+    def active(self) -> BoolArray:
+        """[k]: the areas that have noise."""
+        return self.correlation.active
+
+    @property
+    def blocks(self) -> tuple[IndexArray, ...]:
+        """Areas of each block; different blocks are uncorrelated."""
+        return self.correlation.blocks
+
+    @property
+    def gradient(self) -> BoolArray:
+        """[k]: the areas whose temperature is a gradient."""
+        return self.temperature.gradient
+
+    def distinct(self, frequency_hz: FloatArray) -> tuple[IndexArray, FloatArray]:
+        """The spectrum [k] that each area has, and these [q, F]; see `TemperatureModel.distinct`."""
+        return self.temperature.distinct(frequency_hz)
+
+    def correlation_at(self, frequency_hz: float) -> Correlation:
+        """The correlation, which is the same at all frequencies but for its delays."""
+        return self.correlation
+
+    def words(self) -> str:
+        """The temperature model in words."""
+        return self.temperature.words()
+
+
+@dataclass(frozen=True, eq=False)
+class Sizes:
+    """Sums [n_out, F] of contributions h_i = g_i A_i(f) of the columns with noise.
+
+    total : of all |h_i|; positive, negative : of those of one sign, with it; largest : the largest |h_i|.
+    """
+
+    total: FloatArray
+    positive: FloatArray
+    negative: FloatArray
+    largest: FloatArray
+
 
 @dataclass(frozen=True, eq=False)
 class OutputNoise:
@@ -150,6 +194,95 @@ class OutputNoise:
             return np.asarray((values[0].real ** 2 + values[0].imag ** 2)[:, None, None] * one)
         summed = [np.tensordot(values[:, f], fields, axes=(0, 1)) for f in range(values.shape[1])]
         return np.stack([y @ y.conj().T for y in summed])
+
+    def components(self) -> AnyArray:
+        """What the outputs are made of [n_out, m', F]: their sums of products over m' are the cross-spectra."""
+        # Sums of squares over the m components are kept by the triangular factor of [m, n_out c].
+        number, c, m = self.fields.shape
+        triangle = np.asarray(np.linalg.qr(self.fields.reshape(number * c, m).T, mode="r"))
+        fields = triangle.T.reshape(number, c, -1)
+        return np.array([of.T @ self.carrier_values for of in fields])
+
+    def terms(self) -> AnyArray:
+        """What each area makes of the only output at the only frequency [k, m]; their sum over k is the output."""
+        value = self.carrier_values[self.source.carriers.index, 0]
+        return np.asarray((self.rows[0] * self.temperature.scale * value)[:, None] * self.correlation.factor)
+
+    def in_phase(self) -> FloatArray:
+        """PSD [n_out, F] if all areas shared one fluctuation, each with its own amplitude and none later."""
+        together = Carriers.of(self.temperature)  # without delays
+        shapes = together.values(self.frequency_hz)
+        return psd_of_fields(together.rows(self.rows, np.ones((self.rows.shape[1], 1))), shapes)
+
+    def area_powers(self) -> FloatArray:
+        """Part [n_out, k] of each area in the PSD at one frequency, or in the power over F of them."""
+        carriers, weight = self.source.carriers, self._products()
+        power = np.zeros(self.rows.shape)
+        for carrier in range(len(carriers.shape)):
+            index = np.flatnonzero(carriers.index == carrier)
+            partner = np.tensordot(self.fields, weight[carrier].conj(), axes=(1, 0))  # [n_out, m]
+            cross = np.real(partner.conj() @ self.correlation.factor[index].T)
+            power[:, index] = self.rows[:, index] * self.temperature.scale[index] * cross
+        return power
+
+    def path_powers(self) -> FloatArray:
+        """Part [p] of each of the p outputs in their sum, at one frequency, or in the power over F of them."""
+        partner = np.einsum("ab,bm->am", self._products().conj(), self.fields.sum(axis=0))
+        power: FloatArray = np.real(np.einsum("pam,am->p", self.fields, partner.conj()))
+        return power
+
+    def sizes(self) -> Sizes:
+        """Sums and largest of the sizes of all contributions of active areas."""
+        temperature = self.temperature
+        shape = temperature.shape_values(self.frequency_hz)
+        # Shapes are never negative, so sums of sizes and of one sign need one term per shape.
+        h = np.where(self.source.active, self.rows * temperature.scale, 0.0)
+        member = np.eye(len(temperature.shapes))[temperature.shape_index]
+        total = (np.abs(h) @ member) @ shape
+        largest = np.zeros_like(total)
+        for s in range(len(shape)):
+            of_shape = np.abs(h[:, temperature.shape_index == s]).max(axis=1, initial=0.0)
+            np.maximum(largest, of_shape[:, None] * shape[s], out=largest)
+        return Sizes(total, (np.maximum(h, 0.0) @ member) @ shape, (np.minimum(h, 0.0) @ member) @ shape, largest)
+
+    def block_amplitudes(self) -> tuple[FloatArray, FloatArray]:
+        """Sum and largest [n_out, F] of the amplitudes √S_b of the blocks."""
+        fields, values = self.fields, self.carrier_values
+        column_block = self.correlation.column_block
+        width = np.bincount(column_block)
+        total = np.zeros((len(fields), len(self.frequency_hz)))
+        largest = np.zeros_like(total)
+        single = np.flatnonzero(width[column_block] == 1)  # columns that are all of their block
+        for o in range(len(fields)) if single.size else ():  # one output at a time: [blocks, F] is the largest array
+            amplitude = np.abs(fields[o][:, single].T @ values)
+            total[o] += amplitude.sum(axis=0)
+            np.maximum(largest[o], amplitude.max(axis=0), out=largest[o])
+        for b in np.flatnonzero(width > 1):
+            amplitude = np.sqrt(psd_of_fields(fields[:, :, column_block == b], values))
+            total += amplitude
+            np.maximum(largest, amplitude, out=largest)
+        return total, largest
+
+    def amplitude_contributions(self, frequency_hz: FloatArray) -> FloatArray:
+        """Signed h_i = g_i A_i(f) [n_out, k], unit of the output per √Hz, each at its own `frequency_hz` [n_out]."""
+        amplitude: FloatArray = self.rows * self.temperature.amplitudes(frequency_hz).T
+        return np.asarray(amplitude * self.source.active)
+
+    def _products(self) -> AnyArray:
+        """v_a v_b* [c, c] of the carriers at one frequency, integrated over several."""
+        value = self.carrier_values
+        if len(self.frequency_hz) == 1:
+            return np.outer(value[:, 0], value[:, 0].conj())
+        products: AnyArray = (value * trapezoid(self.frequency_hz)) @ value.conj().T
+        return products
+
+
+def trapezoid(frequency_hz: FloatArray) -> FloatArray:
+    """Weights [F] of the trapezoidal rule, by which an integral is one product of matrices; 1 for one frequency."""
+    if len(frequency_hz) == 1:
+        return np.ones(1)
+    step = np.diff(frequency_hz)
+    return np.asarray(0.5 * (np.append(step, 0.0) + np.append(0.0, step)))
 
 
 def psd_of_fields(fields: AnyArray, values: AnyArray) -> FloatArray:

@@ -56,6 +56,8 @@ def why_section(cases: Sequence[CaseNoise], figures: Sequence[Figure], titles: T
             f" the limit of {titles(j.requirement)} at {mhz_text(j.contribution_hz)}."
         )
         tables.append(Columns(tuple(_parts(j, case.areas)), text))
+    for case in without_repeats(cases):
+        tables += [_by_disturbance(j, case.id, titles) for j in case.judged if j.disturbances is not None]
     text = (
         "Each judged output in the case that decides its verdict: the worst of the likely ones where they violate it,"
         " or else the worst of all that can occur. Share: part of the noise power, at the binding frequency and over"
@@ -100,6 +102,23 @@ def _parts(j: JudgedOutput, areas: AreaTable) -> list[Table]:
     return tables
 
 
+def _by_disturbance(j: JudgedOutput, case_id: str, titles: Titles) -> Table:
+    """Shares of the disturbances of the thermal network, and what each may be."""
+    assert j.disturbances is not None
+    of = j.disturbances
+    cancelled = cancels(of.share)
+    rows = [
+        row(of.names[d], share_text(float(of.share[d]), cancelled), share_text(float(of.band_share[d]), cancelled),
+            factor_cell(float(of.level_factor[d])))
+        for d in np.argsort(-np.abs(of.share), kind="stable").tolist()
+    ]  # fmt: skip
+    text = (
+        f"{capital(output_title(j.output))} ({j.output}), case {case_id}, by disturbance of the thermal network. Level:"
+        f" the factor on this disturbance, the others unchanged, that just meets the limit of {titles(j.requirement)}."
+    )
+    return Table(columns("Disturbance", "Share", "Share in band", "Level", text=(0,)), tuple(rows), text)
+
+
 def share_text(share: float, cancelled: bool) -> str:
     """A share of a power: a percentage, or a multiple of the whole where terms cancel."""
     return f"{share:+.2f} ×".replace("-", "−") if cancelled else percent(share, 1)
@@ -107,7 +126,7 @@ def share_text(share: float, cancelled: bool) -> str:
 
 def sure_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -> Section:
     """The ratio of every verdict for other temperature filters, correlations and safety factors."""
-    orders = cases[0].filter_order
+    orders = next((case.filter_order for case in cases if len(case.filter_order)), cases[0].filter_order)
     head = columns(
         "Output",
         "Ratio",

@@ -33,6 +33,7 @@ from tedm_cli.files.build_folder import (
     IMPOSED_FILE,
     OPTICS_FILE,
     SENSITIVITY_FILE,
+    THERMAL_FILE,
     case_file_name,
     require_areas_and_more,
     require_configuration,
@@ -49,6 +50,7 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.case_network import of_network
 from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, count
 
@@ -165,7 +167,10 @@ def open_results(project: Project) -> Iterator[Results]:
         cases = []
         for case_id, path in zip(config.ids, paths, strict=True):
             case = stack.enter_context(open_checked(path, CASE))
-            require_current(case, case_id, used_by_case(used, adjoint_file, config, case_id), [file])
+            made_of = used_by_case(used, adjoint_file, config, case_id)
+            if config.case_table(case_id).thermal and (build / THERMAL_FILE).exists():
+                made_of += input_files([build / THERMAL_FILE])
+            require_current(case, case_id, made_of, [file])
             cases.append(case)
         series = {}
         for name in (table.name for table in config.series if (build / series_file_name(table.name)).exists()):
@@ -179,7 +184,7 @@ def open_results(project: Project) -> Iterator[Results]:
         no_loop = why_no_loop(project, model)
         loop = _Loop(None, [], {}, []) if no_loop else _open_dynamics(project, config, used, adjoint_file, file, stack)
         require_same_areas(distortion, *(m.reader for m in matrices), *series.values(), *loop.series.values())
-        require_areas_and_more(distortion, *cases, *loop.simulations)
+        require_areas_and_more(distortion, *(case for case in cases if not of_network(case)), *loop.simulations)
         yield Results(
             distortion, distortion_file, gravity, read_out, cases, list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
@@ -241,7 +246,7 @@ def _open_dynamics(
     `used` are the sensitivities and the optics, `config` is the cases file.
     """
     path = project.build_dir / DYNAMICS_FILE
-    paths = {i: path.with_name(simulation_file_name(i)) for i in cases.ids}
+    paths = {i: path.with_name(simulation_file_name(i)) for i in cases.ids_of_areas}
     paths = {i: p for i, p in paths.items() if p.exists()}
     if not path.exists() or not paths:
         return _Loop(None, [], {}, [])

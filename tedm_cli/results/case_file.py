@@ -14,10 +14,11 @@ from tedm_cli.noise.areas import GRADIENTS, group_in_unit, unit_of_group
 from tedm_cli.noise.bounds import BOUNDS
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.improvement import COUNTS
-from tedm_cli.noise.requirements import Requirement, in_band
+from tedm_cli.noise.requirements import REFERENCE_HZ, Requirement, in_band
 from tedm_cli.noise.selection import listed
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.areas import read_areas, write_areas
+from tedm_cli.results.case_network import of_network, read_disturbances, write_disturbances
 from tedm_cli.results.noise import (
     MATCHED,
     QUIETER,
@@ -29,11 +30,10 @@ from tedm_cli.results.noise import (
     Limit,
     NamedImprovement,
     Spectrum,
-    TemperatureSpectra,
     spectra_of,
 )
 from tedm_cli.results.uncertainty import read_uncertainty
-from tedm_cli.results.wording import count, parts_noun
+from tedm_cli.results.wording import parts_noun
 
 _BOUND = {
     "maximum": CASE.BOUNDS_MAXIMUM,
@@ -62,15 +62,18 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
     writer.write(CASE.CASE_REASON, r.case.reason)
     writer.write(CASE.CASE_SAFETY_FACTOR, r.safety_factor)
     writer.write(CASE.CASE_BLOCK, block)
-    matrix = r.source.correlation.matrix()
+    correlation = r.source.correlation_at(REFERENCE_HZ)
+    matrix = correlation.matrix()
     writer.write(CASE.CORRELATION_REAL, np.ascontiguousarray(matrix.real))
     if np.iscomplexobj(matrix):
         writer.write(CASE.CORRELATION_IMAGINARY, np.ascontiguousarray(matrix.imag))
-    writer.write(CASE.CORRELATION_DELAY, r.source.correlation.delay_s)
+    writer.write(CASE.CORRELATION_DELAY, correlation.delay_s)
+    if r.case.thermal:
+        writer.write(CASE.CORRELATION_FREQUENCY, REFERENCE_HZ)
     writer.write(CASE.FREQUENCY, r.frequency_hz)
     writer.write(CASE.TEMPERATURE_SPECTRUM, r.temperature_set)
     writer.write(CASE.TEMPERATURE_ASD, r.temperature_asd)
-    writer.write(CASE.TEMPERATURE_MODEL, r.source.temperature.words())
+    writer.write(CASE.TEMPERATURE_MODEL, r.source.words())
     writer.write(CASE.OUTPUT_LABEL, r.outputs.labels)
     writer.write(CASE.OUTPUT_UNIT, r.outputs.units)
     writer.write(CASE.OUTPUT_KIND, r.outputs.kinds)
@@ -96,6 +99,8 @@ def write_case(writer: Writer, r: CaseResult, area_id: IntArray, requirements: S
         writer.write(CASE.EFFECT_NAME, effects.names)
         for i, (label, unit) in enumerate(zip(r.outputs.labels, r.outputs.units, strict=True)):
             writer.write(CASE.EFFECT_ROW.of(label), effects.rows[:, i], units=f"{unit} per unit of the area")
+    if (found := r.disturbances) is not None:
+        write_disturbances(writer, found)
     _write_verdicts(writer, r)
     _write_requirements(writer, r, requirements)
 
@@ -177,6 +182,7 @@ def read_case(file: Reader) -> CaseNoise:
         filter_order=file.array(CASE.FILTER_SENSITIVITY_ORDER) if has_filter else np.empty(0),
         filter_corner_hz=file.array(CASE.FILTER_SENSITIVITY_CORNER) if has_filter else np.empty(0),
         uncertainty=read_uncertainty(file),
+        thermal=of_network(file),
     )
 
 
@@ -190,7 +196,7 @@ def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
     band = file.array(CASE.CONTRIBUTION_BAND)
     bounds, bound_ratio = file.strings(CASE.BOUND_RATIO_BOUND), file.array(CASE.BOUND_RATIO_RATIO)
     distortion = file.array(CASE.VERDICT_DISTORTION_RATIO)
-    realised = _read_realised(file)
+    realised, disturbances = _read_realised(file), read_disturbances(file)
     judged = []
     pairs = zip(file.strings(CASE.VERDICT_OUTPUT), file.strings(CASE.VERDICT_REQUIREMENT), strict=True)
     for v, (output, requirement) in enumerate(pairs):
@@ -220,6 +226,7 @@ def _read_judged(file: Reader) -> tuple[JudgedOutput, ...]:
                 path_band=_path_share(file, CASE.PATH_BAND_SHARE, output),
                 improvement=_read_improvement(file, v, float(at[v])),
                 realised=None if realised is None else realised[o],
+                disturbances=None if disturbances is None else disturbances[v],
             )
         )
     return tuple(judged)
@@ -320,38 +327,3 @@ def read_psd(file: Reader, labels: Sequence[str]) -> FloatArray:
 def read_bound(file: Reader, bound: str, labels: Sequence[str]) -> FloatArray:
     """Largest or smallest one-sided PSDs [n, F] of outputs, one of `noise.bounds.BOUNDS`, of an open case file."""
     return np.array([file.array(_BOUND[bound].format(output=label)) for label in labels])
-
-
-def read_temperatures(files: Sequence[Reader]) -> TemperatureSpectra:
-    """Distinct spectra of the cases of one configuration: what all have, and of each the gradients within areas."""
-    found = [read_temperature(file) for file in files]
-    first, asd, name, unit = found[0], [*found[0].asd], [*found[0].name], [*found[0].unit]
-    for more in found[1:]:
-        for one, words, of in zip(more.asd, more.name, more.unit, strict=True):
-            if words not in name:
-                asd, name, unit = [*asd, one], [*name, words], [*unit, of]
-    return TemperatureSpectra(first.frequency_hz, np.array(asd), name, unit)
-
-
-def read_temperature(file: Reader) -> TemperatureSpectra:
-    """Distinct spectra of a case file, each named by the shield sides and the number of its areas; not of silent
-    gradients. Those of gradients within areas are named by these."""
-    index, asd, areas = file.array(CASE.TEMPERATURE_SPECTRUM), file.array(CASE.TEMPERATURE_ASD), read_areas(file)
-    kept, names, units = [], [], []
-    for q in range(len(asd)):
-        gradient = bool(areas.gradient[index == q].any())
-        if gradient and not asd[q].any():
-            continue
-        within = areas.within & (index == q)
-        if within.any():
-            kept.append(q)
-            names.append(listed(areas.name[within].tolist(), 3))
-            units.append("K/m")
-            continue
-        sides, counts = np.unique(areas.shield[index == q], return_counts=True)
-        what = "gradient area" if gradient else "area"
-        parts = [f"{side} the thermal shield ({count(n, what)})" for side, n in zip(sides, counts, strict=True)]
-        kept.append(q)
-        names.append(", ".join(parts) or "no area")
-        units.append("K/m" if gradient else "K")
-    return TemperatureSpectra(file.array(CASE.FREQUENCY), asd[kept], names, units)

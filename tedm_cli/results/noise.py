@@ -16,6 +16,8 @@ from tedm_cli.uncertainty.verdicts import CaseUncertainty
 
 REALISATION_CONFIDENCE = 0.95  # of the intervals drawn around estimates from realisations
 SILENCED, QUIETER, MATCHED = "silenced", "quieter", "matched"
+#: What temperatures that are of the thermal network begin with, in words.
+NETWORK = "thermal network"
 #: What can be done to areas: as a verb, and as a word.
 WAYS = {
     SILENCED: ("silencing", "silent"),
@@ -101,6 +103,16 @@ class Spectrum:
 
 
 @dataclass(frozen=True, eq=False)
+class JudgedDisturbances:
+    """Of one verdict the u disturbances: `names`; share, band_share, level_factor : [u], see the case file."""
+
+    names: tuple[str, ...]
+    share: FloatArray
+    band_share: FloatArray
+    level_factor: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class JudgedOutput:
     """One output of one case against one requirement.
 
@@ -119,6 +131,7 @@ class JudgedOutput:
     path, path_band : the same parts by optical element; None for what is no read-out.
     improvement : what would bring the ratio down.
     realised : estimate from a realisation with its 95 % interval, over the exact spectrum; None where there is none.
+    disturbances : of the thermal network; None of a case of areas.
     """
 
     output: str
@@ -143,6 +156,7 @@ class JudgedOutput:
     path_band: dict[str, float] | None
     improvement: NamedImprovement
     realised: Spectrum | None
+    disturbances: JudgedDisturbances | None = None
 
     @property
     def correlation_ratio(self) -> tuple[float, float]:
@@ -158,7 +172,8 @@ class CaseNoise:
     is likely, possible or diagnostic; `reason` says why the case is there, empty where nothing is said.
     `block` is [k], the correlated block of each area, -1 for silent ones. `filter_order` and
     `filter_corner_hz` are the axes of each `filter_ratio`, empty where there is no low-pass. `uncertainty` says how
-    sure the verdicts are; None where nothing is configured to be uncertain.
+    sure the verdicts are; None where nothing is configured to be uncertain. `thermal`: the temperatures are those
+    of the thermal network, and `areas` its nodes, and behind them areas that its map leaves out.
     """
 
     id: str
@@ -175,6 +190,7 @@ class CaseNoise:
     filter_order: FloatArray
     filter_corner_hz: FloatArray
     uncertainty: CaseUncertainty | None = None
+    thermal: bool = False
 
     @property
     def active(self) -> BoolArray:
@@ -222,9 +238,17 @@ class TemperatureSpectra:
 
 
 def temperature_words(of_case: Mapping[str, str]) -> str:
-    """Levels and shapes of the temperatures by case, told once: those with gradients within areas have more of them."""
-    common = min(of_case.values(), key=len)
-    said = [f"in case {i} also {words.removeprefix(f'{common}; ')}" for i, words in of_case.items() if words != common]
+    """Levels and shapes of the temperatures by case, told once.
+
+    Those with gradients within areas have more of them, those of the thermal network other ones.
+    """
+    every = list(of_case.values())
+    common = min((w for w in every if not w.startswith(NETWORK)), key=len, default=every[0])
+    said = [
+        f"in case {i} also {words.removeprefix(f'{common}; ')}" if words.startswith(common) else f"in case {i}: {words}"
+        for i, words in of_case.items()
+        if words != common
+    ]
     return "; ".join([common, *said])
 
 

@@ -26,7 +26,6 @@ from tedm_cli.config.uncertainty import MeshDeviation
 from tedm_cli.contracts import CASE, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.store import open_checked
-from tedm_cli.noise.correlation import correlation
 from tedm_cli.progress import silent
 from tedm_cli.results.case_file import read_case
 from tedm_cli.results.derivatives import Derivatives
@@ -125,7 +124,7 @@ def test_nominal_ratios_are_the_verdicts(case: CaseNoise, setting: CaseSetting) 
     items = tuple(replace(item, deviation=0.0) for item in setting.uncertain.effects.parameters.items)
     parameters = replace(setting.uncertain.effects.parameters, items=items)
     one = setting.config.case("3")
-    result = setting.run(one, correlation(one, setting.all_outputs.areas))
+    result = setting.run(setting.ready(one))
     exact = replace(setting.uncertain, draws=still, effects=replace(setting.uncertain.effects, parameters=parameters))
     for d in exact.of_case(result, setting.criteria).verdicts:
         assert d.quantile == pytest.approx(np.full(99, d.nominal), rel=1e-9)
@@ -134,7 +133,7 @@ def test_nominal_ratios_are_the_verdicts(case: CaseNoise, setting: CaseSetting) 
 
 def test_the_file_says_what_was_found(built: Project, case: CaseNoise, setting: CaseSetting) -> None:
     one = setting.config.case("3")
-    wanted = setting.uncertainty(setting.run(one, correlation(one, setting.all_outputs.areas)))
+    wanted = setting.uncertainty(setting.run(setting.ready(one)))
     found = found_in(case)
     assert wanted is not None
     assert found.parameters.items == wanted.parameters.items

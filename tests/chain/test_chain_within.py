@@ -22,7 +22,8 @@ from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.temperature import TemperatureModel, WhiteSpectrum
 from tedm_cli.progress import silent
 from tedm_cli.results.areas import read_areas
-from tedm_cli.results.case_file import read_case, read_correlation, read_temperatures
+from tedm_cli.results.case_file import read_case, read_correlation
+from tedm_cli.results.case_temperatures import read_temperatures
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.results.within import NOT_TOLD, case_gradients, with_gradients
 from tedm_cli.stages.noise.case import run_cases

@@ -112,7 +112,7 @@ outputs = []
         "case[0].blocks[3].areas": "at least 1 item",
         "case[0].blocks[4]": "must be a table (found 'all')",
         "case[1].id": "valid string",
-        "case[2]": "give one of blocks, partition and matrix (found none)",
+        "case[2]": "give one of blocks, partition, matrix and thermal (found none)",
         "requirement[0].name": "did you mean lpf_selfgravity_ltp?",
         "requirement[0].outputs": "at least 1 item",
     }

@@ -186,7 +186,7 @@ def test_partitions_of_groups(tmp_path, areas, text, sizes):
     [
         (
             'partition = "all"\nmatrix = "r.csv"',
-            "give one of blocks, partition and matrix (found partition and matrix)",
+            "give one of blocks, partition, matrix and thermal (found partition and matrix)",
         ),
         ('groups = ["OB"]\nmatrix = "r.csv"', "groups needs a partition"),
         ('matrix = "r.csv"\nrho = 0.5', "rho cannot be used with matrix"),

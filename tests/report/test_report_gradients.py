@@ -33,7 +33,8 @@ from tedm_cli.optics.layout import MassExpansion
 from tedm_cli.progress import silent
 from tedm_cli.results.areas import maps_by_kind, read_areas
 from tedm_cli.results.build_folder import open_results
-from tedm_cli.results.case_file import read_case, read_temperature
+from tedm_cli.results.case_file import read_case
+from tedm_cli.results.case_temperatures import read_temperature
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.outputs import read_outputs
 from tedm_cli.results.self_gravity import gravity_maps

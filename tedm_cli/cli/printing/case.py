@@ -51,9 +51,11 @@ def _units(result: CaseResult) -> list[tuple[str, str]]:
 
 
 def _setting(result: CaseResult) -> str:
+    noun = "thermal nodes and areas" if result.case.thermal else "areas"
+    rest = "; uncertainties and realisations are of areas, not of thermal nodes" if result.case.thermal else ""
     return (
-        f"temperature: {result.source.temperature.words()}; {int(result.active.sum())} of {len(result.active)} areas in"
-        f" {count(len(result.blocks), 'block')}; ratio = safety factor {result.safety_factor:g} x noise / limit"
+        f"temperature: {result.source.words()}; {int(result.active.sum())} of {len(result.active)} {noun} in"
+        f" {count(len(result.blocks), 'block')}; ratio = safety factor {result.safety_factor:g} x noise / limit{rest}"
     )
 
 

@@ -12,6 +12,7 @@ from tedm_cli.results.wording import parts_noun, the_bench
 
 if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
+    from tedm_cli.noise.disturbances import DisturbanceContributions
     from tedm_cli.noise.requirements import Verdict
 
 
@@ -60,18 +61,18 @@ def contributor_lines(r: CaseResult, most: int | None) -> list[str]:
         areas = [
             f"{r.areas.name[i]} {c.amplitude[o, i]:+.2e} {_percent(c.share[o, i], c.band_share[o, i])}" for i in order
         ]
-        lines.append(f"  areas ({r.outputs.units[o]}/sqrt(Hz)): {', '.join(areas)}")
+        what = "thermal nodes and areas" if r.case.thermal else "areas"
+        lines.append(f"  {what} ({r.outputs.units[o]}/sqrt(Hz)): {', '.join(areas)}")
         level = r.temperature_asd[:, int(np.abs(r.frequency_hz - c.frequency_hz[o]).argmin())]
         sets = zip(r.temperature_set.tolist(), r.areas.unit, strict=True)
         spectra = np.array([f"no. {i} of {level[i]:.2g} {unit}/sqrt(Hz)" for i, unit in sets])
-        for what, labels in (
-            ("groups", r.areas.group_by_unit),
-            ("shield", r.areas.shield),
-            ("temperature spectra", spectra),
-        ):
+        by = [("groups", r.areas.group_by_unit), ("shield", r.areas.shield), ("temperature spectra", spectra)]
+        for what, labels in by[: 2 if r.case.thermal else 3]:  # every thermal node has a spectrum of its own
             names, share, band = c.by(labels)
             parts = [(str(n), share[o, i], band[o, i]) for i, n in enumerate(names)]
             lines.append(f"  {what}: {_parts(parts, most)}")
+        if r.disturbances is not None:
+            lines += _disturbance_lines(r.disturbances, o, v, most)
         if verdict.output in c.path_share:
             shares = c.path_share[verdict.output].tolist(), c.path_band_share[verdict.output].tolist()
             listed = _parts(list(zip(c.path_names, *shares, strict=True)), most)
@@ -84,6 +85,28 @@ def contributor_lines(r: CaseResult, most: int | None) -> list[str]:
         lines.append(f"  largest over all correlations: {_signs(r, o, most)}")
         lines += _improvement_lines(r, v, verdict, most)
     return lines
+
+
+def _disturbance_lines(of: DisturbanceContributions, o: int, v: int, most: int | None) -> list[str]:
+    """Parts of the power by disturbance, and the factor on the level of each that just meets the requirement."""
+    shares = of.share[o].tolist(), of.band_share[o].tolist()
+    factors = zip(of.names, of.level_factor[v].tolist(), strict=True)
+    needed = [f"{name} {'cannot alone' if np.isnan(f) else f'x {f:.3g}'}" for name, f in factors if not np.isinf(f)]
+    return [
+        f"  disturbances: {_parts(list(zip(of.names, *shares, strict=True)), most)}",
+        f"  level of a disturbance that just meets it: {', '.join(needed) or 'none is felt'}",
+    ]
+
+
+def resemblance_line(case_id: str, found: Sequence[tuple[str, float]]) -> list[str]:
+    """Which case of areas is most like a case of the thermal network."""
+    if not found:
+        return []
+    each = ", ".join(f"{i} {far:.3g}" for i, far in found)
+    return [
+        f"correlation of case {case_id} at 1 mHz: case {found[0][0]} resembles it best (root mean square of"
+        f" |difference| over pairs of nodes: {each})"
+    ]
 
 
 def more_dict(r: CaseResult) -> dict[str, Any]:
@@ -104,12 +127,22 @@ def more_dict(r: CaseResult) -> dict[str, Any]:
                 "worst_areas": [str(r.areas.name[a]) for a in i.worst.tolist() if a >= 0],
                 "ratio_with_blocks_matched": dict(zip(map(str, COUNTS), i.matched.tolist(), strict=True)),
                 "matched_blocks": [r.areas.name[r.blocks[b]].tolist() for b in i.match.tolist() if b >= 0],
+                **({} if r.disturbances is None else _disturbances(r.disturbances, r, v)),
                 "group_factor": {
                     g: f if np.isfinite(f) else None for g, f in zip(r.groups, i.group_factor.tolist(), strict=True)
                 },
             }
         )
     return {"sensitivity": listed}
+
+
+def _disturbances(of: DisturbanceContributions, r: CaseResult, v: int) -> dict[str, Any]:
+    o = r.outputs.labels.index(r.verdicts[v].output)
+    level = [f if np.isfinite(f) else None for f in of.level_factor[v].tolist()]
+    return {
+        "disturbance_share": dict(zip(of.names, of.share[o].tolist(), strict=True)),
+        "disturbance_level_factor": dict(zip(of.names, level, strict=True)),
+    }
 
 
 def _improvement_lines(r: CaseResult, v: int, verdict: Verdict, most: int | None) -> list[str]:

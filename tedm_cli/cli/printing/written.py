@@ -28,7 +28,8 @@ def figure_lines(paths: Sequence[Path]) -> list[str]:
 
 def view_lines(done: ViewWritten) -> list[str]:
     """The page, its size, and how much of the model is drawn."""
-    return [f"{done.path}: {_megabytes(done.path)}, {done.drawn:,} of {done.grids:,} grids drawn"]
+    left = f"; without case {', '.join(done.left_out)}: thermal nodes are no areas" if done.left_out else ""
+    return [f"{done.path}: {_megabytes(done.path)}, {done.drawn:,} of {done.grids:,} grids drawn{left}"]
 
 
 def view_dict(done: ViewWritten) -> dict[str, Any]:
@@ -37,6 +38,7 @@ def view_dict(done: ViewWritten) -> dict[str, Any]:
         "grids": done.grids,
         "cases": done.cases,
         "series": done.series,
+        "left_out": list(done.left_out),
     }
 
 

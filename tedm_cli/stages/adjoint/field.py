@@ -94,7 +94,7 @@ def model_field(project: Project, *, even: bool) -> ModelField:
             raise InputError("; ".join(adjoint.strings(ADJOINT.REFUSAL)), where=str(paths[0]))
         config = load_cases(project.cases)[1]
         judged = _judged(project, config, adjoint, even=even)
-        cases = [config.case(i, where=str(project.cases)) for i in config.ids]
+        cases = [config.case(i, where=str(project.cases)) for i in config.ids_of_areas]
         return _gathered(adjoint, unit, judged, cases)
 
 

@@ -56,6 +56,7 @@ def chain_files(project: Project) -> ChainFiles:
     compensation = compensation_file(project, model)
     closed = not why_no_loop(project, model)
     build = project.build_dir
+    thermal = () if project.thermal is None else (build / THERMAL_FILE,)
     series = {table.name: tuple(series_files(project, table)) for table in cases.series}
     return ChainFiles(
         build_dir=build,
@@ -78,7 +79,7 @@ def chain_files(project: Project) -> ChainFiles:
         adjoint_results=tuple(project.resolve(p) for p in model.model.adjoint_op2) if halves.gravity else (),
         case_needs_adjoint=cases.needs_adjoint,
         loop=build / DYNAMICS_FILE if closed else None,
-        network=None if project.thermal is None else build / THERMAL_FILE,
+        network=thermal[0] if thermal else None,
         gravity_sources=(*([] if compensation is None else [compensation]), *map(project.resolve, model.body_files())),
         effects=tuple(effect_files(project, model)),
         optics_sources=() if project.optics is None else tuple(load_optics(project.optics).matrices),
@@ -87,8 +88,10 @@ def chain_files(project: Project) -> ChainFiles:
         case_sources=(*cases.tables, *cases.matrices),
         spectra=tuple(table_paths(project, cases)),
         uncertainty_sources=uncertainty_sources(project, model, cases),
-        runs=tuple(Named(c, build / case_file_name(c)) for c in cases.ids),
-        simulations=tuple(Named(c, build / simulation_file_name(c)) for c in cases.ids if closed),
+        runs=tuple(
+            Named(c.id, build / case_file_name(c.id), thermal if c.thermal is not None else ()) for c in cases.cases
+        ),
+        simulations=tuple(Named(c, build / simulation_file_name(c)) for c in cases.ids_of_areas if closed),
         series=tuple(Named(n, build / series_file_name(n), tables) for n, tables in series.items()),
         simulated_series=tuple(
             Named(n, build / simulated_series_file_name(n), tables) for n, tables in series.items() if closed

@@ -26,6 +26,7 @@ from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.gravity.requirements import ALL, AtRestLimit, DcVerdict
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.case_network import of_network
 from tedm_cli.results.dynamics import LoopOutput, read_simulation
 from tedm_cli.results.explained import Cell, Column, Table, Told, by_share, by_size
 from tedm_cli.results.field import dc_verdicts
@@ -122,6 +123,9 @@ def explain_case(project: Project, name: str) -> Told:
     if path.exists():
         with open_checked(path, CASE) as file:
             areas = read_areas(file)
+            if of_network(file):
+                names = ", ".join(file.strings(CASE.DISTURBANCE_NAME))
+                facts.append(f"temperatures of the thermal network, by its nodes on the model; disturbances: {names}")
         if areas.within.any():
             facts.append(f"with gradients within areas: {', '.join(areas.name[areas.within].tolist())}")
     tables.append(_chances(project, lambda *_: True, [name]))

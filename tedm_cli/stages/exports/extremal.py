@@ -18,6 +18,7 @@ from tedm_cli.files.store import Reader, open_checked, replacing
 from tedm_cli.noise.bounds import BOUNDS, extremal_matrix, matrix_at
 from tedm_cli.noise.differences import no_output
 from tedm_cli.results.case_file import read_bound, read_correlation, read_psd
+from tedm_cli.results.case_network import require_areas
 
 CASES = "cases.toml"
 
@@ -57,6 +58,7 @@ def export_extremal(build_dir: Path, case_id: str, wanted: Sequence[str], output
         raise InputError("is a file; wanted a folder", where=str(folder))
     with open_checked(path, CASE) as file:
         require_up_to_date(file)
+        require_areas(file, "an extremal correlation is a case of areas")
         labels = file.strings(CASE.OUTPUT_LABEL)
         unknown = [label for label in wanted if label not in labels]
         if unknown:

@@ -17,6 +17,7 @@ from tedm_cli.noise.contributions import share_weights
 from tedm_cli.noise.selection import listed
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.case_file import read_case, read_correlation
+from tedm_cli.results.case_network import require_areas
 from tedm_cli.results.effects import effect_rows
 from tedm_cli.stages.common import known_name
 
@@ -75,6 +76,7 @@ def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, f
     ------
     UsageError : there is no such output; the case has gradients within areas, of which there are no displacements.
     """
+    require_areas(file, "the displacements on the mesh are of areas")
     within = read_areas(file).within
     if within.any():
         names = listed(np.array(file.strings(CASE.AREA_NAME))[within].tolist())

@@ -83,7 +83,7 @@ def export_state_space(
         raise UsageError(f"--tolerance {wanted.tolerance:g} is not between 0 and 1", hint="0.01 is one per cent")
     if wanted.rate_hz is not None and not 0.0 < wanted.rate_hz < np.inf:
         raise UsageError(f"--rate-hz {wanted.rate_hz:g} is not a positive frequency")
-    ids = select_cases(project.cases, case_ids)
+    ids = select_cases(project.cases, case_ids, of_areas=True)
     places = [destination(project.build_dir, f"{_stem(i)}_state_space", fmt, output, len(ids)) for i in ids]
     file, config = load_cases(project.cases)
     outputs = read_outputs(project)

@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tedm_cli.arrays import FloatArray
+import numpy as np
+
+from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
@@ -20,14 +22,18 @@ from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.files.build_folder import case_file_name, provenance
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import create
-from tedm_cli.noise.case_run import CaseResult, judged_outputs, run_case
-from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
+from tedm_cli.noise.case_run import CaseResult, case_of, judged_outputs
+from tedm_cli.noise.correlation import CorrelationCase, correlation
 from tedm_cli.noise.log_spectrum import require_speckit
-from tedm_cli.noise.requirements import Criteria
+from tedm_cli.noise.propagation import TemperatureNoise
+from tedm_cli.noise.requirements import REFERENCE_HZ, Criteria
+from tedm_cli.noise.resemblance import deviation
+from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
+from tedm_cli.results.thermal_case import thermal_columns
 from tedm_cli.results.uncertainty import write_uncertainty
 from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients, with_gradients
 from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
@@ -38,6 +44,21 @@ _REFUSED_TOO = "; refused too: "
 
 
 @dataclass(frozen=True, eq=False)
+class ReadyCase:
+    """A case that fits the model: its outputs, without differences and with all its columns, and their noise.
+
+    sources : files that it alone is made from. area : [k], of a case of the thermal network the area of the model that
+    each column is in, -1 for none; None of others.
+    """
+
+    case: CorrelationCase
+    outputs: ModelOutputs
+    source: AnySource
+    sources: tuple[Path, ...]
+    area: IndexArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class CaseSetting:
     """What all cases of a project share: `file`, the cases file, as `config`; the outputs, and what judges them.
 
@@ -45,6 +66,7 @@ class CaseSetting:
     as far as the cases have them. `uncertain`: what is; None where nothing is.
     """
 
+    project: Project
     file: ConfigFile
     config: CasesConfig
     outputs: ModelOutputs
@@ -59,27 +81,52 @@ class CaseSetting:
         """The outputs and their differences, of the model's areas."""
         return self.outputs.with_differences(self.criteria.requirements)
 
-    def outputs_of(self, case_id: str) -> ModelOutputs:
-        """The outputs, and their differences, with the columns of what the case has beside the model's areas."""
-        outputs = with_gradients(self.outputs, self.gradients.of(case_id))
-        return outputs.with_differences(self.criteria.requirements)
+    def ready(self, case: CorrelationCase) -> ReadyCase:
+        """A case with the columns of what it has beside the model's areas, or with thermal nodes in their place.
 
-    def temperature_of(self, case_id: str) -> TemperatureModel:
-        """Of the areas of `outputs_of`."""
-        return and_spectra(self.temperature, self.gradients.of(case_id))
+        Raises what `thermal_columns` does, and `noise.correlation.correlation`.
+        """
+        if case.thermal:
+            found = thermal_columns(self.project, self.config, case.id, self.outputs, self.temperature)
+            return ReadyCase(case, found.outputs, found.noise, found.sources, found.area)
+        gradients = self.gradients.of(case.id)
+        outputs, temperature = with_gradients(self.outputs, gradients), and_spectra(self.temperature, gradients)
+        source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
+        return ReadyCase(case, outputs, source, tuple(self.gradients.sources(case.id)))
 
-    def correlation(self, case: CorrelationCase) -> Correlation:
-        """Of the areas of `outputs_of`; raises what `noise.correlation.correlation` does."""
-        return correlation(case, self.outputs_of(case.id).areas, self.temperature_of(case.id).heard)
+    def run(self, ready: ReadyCase) -> CaseResult:
+        """One case, its outputs with their differences."""
+        outputs = ready.outputs.with_differences(self.criteria.requirements)
+        return case_of(ready.case, outputs, ready.source, self.frequency_hz, self.criteria)
 
-    def run(self, case: CorrelationCase, found: Correlation) -> CaseResult:
-        """One case, whose correlation of the areas has been `found`."""
-        outputs, temperature = self.outputs_of(case.id), self.temperature_of(case.id)
-        return run_case(case, outputs, temperature, self.frequency_hz, self.criteria, found)
+    def resemblance(self, ready: ReadyCase) -> tuple[tuple[str, float], ...]:
+        """How far the assumed cases are from the correlation of the thermal network at 1 mHz, the nearest first.
+
+        By id; see `noise.resemblance.deviation`. Without cases that do not fit or that silence some of the nodes, and
+        without diagnostic ones.
+        """
+        if ready.area is None:
+            return ()
+        within = np.flatnonzero(ready.area >= 0)
+        coherence = ready.source.correlation_at(REFERENCE_HZ).matrix()[np.ix_(within, within)]
+        found = []
+        for case_id in self.config.ids_of_areas:
+            try:
+                case = self.config.case(case_id, where=str(self.project.cases))
+                assumed = correlation(case, self.outputs.areas, self.temperature.heard)
+            except TedmError:  # told where that case is run
+                continue
+            far = deviation(coherence, ready.area[within], assumed, REFERENCE_HZ)
+            if case.role != "diagnostic" and np.isfinite(far):
+                found.append((case_id, far))
+        return tuple(sorted(found, key=lambda one: one[1]))
 
     def uncertainty(self, result: CaseResult) -> CaseUncertainty | None:
-        """How sure the verdicts of a case are; None where nothing is uncertain, or nothing judged."""
-        if self.uncertain is None or not result.verdicts:
+        """How sure the verdicts of a case are; None where nothing is uncertain, or nothing judged.
+
+        None of a case of the thermal network: what is uncertain is told by areas, and it has thermal nodes.
+        """
+        if self.uncertain is None or not result.verdicts or result.case.thermal:
             return None
         return self.uncertain.of_case(result, self.criteria)
 
@@ -119,17 +166,21 @@ def case_setting(
         raise ConfigError(error.problems, where=str(project.cases)) from None
     gradients = case_gradients(project, config, outputs, tables)
     found = uncertain(project, model, config, judged, gradients, compare)
-    return CaseSetting(file, config, outputs, temperature, frequency, criteria, gradients, found)
+    return CaseSetting(project, file, config, outputs, temperature, frequency, criteria, gradients, found)
 
 
 @dataclass(frozen=True, eq=False)
 class CaseDone:
-    """A case that was run: its file, its result, and with it a realisation and how sure it is, where these are."""
+    """A case that was run: its file, its result, and with it a realisation and how sure it is, where these are.
+
+    resemblance : of a case of the thermal network, see `CaseSetting.resemblance`.
+    """
 
     path: Path
     result: CaseResult
     realised: Realised | None
     uncertainty: CaseUncertainty | None
+    resemblance: tuple[tuple[str, float], ...] = ()
 
 
 def run_cases(
@@ -153,9 +204,10 @@ def run_cases(
     problem = _together(refused, project.cases) if refused else None
     if problem is not None and fitting:
         tell(problem)
-    for number, (case, found) in enumerate(fitting):
+    for number, ready in enumerate(fitting):
+        case = ready.case
         step(number, len(fitting), "running cases")
-        result = setting.run(case, found)
+        result = setting.run(ready)
         path = output if output is not None else project.build_dir / case_file_name(case.id)
         try:
             realised = realise_case(result, config, step, path)
@@ -165,18 +217,16 @@ def run_cases(
         matrix = config.case_table(case.id).matrix
         sure = setting.uncertainty(result)
         more = () if setting.uncertain is None else setting.uncertain.sources
-        used = [*setting.outputs.sources, *setting.gradients.sources(case.id), *more]
+        used = [*setting.outputs.sources, *ready.sources, *more]
         tables = [*table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
         inputs = list(dict.fromkeys([*used, *tables]))
         with create(path, CASE, provenance([setting.file], inputs)) as writer:
-            write_case(
-                writer, result, setting.outputs_of(case.id).area_id, [r.requirement for r in criteria.requirements]
-            )
+            write_case(writer, result, ready.outputs.area_id, [r.requirement for r in criteria.requirements])
             if realised is not None:
                 write_realisation(writer, realised)
             if sure is not None:
                 write_uncertainty(writer, sure)
-        done(CaseDone(path, result, realised, sure))
+        done(CaseDone(path, result, realised, sure, setting.resemblance(ready)))
     step(len(fitting), len(fitting), "running cases")
     if len(refused) > known:
         problem = _together(refused, project.cases)
@@ -186,14 +236,14 @@ def run_cases(
 
 def _checked(
     setting: CaseSetting, case_ids: Sequence[str], where: Path
-) -> tuple[list[tuple[CorrelationCase, Correlation]], dict[str, TedmError]]:
-    """The cases that fit the model with their correlations, and what is wrong with each of the others, by id."""
-    fitting: list[tuple[CorrelationCase, Correlation]] = []
+) -> tuple[list[ReadyCase], dict[str, TedmError]]:
+    """The cases that fit the model, and what is wrong with each of the others, by id."""
+    fitting: list[ReadyCase] = []
     refused: dict[str, TedmError] = {}
     for case_id in case_ids:
         try:
             case = setting.config.case(case_id, where=str(where))
-            fitting.append((case, setting.correlation(case)))
+            fitting.append(setting.ready(case))
         except TedmError as error:
             refused[case_id] = error
     return fitting, refused

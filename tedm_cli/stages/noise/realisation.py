@@ -16,7 +16,7 @@ from tedm_cli.files.scratch import scratch_file
 from tedm_cli.files.store import Writer
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.log_spectrum import log_estimate
-from tedm_cli.noise.propagation import OutputNoise
+from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.realisation import expected_psd, output_blocks, realise, resolved
 from tedm_cli.noise.spectral_estimate import Estimate, Window
 from tedm_cli.progress import Step, counter
@@ -45,15 +45,17 @@ class Realised:
 def realise_case(result: CaseResult, config: CasesConfig, step: Step, path: Path) -> Realised | None:
     """Realise the outputs of a case; None where the configuration does not ask for it.
 
+    None of a case of the thermal network, too: its gains are known at the frequencies of the cases alone.
+
     Log-spaced spectra take segments of another length at every frequency, so their series wait in a temporary file
     beside `path`, the file of the case.
 
     Raises `InputError` for delays that are too long to be held.
     """
     table, plan = config.realisation, config.realisation_plan()
-    if table is None or plan is None:
-        return None
     rows, source = result.outputs.rows, result.source
+    if table is None or plan is None or not isinstance(source, TemperatureNoise):
+        return None
     advance = counter(step, plan.samples, f"realising case {result.case.id}")
     window: Window | None = None
     try:

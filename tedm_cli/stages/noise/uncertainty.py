@@ -22,9 +22,9 @@ from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.case_run import CaseResult, judged_outputs
 from tedm_cli.noise.differences import rows_of
-from tedm_cli.noise.propagation import OutputNoise
 from tedm_cli.noise.requirements import Criteria, in_band
 from tedm_cli.noise.selection import BlockSelector, listed, select
+from tedm_cli.noise.sources import AnyNoise
 from tedm_cli.results.derivatives import Derivatives, read_derivatives, read_position_rows
 from tedm_cli.results.outputs import ModelOutputs
 from tedm_cli.results.within import CaseGradients
@@ -57,7 +57,7 @@ class Uncertain:
         """What it makes of the verdicts of a case, whose outputs these are."""
         outputs, f, factor = result.outputs, result.frequency_hz, result.safety_factor
         pairs = judged_outputs(criteria, outputs, f)
-        noise = OutputNoise(outputs.rows, result.source, f)
+        noise = result.source.outputs(outputs.rows, f)
         effects, left_out = self.effects, list(self.left_out)
         if outputs.areas.within.any():
             within = outputs.areas.only(outputs.areas.within)
@@ -82,9 +82,7 @@ class Uncertain:
         return self.effects.and_areas(level)
 
 
-def _compared(
-    mesh: OtherMesh, noise: OutputNoise, bands: Sequence[tuple[int, FloatArray, FloatArray]]
-) -> MeshComparison:
+def _compared(mesh: OtherMesh, noise: AnyNoise, bands: Sequence[tuple[int, FloatArray, FloatArray]]) -> MeshComparison:
     """The ratios by the other mesh, and by both: of each verdict its output, its frequencies and limit."""
 
     def ratios(rows: FloatArray) -> FloatArray:

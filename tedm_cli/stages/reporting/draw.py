@@ -14,7 +14,7 @@ from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.exaggerated import traced_bench
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.adjoint_map import OutputMap
-from tedm_cli.results.case_file import read_temperatures
+from tedm_cli.results.case_temperatures import read_temperatures
 from tedm_cli.results.deciding import Pair
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series

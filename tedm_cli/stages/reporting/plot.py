@@ -201,7 +201,8 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         add(
             Path(case_file_name(case.id)).with_suffix(".svg").name,
             "cases",
-            f"Case {case.id}: {case.title}. {int(case.active.sum())} of {len(case.active)} areas in {case.blocks}"
+            f"Case {case.id}: {case.title}. {int(case.active.sum())} of {len(case.active)}"
+            f" {'thermal nodes and areas' if case.thermal else 'areas'} in {case.blocks}"
             f" block{'s' if case.blocks > 1 else ''}; noise multiplied by the safety factor {case.safety_factor:g}."
             + realised
             * any(j.realised is not None for j in case.judged),
@@ -245,8 +246,13 @@ def _worst_filters(cases: list[CaseNoise], kind: str) -> bool:
 
 
 def _with_own_temperatures(cases: Sequence[CaseNoise]) -> list[int]:
-    """The first case, whose spectra of the model's areas are those of all, and those with gradients within areas."""
-    return [number for number, case in enumerate(cases) if not number or case.areas.within.any()]
+    """The first case of areas, whose spectra of these are those of all, and cases with more or other ones.
+
+    These are gradients within areas, and the nodes of the thermal network.
+    """
+    first = next((number for number, case in enumerate(cases) if not case.thermal), 0)
+    own = (number for number, case in enumerate(cases) if case.thermal or case.areas.within.any())
+    return list(dict.fromkeys((first, *own)))
 
 
 def _levels_words(improvement: NamedImprovement) -> str:

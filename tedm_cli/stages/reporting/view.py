@@ -10,7 +10,7 @@ import numpy as np
 from tedm_cli import __version__
 from tedm_cli.arrays import IntArray
 from tedm_cli.config.project import Project
-from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import CASE, DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.exports.mesh import label_of_cells
 from tedm_cli.fem.surface import outer_surface
 from tedm_cli.figures.colours import area_colours
@@ -21,6 +21,7 @@ from tedm_cli.gravity.bodies.solid import cuboid_mesh
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results, open_results
+from tedm_cli.results.case_network import of_network
 from tedm_cli.results.compensation import read_blocks
 from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.results.outputs import read_outputs
@@ -45,13 +46,17 @@ _MOST_TRIANGLES = 5_000  # of a test mass; one with more is drawn as the cuboid 
 
 @dataclass(frozen=True)
 class ViewWritten:
-    """What was written: how many of the model's grids are drawn, and how many cases and series are there."""
+    """What was written: how many of the model's grids are drawn, and how many cases and series are there.
+
+    left_out : ids of cases of the thermal network, whose nodes are no areas that the page could move.
+    """
 
     path: Path
     drawn: int
     grids: int
     cases: int
     series: int
+    left_out: tuple[str, ...]
 
 
 def view(project: Project, output: Path | None, step: Step, most_numbers: int = MOST_NUMBERS) -> ViewWritten:
@@ -86,9 +91,11 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
             half=results.half,
         )
         text = page(project.title, payload(content))
+        left_out = tuple(file.string(CASE.CASE_ID) for file in results.cases if of_network(file))
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
-    return ViewWritten(path, len(drawing.mesh.grid), drawing.grids, len(content.cases), len(content.series))
+    drawn, there = (len(drawing.mesh.grid), drawing.grids), (len(content.cases), len(content.series))
+    return ViewWritten(path, *drawn, *there, left_out)
 
 
 def _drawing(

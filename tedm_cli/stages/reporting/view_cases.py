@@ -22,6 +22,7 @@ from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.case_file import read_case, read_correlation
+from tedm_cli.results.case_network import of_network
 from tedm_cli.results.noise import CaseNoise, titled
 from tedm_cli.results.outputs import ModelOutputs
 from tedm_cli.results.within import and_spectra, case_gradients, with_gradients
@@ -47,15 +48,19 @@ def limits_of(cases: Sequence[Reader], titles: Mapping[str, str]) -> Limits:
 
 
 def case_views(project: Project, results: Results, outputs: ModelOutputs, step: Step) -> list[CaseView]:
-    """Every case, with a realisation where its noise can be held, of the areas of the model: these alone move it."""
+    """Every case but those of the thermal network, of the areas of the model: these alone move it.
+
+    With a realisation where its noise can be held.
+    """
     of_areas = temperature_model(project, results.config, outputs.areas)
     gradients = case_gradients(project, results.config, outputs)
     k = len(outputs.areas)
-    films = k * len(results.cases)
+    cases = [file for file in results.cases if not of_network(file)]  # thermal nodes are no areas that would move
+    films = k * max(1, len(cases))
     samples = max(_FEWEST, min(SAMPLES, FILM_NUMBERS // films))
     views = []
-    for number, file in enumerate(results.cases):
-        step(number, len(results.cases), "realising cases")
+    for number, file in enumerate(cases):
+        step(number, len(cases), "realising cases")
         case = read_case(file)
         more = gradients.of(case.id)
         own = with_gradients(outputs, more).with_differences(results.config.applied_requirements())
@@ -73,7 +78,7 @@ def case_views(project: Project, results: Results, outputs: ModelOutputs, step: 
                 film=_realisation(project, results.config, case.id, temperature, own, k, samples),
             )
         )
-    step(len(results.cases), len(results.cases), "realising cases")
+    step(len(cases), len(cases), "realising cases")
     return views
 
 

@@ -108,4 +108,5 @@ def _write_mapped(writer: Writer, mapped: NodeSensitivity) -> None:
     writer.write(KIND.ROW_LABEL, mapped.label)
     writer.write(KIND.ROW_UNIT, mapped.unit)
     writer.write(KIND.MAP_NODE, mapped.node)
+    writer.write(KIND.MAP_AREA, mapped.area)
     writer.write(KIND.SENSITIVITY, mapped.value, units="see /row/unit")

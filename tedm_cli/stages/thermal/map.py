@@ -25,11 +25,12 @@ from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements
 class NodeSensitivity:
     """Outputs per kelvin of each thermal node of the map.
 
-    node : [n_m] names. label, unit : [r], of the outputs. value : [r, n_m]. configs, inputs : what it is made of, for
-    the provenance of the file.
+    node : [n_m] names. area : [n_m], the thermal area that most of each is in, or "". label, unit : [r], of the
+    outputs. value : [r, n_m]. configs, inputs : what it is made of, for the provenance of the file.
     """
 
     node: list[str]
+    area: list[str]
     label: list[str]
     unit: list[str]
     value: FloatArray
@@ -65,6 +66,7 @@ def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity
     mapping = build_map(fem, config.map, where)
     return NodeSensitivity(
         node=mapping.node,
+        area=areas_of_nodes(mapping),
         label=found.label,
         unit=found.unit,
         value=sensitivity(mapping, found),
@@ -85,6 +87,24 @@ def sensitivity(mapping: Mapping, found: TemperatureEffects) -> FloatArray:
         columns = [names.index(name) for name in mapping.fem.areas]
         return np.asarray(found.of_area[:, columns] @ mapping.weights)
     return mapping.through.sensitivities(on_grids(found, mapping))
+
+
+def areas_of_nodes(mapping: Mapping) -> list[str]:
+    """The thermal area [n] that has most of each node: of its volume, or with weights the largest; "" where none has.
+
+    Of areas with as much of it, the first counts.
+    """
+    fem, n = mapping.fem, len(mapping.node)
+    names = list(fem.areas)
+    if mapping.weights is not None:
+        part = mapping.weights
+    else:
+        assert mapping.association is not None
+        area, node = fem.place_area(), mapping.association.place_node
+        both = (area != NONE) & (node != NONE)
+        part = np.zeros((len(names), n))
+        np.add.at(part, (area[both], node[both]), fem.volumes.volume[both])
+    return [names[most] if part[most, i] > 0.0 else "" for i, most in enumerate(part.argmax(axis=0).tolist())]
 
 
 def on_grids(found: TemperatureEffects, mapping: Mapping) -> FloatArray:

@@ -1,0 +1,58 @@
+"""Which disturbances of a thermal network the noise of outputs comes from, and how stable each has to be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.noise.case_contributions import Contributions, Judged
+from tedm_cli.noise.improvement import scale_to_meet
+from tedm_cli.noise.network import NetworkOutputs
+from tedm_cli.noise.requirements import in_band
+
+
+@dataclass(frozen=True, eq=False)
+class DisturbanceContributions:
+    """What u disturbances make of n_out outputs. Shares of an output sum to 1, or are 0 where it has no noise.
+
+    Parameters
+    ----------
+    names : [u]: of the network, then areas with a spectrum of their own.
+    share : [n_out, u], part of the PSD at the frequency of `Contributions`; negative where a disturbance that is
+        correlated with others cancels them. band_share : of the power in the band.
+    level_factor : [verdicts, u], the factor on the level of each disturbance, the others unchanged, that just meets the
+        requirement; infinite where the output does not feel it, NaN where this disturbance alone cannot do it.
+    """
+
+    names: tuple[str, ...]
+    share: FloatArray
+    band_share: FloatArray
+    level_factor: FloatArray
+
+
+def disturbance_contributions(
+    noise: NetworkOutputs, found: Contributions, judged: Judged, safety_factor: float
+) -> DisturbanceContributions:
+    """Contributions of disturbances at the frequencies and in the bands of `found`."""
+    f, names, factor = noise.frequency_hz, noise.source.disturbances, noise.source.factor
+    share = np.zeros((len(noise.rows), len(names)))
+    band_share = np.zeros_like(share)
+    for o in range(len(noise.rows)):
+        one = noise.of(noise.rows[o : o + 1])
+        low, high = found.band_hz[o]
+        inside = f[(f >= low * (1.0 - 1e-9)) & (f <= high * (1.0 + 1e-9))]
+        for out, at in ((share, found.frequency_hz[o : o + 1]), (band_share, inside)):
+            power = one.at(at).disturbance_powers()[0]
+            out[o] = power / power.sum() if power.sum() > 0.0 else 0.0
+    level = np.empty((len(judged), len(names)))
+    for v, (requirement, o) in enumerate(judged):
+        band = f[in_band(requirement, f)]
+        limit = requirement.amplitude(band) / safety_factor
+        driven = noise.of(noise.rows[o : o + 1]).at(band).by_disturbance[0]  # [n, u]
+        for d in range(len(names)):
+            own = driven[:, d] * factor[d][:, None]
+            rest = np.delete(driven, d, axis=1) @ np.delete(factor, d, axis=0)
+            level[v, d] = scale_to_meet(own, rest.T, limit)
+    return DisturbanceContributions(names, share, band_share, level)
