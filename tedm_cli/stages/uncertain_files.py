@@ -7,7 +7,7 @@ from pathlib import Path
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import ModelConfig
-from tedm_cli.config.nearest import BUILD
+from tedm_cli.config.nearest import BUILD, project_in
 from tedm_cli.config.project import Project
 from tedm_cli.files.build_folder import ADJOINT_FILE, OPTICS_FILE, SENSITIVITY_FILE
 
@@ -22,5 +22,6 @@ def uncertainty_sources(project: Project, model: ModelConfig, cases: CasesConfig
 
 
 def build_folder_of(path: Path) -> Path:
-    """The build folder beside a project file, or the folder itself."""
-    return path.parent / BUILD if path.suffix == ".toml" else path
+    """The build folder of a project, which is named by its file or by its folder; else `path` is that folder."""
+    found = project_in(path.parent if path.suffix == ".toml" else path)
+    return path if found is None else found.folder / BUILD

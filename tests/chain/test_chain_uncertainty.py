@@ -39,6 +39,7 @@ from tedm_cli.stages.noise import other_mesh as mesh_room
 from tedm_cli.stages.noise import uncertainty as room
 from tedm_cli.stages.noise.case import CaseSetting, case_setting, run_cases
 from tedm_cli.stages.optics.build import build_optics
+from tedm_cli.stages.uncertain_files import build_folder_of
 from tedm_cli.uncertainty.verdicts import CaseUncertainty
 
 POSITION = """
@@ -363,6 +364,19 @@ def test_another_mesh_estimates_the_error(
     item = sure.parameters.items[-1]
     assert (item.name, item.quantity, item.deviation, item.distribution) == ("mesh", "mesh", 0.5, "normal")
     np.testing.assert_array_equal([d.nominal for d in sure.verdicts], nominal)
+
+
+def test_another_mesh_is_named_by_its_project_or_its_build_folder(tmp_path: Path) -> None:
+    """As everywhere: a project's results are in `build`, in its folder, which may have its files in `configs`."""
+    flat, nested = tmp_path / "flat", tmp_path / "nested"
+    for folder in (flat, nested / "configs"):
+        folder.mkdir(parents=True)
+        (folder / "tedm.toml").touch()
+    for named in (flat, flat / "tedm.toml"):
+        assert build_folder_of(named) == flat / "build"
+    for named in (nested, nested / "configs", nested / "configs" / "tedm.toml"):
+        assert build_folder_of(named) == nested / "build"
+    assert build_folder_of(tmp_path / "results") == tmp_path / "results"
 
 
 def _scaled(outputs, factor):
