@@ -20,7 +20,7 @@ from tedm_cli.stages.uncertain_files import build_folder_of
 
 _SOLIDS = ("CHEXA", "CPENTA", "CTETRA", "CPYRAM")
 _SHELLS = ("CQUAD", "CTRIA")
-_ALIKE = 0.02  # by which sizes must differ, relative
+_ALIKE = np.log(1.1)  # of the ratio of sizes: nearer ones make a large error of a small difference
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +71,10 @@ def other_mesh(project: Project, table: MeshDeviation, outputs: ModelOutputs) ->
     refinement = table.refinement if table.refinement is not None else _refinement(project.build_dir, folder)
     if abs(np.log(refinement)) < _ALIKE:
         raise InputError(
-            f"are as fine as each other: ratio of element sizes {refinement:.3g}",
+            f"are as fine as each other, or nearly: ratio of element sizes {refinement:.3g}",
             where=where,
-            hint="a second mesh tells something when its elements are larger or smaller; or give refinement",
+            hint="a second mesh tells something when its elements are larger or smaller by a tenth at least, better by a"
+            " third",
         )
     estimate = (outputs.rows - rows) / (refinement**table.order - 1.0)
     return OtherMesh(str(folder), refinement, table.order, rows, estimate, other.sources)
