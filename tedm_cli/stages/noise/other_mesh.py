@@ -73,8 +73,8 @@ def other_mesh(project: Project, table: MeshDeviation, outputs: ModelOutputs) ->
         raise InputError(
             f"are as fine as each other, or nearly: ratio of element sizes {refinement:.3g}",
             where=where,
-            hint="a second mesh tells something when its elements are larger or smaller by a tenth at least, better by a"
-            " third",
+            hint="a second mesh tells something when its elements are larger or smaller by a tenth at least, better by"
+            " a third",
         )
     estimate = (outputs.rows - rows) / (refinement**table.order - 1.0)
     return OtherMesh(str(folder), refinement, table.order, rows, estimate, other.sources)
