@@ -21,6 +21,7 @@ DRILLING_FACTOR = 100.0
 """The other weight over the deck's: between them lie the values that Nastran's defaults and its manuals recommend."""
 DECISIVE = 1e-3
 """Relative change from which on the stiffness has a part in the results."""
+_ALIKE = 1e-4  # changes this near are one: what the solver leaves must not choose between grids of a symmetric model
 _TOLERANCE = 1e-7  # the tie holds little of a structure's energy, however far it turns a mirror
 
 
@@ -64,8 +65,13 @@ def drilling_change(
     return DrillingChange(
         translation=float(motion.max()),
         rotation=float(turn.max()),
-        moves=int(ids[motion.argmax()]),
-        turns=int(ids[turn.argmax()]),
+        moves=int(ids[_first_largest(motion)]),
+        turns=int(ids[_first_largest(turn)]),
         grid_id=ids,
         turn=turn,
     )
+
+
+def _first_largest(change: FloatArray) -> int:
+    """Place of the first of the largest changes [N]."""
+    return int(np.argmax(change >= (1.0 - _ALIKE) * change.max()))
