@@ -21,6 +21,12 @@ from tedm_cli.noise.propagation import Sizes, trapezoid
 _SAME_HZ = 1e-9  # frequencies this close, relatively, are one
 
 
+def places_of(wanted_hz: FloatArray, have_hz: FloatArray) -> tuple[IndexArray, FloatArray]:
+    """Where each of the wanted frequencies [n] is among those there are [F], and those that are not there."""
+    place = np.abs(np.log(have_hz[:, None] / wanted_hz)).argmin(axis=0)
+    return np.asarray(place), wanted_hz[np.abs(have_hz[place] / wanted_hz - 1.0) > _SAME_HZ]
+
+
 @dataclass(frozen=True, eq=False)
 class NetworkNoise:
     """The temperature noise of k columns: thermal nodes, and areas with a spectrum of their own.
@@ -50,12 +56,11 @@ class NetworkNoise:
 
     def places(self, frequency_hz: FloatArray) -> IndexArray:
         """Where each of the frequencies is among those of the network; `InputError` for one that is not."""
-        place = np.abs(np.log(self.frequency_hz[:, None] / frequency_hz)).argmin(axis=0)
-        wrong = np.flatnonzero(np.abs(self.frequency_hz[place] / frequency_hz - 1.0) > _SAME_HZ)
-        if wrong.size:
-            fact = f"the gains of the network are not known at {frequency_hz[wrong[0]]:g} Hz"
+        place, missing = places_of(frequency_hz, self.frequency_hz)
+        if missing.size:
+            fact = f"the gains of the network are not known at {missing[0]:g} Hz"
             raise InputError(fact, where="thermal network")
-        return np.asarray(place)
+        return place
 
     @cached_property
     def _amplitude(self) -> FloatArray:

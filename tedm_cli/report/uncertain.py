@@ -12,9 +12,9 @@ from tedm_cli.results.chances import (
     deviation_text,
     distribution_in,
     distribution_of,
-    largest_sources,
     probability_text,
     probability_words,
+    shares_text,
     spread_words,
     uncertain_cases,
 )
@@ -24,8 +24,7 @@ from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, count, ratio_text
 from tedm_cli.uncertainty.verdicts import CaseUncertainty, Chance
 
-_NAMED = 3  # sources named in a cell
-SURE = 0.05  # a probability between this and its complement leaves a verdict open
+_SURE = 0.05  # a probability between this and its complement leaves a verdict open
 
 
 def chance_words(case: CaseNoise, j: JudgedOutput) -> str:
@@ -50,7 +49,7 @@ def chance_cell(case: CaseNoise, j: JudgedOutput) -> Cell:
 
 def _cell(chance: Chance) -> Cell:
     p = chance.probability
-    state: State = "violated" if p > 1.0 - SURE else "met" if p < SURE else "open"
+    state: State = "violated" if p > 1.0 - _SURE else "met" if p < _SURE else "open"
     return Cell(probability_text(chance), state)
 
 
@@ -83,7 +82,6 @@ def _verdicts(told: Sequence[tuple[CaseNoise, CaseUncertainty]]) -> Table:
         rows.append(case_head(case))
         for j in case.judged:
             d = distribution_in(u, j)
-            by = [f"{name} {first:.2f} ({total:.2f})" for name, first, total in largest_sources(u, d)[:_NAMED]]
             rows.append(
                 row(
                     capital(output_title(j.output)),
@@ -91,7 +89,7 @@ def _verdicts(told: Sequence[tuple[CaseNoise, CaseUncertainty]]) -> Table:
                     *(ratio_cell(d.percentile(p)) for p in (5, 50, 95)),
                     _cell(d.violated),
                     _cell(d.violated_bare),
-                    ", ".join(by) or "nothing",
+                    shares_text(u, d),
                 )
             )
         any_of = [_cell(u.any_violated), _cell(u.any_violated_bare)]

@@ -21,7 +21,7 @@ from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation_check import correlation_factor
-from tedm_cli.noise.network import NetworkNoise
+from tedm_cli.noise.network import NetworkNoise, places_of
 from tedm_cli.noise.selection import listed
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.noise import NETWORK
@@ -31,7 +31,6 @@ from tedm_cli.results.wording import count
 NO_AREA = "no area"
 """Group of thermal nodes of which nothing is in a thermal area; they count as outside the shield, on neither side."""
 
-_SAME_HZ = 1e-9  # relative
 _BUILD = f"`{THERMAL.made_by}`, or `tedm run`"
 
 
@@ -174,17 +173,16 @@ def _columns(
 def _places(file: Reader, wanted: FloatArray) -> IndexArray:
     """Where the frequencies of the cases are among those of the file."""
     have = file.array(THERMAL.FREQUENCY)
-    place = np.abs(np.log(have[:, None] / wanted)).argmin(axis=0)
-    wrong = np.flatnonzero(np.abs(have[place] / wanted - 1.0) > _SAME_HZ)
-    if wrong.size:
+    place, missing = places_of(wanted, have)
+    if missing.size:
         raise InputError(
-            f"has no gains at {count(len(wrong), 'frequency', 'frequencies')} of the cases, the first"
-            f" {wanted[wrong[0]]:g} Hz; it has {len(have)} from {have[0]:g} to {have[-1]:g} Hz",
+            f"has no gains at {count(len(missing), 'frequency', 'frequencies')} of the cases, the first"
+            f" {missing[0]:g} Hz; it has {len(have)} from {have[0]:g} to {have[-1]:g} Hz",
             where=str(file.path),
             hint="leave [frequency] out of the thermal model's file: then it has those of the cases; rebuild it with"
             f" {_BUILD}",
         )
-    return np.asarray(place)
+    return place
 
 
 def _areas(file: Reader, nodes: Sequence[str], model: AreaTable) -> AreaTable:

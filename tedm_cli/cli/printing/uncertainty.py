@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
-from tedm_cli.results.chances import largest_sources
-from tedm_cli.results.wording import chance_text, count, ratio_text
+from tedm_cli.results.chances import probability_text, shares_text
+from tedm_cli.results.wording import count, ratio_text
 
 if TYPE_CHECKING:
-    from tedm_cli.uncertainty.verdicts import CaseUncertainty, Distribution
+    from tedm_cli.uncertainty.verdicts import CaseUncertainty
 
 _NEAR = 0.5  # a ratio that stays below in 99 of 100 draws is not told of, unless nothing is above
-_SHARES = 3
-_SHARE = 0.01  # a smaller share is not told of
 
 
 def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
@@ -39,10 +37,10 @@ def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
     cells = [
         (
             d.requirement,
-            chance_text(d.violated.probability, d.violated.low, d.violated.high),
-            chance_text(d.violated_bare.probability, d.violated_bare.low, d.violated_bare.high),
+            probability_text(d.violated),
+            probability_text(d.violated_bare),
             *(ratio_text(d.percentile(percent)) for percent in (5, 50, 95)),
-            _shares(u, d),
+            shares_text(u, d),
         )
         for d in told
     ]
@@ -58,7 +56,7 @@ def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
             else f"and {rest} below it"
         )
     both = " and ".join(
-        f"{chance_text(c.probability, c.low, c.high)}{f' ± {c.error:.1g}' if c.error else ''} with {factor}"
+        f"{probability_text(c)}{f' ± {c.error:.1g}' if c.error else ''} with {factor}"
         for c, factor in ((u.any_violated, "the safety factor"), (u.any_violated_bare, "factor 1"))
     )
     lines.append(f"any of {count(len(u.verdicts), 'verdict')} violated: probability {both}")
@@ -71,9 +69,3 @@ def uncertainty_lines(u: CaseUncertainty, everything: bool) -> list[str]:
             f" {ratio_text(there)} there, {ratio_text(none)} extrapolated (order {u.mesh.order:g})"
         )
     return lines
-
-
-def _shares(u: CaseUncertainty, d: Distribution) -> str:
-    """The sources with the largest shares."""
-    parts = [f"{name} {first:.2f} ({total:.2f})" for name, first, total in largest_sources(u, d, _SHARE)[:_SHARES]]
-    return ", ".join(parts) or "nothing"
