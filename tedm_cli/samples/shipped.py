@@ -42,7 +42,7 @@ PROJECT, LAYOUT = "tedm.toml", "optics.toml"
 _LTP, _LISA, _SMALL, _MINIMAL = "configs", "configs/lisa_like", "sample_models/small", "sample_models/minimal"
 _SCRIPTS = "sample_models"
 _SOLIDS = (f"{_SCRIPTS}/deck_cards.py", f"{_SCRIPTS}/ltp_like_solids.py")
-_NETWORK = (f"{_SCRIPTS}/ltp_like_network.py", f"{_SCRIPTS}/ltp_like_assumptions.py")
+_NETWORK = tuple(f"{_SCRIPTS}/ltp_like_{name}.py" for name in ("assumptions", "mounts", "network"))
 
 SAMPLES = {
     "minimal": Sample(

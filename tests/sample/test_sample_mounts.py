@@ -1,0 +1,124 @@
+"""The mounts of the LTP-like sample: what their struts do to the bench, with the exact solution in double precision."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.constraints import rigid_body_matrix
+from tedm_cli.fem.static import StaticSolution
+from tedm_cli.nastran.structure.deck import read_solver_deck
+
+ROOT = Path(__file__).parents[2]
+MOUNTS = ("clamped", "pinned", "hexapod", "bipods")
+FIRST_FOOT, FIRST_HUB = 800000, 850000
+EXPANSION = 7.0e-6  # of the struts, 1/K
+Make = Callable[[str], Path]
+
+
+@pytest.fixture(scope="module")
+def deck(tmp_path_factory: pytest.TempPathFactory) -> Make:
+    """The small model on a mount, one load case to a strut that warms it alone: a deck for the embedded solver."""
+    folder, made = tmp_path_factory.mktemp("mounts"), dict[str, Path]()
+
+    def make(mount: str) -> Path:
+        if mount not in made:
+            bdf = folder / mount / "ltp.bdf"
+            script = [sys.executable, "sample_models/ltp_like.py", "--detail", "small", "--element-size-mm", "1000"]
+            script += ["--mount", mount, "--layout", "configs/optics.toml", "-o", str(bdf)]
+            subprocess.run(script, cwd=ROOT, check=True)
+            areas = [line.split(",") for line in (bdf.with_name("ltp_areas.csv")).read_text().splitlines()[1:]]
+            struts = sorted({area for _, area in areas if area.startswith("STRUT_")})
+            control = "".join(f"SUBCASE {n}\n TEMP(LOAD) = {n}\n" for n, _ in enumerate(struts, 1))
+            cards = [f"TEMPD,{n},0." for n, _ in enumerate(struts, 1)]
+            cards += [f"TEMP,{struts.index(area) + 1},{grid},1." for grid, area in areas if area in struts]
+            text = bdf.read_text().replace("BEGIN BULK", f"{control}BEGIN BULK")
+            bdf.write_text(text.replace("ENDDATA", "\n".join([*cards, "ENDDATA"])))
+            made[mount] = bdf
+        return made[mount]
+
+    return make
+
+
+def motions(deck: Path) -> tuple[FloatArray, FloatArray]:
+    """Positions [N, 3] of the grids of solids, and their motions [struts, N, 3] where one strut is 1 K warm."""
+    structure, cases = read_solver_deck(deck)
+    solid = structure.grid_id < FIRST_FOOT
+    found = [motion[solid, :3] for _, motion in StaticSolution(structure).solve(cases)]
+    return structure.position[solid], np.array(found)
+
+
+def distortion(position: FloatArray, motion: FloatArray) -> FloatArray:
+    """What no rigid motion is, of each load case [cases, N, 3]."""
+    rigid = rigid_body_matrix(position)[:, :3].reshape(-1, 6)
+    moved = motion.reshape(len(motion), -1).T
+    return np.asarray((moved - rigid @ np.linalg.lstsq(rigid, moved, rcond=None)[0]).T.reshape(motion.shape))
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_warm_struts_distort_the_bench_only_where_it_is_over_determined(deck: Make, mount: str) -> None:
+    """Six pinned struts push the bench as one, whatever their lengths: to rounding."""
+    position, motion = motions(deck(mount))
+    assert len(motion) == {"hexapod": 6, "bipods": 6}.get(mount, 8)
+    size = np.abs(motion).max(axis=(1, 2))
+    assert size.min() > 1e-8
+    share = np.abs(distortion(position, motion)).max(axis=(1, 2)) / size
+    if mount in ("hexapod", "bipods"):
+        assert share.max() < 1e-9
+    else:
+        assert share.min() > 1e-4
+
+
+@pytest.mark.parametrize("mount", ["hexapod", "bipods"])
+def test_an_isostatic_mount_moves_as_its_six_lengths_say(deck: Make, mount: str) -> None:
+    """By the lines of the struts alone: a rigid bench whose hub goes along its strut by what this has grown."""
+    structure, _ = read_solver_deck(deck(mount))
+    row = {int(grid): n for n, grid in enumerate(structure.grid_id)}
+    ends = [(row[int(a)], row[int(b)]) for a, b in structure.grid_id[structure.bars.connectivity]]
+    lines, grown = [], []
+    for first in range(0, len(ends), 4):
+        hub, foot = structure.position[ends[first][0]], structure.position[ends[first + 3][1]]
+        along = (hub - foot) / np.linalg.norm(hub - foot)
+        lines.append(along @ rigid_body_matrix(hub[None])[0, :3])
+        # The hub is of its flange and stays cold: half of the first of four bars does not warm.
+        grown.append(EXPANSION * np.linalg.norm(hub - foot) * 3.5 / 4)
+    rigid = np.linalg.solve(np.array(lines), np.diag(grown))  # [6 motions, struts]
+    position, motion = motions(deck(mount))
+    expected = np.moveaxis(rigid_body_matrix(position)[:, :3] @ rigid, 2, 0)
+    np.testing.assert_allclose(motion, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_pinned_struts_on_the_feet_of_the_clamped_mount_are_a_mechanism(deck: Make) -> None:
+    """Their lines leave the bench a swing about a line along y. So the lower struts of `pinned` lean outwards."""
+    bdf = deck("clamped")
+    text, count = re.subn(
+        r"(?m)^(CBAR +\d+ +10 +(85\d{4}|80\d{3}3) +(\d+) .*)$",
+        lambda m: f"{m[1]}\n{'':8}{'456' if m[2] > '85' else '':>8}{'' if m[2] > '85' else '56':>8}",
+        bdf.read_text(),
+    )
+    assert count == 16
+    pinned = bdf.with_name("pinned.bdf")
+    pinned.write_text(text)
+    with pytest.raises(PhysicsError, match="singular"):
+        motions(pinned)
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_mounts_mirror_in_the_bench_plane(deck: Make, mount: str) -> None:
+    """Struts and hubs across the x-z plane, and across the y-z plane where there are eight struts."""
+    structure, _ = read_solver_deck(deck(mount))
+    place = {tuple(p) for p in np.round(structure.position[structure.grid_id >= FIRST_FOOT], 9).tolist()}
+    optics = {tuple(p) for p in np.round(structure.position[structure.grid_id >= 900000], 9).tolist()}
+    mirrored = {
+        axis: {tuple(-v if i == axis else v for i, v in enumerate(p)) for p in place - optics} for axis in (0, 1)
+    }
+    assert mirrored[1] == place - optics
+    assert (mirrored[0] == place - optics) == (mount in ("clamped", "pinned"))
