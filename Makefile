@@ -46,7 +46,7 @@ help: ## Show this help
 	@echo
 	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM (samples only; of the"
 	@echo "first one 15, about 9,000 nodes, where left out; 5.5 gives 114,000), MODEL_ARGUMENTS (samples only; of the"
-	@echo "first one '--mount pinned', hexapod, bipods or clamped), PYTHON=$(PYTHON), VENV=$(VENV),"
+	@echo "first one '--mount pinned', hexapod, hexapod-x, bipods, clamped), PYTHON=$(PYTHON), VENV=$(VENV),"
 	@echo "NASTRAN='nastran {deck} scr=yes batch=no' (your own solver instead of the embedded one)"
 
 # pyNastran by a line of its own: on Python 3.13 its bound on numpy cannot be met, and need not be (see pyproject.toml).

@@ -4,10 +4,12 @@
 * pinned: eight struts with spherical joints at both ends. The lower struts lean outwards as the upper ones do: with the
   feet of the clamped mount pinned struts would be a mechanism (`docs/explanation/mounts.md`).
 * hexapod: those of pinned without the lower struts at +x. Six pinned struts: isostatic.
+* hexapod-x: those of pinned without the lower struts at +y. Isostatic.
 * bipods: three pairs of pinned struts: one on each flange at -x, one on two halves of a post under the bench at +x.
   Isostatic.
 
-All are mirror symmetric across the x-z plane. Six struts cannot be mirror symmetric across the y-z plane as well.
+Mounts of eight struts are mirror symmetric across the x-z and the y-z plane. Six struts cannot be both: hexapod-x is
+across the y-z plane, hexapod and bipods are across the x-z plane.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from ltp_like_solids import TEST_MASS_X, Block
 
-MOUNTS = ("clamped", "pinned", "hexapod", "bipods")
+MOUNTS = ("clamped", "pinned", "hexapod", "hexapod-x", "bipods")
 STRUT_RADIUS_M = 6.0e-3
 STRUT_BARS = 4  # bar elements to a strut
 HUB_GAP = 5.0  # mm, of a hub before the face of its flange
@@ -122,7 +124,7 @@ def struts_of(flange: Flange, name: str) -> list[Strut]:
     along = -sx if name == "bipods" and not under else sx
     out = []
     for k, up in enumerate((1, -1), start=1):
-        if k == 2 and (under or (name == "hexapod" and sx > 0)):
+        if k == 2 and (under or (name, sx) == ("hexapod", 1) or (name, sy) == ("hexapod-x", 1)):
             continue
         step = _SPREAD * [along, sy, -1 if under else up]
         if name == "clamped" and up < 0:
