@@ -2,7 +2,7 @@
 
 * clamped: eight struts, two from a hub on each of four flanges, clamped at both ends.
 * pinned: eight struts with spherical joints at both ends. The lower struts lean outwards as the upper ones do: with the
-  feet of the clamped mount pinned struts would be a mechanism (`docs/explanation/mounts.md`).
+  feet of the clamped mount pinned struts would be a mechanism (documentation: "Mounts").
 * hexapod: those of pinned without the lower struts at +x. Six pinned struts: isostatic.
 * hexapod-x: those of pinned without the lower struts at +y. Isostatic.
 * bipods: three pairs of pinned struts: one on each flange at -x, one on two halves of a post under the bench at +x.
