@@ -143,16 +143,20 @@ LTP_LAYOUT := $(or $(OPTICS_TOML),configs/optics.toml)
 LISA_LAYOUT := $(or $(OPTICS_TOML),configs/lisa_like/optics.toml)
 
 LTP_IMPORTED := $(addprefix sample_models/,deck_cards.py ltp_like_assumptions.py ltp_like_mounts.py \
-	ltp_like_network.py ltp_like_solids.py)
+	ltp_like_network.py ltp_like_solids.py ltp_like_spacecraft.py)
 
 $(BUILD)/ltp.bdf: sample_models/ltp_like.py $(LTP_IMPORTED) $(LTP_LAYOUT) $(BUILD)/model_arguments | $(RUN_STAMP)
 	$(BIN)/python $< $(SCRIPT_ARGUMENTS) --layout $(LTP_LAYOUT) -o $@
+
+$(BUILD)/ltp_spacecraft.bdf: sample_models/ltp_like.py $(LTP_IMPORTED) $(LTP_LAYOUT) $(BUILD)/model_arguments | $(RUN_STAMP)
+	$(BIN)/python $< --spacecraft $(SCRIPT_ARGUMENTS) --layout $(LTP_LAYOUT) -o $@
 
 $(BUILD)/lisa.bdf: $(addprefix sample_models/,lisa_like.py lisa_like_layout.py deck_cards.py ltp_like_solids.py) \
 		$(LISA_LAYOUT) $(BUILD)/model_arguments | $(RUN_STAMP)
 	$(BIN)/python $< $(SCRIPT_ARGUMENTS) --layout $(LISA_LAYOUT) -o $@
 
 $(BUILD)/ltp_areas.csv $(patsubst %,$(BUILD)/thermal_%.csv,nodes conductors powers elements): $(BUILD)/ltp.bdf ;
+$(BUILD)/ltp_spacecraft_areas.csv: $(BUILD)/ltp_spacecraft.bdf ;
 $(BUILD)/lisa_areas.csv: $(BUILD)/lisa.bdf ;
 
 # Written anew only when the variables have other values than last time.

@@ -25,6 +25,7 @@ from deck_cards import field8, footprint, grid_card, list_card, real8, round_bar
 from ltp_like_mounts import MOUNTS, STRUT_BARS, STRUT_RADIUS_M, Mount, mount
 from ltp_like_network import write_network
 from ltp_like_solids import CONCENTRATED, HUB_MASSES, MATERIALS, MM, TEST_MASS_X, Mesh, mesh
+from ltp_like_spacecraft import spacecraft
 
 
 def window_nodes(m: Mesh, x: float) -> list[int]:
@@ -35,7 +36,9 @@ def window_nodes(m: Mesh, x: float) -> list[int]:
     return glass
 
 
-def write_model(detail: str, held: Mount, size_mm: float, layout: Path, out: Path) -> None:
+def write_model(
+    detail: str, held: Mount, size_mm: float, layout: Path, out: Path, *, with_spacecraft: bool = False
+) -> None:
     m = mesh(detail, size_mm, held.blocks, held.planes)
     tables = tomllib.loads(layout.read_text(encoding="utf-8"))
     elements = [{"grid": tables.get("grids", {}).get(e["name"])} | e for e in tables["element"]]
@@ -52,6 +55,7 @@ def write_model(detail: str, held: Mount, size_mm: float, layout: Path, out: Pat
     eid += len(elements)
     bars: list[tuple[int, str]] = []
     bulk += suspension(m, held, areas, bars, eid)
+    bulk += spacecraft(held.struts, areas) if with_spacecraft else clamped_feet(held)
     bulk += concentrated_masses(m, detail)
     bulk += properties()
     total = len({a for _, a in areas})
@@ -66,7 +70,8 @@ def write_model(detail: str, held: Mount, size_mm: float, layout: Path, out: Pat
     out.write_text("".join(head + bulk) + "ENDDATA\n", encoding="ascii", newline="\n")
     rows = "".join(f"{g},{a}\n" for g, a in sorted(areas))
     out.with_name(out.stem + "_areas.csv").write_text("node_id,area\n" + rows, encoding="ascii", newline="\n")
-    write_network(detail, held, m, bars, elements, out.parent)
+    if not with_spacecraft:
+        write_network(detail, held, m, bars, elements, out.parent)
     print(f"{out}: {len(areas)} structural grids, {len(m.hexes)} CHEXA, {total} thermal areas")
 
 
@@ -87,11 +92,10 @@ def optical_grids(m: Mesh, elements: list[dict], eid: int) -> Iterable[str]:
 def suspension(
     m: Mesh, held: Mount, areas: list[tuple[int, str]], bars: list[tuple[int, str]], eid: int
 ) -> Iterable[str]:
-    """Hubs on the flanges (RBE2), and the struts from each, four bar elements to a strut, their feet held.
+    """Hubs on the flanges (RBE2), and the struts from each, four bar elements to a strut.
 
     Of a pinned strut the first bar lets go all rotations of the hub (PA), the last one those across it (PB).
     """
-    feet = []
     for flange in held.flanges:
         hub = 850000 + flange.number
         yield grid_card(hub, flange.hub)
@@ -111,8 +115,10 @@ def suspension(
                 if held.pinned and n in (1, STRUT_BARS):
                     yield field8("", *((456, "") if n == 1 else ("", 56)))
                 bars.append((eid, f"STRUT_{strut.number}"))
-            feet.append(ids[-1])
-    yield list_card(["SPC1", 1, 123456], feet)
+
+
+def clamped_feet(held: Mount) -> Iterable[str]:
+    yield list_card(["SPC1", 1, 123456], (800000 + 100 * strut.number + STRUT_BARS for strut in held.struts))
 
 
 def concentrated_masses(m: Mesh, detail: str) -> Iterable[str]:
@@ -143,8 +149,11 @@ def main() -> None:
     parser.add_argument("--element-size-mm", type=float, default=15.0, help="longest edge of a hexahedron")
     parser.add_argument("--layout", type=Path, required=True, help="optical layout (TOML) with each element's grid")
     parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--spacecraft", action="store_true", help="the spacecraft around it, without thermal network")
     args = parser.parse_args()
-    write_model(args.detail, mount(args.mount, args.detail), args.element_size_mm, args.layout, args.output)
+    held = mount(args.mount, args.detail)
+    options = {"with_spacecraft": args.spacecraft}
+    write_model(args.detail, held, args.element_size_mm, args.layout, args.output, **options)
 
 
 if __name__ == "__main__":

@@ -117,7 +117,7 @@ def test_pinned_struts_on_the_feet_of_the_clamped_mount_are_a_mechanism(deck: Ma
     [("clamped", {0, 1}), ("pinned", {0, 1}), ("hexapod", {1}), ("hexapod-x", {0}), ("bipods", {1})],
 )
 def test_planes_across_which_struts_and_hubs_mirror(deck: Make, mount: str, planes: set[int]) -> None:
-    """By the axis that each plane is normal to. Equally warm struts of an isostatic mount do not move it out of them."""
+    """By the axis that each plane is normal to. Equally warm struts of isostatic mounts keep it in them."""
     structure, _ = read_solver_deck(deck(mount))
     held = (structure.grid_id >= FIRST_STRUT) & (structure.grid_id < FIRST_OPTICAL)
     place = {tuple(p) for p in np.round(structure.position[held], 9).tolist()}
