@@ -10,6 +10,7 @@ VENV ?= .venv
 CONFIGS ?= configs
 BUILD ?= build
 ELEMENT_SIZE_MM ?=
+MODEL_ARGUMENTS ?=
 FUZZ_SEED ?= 2026
 FUZZ_COUNT ?= 10000
 FUZZ_LOG ?= fuzz.log
@@ -44,7 +45,8 @@ help: ## Show this help
 	@echo "make clean    remove $(BUILD); make distclean removes $(VENV) as well"
 	@echo
 	@echo "Variables: CONFIGS=$(CONFIGS) (folder with tedm.toml), BUILD=$(BUILD), ELEMENT_SIZE_MM (samples only; of the"
-	@echo "first one 15, about 9,000 nodes, where left out; 5.5 gives 114,000), PYTHON=$(PYTHON), VENV=$(VENV),"
+	@echo "first one 15, about 9,000 nodes, where left out; 5.5 gives 114,000), MODEL_ARGUMENTS (samples only; of the"
+	@echo "first one '--mount pinned', hexapod, hexapod-x, bipods, clamped), PYTHON=$(PYTHON), VENV=$(VENV),"
 	@echo "NASTRAN='nastran {deck} scr=yes batch=no' (your own solver instead of the embedded one)"
 
 # pyNastran by a line of its own: on Python 3.13 its bound on numpy cannot be met, and need not be (see pyproject.toml).
@@ -136,26 +138,31 @@ all: $(BUILD)/report.html $(BUILD)/view.html $(THERMAL)
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
-SIZE_OPTION = $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM))
+SCRIPT_ARGUMENTS = $(strip $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM)) $(MODEL_ARGUMENTS))
 LTP_LAYOUT := $(or $(OPTICS_TOML),configs/optics.toml)
 LISA_LAYOUT := $(or $(OPTICS_TOML),configs/lisa_like/optics.toml)
 
-LTP_IMPORTED := $(addprefix sample_models/,deck_cards.py ltp_like_assumptions.py ltp_like_network.py ltp_like_solids.py)
+LTP_IMPORTED := $(addprefix sample_models/,deck_cards.py ltp_like_assumptions.py ltp_like_mounts.py \
+	ltp_like_network.py ltp_like_solids.py ltp_like_spacecraft.py)
 
-$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(LTP_IMPORTED) $(LTP_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
-	$(BIN)/python $< $(SIZE_OPTION) --layout $(LTP_LAYOUT) -o $@
+$(BUILD)/ltp.bdf: sample_models/ltp_like.py $(LTP_IMPORTED) $(LTP_LAYOUT) $(BUILD)/model_arguments | $(RUN_STAMP)
+	$(BIN)/python $< $(SCRIPT_ARGUMENTS) --layout $(LTP_LAYOUT) -o $@
+
+$(BUILD)/ltp_spacecraft.bdf: sample_models/ltp_like.py $(LTP_IMPORTED) $(LTP_LAYOUT) $(BUILD)/model_arguments | $(RUN_STAMP)
+	$(BIN)/python $< --spacecraft $(SCRIPT_ARGUMENTS) --layout $(LTP_LAYOUT) -o $@
 
 $(BUILD)/lisa.bdf: $(addprefix sample_models/,lisa_like.py lisa_like_layout.py deck_cards.py ltp_like_solids.py) \
-		$(LISA_LAYOUT) $(BUILD)/element_size | $(RUN_STAMP)
-	$(BIN)/python $< $(SIZE_OPTION) --layout $(LISA_LAYOUT) -o $@
+		$(LISA_LAYOUT) $(BUILD)/model_arguments | $(RUN_STAMP)
+	$(BIN)/python $< $(SCRIPT_ARGUMENTS) --layout $(LISA_LAYOUT) -o $@
 
 $(BUILD)/ltp_areas.csv $(patsubst %,$(BUILD)/thermal_%.csv,nodes conductors powers elements): $(BUILD)/ltp.bdf ;
+$(BUILD)/ltp_spacecraft_areas.csv: $(BUILD)/ltp_spacecraft.bdf ;
 $(BUILD)/lisa_areas.csv: $(BUILD)/lisa.bdf ;
 
-# Written anew only when the variable has another value than last time.
-$(BUILD)/element_size: FORCE
+# Written anew only when the variables have other values than last time.
+$(BUILD)/model_arguments: FORCE
 	@mkdir -p $(@D)
-	@echo '$(ELEMENT_SIZE_MM)' | cmp -s - $@ || echo '$(ELEMENT_SIZE_MM)' > $@
+	@echo '$(SCRIPT_ARGUMENTS)' | cmp -s - $@ || echo '$(SCRIPT_ARGUMENTS)' > $@
 
 FORCE:
 

@@ -1,11 +1,12 @@
 """Write the LTP-like sample model: a synthetic stand-in for the LISA Pathfinder technology package, not flight data.
 
 A Zerodur bench (200 x 212 x 45 mm) with sidewalls and stiffeners carries two titanium inertial sensors at x = -188 mm
-and +188 mm; four titanium flanges on the sidewalls and eight glass-fibre struts hold it over-determined. Every solid is
-a hexahedron of one tensor grid, so parts that touch share their nodes. The structure is mirror symmetric in x; only the
-22 optical elements, massless 6-DOF grids that follow the bench or a window (RBE3), are not.
+and +188 mm; four titanium flanges on the sidewalls and eight glass-fibre struts hold it over-determined, or another of
+the mounts of `ltp_like_mounts.py`. Every solid is a hexahedron of one tensor grid, so parts that touch share their
+nodes. With clamped or pinned struts the structure is mirror symmetric in x; only the 22 optical elements, massless
+6-DOF grids that follow the bench or a window (RBE3), are not.
 
-Usage: python sample_models/ltp_like.py --detail full --element-size-mm 15 --layout configs/optics.toml -o model.bdf
+Usage: python sample_models/ltp_like.py --mount clamped --element-size-mm 15 --layout configs/optics.toml -o model.bdf
 
 writes the deck and, beside it, `<name>_areas.csv` with the thermal area of every structural grid, and the tables of the
 thermal network (`ltp_like_network.py`). The same arguments give the same bytes.
@@ -14,7 +15,6 @@ thermal network (`ltp_like_network.py`). The same arguments give the same bytes.
 from __future__ import annotations
 
 import argparse
-import itertools
 import tomllib
 from collections.abc import Iterable
 from itertools import pairwise
@@ -22,19 +22,10 @@ from pathlib import Path
 
 import numpy as np
 from deck_cards import field8, footprint, grid_card, list_card, real8, round_bar
+from ltp_like_mounts import MOUNTS, STRUT_BARS, STRUT_RADIUS_M, Mount, mount
 from ltp_like_network import write_network
-from ltp_like_solids import (
-    CONCENTRATED,
-    HUB_MASSES,
-    MATERIALS,
-    MM,
-    STRUT_BARS,
-    STRUT_RADIUS_M,
-    TEST_MASS_X,
-    Mesh,
-    mesh,
-    struts,
-)
+from ltp_like_solids import CONCENTRATED, HUB_MASSES, MATERIALS, MM, TEST_MASS_X, Mesh, mesh
+from ltp_like_spacecraft import spacecraft
 
 
 def window_nodes(m: Mesh, x: float) -> list[int]:
@@ -45,8 +36,10 @@ def window_nodes(m: Mesh, x: float) -> list[int]:
     return glass
 
 
-def write_model(detail: str, size_mm: float, layout: Path, out: Path) -> None:
-    m = mesh(detail, size_mm)
+def write_model(
+    detail: str, held: Mount, size_mm: float, layout: Path, out: Path, *, with_spacecraft: bool = False
+) -> None:
+    m = mesh(detail, size_mm, held.blocks, held.planes)
     tables = tomllib.loads(layout.read_text(encoding="utf-8"))
     elements = [{"grid": tables.get("grids", {}).get(e["name"])} | e for e in tables["element"]]
     bulk: list[str] = []
@@ -61,7 +54,8 @@ def write_model(detail: str, size_mm: float, layout: Path, out: Path) -> None:
     bulk += optical_grids(m, elements, eid)
     eid += len(elements)
     bars: list[tuple[int, str]] = []
-    bulk += suspension(m, detail, areas, bars, eid)
+    bulk += suspension(m, held, areas, bars, eid)
+    bulk += spacecraft(held.struts, areas) if with_spacecraft else clamped_feet(held)
     bulk += concentrated_masses(m, detail)
     bulk += properties()
     total = len({a for _, a in areas})
@@ -76,7 +70,8 @@ def write_model(detail: str, size_mm: float, layout: Path, out: Path) -> None:
     out.write_text("".join(head + bulk) + "ENDDATA\n", encoding="ascii", newline="\n")
     rows = "".join(f"{g},{a}\n" for g, a in sorted(areas))
     out.with_name(out.stem + "_areas.csv").write_text("node_id,area\n" + rows, encoding="ascii", newline="\n")
-    write_network(detail, m, bars, elements, out.parent)
+    if not with_spacecraft:
+        write_network(detail, held, m, bars, elements, out.parent)
     print(f"{out}: {len(areas)} structural grids, {len(m.hexes)} CHEXA, {total} thermal areas")
 
 
@@ -95,39 +90,35 @@ def optical_grids(m: Mesh, elements: list[dict], eid: int) -> Iterable[str]:
 
 
 def suspension(
-    m: Mesh, detail: str, areas: list[tuple[int, str]], bars: list[tuple[int, str]], eid: int
+    m: Mesh, held: Mount, areas: list[tuple[int, str]], bars: list[tuple[int, str]], eid: int
 ) -> Iterable[str]:
-    """Four hubs on the flanges (RBE2), two clamped struts from each, four bar elements to a strut."""
-    z_half = 12.5 if detail == "full" else 33.5
-    clamped = []
-    of_flange = itertools.groupby(struts(detail), key=lambda strut: strut.flange)
-    for n, pair in of_flange:
-        hub = 850000 + n
-        both = list(pair)
-        centre = both[0].hub
-        face = np.nonzero(
-            (np.abs(m.xyz[:, 1] - (centre[1] - 5.0 * np.sign(centre[1]))) < 1e-6)
-            & (np.abs(m.xyz[:, 0] - centre[0]) < 33.5)
-            & (np.abs(m.xyz[:, 2] - centre[2]) < z_half)
-            & np.array([a == f"FLANGE_{n}" for a in m.area])
-        )[0]
-        yield grid_card(hub, centre)
-        areas.append((hub, f"FLANGE_{n}"))
+    """Hubs on the flanges (RBE2), and the struts from each, four bar elements to a strut.
+
+    Of a pinned strut the first bar lets go all rotations of the hub (PA), the last one those across it (PB).
+    """
+    for flange in held.flanges:
+        hub = 850000 + flange.number
+        yield grid_card(hub, flange.hub)
+        areas.append((hub, flange.area))
         eid += 1
-        yield list_card(["RBE2", eid, hub, 123], (int(i) + 1 for i in face))
-        for strut in both:
+        yield list_card(["RBE2", eid, hub, 123], (int(i) + 1 for i in flange.face(m.xyz, m.area)))
+        for strut in (s for s in held.struts if s.flange == flange.number):
             ids = [hub]
             for j in range(1, STRUT_BARS + 1):
                 gid = 800000 + 100 * strut.number + j
-                yield grid_card(gid, np.round(centre + (strut.end - centre) * j / STRUT_BARS, 6))
+                yield grid_card(gid, np.round(strut.hub + (strut.end - strut.hub) * j / STRUT_BARS, 6))
                 areas.append((gid, f"STRUT_{strut.number}"))
                 ids.append(gid)
-            for a, b in pairwise(ids):
+            for n, (a, b) in enumerate(pairwise(ids), start=1):
                 eid += 1
                 yield field8("CBAR", eid, 10, a, b, "0.", "0.", "1.")
+                if held.pinned and n in (1, STRUT_BARS):
+                    yield field8("", *((456, "") if n == 1 else ("", 56)))
                 bars.append((eid, f"STRUT_{strut.number}"))
-            clamped.append(ids[-1])
-    yield list_card(["SPC1", 1, 123456], clamped)
+
+
+def clamped_feet(held: Mount) -> Iterable[str]:
+    yield list_card(["SPC1", 1, 123456], (800000 + 100 * strut.number + STRUT_BARS for strut in held.struts))
 
 
 def concentrated_masses(m: Mesh, detail: str) -> Iterable[str]:
@@ -154,11 +145,15 @@ def properties() -> Iterable[str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--detail", choices=("full", "small"), default="full")
+    parser.add_argument("--mount", choices=MOUNTS, default="clamped", help="how struts hold the bench")
     parser.add_argument("--element-size-mm", type=float, default=15.0, help="longest edge of a hexahedron")
     parser.add_argument("--layout", type=Path, required=True, help="optical layout (TOML) with each element's grid")
     parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--spacecraft", action="store_true", help="the spacecraft around it, without thermal network")
     args = parser.parse_args()
-    write_model(args.detail, args.element_size_mm, args.layout, args.output)
+    held = mount(args.mount, args.detail)
+    options = {"with_spacecraft": args.spacecraft}
+    write_model(args.detail, held, args.element_size_mm, args.layout, args.output, **options)
 
 
 if __name__ == "__main__":

@@ -35,20 +35,18 @@ from ltp_like_assumptions import (
     UNITS,
     K,
 )
+from ltp_like_mounts import STRUT_BARS, STRUT_RADIUS_M, Mount
 from ltp_like_solids import (
     CONCENTRATED,
     HUB_MASSES,
     MATERIALS,
     MM,
-    STRUT_BARS,
-    STRUT_RADIUS_M,
     TEST_MASS_X,
     Block,
     Mesh,
     blocks,
     grid_planes,
     owners,
-    struts,
 )
 
 SIDES = ("MINUS_X", "PLUS_X", "MINUS_Y", "PLUS_Y", "MINUS_Z", "PLUS_Z")
@@ -128,15 +126,15 @@ class Solids:
     centroid: np.ndarray
 
 
-def solids(detail: str) -> Solids:
+def solids(detail: str, mount: Mount) -> Solids:
     half = TEST_MASS_HALF
     masses = [
         Block(f"TM{n}", "gold_platinum", (x - half, x + half), (-half, half), (-half, half))
         for n, x in ((1, -TEST_MASS_X), (2, TEST_MASS_X))
     ]
     faces = [[x + u for x in (-TEST_MASS_X, TEST_MASS_X) for u in (-half, half)], [-half, half], [-half, half]]
-    planes = [np.unique([*p, *f]) for p, f in zip(grid_planes(detail, math.inf), faces, strict=True)]
-    all_blocks = [*blocks(detail), *masses]
+    planes = [np.unique([*p, *f]) for p, f in zip(grid_planes(detail, math.inf, mount.planes), faces, strict=True)]
+    all_blocks = [*blocks(detail, mount.blocks), *masses]
     owner = owners((planes[0], planes[1], planes[2]), all_blocks)
     cells = np.argwhere(owner >= 0)
     cells = cells[np.argsort(owner[tuple(cells.T)], kind="stable")]  # nodes in the order of their blocks
@@ -236,11 +234,11 @@ def spacecraft(net: Network) -> None:
         net.heat(f"UNIT_{unit}", POWER[unit])
 
 
-def suspend(net: Network, detail: str) -> None:
+def suspend(net: Network, detail: str, mount: Mount) -> None:
     """Struts, a node for each of their bars from the hub on, and the hubs where they meet their flange."""
     section = math.pi * STRUT_RADIUS_M**2
-    for strut in struts(detail):
-        hub, side = f"HUB_{strut.flange}", "SC_PLUS_Y" if strut.end[1] > 0 else "SC_MINUS_Y"
+    for strut in mount.struts:
+        hub, side = f"HUB_{strut.flange}", f"SC_{strut.panel}"
         if hub not in net.nodes:
             kg = HUB_MASSES.get(strut.flange, 0.0) if detail == "small" else 0.0
             net.node(hub, kg * C_P["electronics"], strut.hub)
@@ -279,14 +277,14 @@ def instrument(net: Network, detail: str, find: Callable[[np.ndarray], str], ele
             net.join("UNIT_PHASEMETER", below, gl=LINK["harness of a photodiode"])
 
 
-def network(detail: str, elements: Sequence[dict]) -> Network:
+def network(detail: str, mount: Mount, elements: Sequence[dict]) -> Network:
     """The whole network; `elements` are those of the optical layout."""
-    net, s = Network(), solids(detail)
+    net, s = Network(), solids(detail, mount)
     for name, material, volume, at in zip(s.names, s.material, s.volume, s.centroid, strict=True):
         kg = MASS["test mass"] if part(name) == "TM" else float(volume) * MATERIALS[material][3]
         net.node(name, kg * C_P[material], at)
     conduct(net, s)
-    suspend(net, detail)
+    suspend(net, detail, mount)
     spacecraft(net)
     radiate(net, s)
     bench = [n for n, name in enumerate(s.names) if name.startswith("OB_BENCH")]
@@ -303,13 +301,13 @@ def network(detail: str, elements: Sequence[dict]) -> Network:
 
 
 def write_network(
-    detail: str, m: Mesh, bars: Sequence[tuple[int, str]], elements: Sequence[dict], folder: Path
+    detail: str, mount: Mount, m: Mesh, bars: Sequence[tuple[int, str]], elements: Sequence[dict], folder: Path
 ) -> None:
     """Write the tables into a folder.
 
     The elements of the mesh are numbered from 1; `bars` are (element id, area), those of each strut from its hub on.
     """
-    net = network(detail, elements)
+    net = network(detail, mount, elements)
     number = {name: n for n, name in enumerate(net.nodes)}
 
     def write(name: str, lines: Iterable[str]) -> None:

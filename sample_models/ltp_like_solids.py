@@ -6,7 +6,7 @@ Lengths in mm. `ltp_like.py` makes a deck of them, `ltp_like_network.py` a therm
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -124,40 +124,6 @@ def bench_blocks(detail: str) -> Iterable[Block]:
         yield Block(f"OB_STIFFENER_{xname}", "zerodur", x, (-106, 106), (-69, -57))
 
 
-def flange_blocks(detail: str) -> Iterable[Block]:
-    z = (-33, 33) if detail == "full" else (-33, -12)
-    u = 27 if detail == "full" else 33
-    y = (121, 133) if detail == "full" else (106, 121)
-    for n, (sx, sy) in enumerate(FLANGE_SIGNS, start=1):
-        x = sorted((sx * (TEST_MASS_X - u), sx * (TEST_MASS_X + u)))
-        yv = sorted((sy * y[0], sy * y[1]))
-        yield Block(f"FLANGE_{n}", "titanium", (x[0], x[1]), (yv[0], yv[1]), z)
-
-
-FLANGE_SIGNS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
-STRUT_RADIUS_M = 6.0e-3
-STRUT_BARS = 4  # bar elements to a strut
-
-
-@dataclass(frozen=True)
-class Strut:
-    """A strut from the hub of its flange to the spacecraft. Lengths in mm."""
-
-    number: int
-    flange: int
-    hub: np.ndarray
-    end: np.ndarray
-
-
-def struts(detail: str) -> Iterable[Strut]:
-    """Two from each flange's hub, which is 5 mm before its face."""
-    y_face, z = (133.0, 0.0) if detail == "full" else (121.0, -12.0)
-    for n, (sx, sy) in enumerate(FLANGE_SIGNS, start=1):
-        hub = np.array([sx * TEST_MASS_X, sy * (y_face + 5.0), z])
-        for k, (dx, dz) in enumerate(((60.0, 110.0), (-60.0, -110.0)), start=1):
-            yield Strut(2 * (n - 1) + k, n, hub, hub + np.array([sx * dx, sy * 100.0, dz]))
-
-
 @dataclass(frozen=True)
 class Concentrated:
     """A concentrated mass at a mesh node (mm) of an inertial sensor, seen from its test mass, and the area it is on."""
@@ -178,16 +144,15 @@ CONCENTRATED = (
 HUB_MASSES = {1: 0.12, 3: 0.12}
 
 
-def blocks(detail: str) -> list[Block]:
-    """All blocks of the model, in order of precedence, the mirrored sensor 1 included."""
+def blocks(detail: str, flanges: Iterable[Block]) -> list[Block]:
+    """All blocks of the model, in order of precedence, the mirrored sensor 1 and the flanges of a mount included."""
     sensor = inertial_sensor_full if detail == "full" else inertial_sensor_small
     out: list[Block] = list(bench_blocks(detail))
     for number, sign in ((1, -1), (2, 1)):
         for b in sensor(number):
             x = sorted((sign * (TEST_MASS_X + b.x[0]), sign * (TEST_MASS_X + b.x[1])))
             out.append(Block(b.area, b.material, (x[0], x[1]), b.y, b.z))
-    out += flange_blocks(detail)
-    return out
+    return [*out, *flanges]
 
 
 def subdivide(planes: Iterable[float], size: float) -> np.ndarray:
@@ -200,14 +165,16 @@ def subdivide(planes: Iterable[float], size: float) -> np.ndarray:
     return np.round(np.array(out, dtype=float), 6)
 
 
-def grid_planes(detail: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The planes of the tensor grid along x, y and z (mm)."""
+def grid_planes(
+    detail: str, size: float, more: Mapping[str, Sequence[float]]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The planes of the tensor grid along x, y and z (mm), with more of them by axis."""
     p = FULL_PLANES if detail == "full" else SMALL_PLANES
     u = [0.0, *p["is"], *(-v for v in p["is"])] if detail == "full" else [*p["is"], *(-v for v in p["is"])]
     half = [TEST_MASS_X + v for v in u] + p["bench_x"]
     x = subdivide([*half, *(-v for v in half)], size)
-    y = subdivide([*p["y"], *(-v for v in p["y"])], size)
-    z = subdivide([*p["z"], *(-v for v in p["z"])], size)
+    y = subdivide([*p["y"], *(-v for v in p["y"]), *more.get("y", ())], size)
+    z = subdivide([*p["z"], *(-v for v in p["z"]), *more.get("z", ())], size)
     return x, y, z
 
 
@@ -227,10 +194,10 @@ class Mesh:
         return int(hit[0])
 
 
-def mesh(detail: str, size: float) -> Mesh:
-    """The solids of the model."""
+def mesh(detail: str, size: float, flanges: Iterable[Block], more: Mapping[str, Sequence[float]]) -> Mesh:
+    """The solids of the model, with the flanges of a mount and the planes that these need."""
     # The two sensors share no node, so the relative order of their blocks does not matter.
-    return fill(grid_planes(detail, size), blocks(detail))
+    return fill(grid_planes(detail, size, more), blocks(detail, flanges))
 
 
 def owners(planes: tuple[np.ndarray, np.ndarray, np.ndarray], all_blocks: list[Block]) -> np.ndarray:

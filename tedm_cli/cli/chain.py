@@ -27,6 +27,7 @@ from tedm_cli.cli.options import (
 class _Sample(Enum):
     minimal = "minimal"
     ltp = "ltp"
+    spacecraft = "spacecraft"
     lisa = "lisa"
 
 
@@ -40,7 +41,8 @@ def init(
         typer.Option(
             "--from",
             help="minimal: a coarse model with its results, whose chain takes half a minute; ltp: a synthetic LISA"
-            " Technology Package of 9,000 nodes; lisa: two benches at 60 degrees.",
+            " Technology Package of 9,000 nodes; spacecraft: the same within a spacecraft; lisa: two benches at 60"
+            " degrees.",
         ),
     ] = _Sample.minimal,
     as_json: Json = False,

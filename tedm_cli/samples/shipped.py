@@ -12,11 +12,12 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Script:
-    """A script that makes the model of a sample from its layout, and the files that it imports."""
+    """A script that makes the model of a sample from its layout, the files that it imports, and its arguments."""
 
     file: str
     model: str
     imported: tuple[str, ...] = ()
+    arguments: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -40,9 +41,10 @@ class Sample:
 
 PROJECT, LAYOUT = "tedm.toml", "optics.toml"
 _LTP, _LISA, _SMALL, _MINIMAL = "configs", "configs/lisa_like", "sample_models/small", "sample_models/minimal"
+_SPACECRAFT = "configs/spacecraft"
 _SCRIPTS = "sample_models"
 _SOLIDS = (f"{_SCRIPTS}/deck_cards.py", f"{_SCRIPTS}/ltp_like_solids.py")
-_NETWORK = (f"{_SCRIPTS}/ltp_like_network.py", f"{_SCRIPTS}/ltp_like_assumptions.py")
+_NETWORK = tuple(f"{_SCRIPTS}/ltp_like_{name}.py" for name in ("assumptions", "mounts", "network", "spacecraft"))
 
 SAMPLES = {
     "minimal": Sample(
@@ -58,6 +60,13 @@ SAMPLES = {
             f"{_LTP}/{name}" for name in (PROJECT, "model.toml", LAYOUT, "cases.toml", "dynamics.toml", "thermal.toml")
         ),
         Script(f"{_SCRIPTS}/ltp_like.py", "ltp.bdf", (*_SOLIDS, *_NETWORK)),
+    ),
+    "spacecraft": Sample(
+        (
+            *(f"{_SPACECRAFT}/{name}" for name in (PROJECT, "model.toml", "cases.toml")),
+            *(f"{_LTP}/{name}" for name in (LAYOUT, "dynamics.toml")),
+        ),
+        Script(f"{_SCRIPTS}/ltp_like.py", "ltp_spacecraft.bdf", (*_SOLIDS, *_NETWORK), ("--spacecraft",)),
     ),
     "lisa": Sample(
         tuple(f"{_LISA}/{name}" for name in (PROJECT, "model.toml", LAYOUT, "cases.toml")),

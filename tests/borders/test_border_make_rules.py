@@ -247,17 +247,32 @@ def test_series_are_run_without_and_with_the_loop(fresh: Project) -> None:
 
 @make
 @pytest.mark.parametrize(
-    ("configs", "script"), [("configs", "ltp_like.py"), ("configs/lisa_like", "lisa_like.py")], ids=["ltp", "lisa"]
+    ("configs", "script", "always", "model"),
+    [
+        ("configs", "ltp_like.py", "", "ltp.bdf"),
+        ("configs/spacecraft", "ltp_like.py", "--spacecraft ", "ltp_spacecraft.bdf"),
+        ("configs/lisa_like", "lisa_like.py", "", "lisa.bdf"),
+    ],
+    ids=["ltp", "spacecraft", "lisa"],
 )
-def test_each_sample_is_meshed_by_its_own_script(tmp_path: Path, configs: str, script: str) -> None:
-    """With its own layout; with its own element size where Make is given none."""
-    folder = tmp_path / "project"
+def test_each_sample_is_meshed_by_its_own_script(
+    tmp_path: Path, configs: str, script: str, always: str, model: str
+) -> None:
+    """With its own layout; with its own element size and mount where Make is given none."""
+    folder = tmp_path / "project" / "configs"
     shutil.copytree(ROOT / configs, folder)
+    for name in ("optics.toml", "dynamics.toml"):  # of a sample that shares them with another
+        shutil.copy(CONFIGS / name, folder.parent)
+    layout = folder.parent / "optics.toml" if always else folder / "optics.toml"
     project = Project(folder)
-    for arguments, size in (((), ""), (("ELEMENT_SIZE_MM=7",), "--element-size-mm 7 ")):
+    for arguments, options in (
+        ((), ""),
+        (("ELEMENT_SIZE_MM=7",), "--element-size-mm 7 "),
+        (("ELEMENT_SIZE_MM=7", "MODEL_ARGUMENTS=--mount pinned"), "--element-size-mm 7 --mount pinned "),
+    ):
         done = run_make(project, "-n", "all", *arguments)
         assert done.returncode == 0, done.stderr
         meshed = [" ".join(line.split()) for line in done.stdout.splitlines() if "sample_models/" in line]
-        bdf = project.build / f"{script.split('_')[0]}.bdf"
         assert len(meshed) == 1
-        assert meshed[0].endswith(f"sample_models/{script} {size}--layout {folder}/optics.toml -o {bdf}")
+        where = meshed[0].replace(f"{folder}/../", f"{folder.parent}/")
+        assert where.endswith(f"sample_models/{script} {always}{options}--layout {layout} -o {project.build / model}")

@@ -84,7 +84,7 @@ def edit(path: Path, old: str, new: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-@pytest.mark.parametrize("sample", ["ltp", "lisa"])
+@pytest.mark.parametrize("sample", ["ltp", "spacecraft", "lisa"])
 def test_samples_with_scripts_are_in_it(installed: Path, tmp_path: Path, sample: str) -> None:
     """The same files as from the repository, the model that the script makes among them."""
     run([installed, "init", "--from", sample, "wheel"], tmp_path)

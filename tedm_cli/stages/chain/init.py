@@ -20,6 +20,7 @@ from tedm_cli.samples.shipped import LAYOUT, PROJECT, SAMPLES, Script, root
 
 _ASIDE = ".tedm-init."  # and the number of the process: where files are made before any has its name
 _BUILT = '"{build_dir}/'  # before the names of models that Make makes in the build folder
+_SHARED = '"../'  # in project files, before the names of files that are another sample's, too
 _SHOWN = 5
 
 
@@ -57,6 +58,8 @@ def _write_sample(name: str, folder: Path) -> None:
         text = path.read_bytes()
         if path.suffix == ".toml":
             text = text.replace(_BUILT.encode(), b'"')
+        if path.name == PROJECT:
+            text = text.replace(_SHARED.encode(), b'"')
         (folder / path.name).write_bytes(text)
     if sample.script is not None:
         _make_model(sample.script, folder)
@@ -64,7 +67,7 @@ def _write_sample(name: str, folder: Path) -> None:
 
 def _make_model(script: Script, folder: Path) -> None:
     command = [sys.executable, "-B", str(root() / script.file)]
-    options = ["--layout", str(folder / LAYOUT), "-o", str(folder / script.model)]
+    options = [*script.arguments, "--layout", str(folder / LAYOUT), "-o", str(folder / script.model)]
     done = subprocess.run(
         [*command, *options], stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", check=False
     )
