@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -82,7 +82,7 @@ def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
         )
         lower.set_position((left / WIDTH, 0.55 / total, (WIDTH - left - right) / WIDTH, bars / total))
         _curves(upper, j)
-        _factors(lower, factors, words, names)
+        factor_bars(lower, factors, words, names)
         lower.set_xlabel("allowed temperature noise / assumed (1)", fontsize=9)
         heading(figure, title, more=more)
         down = top + _CURVES + 0.55
@@ -149,7 +149,8 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
         axes.text(1.05, at / _CURVES, text, transform=axes.transAxes, va="center", fontsize=SMALL)
 
 
-def _factors(axes: Axes, factors: dict[str, float], words: Sequence[str], names: Sequence[str]) -> None:
+def factor_bars(axes: Axes, factors: Mapping[str, float], words: Sequence[str], names: Sequence[str]) -> None:
+    """A bar from 1 to each factor that just meets a requirement, with words behind it; NaN is a cross."""
     finite = [f for f in factors.values() if math.isfinite(f) and f > 0.0]
     low = max(min([0.5, *finite]) / 2.0, _FACTORS[0])
     high = min(max([2.0, *finite]) * 2.0, _FACTORS[1])
