@@ -17,6 +17,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.fit import line_count, widest, wrapped
 from tedm_cli.figures.improvement import factor_bars
 from tedm_cli.figures.key import key
+from tedm_cli.figures.spec import PAGE_HEIGHT
 from tedm_cli.figures.spectra import bands, limit_lines, limit_samples, log_range, scales
 from tedm_cli.figures.style import (
     COLOURS,
@@ -36,8 +37,8 @@ from tedm_cli.results.noise import CaseNoise, JudgedDisturbances, JudgedOutput, 
 from tedm_cli.results.wording import and_text, mhz_text, power_text, ratio_text
 
 _APART = 7  # disturbances that are told apart; the smaller ones of more are one
-MOST_OUTPUTS, MOST_ROWS = 24, 30  # rows of a figure
-_ROW, _FOOT, _NAMES = 0.26, 0.55, 2.6  # inches
+MOST_OUTPUTS = 24  # bars of a figure
+_ROW, _FOOT, _NAMES, _WORDS = 0.26, 0.55, 2.6, 2.4  # inches
 _LEFT, _RIGHT, _PANEL, _BELOW = 0.8, 0.12, 2.5, 0.55
 _HATCHES = ("", "////", "||||", "\\\\\\\\", "xxxx", "----", "++")
 _REST: dict[str, Any] = {"facecolor": "#DDDDDD", "hatch": "", "edgecolor": "black", "linewidth": 0.6}
@@ -71,9 +72,7 @@ def shares_figure(case: CaseNoise) -> Figure:
         if rest:
             parts.append((f"{len(rest)} others", share[:, rest].sum(axis=1), _REST))
         title = f"Shares of the disturbances in the noise of case {case.id}"
-        more = (
-            "of the power at the frequency that binds; sum: 100 %. Negative: cancels others that it is correlated with"
-        )
+        more = "of the power at the frequency that binds; sum: 100 %. Negative: cancels others it is correlated with"
         rows = [wrapped(f"{j.output}, {mhz_text(j.contribution_hz)}", _NAMES, SMALL) for j in judged]
         row = max(_ROW, 0.09 + LINE * max(map(line_count, rows)))
         samples = [Patch(**look, label=wrapped(name, WIDTH - 0.8, SMALL)) for name, _, look in parts]
@@ -115,7 +114,7 @@ def _stack(axes: Axes, parts: Sequence[tuple[str, FloatArray, dict[str, Any]]]) 
 def stability_figure(case: CaseNoise, strictest: Sequence[Strictest]) -> Figure:
     """A bar of each disturbance: the noise that it may have over that assumed, for the output that asks for most."""
     with style():
-        shown = strictest[:MOST_ROWS]
+        shown = strictest[: _rows_that_fit(strictest)]
         title = f"Required stability of the disturbances, case {case.id}"
         more = (
             "noise that each disturbance may have, the others unchanged, over the assumed noise; right: that factor,"
@@ -124,7 +123,7 @@ def stability_figure(case: CaseNoise, strictest: Sequence[Strictest]) -> Figure:
         if len(shown) < len(strictest):
             more += f". {len(strictest) - len(shown)} others may have more, or are not felt"
         names = [wrapped(s.name, _NAMES, SMALL) for s in shown]
-        words = [wrapped(_factor_words(s), 2.4, SMALL) for s in shown]
+        words = [wrapped(_factor_words(s), _WORDS, SMALL) for s in shown]
         row = max(_ROW, 0.09 + LINE * max(map(line_count, [*names, *words])))
         top = heading_lines(title, more)[2] + 0.1
         figure = Figure(figsize=(WIDTH, top + row * len(names) + _FOOT))
@@ -135,6 +134,14 @@ def stability_figure(case: CaseNoise, strictest: Sequence[Strictest]) -> Figure:
         axes.set_xlabel("allowed / assumed (1)", fontsize=9)
         heading(figure, title, more=more)
         return figure
+
+
+def _rows_that_fit(strictest: Sequence[Strictest]) -> int:
+    """How many disturbances a page holds, whose names and words may have several lines."""
+    names = [wrapped(s.name, _NAMES, SMALL) for s in strictest]
+    words = [wrapped(_factor_words(s), _WORDS, SMALL) for s in strictest]
+    row = max(_ROW, 0.09 + LINE * max(map(line_count, [*names, *words])))
+    return int((PAGE_HEIGHT - _FOOT - 1.2) / row)
 
 
 def _factor_words(s: Strictest) -> str:

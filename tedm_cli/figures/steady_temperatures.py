@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from tedm_cli.figures.fit import line_count, widest, wrapped
 from tedm_cli.figures.key import key
+from tedm_cli.figures.spec import PAGE_HEIGHT
 from tedm_cli.figures.style import BLUE, LINE, SMALL, VERMILION, WIDTH, grid, heading, heading_lines, inches, style
 from tedm_cli.results.thermal_groups import GroupTemperatures
 from tedm_cli.results.wording import count
@@ -23,6 +24,10 @@ _ZERO_K = 273.15
 _LOOK: dict[bool, dict[str, Any]] = {
     True: {"facecolor": BLUE, "edgecolor": "black", "linewidth": 0.6, "alpha": 0.55},
     False: {"facecolor": VERMILION, "edgecolor": "black", "linewidth": 0.6, "alpha": 0.55, "hatch": "////"},
+}
+_MEAN: dict[bool, dict[str, Any]] = {
+    on: {"marker": "D", "markersize": 4.2, "color": colour, "markeredgecolor": "black", "linestyle": "none"}
+    for on, colour in ((True, "white"), (False, "#4D4D4D"))
 }
 _WORDS = {True: "on the model", False: "not on the model"}
 
@@ -40,6 +45,7 @@ def temperatures_figure(found: GroupTemperatures) -> Figure:
         top = heading_lines(title, more)[2] + 0.38
         legend = key(_samples(found), WIDTH - 0.3, sample=2.6)
         foot = _FOOT + legend.height
+        row = min(row, (PAGE_HEIGHT - top - foot) / len(names))
         figure = Figure(figsize=(WIDTH, top + row * len(names) + foot))
         axes = figure.subplots()
         inches(figure, left=0.2 + widest(names, SMALL), right=0.25, top=top, bottom=foot)
@@ -47,7 +53,7 @@ def temperatures_figure(found: GroupTemperatures) -> Figure:
             zip(found.on_model.tolist(), found.least, found.mean, found.most, strict=True)
         ):
             axes.barh([place], [high - low], left=[low], height=0.62, **_LOOK[on])
-            axes.plot([mean], [place], marker="D", markersize=4.2, color="white", markeredgecolor="black", zorder=4)
+            axes.plot([mean], [place], zorder=4, **_MEAN[on])
         axes.set_yticks(range(len(names)), names, fontsize=SMALL)
         axes.set_ylim(len(names) - 0.5, -0.5)
         _scale(axes, float(found.least.min()), float(found.most.max()))
@@ -77,8 +83,9 @@ def _scale(axes: Axes, low: float, high: float) -> None:
 
 
 def _samples(found: GroupTemperatures) -> list[Artist]:
-    shown = dict.fromkeys(found.on_model.tolist())
-    bars: list[Artist] = [Patch(**_LOOK[on], label=_WORDS[on]) for on in shown] if True in shown else []
-    mean = Line2D([], [], marker="D", markersize=4.2, color="white", markeredgecolor="black", linestyle="none",
-                  label="mean")  # fmt: skip
-    return [*bars, mean]
+    shown = list(dict.fromkeys(found.on_model.tolist()))
+    samples: list[Artist] = []
+    for on in shown:
+        where = f", {_WORDS[on]}" * (True in shown)
+        samples += [Patch(**_LOOK[on], label=f"range{where}"), Line2D([], [], **_MEAN[on], label=f"mean{where}")]
+    return samples

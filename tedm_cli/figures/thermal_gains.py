@@ -15,6 +15,7 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from tedm_cli.figures.fit import line_count, wrapped
 from tedm_cli.figures.key import key
+from tedm_cli.figures.spec import PAGE_HEIGHT
 from tedm_cli.figures.spectra import log_range
 from tedm_cli.figures.style import (
     LINE,
@@ -51,8 +52,10 @@ def gains_figure(found: GroupGains, disturbances: Sequence[int]) -> Figure:
         more = "mean temperature of each group, by heat capacity; dotted: the low-pass that fits its gain best"
         top = heading_lines(title, more)[2]
         legend = key(_samples(found), WIDTH - 0.3)
-        tall = _GAIN + _BETWEEN + _PHASE
-        height = top + sum(above) + rows * tall + _FOOT + legend.height
+        around = top + sum(above) + rows * _BETWEEN + _FOOT + legend.height
+        scale = min(1.0, (PAGE_HEIGHT - around) / (rows * (_GAIN + _PHASE)))  # a long key takes room from the panels
+        tall = scale * (_GAIN + _PHASE) + _BETWEEN
+        height = around + rows * scale * (_GAIN + _PHASE)
         figure = Figure(figsize=(WIDTH, height))
         low, high = _range(found, disturbances)
         panels: list[tuple[Axes, Axes]] = []
@@ -64,7 +67,7 @@ def gains_figure(found: GroupGains, disturbances: Sequence[int]) -> Figure:
             x = _LEFT + column * (width + _GAP)
             gain, phase = (
                 figure.add_axes((x / WIDTH, bottom / height, width / WIDTH, high_ / height))
-                for bottom, high_ in ((upper - _GAIN, _GAIN), (upper - tall, _PHASE))
+                for bottom, high_ in ((upper - scale * _GAIN, scale * _GAIN), (upper - tall, scale * _PHASE))
             )
             panels.append((gain, phase))
             _draw(gain, phase, found, d, low)
@@ -88,7 +91,7 @@ def _range(found: GroupGains, disturbances: Sequence[int]) -> tuple[float, float
     return max(low, high * 10.0**-_DECADES), high
 
 
-def look(i: int) -> dict[str, Any]:
+def _look(i: int) -> dict[str, Any]:
     """Of the line of group number `i`."""
     return {**series_look(i), "linewidth": 1.5}
 
@@ -98,8 +101,8 @@ def _draw(gain: Axes, phase: Axes, found: GroupGains, d: int, low: float) -> Non
     for g in range(len(found.group)):
         size = np.abs(found.gain[:, g, d])
         seen = size >= low  # what is below the axis has no phase to look at
-        gain.plot(f, np.where(size > 0.0, size, np.nan), **look(g))
-        phase.plot(f, np.where(seen, found.phase_deg[:, g, d], np.nan), **look(g))
+        gain.plot(f, np.where(size > 0.0, size, np.nan), **_look(g))
+        phase.plot(f, np.where(seen, found.phase_deg[:, g, d], np.nan), **_look(g))
     for g in range(len(found.group)):
         gain.plot(f, found.fit[:, g, d], **_FIT, zorder=3)
 
@@ -113,7 +116,6 @@ def _axes(
     least, most = float(np.nanmin(values)), float(np.nanmax(values))
     step = next((s for s in (90.0, 180.0, 360.0, 720.0) if (most - least) / s <= 4.5), 1440.0)
     f = found.frequency_hz
-    ends = (float(f[0]), float(f[-1])) if len(f) > 1 else (float(f[0]) / 2.0, float(f[0]) * 2.0)
     for number, (gain, phase) in enumerate(panels):
         left, lowest = number % columns == 0, number + columns >= len(panels)
         gain.set_yscale("log")
@@ -123,7 +125,7 @@ def _axes(
         phase.yaxis.set_major_locator(MultipleLocator(step))
         phase.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}".replace("-", "−")))
         for axes in (gain, phase):
-            frequency_axis(axes, *ends)
+            frequency_axis(axes, float(f[0]), float(f[-1]))
             axes.set_xlabel("")
             grid(axes)
             axes.tick_params(labelsize=SMALL, labelleft=left, labelbottom=axes is phase and lowest)
@@ -137,6 +139,6 @@ def _axes(
 def _samples(found: GroupGains) -> list[Artist]:
     named = zip(found.group, found.nodes, strict=True)
     lines: list[Artist] = [
-        Line2D([], [], **look(g), label=f"{group} ({count(n, 'node')})") for g, (group, n) in enumerate(named)
+        Line2D([], [], **_look(g), label=f"{group} ({count(n, 'node')})") for g, (group, n) in enumerate(named)
     ]
     return [*lines, Line2D([], [], **_FIT, label="fitted low-pass")]

@@ -16,6 +16,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.figures.fit import line_count, wrapped
 from tedm_cli.figures.key import key
+from tedm_cli.figures.spec import PAGE_HEIGHT
 from tedm_cli.figures.style import COLOURS, LINE, SMALL, WIDTH, grid, heading, heading_lines, style
 from tedm_cli.results.thermal_groups import GroupGains
 from tedm_cli.thermal.low_pass import within
@@ -47,8 +48,9 @@ def low_passes_figure(found: GroupGains, disturbances: Sequence[int], assumed: S
         )
         top = heading_lines(title, more)[2]
         legend = key(_samples(found, assumed), WIDTH - 0.3, sample=2.6)
-        tall = _HIGH if rows > 1 else 1.6
-        height = top + sum(above) + rows * tall + _FOOT + legend.height
+        around = top + sum(above) + _FOOT + legend.height
+        tall = min(_HIGH if rows > 1 else 1.6, (PAGE_HEIGHT - around) / rows)  # a long key takes room from the panels
+        height = around + rows * tall
         figure = Figure(figsize=(WIDTH, height))
         pairs = [(found.noise_low_pass.order, found.noise_low_pass.corner_hz)]
         pairs += [(found.low_pass.order[:, d], found.low_pass.corner_hz[:, d]) for d in disturbances]

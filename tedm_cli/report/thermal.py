@@ -10,7 +10,6 @@ import numpy as np
 from tedm_cli.noise.temperature import REFERENCE_HZ
 from tedm_cli.report.document import (
     Block,
-    Cell,
     Facts,
     Figure,
     Folded,
@@ -29,7 +28,7 @@ from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import DIAGNOSTIC, without_repeats
 from tedm_cli.results.disturbances import strictest_of
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
-from tedm_cli.results.thermal import Spread, SteadyResults
+from tedm_cli.results.thermal import SteadyResults
 from tedm_cli.results.thermal_groups import GroupGains, GroupTemperatures, SteadyNodes
 from tedm_cli.results.thermal_network import ThermalNetwork
 from tedm_cli.results.titles import output_title
@@ -38,7 +37,6 @@ from tedm_cli.thermal.low_pass import within
 
 SECTION = "thermal"
 _UNIT = {"temperature": "K/K", "power": "K/W"}
-_OF_KIND = {"temperature": "a temperature of boundaries", "power": "a power"}
 _LISTED = 40  # nodes in the table of those that are not on the model
 _TITLE = "Thermal network"
 _WHAT = (
@@ -63,16 +61,16 @@ def thermal_evidence_section(cases: Sequence[CaseNoise], figures: Sequence[Figur
     for case, shares, stability in zip(thermal_cases(cases), figures[::2], figures[1::2], strict=True):
         blocks += [
             Paragraph(
-                f"Case {case.id} ({case.title}) takes temperatures and correlations from the thermal network, in place"
-                f" of assumed spectra and blocks. {_shares_words(case)}"
+                (
+                    f"Case {case.id} ({case.title}) takes temperatures and correlations from the thermal network (",
+                    Link("its steady state and gains", SECTION),
+                    f"), in place of assumed spectra and blocks. {_shares_words(case)}",
+                )
             ),
             shares,
             Paragraph(_stability_words(case, titles)),
             stability,
         ]
-    blocks.append(
-        Paragraph(("The network itself, its steady state and its gains are in ", Link("the annex", SECTION), "."))
-    )
     return Section("network", "Evidence: the thermal network", "Thermal network", tuple(blocks))
 
 
@@ -80,19 +78,24 @@ def _shares_words(case: CaseNoise) -> str:
     """Which disturbance each output has most of its noise from, at the frequency that binds."""
     judged = [j for j in without_repeats([case])[0].judged if j.disturbances is not None]
     judged.sort(key=lambda j: -j.ratio)
-    told = and_text([_most_words(j) for j in judged[:_TOLD]])
+    of_name: dict[str, list[str]] = {}
+    for j in judged[:_TOLD]:
+        name, words = _most_of(j)
+        of_name.setdefault(name, []).append(words)
+    told = "; ".join(f"from {name} in {and_text(words)}" for name, words in of_name.items())
     more = f"; {count(len(judged) - _TOLD, 'more output')} in the figure" if len(judged) > _TOLD else ""
-    return f"The largest part of the noise power, at the frequency that binds, is {told}{more}."
+    return f"At the frequency that binds, the largest part of the noise power comes {told}{more}."
 
 
-def _most_words(j: JudgedOutput) -> str:
+def _most_of(j: JudgedOutput) -> tuple[str, str]:
+    """The disturbance with the largest share, and the output with this share."""
     of = j.disturbances
     assert of is not None
     if not np.abs(of.share).any():
-        return f"nothing in the {output_title(j.output)}, which is silent"
+        return "nowhere", f"the {clause(output_title(j.output))} which is silent"
     largest = int(np.abs(of.share).argmax())
     share = share_text(float(of.share[largest]), cancels(of.share))
-    return f"that of {of.names[largest]} in the {output_title(j.output)} ({share} at {mhz_text(j.contribution_hz)})"
+    return of.names[largest], f"the {output_title(j.output)} ({share} at {mhz_text(j.contribution_hz)})"
 
 
 def _stability_words(case: CaseNoise, titles: Titles) -> Text:
@@ -119,7 +122,7 @@ def _stability_words(case: CaseNoise, titles: Titles) -> Text:
             f" {titles(first.requirement)}",
         ]
         if len(known) > 1:
-            words.append(f"; of all that are felt {last.name} has most room, a factor {power_text(last.factor, 3)}")
+            words.append(f"; {last.name} has most room, a factor {power_text(last.factor, 3)}")
         words.append(".")
     return tuple(words)
 
@@ -180,15 +183,12 @@ def _facts(network: ThermalNetwork, s: SteadyResults) -> list[tuple[str, Text]]:
     ]
     if found.frequencies is not None:
         number, low, high = found.frequencies
-        facts.append(("Gains", f"of {count(found.kept, 'node')} at {number:,} frequencies, {_mhz(low, high)}"))
+        many = f"{number:,} frequencies, {low * 1e3:.3g} to {mhz_text(high)}" if number > 1 else mhz_text(low)
+        facts.append(("Gains", f"of {count(found.kept, 'node')} at {many}"))
     if (c := found.coherence) is not None:
         words = f"median {sci(c.median, 3)}, least {sci(c.least, 2)} ({and_text(c.pair)})"
         facts.append((f"Coherence of two nodes at {mhz_text(c.frequency_hz)}", words))
     return facts
-
-
-def _mhz(low: float, high: float) -> str:
-    return f"{low * 1e3:.3g} to {high * 1e3:.3g} mHz"
 
 
 def _groups_words(groups: GroupTemperatures) -> str:
@@ -221,34 +221,29 @@ def _off_model(nodes: SteadyNodes) -> Table:
 def _disturbances(network: ThermalNetwork) -> Table:
     rows = []
     for of, level in zip(network.results.disturbances, network.level.tolist(), strict=True):
-        unit = _UNIT[of.kind].split("/")[1]
         node, gain = of.largest[0]
         rows.append(
             row(
                 of.name,
-                _OF_KIND[of.kind],
+                of.kind,
                 of.spectrum,
-                f"{sci(level, 3)} {unit}/√Hz",
+                f"{sci(level, 3)} {_UNIT[of.kind].split('/')[1]}/√Hz",
                 f"{sci(gain, 3)} {_UNIT[of.kind]}",
-                Cell(node, long=True),
-                _spread(of.order, 1.0),
-                _spread(of.corner_hz, 1e3),
+                node,
+                "–" if of.order is None else f"{of.order.median:.2g}",
+                "–" if of.corner_hz is None else f"{1e3 * of.corner_hz.median:.2g}",
             )
         )
     head = columns(
-        *("Disturbance", "It is", "Spectrum", f"Level at\n{mhz_text(network.level_hz)}", "Largest gain\nfor f → 0"),
+        *("Disturbance", "Kind", "Spectrum", f"Level at\n{mhz_text(network.level_hz)}", "Largest gain\nfor f → 0"),
         *("of", "Order\n(1)", "Corner\n(mHz)"),
         text=(0, 1, 2, 5),
     )
     caption = (
-        "Disturbances of the network. Order and corner: median and range over the nodes of the low-pass"
-        " 1/√(1 + (f/fc)²ⁿ) that fits the gain best."
+        "Disturbances of the network: temperatures of boundaries, and powers. Order and corner: median over the nodes"
+        " of the low-pass 1/√(1 + (f/fc)²ⁿ) that fits the gain best."
     )
     return Table(head, tuple(rows), caption, tight=True)
-
-
-def _spread(s: Spread | None, factor: float) -> str:
-    return "–" if s is None else f"{factor * s.median:.2g} ({factor * s.low:.2g} to {factor * s.high:.2g})"
 
 
 def _gains_words(gains: GroupGains) -> str:
@@ -263,10 +258,9 @@ def _gains_words(gains: GroupGains) -> str:
         ends = []
         for word, value in (("largest", size.max()), ("smallest", size[size > 0.0].min())):
             g, d = (int(i[0]) for i in np.nonzero(size == value))
-            ends.append(
-                f"the {word} is {power_text(float(value))} {unit}, of {gains.group[g]} by {gains.disturbance[mine[d]]}"
-            )
-        told.append(f"of gains from {'temperatures' if kind == 'temperature' else 'powers'} to groups {and_text(ends)}")
+            which = f"{gains.group[g]} by {gains.disturbance[mine[d]]}"
+            ends.append(f"the {word} is {power_text(float(value))} {unit} ({which})")
+        told.append(f"of the gains from {kind}s to groups {and_text(ends)}")
     if not told:
         return "No group is disturbed."
     return f"At {mhz_text(float(gains.frequency_hz[at]))}, {'; '.join(told)}."

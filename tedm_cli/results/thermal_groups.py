@@ -56,7 +56,8 @@ class GroupGains:
     def fit(self) -> FloatArray:
         """The fitted low-passes [F, g, u] at the level of the gains; NaN where there is none."""
         f = self.frequency_hz[:, None, None]
-        shape = low_pass_shape(f, self.low_pass.order, self.low_pass.corner_hz)
+        with np.errstate(invalid="ignore"):  # NaN where there is no low-pass
+            shape = low_pass_shape(f, self.low_pass.order, self.low_pass.corner_hz)
         size = np.abs(self.gain)
         ratio = np.divide(size, shape, out=np.full_like(shape, np.nan), where=(size > 0.0) & (shape > 0.0))
         return np.asarray(shape * np.exp(np.log(ratio).mean(axis=0)))

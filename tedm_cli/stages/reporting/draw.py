@@ -166,7 +166,9 @@ def temperature_map(views: Callable[[], MapViews], thermal: Reader, unit_loads: 
 
     with open_checked(unit_loads, UNIT_LOADS) as unit:
         temperature = read_mapped_temperatures(thermal, unit)
-    return temperature_figure(views(), temperature, "Temperatures of the steady state", "absolute")
+    return temperature_figure(
+        views(), temperature, "Temperatures of the steady state on the model", "absolute temperatures"
+    )
 
 
 def thermal_gains(found: GroupGains, disturbances: Sequence[int]) -> Figure:

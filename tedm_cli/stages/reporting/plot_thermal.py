@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tedm_cli.figures.pages import in_parts
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, case_file_name
@@ -62,7 +64,7 @@ def _network_specs(results: Results, views: Callable[[], MapViews] | None) -> li
             )
         )
     gains = read_group_gains(file, results.areas)
-    if gains is None:
+    if gains is None or len(gains.frequency_hz) == 1:  # nothing that goes over frequency
         return specs
     for kind, what in _WHAT.items():
         mine = gains.of_kind(kind)
@@ -79,6 +81,8 @@ def _network_specs(results: Results, views: Callable[[], MapViews] | None) -> li
                 )
             )
     every, assumed = range(len(gains.disturbance)), results.config.temperature.low_passes()
+    if not np.isfinite(gains.low_pass.order).any():  # too few frequencies
+        return specs
     against = " against those that the cases assume (dashed)" if assumed else ""
     for part, few in in_parts([list(every)[i : i + LOW_PASSES] for i in range(0, len(every), LOW_PASSES)]):
         specs.append(
