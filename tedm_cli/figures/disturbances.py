@@ -209,7 +209,7 @@ def _panel(axes: Axes, case: CaseNoise, kind: str, curves: Sequence[tuple[dict[s
     low, high = log_range([factor * curves[0][1], *(q.amplitude for q in limits)])
     low = max(low * 1e-2, high * 1e-9)  # parts that do little, two decades below the smallest of the whole
     bands(axes, limits)
-    for look, asd in curves:
+    for look, asd in (c for c in curves if c[1].any()):
         axes.plot(f * 1e3, np.where(asd > 0.0, factor * asd, np.nan), **look)
     limit_lines(axes, f, limits, 2.0)
     scales(axes, f, low, high, case.worst(kind).unit, f"{factor:g} × noise")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -73,12 +72,11 @@ def _scale(axes: Axes, low: float, high: float) -> None:
     axes.set_xlabel("temperature (K)", fontsize=9)
     grid(axes)
     axes.grid(False, axis="y")
-    celsius = axes.secondary_xaxis(
-        "top", functions=(lambda k: np.asarray(k) - _ZERO_K, lambda c: np.asarray(c) + _ZERO_K)
-    )
+    celsius = axes.twiny()
+    celsius.set_xlim(low - room - _ZERO_K, high + room - _ZERO_K)
     celsius.xaxis.set_major_locator(MaxNLocator(7))
     celsius.ticklabel_format(axis="x", useOffset=False)
-    celsius.tick_params(labelsize=SMALL, pad=1)
+    celsius.tick_params(axis="x", labelsize=SMALL, pad=1)
     celsius.set_xlabel("(°C)", fontsize=9, labelpad=2)
 
 

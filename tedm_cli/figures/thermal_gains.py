@@ -100,11 +100,13 @@ def _draw(gain: Axes, phase: Axes, found: GroupGains, d: int, low: float) -> Non
     f = found.frequency_hz * 1e3
     for g in range(len(found.group)):
         size = np.abs(found.gain[:, g, d])
+        if not size.any():
+            continue
         seen = size >= low  # what is below the axis has no phase to look at
         gain.plot(f, np.where(size > 0.0, size, np.nan), **_look(g))
-        phase.plot(f, np.where(seen, found.phase_deg[:, g, d], np.nan), **_look(g))
-    for g in range(len(found.group)):
         gain.plot(f, found.fit[:, g, d], **_FIT, zorder=3)
+        if seen.any():
+            phase.plot(f, np.where(seen, found.phase_deg[:, g, d], np.nan), **_look(g))
 
 
 def _axes(

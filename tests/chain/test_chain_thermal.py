@@ -210,11 +210,11 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
 
 
 def test_the_chain_makes_it_from_the_network(sample: Project) -> None:
-    """run-case of this case alone needs thermal.h5; there is no simulation of it."""
+    """run-case of this case and the figures alone need thermal.h5; there is no simulation of it."""
     steps = chain_of(chain_files(sample))
     network = sample.build_dir / "thermal.h5"
     using = [step.words for step in steps if network in step.inputs]
-    assert using == ["run-case T"]
+    assert using == ["run-case T", "plot"]
     words = [step.words for step in steps]
     assert words.index("build-thermal") < words.index("run-case T")
     assert "simulate T" not in words

@@ -80,18 +80,18 @@ def _network_specs(results: Results, views: Callable[[], MapViews] | None) -> li
                     partial(draw.thermal_gains, gains, some),
                 )
             )
-    every, assumed = range(len(gains.disturbance)), results.config.temperature.low_passes()
+    every, assumed = list(range(len(gains.disturbance))), results.config.temperature.low_passes()
     if not np.isfinite(gains.low_pass.order).any():  # too few frequencies
         return specs
-    against = " against those that the cases assume (dashed)" if assumed else ""
-    for part, few in in_parts([list(every)[i : i + LOW_PASSES] for i in range(0, len(every), LOW_PASSES)]):
+    against = ", against those that the cases assume (dashed)" if assumed else ""
+    for part, few in in_parts([every[i : i + LOW_PASSES] for i in range(0, len(every), LOW_PASSES)]):
         specs.append(
             FigureSpec(
                 f"thermal_low_passes{part.suffix}.svg",
                 SECTION,
                 "Order and corner of the low-passes that fit the temperature noise of groups of thermal nodes, and the"
-                f" gains from each disturbance to them,{against}. The noise holds the spectra of the disturbances as"
-                f" well{part.words}.".replace("them,.", "them."),
+                f" gains from each disturbance to them{against}. The noise holds the spectra of the disturbances as"
+                f" well{part.words}.",
                 source,
                 partial(draw.thermal_low_passes, gains, few, assumed),
             )
