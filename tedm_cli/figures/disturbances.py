@@ -111,17 +111,17 @@ def _stack(axes: Axes, parts: Sequence[tuple[str, FloatArray, dict[str, Any]]]) 
     axes.set_xlim(low - room if low < 0.0 else 0.0, high + room)
 
 
-def stability_figure(case: CaseNoise, strictest: Sequence[Strictest]) -> Figure:
+def stability_figure(case: CaseNoise, strictest: Sequence[Strictest], together: Strictest) -> Figure:
     """A bar of each disturbance: the noise that it may have over that assumed, for the output that asks for most."""
     with style():
-        shown = strictest[: _rows_that_fit(strictest)]
+        shown = [*strictest[: _rows_that_fit(strictest)], together]
         title = f"Required stability of the disturbances, case {case.id}"
         more = (
             "noise that each disturbance may have, the others unchanged, over the assumed noise; right: that factor,"
             " and the output that asks for it"
         )
-        if len(shown) < len(strictest):
-            more += f". {len(strictest) - len(shown)} others may have more, or are not felt"
+        if len(shown) <= len(strictest):
+            more += f". {len(strictest) - len(shown) + 1} others may have more, or are not felt"
         names = [wrapped(s.name, _NAMES, SMALL) for s in shown]
         words = [wrapped(_factor_words(s), _WORDS, SMALL) for s in shown]
         row = max(_ROW, 0.09 + LINE * max(map(line_count, [*names, *words])))
@@ -130,7 +130,7 @@ def stability_figure(case: CaseNoise, strictest: Sequence[Strictest]) -> Figure:
         axes = figure.subplots()
         right = 0.2 + 1.16 * widest(words, SMALL)
         inches(figure, left=0.2 + widest(names, SMALL), right=right, top=top, bottom=_FOOT)
-        factor_bars(axes, {s.name: s.factor for s in shown}, words, names)
+        factor_bars(axes, [s.factor for s in shown], words, names)
         axes.set_xlabel("allowed / assumed (1)", fontsize=9)
         heading(figure, title, more=more)
         return figure
@@ -141,7 +141,7 @@ def _rows_that_fit(strictest: Sequence[Strictest]) -> int:
     names = [wrapped(s.name, _NAMES, SMALL) for s in strictest]
     words = [wrapped(_factor_words(s), _WORDS, SMALL) for s in strictest]
     row = max(_ROW, 0.09 + LINE * max(map(line_count, [*names, *words])))
-    return int((PAGE_HEIGHT - _FOOT - 1.2) / row)
+    return int((PAGE_HEIGHT - _FOOT - 1.2) / row) - 1
 
 
 def _factor_words(s: Strictest) -> str:

@@ -26,13 +26,23 @@ from tedm_cli.report.document import (
 from tedm_cli.report.evidence import cancels, share_text
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import DIAGNOSTIC, without_repeats
-from tedm_cli.results.disturbances import strictest_of
+from tedm_cli.results.disturbances import all_together, strictest_of
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.thermal import SteadyResults
 from tedm_cli.results.thermal_groups import GroupGains, GroupTemperatures, SteadyNodes
 from tedm_cli.results.thermal_network import ThermalNetwork
 from tedm_cli.results.titles import output_title
-from tedm_cli.results.wording import and_text, capital, clause, count, mhz_text, power_text, sci, temperature_text
+from tedm_cli.results.wording import (
+    and_text,
+    capital,
+    clause,
+    count,
+    mhz_text,
+    power_text,
+    rounded_down,
+    sci,
+    temperature_text,
+)
 from tedm_cli.thermal.low_pass import within
 
 SECTION = "thermal"
@@ -99,32 +109,38 @@ def _most_of(j: JudgedOutput) -> tuple[str, str]:
 
 
 def _stability_words(case: CaseNoise, titles: Titles) -> Text:
-    """Which disturbance has the least room, or must become quieter."""
-    found = strictest_of(case)
-    if not found or math.isinf(found[0].factor):
+    """Which disturbance has the least room, or must become quieter; and all of them together."""
+    found = [s for s in strictest_of(case) if not math.isinf(s.factor)]
+    if not found:
         return "No judged output feels a disturbance."
     alone = [s for s in found if math.isnan(s.factor)]
     known = [s for s in found if math.isfinite(s.factor)]
     words: list[str | Strong] = []
     if alone:
-        names = and_text([s.name for s in alone[:_TOLD]])
-        more = f" and {count(len(alone) - _TOLD, 'other')}" if len(alone) > _TOLD else ""
-        words.append(
-            f"However quiet {names}{more} became, alone, the {output_title(alone[0].output)} would stay beyond its"
-            " limit. "
-        )
+        left = f"the {output_title(alone[0].output)} would stay beyond the limit of {titles(alone[0].requirement)}. "
+        if not known:
+            words += [Strong("No single disturbance is enough"), f": however quiet one became, {left}"]
+        else:
+            names = [s.name for s in alone[:_TOLD]]
+            names += [count(len(alone) - _TOLD, "other")] * (len(alone) > _TOLD)
+            words.append(f"However quiet {and_text(names)} became, alone, {left}")
     if known:
         first, last = known[0], known[-1]
-        allowed = "must have at most" if first.factor < 1.0 else "may have"
         words += [
-            Strong(f"{first.name} {allowed} {power_text(first.factor, 3)} times its assumed noise"),
+            Strong(f"{first.name} {_allowed(first.factor)} times its assumed noise"),
             f", the others unchanged, until the {clause(output_title(first.output))} is at the limit of"
             f" {titles(first.requirement)}",
+            f"; {last.name} has most room, a factor {power_text(last.factor, 3)}" * (len(known) > 1),
+            ". ",
         ]
-        if len(known) > 1:
-            words.append(f"; {last.name} has most room, a factor {power_text(last.factor, 3)}")
-        words.append(".")
+    together = all_together(case)
+    if math.isfinite(together.factor):
+        words.append(f"All together {_allowed(together.factor)} times their assumed noise.")
     return tuple(words)
+
+
+def _allowed(factor: float) -> str:
+    return f"must have at most {rounded_down(factor)}" if factor < 1.0 else f"may have {power_text(factor, 3)}"
 
 
 def thermal_section(network: ThermalNetwork, figures: Sequence[Figure]) -> Section:

@@ -237,6 +237,10 @@ def _thermal(project: Project, stack: contextlib.ExitStack) -> Reader | None:
         return None
     reader = stack.enter_context(open_checked(path, THERMAL))
     require_thermal(reader, project, load_thermal(project.thermal)[1])
+    used = {config.path.name for config in reader.provenance().configs}
+    for other in (project.model, project.cases):  # where it has a map, and the frequencies of the cases
+        if other.name in used:
+            require_configuration(reader, other)
     return reader
 
 

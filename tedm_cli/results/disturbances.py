@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from tedm_cli.results.deciding import without_repeats
 from tedm_cli.results.noise import CaseNoise
 
@@ -16,15 +14,12 @@ class Strictest:
     """A disturbance, the smallest factor on its level that an output asks for, and the output and its requirement.
 
     factor : the others unchanged; infinite where no output feels it, NaN where it cannot meet that requirement alone.
-    share : its largest share of the noise of an output at the frequency that binds, by size, and `most`, that output.
     """
 
     name: str
     factor: float
     output: str
     requirement: str
-    share: float
-    most: str
 
 
 def strictest_of(case: CaseNoise) -> list[Strictest]:
@@ -34,18 +29,15 @@ def strictest_of(case: CaseNoise) -> list[Strictest]:
     for d, name in enumerate(judged[0][1].names if judged else ()):
         factors = [float(of.level_factor[d]) for _, of in judged]
         at = min(range(len(factors)), key=lambda v: _rank(factors[v]))
-        most = int(np.argmax([abs(of.share[d]) for _, of in judged]))
-        found.append(
-            Strictest(
-                name,
-                factors[at],
-                judged[at][0].output,
-                judged[at][0].requirement,
-                float(judged[most][1].share[d]),
-                judged[most][0].output,
-            )
-        )
+        found.append(Strictest(name, factors[at], judged[at][0].output, judged[at][0].requirement))
     return sorted(found, key=lambda s: _rank(s.factor))
+
+
+def all_together(case: CaseNoise) -> Strictest:
+    """The same of all disturbances at once, by one factor."""
+    worst = max(without_repeats([case])[0].judged, key=lambda j: j.ratio)
+    factor = 1.0 / worst.ratio if worst.ratio > 0.0 else math.inf
+    return Strictest("all together", factor, worst.output, worst.requirement)
 
 
 def _rank(factor: float) -> float:

@@ -18,9 +18,10 @@ from tedm_cli.figures.thermal_gains import gains_figure
 from tedm_cli.figures.thermal_low_passes import low_passes_figure
 from tedm_cli.report.document import plain
 from tedm_cli.report.thermal import _low_pass_words, _shares_words, _stability_words
-from tedm_cli.results.disturbances import strictest_of
+from tedm_cli.results.disturbances import all_together, strictest_of
 from tedm_cli.results.noise import CaseNoise, JudgedDisturbances
 from tedm_cli.results.thermal_groups import GroupGains, GroupTemperatures
+from tedm_cli.results.wording import rounded_down
 from tedm_cli.stages.reporting.plot_thermal import GAINS, LOW_PASSES
 from tedm_cli.thermal.low_pass import fitted, low_pass_shape
 
@@ -90,7 +91,11 @@ def test_temperatures_can_be_read(groups: int, long: bool, on: bool) -> None:
 @pytest.mark.parametrize(("u", "long", "scale"), [(1, False, 1.0), (7, False, 0.01), (40, True, 1.0)])
 def test_disturbances_can_be_read(cases: list[CaseNoise], u: int, long: bool, scale: float) -> None:
     case = disturbed(cases[0], u, long=long, scale=scale)
-    for figure in (shares_figure(case), stability_figure(case, strictest_of(case)), spectra_figure(case)):
+    for figure in (
+        shares_figure(case),
+        stability_figure(case, strictest_of(case), all_together(case)),
+        spectra_figure(case),
+    ):
         assert faults(drawn(figure)) == []
 
 
@@ -174,9 +179,11 @@ def test_the_strictest_output_of_each_disturbance_comes_first(cases: list[CaseNo
 
 def test_what_is_said_of_a_case_is_computed(cases: list[CaseNoise]) -> None:
     case = disturbed(cases[0], 3, scale=1e-3)
+    worst = max(j.ratio for j in case.judged)
     words = plain(_stability_words(case, str))
     assert "However quiet N0 became, alone" in words
     assert "N2 must have at most" in words
+    assert f"All together must have at most {rounded_down(1.0 / worst)} times" in words
     of = [j.disturbances for j in case.judged if j.disturbances is not None]
     largest = {o.names[int(np.abs(o.share).argmax())] for o in of}
     assert all(f"from {name} in the" in _shares_words(case) for name in largest)

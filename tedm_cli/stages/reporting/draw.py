@@ -17,7 +17,7 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.adjoint_map import OutputMap
 from tedm_cli.results.case_temperatures import read_temperatures
 from tedm_cli.results.deciding import Pair
-from tedm_cli.results.disturbances import strictest_of
+from tedm_cli.results.disturbances import all_together, strictest_of
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series
 from tedm_cli.results.field import dc_verdicts
@@ -194,7 +194,7 @@ def disturbance_shares(case: CaseNoise) -> Figure:
 def required_stability(case: CaseNoise) -> Figure:
     from tedm_cli.figures.disturbances import stability_figure
 
-    return stability_figure(case, strictest_of(case))
+    return stability_figure(case, strictest_of(case), all_together(case))
 
 
 def disturbance_spectra(case: CaseNoise) -> Figure:
