@@ -202,9 +202,9 @@ def test_what_is_said_of_a_case_is_computed(cases: list[CaseNoise]) -> None:
 
 def test_what_is_said_of_low_passes_is_counted() -> None:
     """Corners 0.2, 0.26 and 0.338 mHz of orders 1, 2 and, of nothing, none."""
-    words = _low_pass_words(gains(3, 1), [(1.5, 2.3e-4)])
+    words = _low_pass_words(gains(3, 1), [(2.5, 3e-4)])
     assert "Of 3 gains to groups, 2 have a corner" in words
     assert "0.23 mHz in the median (0.2 to 0.26 mHz), at order 1.5 (1 to 2)" in words
-    assert "1 of these corners are lower, and 1 of the orders are higher" in words
+    assert "2 of these corners are lower, and 0 of the orders are higher" in words
     flat = dataclasses.replace(gains(1, 1), low_pass=fitted(np.ones((len(F), 1, 1), dtype=complex), F))
     assert _low_pass_words(flat, []) == "No gain to a group has a corner among the frequencies."
