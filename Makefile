@@ -134,7 +134,7 @@ $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)
 # A configuration file that the project no longer names may be gone.
 $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(GRAVITY_SOURCES): ;
 
-all: $(BUILD)/report.html $(BUILD)/view.html $(THERMAL)
+all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
@@ -234,7 +234,7 @@ $(1): $(BUILD)/dynamics.h5 $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(TABLE_$(no
 endef
 $(foreach file,$(SIMULATED_SERIES_FILES),$(eval $(call SIMULATED_SERIES_RULE,$(file))))
 
-$(BUILD)/figures.stamp: $(ADJOINT) $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMULATED_SERIES_FILES)
+$(BUILD)/figures.stamp: $(ADJOINT) $(THERMAL) $(CASE_FILES) $(SIMULATION_FILES) $(SERIES_FILES) $(SIMULATED_SERIES_FILES)
 	$(TEDM) plot $(OPTIONS)
 	@touch $@
 

@@ -168,7 +168,8 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
             step(["simulate", "--series", run.name], [run.file], files.loop, *cases, *run.tables)
     made = [run.file for run in (*files.runs, *files.simulations, *files.series)]
     drawn = build / FIGURES_STAMP
-    step(["plot"], [drawn], *made, *(run.file for run in files.simulated_series), files.adjoint, stamp=True)
+    drawn_of = (*made, *(run.file for run in files.simulated_series), files.adjoint, files.network)
+    step(["plot"], [drawn], *drawn_of, stamp=True)
     step(["report"], [build / REPORT], drawn, files.project)
     step(["view"], [build / VIEW], *made, *files.older_series)
     return tuple(steps)

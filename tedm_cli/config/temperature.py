@@ -94,6 +94,11 @@ class TemperatureTable(SpectrumChoice):
         default_factory=list, description="Gradients within areas, which the model needs no unit loads for."
     )
 
+    def low_passes(self) -> list[tuple[float, float]]:
+        """(order, corner in Hz) of each low-pass that areas of mean temperatures may have."""
+        tables: list[SpectrumChoice] = [self, *self.overrides]
+        return list(dict.fromkeys((t.order, t.corner_hz) for t in tables if t.preset == "thesis"))
+
     def filter_problems(self, low_hz: float, high_hz: float) -> list[tuple[str, str]]:
         """(dotted path, fact) of the low-pass shapes that are implausible between two frequencies."""
         levels: list[tuple[str, SpectrumChoice, float]] = [

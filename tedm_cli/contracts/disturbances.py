@@ -39,6 +39,15 @@ class DisturbanceDatasets:
         optional=True,
         group=NETWORK,
     )
+    DISTURBANCE_ASD = Dataset(
+        "/disturbance/asd",
+        ("output", "disturbance", "frequency"),
+        "float",
+        None,
+        "amplitude spectral density of the output, in its unit per sqrt(Hz), by the disturbance alone",
+        optional=True,
+        group=NETWORK,
+    )
     DISTURBANCE_LEVEL_FACTOR = Dataset(
         "/disturbance/level_factor",
         ("verdict", "disturbance"),

@@ -6,7 +6,7 @@ from tedm_cli.contracts.spec import BASIC, FLAG, NAMES, Dataset, FileKind, Value
 
 KINDS_OF_NODE = ("diffusive", "arithmetic", "boundary")
 KINDS_OF_DISTURBANCE = ("temperature", "power")
-_NETWORK, _DISTURBED, _MAPPED = "network", "disturbed", "mapped"
+_NETWORK, _DISTURBED, _MAPPED, _WARMED = "network", "disturbed", "mapped", "warmed"
 
 
 class ThermalFile(FileKind):
@@ -259,6 +259,26 @@ class ThermalFile(FileKind):
         "outputs per kelvin of each of these nodes",
         optional=True,
         group=_MAPPED,
+    )
+    MAP_GRID = Dataset(
+        "/map/grid_id",
+        ("grid",),
+        "int",
+        "1",
+        "grids of the model, where the network has all nodes that lie on it",
+        optional=True,
+        values=Values(ascending=True, least=1),
+        group=_WARMED,
+    )
+    MAP_STEADY_K = Dataset(
+        "/map/steady_K",
+        ("grid",),
+        "float",
+        "K",
+        "temperature of the grids in the steady state, by conduction between the nodes; nan: not mapped",
+        optional=True,
+        open_ended=True,
+        group=_WARMED,
     )
 
 

@@ -82,7 +82,7 @@ def improvement_figure(case: CaseNoise, j: JudgedOutput) -> Figure:
         )
         lower.set_position((left / WIDTH, 0.55 / total, (WIDTH - left - right) / WIDTH, bars / total))
         _curves(upper, j)
-        _factors(lower, factors, words, names)
+        factor_bars(lower, list(factors.values()), words, names)
         lower.set_xlabel("allowed temperature noise / assumed (1)", fontsize=9)
         heading(figure, title, more=more)
         down = top + _CURVES + 0.55
@@ -149,14 +149,15 @@ def _curves(axes: Axes, j: JudgedOutput) -> None:
         axes.text(1.05, at / _CURVES, text, transform=axes.transAxes, va="center", fontsize=SMALL)
 
 
-def _factors(axes: Axes, factors: dict[str, float], words: Sequence[str], names: Sequence[str]) -> None:
-    finite = [f for f in factors.values() if math.isfinite(f) and f > 0.0]
+def factor_bars(axes: Axes, factors: Sequence[float], words: Sequence[str], names: Sequence[str]) -> None:
+    """A bar from 1 to each factor that just meets a requirement, with words behind it; NaN is a cross."""
+    finite = [f for f in factors if math.isfinite(f) and f > 0.0]
     low = max(min([0.5, *finite]) / 2.0, _FACTORS[0])
     high = min(max([2.0, *finite]) * 2.0, _FACTORS[1])
     axes.set_xscale("log")
     axes.set_xlim(low, high)
     axes.set_ylim(len(factors) - 0.5, -0.5)
-    for row, (factor, text) in enumerate(zip(factors.values(), words, strict=True)):
+    for row, (factor, text) in enumerate(zip(factors, words, strict=True)):
         axes.text(1.02, row, text, va="center", fontsize=SMALL, transform=axes.get_yaxis_transform(),
                   fontweight="bold" if factor < 1.0 else "normal")  # fmt: skip
         if math.isnan(factor):

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.figures.adjoint_map import LEFT, SCALE_ROOM, MapViews
-from tedm_cli.figures.model_views import show
+from tedm_cli.figures.model_views import Mesh, show
 from tedm_cli.figures.spec import PAGE_WIDTH
 from tedm_cli.figures.style import SMALL, heading, heading_lines, style
 
@@ -20,10 +20,14 @@ _STEPS, _BAR, _WIDE = 96, 0.13, 4.6  # steps of colour; inches
 _TABLE = ListedColormap(colormaps["plasma"](np.linspace(0.15, 0.97, 256)))
 
 
-def temperature_figure(views: MapViews, temperature: FloatArray, title: str) -> Figure:
-    """The model coloured by the temperature of its elements [E], K; NaN where there is none."""
+def temperature_figure(views: MapViews, temperature: FloatArray, title: str, above: str) -> Figure:
+    """The model coloured by the means over its elements of temperatures of grids [N], K; NaN where there is none.
+
+    above : what the temperatures are above, or that they are absolute.
+    """
     with style():
-        more = "means over elements, above the reference; dashed: test masses"
+        more = f"means over elements, {above}; dashed: test masses"
+        temperature = _of_elements(views.mesh, temperature)
         if np.isnan(temperature).any():
             more += "; grey: not mapped"
         _, _, head = heading_lines(title, more, PAGE_WIDTH)
@@ -43,6 +47,14 @@ def temperature_figure(views: MapViews, temperature: FloatArray, title: str) -> 
         return figure
 
 
+def _of_elements(mesh: Mesh, temperature: FloatArray) -> FloatArray:
+    """Means over the elements [E]; NaN of one without grids, or with a grid that has no temperature."""
+    counts = np.diff(mesh.node_offset)
+    element = np.repeat(np.arange(len(counts)), counts)
+    sums = np.bincount(element, temperature[mesh.node_index], len(counts))
+    return np.asarray(np.where(counts > 0, sums / np.maximum(counts, 1), np.nan))
+
+
 def _scale(figure: Figure, low: float, high: float, place: tuple[float, float]) -> None:
     """Steps of colour, with even ticks above them."""
     width, height = (float(v) for v in figure.get_size_inches())
@@ -53,6 +65,7 @@ def _scale(figure: Figure, low: float, high: float, place: tuple[float, float]) 
         axes.fill(x, [0.0, 1.0, 1.0, 0.0], facecolor=to_hex(_TABLE((step + 0.5) / _STEPS)), linewidth=0)
     axes.set(xlim=(low, high), ylim=(0, 1), yticks=[])
     axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.ticklabel_format(axis="x", useOffset=False)
     axes.xaxis.set_ticks_position("top")
     axes.xaxis.set_label_position("top")
     axes.tick_params(pad=1, length=2.5, labelsize=SMALL)

@@ -22,6 +22,7 @@ class DisturbanceContributions:
     names : [u]: of the network, then areas with a spectrum of their own.
     share : [n_out, u], part of the PSD at the frequency of `Contributions`; negative where a disturbance that is
         correlated with others cancels them. band_share : of the power in the band.
+    asd : [n_out, u, F], amplitude spectral density of the output by each disturbance alone, unit of the output/√Hz.
     level_factor : [verdicts, u], the factor on the level of each disturbance, the others unchanged, that just meets the
         requirement; infinite where the output does not feel it, NaN where this disturbance alone cannot do it.
     """
@@ -29,6 +30,7 @@ class DisturbanceContributions:
     names: tuple[str, ...]
     share: FloatArray
     band_share: FloatArray
+    asd: FloatArray
     level_factor: FloatArray
 
 
@@ -55,4 +57,5 @@ def disturbance_contributions(
             own = driven[:, d] * factor[d][:, None]
             rest = np.delete(driven, d, axis=1) @ np.delete(factor, d, axis=0)
             level[v, d] = scale_to_meet(own, rest.T, limit)
-    return DisturbanceContributions(names, share, band_share, level)
+    asd = np.abs(noise.by_disturbance).transpose(0, 2, 1)
+    return DisturbanceContributions(names, share, band_share, asd, level)

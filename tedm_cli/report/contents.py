@@ -33,6 +33,8 @@ from tedm_cli.report.provenance import ReportFile, provenance_section
 from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.series import series_section
 from tedm_cli.report.summary import summary_section
+from tedm_cli.report.thermal import SECTION as THERMAL
+from tedm_cli.report.thermal import thermal_cases, thermal_evidence_section, thermal_section
 from tedm_cli.report.uncertain import uncertainty_section
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.report.where import Where, where_section
@@ -46,6 +48,7 @@ from tedm_cli.results.model import DistortionSize, ModelSize
 from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import OpticsResults
 from tedm_cli.results.series import SeriesSummary
+from tedm_cli.results.thermal_network import ThermalNetwork
 from tedm_cli.results.titles import requirement_title
 from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, and_text, capital, count
 
@@ -86,7 +89,8 @@ class ReportInputs:
     of the model, where one was asked for; `where`, `materials`: what it says of the output that binds, and of
     materials.
     `requirement_titles`: plain titles in the configuration, by name. `model_view`: name of a file beside the report
-    that shows the model, or "". `effects`: those of the user's own, by output.
+    that shows the model, or "". `effects`: those of the user's own, by output. `network`: the thermal model, where it
+    has been made.
     """
 
     title: str
@@ -108,6 +112,7 @@ class ReportInputs:
     where: Where = default(default_factory=Where)
     materials: Sequence[MaterialEffect] = ()
     effects: Sequence[OwnEffect] = ()
+    network: ThermalNetwork | None = None
 
     @property
     def at_rest(self) -> list[DcVerdict]:
@@ -206,6 +211,8 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
     if judged:
         sections.append(binding_section(cases, inputs.benches, figures["contributors"]))
         sections.append(where_section(cases, inputs.where, figures["where"]))
+    if thermal_cases(cases):
+        sections.append(thermal_evidence_section(cases, figures[THERMAL], titles))
     if dc:
         sections.append(at_rest_section(dc, figures["field"]))
     if loop is not None:
@@ -239,6 +246,8 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
         sections.append(loop_detail_section(loop, ids, of["closed loop"], of[IN_TIME], titles))
     if inputs.series:
         sections.append(series_section(inputs.series, of["series"], titles))
+    if inputs.network is not None:
+        sections.append(thermal_section(inputs.network, of[THERMAL]))
     if inputs.field is not None:
         sections += [
             _sensitivity_section([*of["sensitivity"], *of["where"]], inputs.no_adjoint),

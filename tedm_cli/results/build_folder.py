@@ -13,6 +13,7 @@ from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
+from tedm_cli.config.thermal.file import load_thermal
 from tedm_cli.contracts import (
     ADJOINT,
     CASE,
@@ -24,6 +25,7 @@ from tedm_cli.contracts import (
     SERIES,
     SIMULATED_SERIES,
     SIMULATION,
+    THERMAL,
 )
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import (
@@ -52,6 +54,7 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.case_network import of_network
 from tedm_cli.results.no_loop import why_no_loop
+from tedm_cli.results.thermal import require_thermal
 from tedm_cli.results.wording import GRAVITY_ALONE, READ_OUT_ALONE, count
 
 _HALVES = (SENSITIVITY_FILE, OPTICS_FILE)
@@ -85,7 +88,8 @@ class Results:
     are those of the configuration that have been run, by name. `no_loop` says why there can be no drag-free loop, and
     is empty where there can. `dynamics` is None where there can be none, or where the loop or its cases have not been
     made; `simulations` are the cases that have, in the order of the configuration, `simulated_series` the series that
-    have been through the loop, by name. `imposed` and `adjoint` are None where they have not been made.
+    have been through the loop, by name. `imposed`, `adjoint` and `thermal` are None where they have not been
+    made.
     """
 
     distortion: Reader
@@ -106,6 +110,8 @@ class Results:
     imposed_file: InputFile | None
     adjoint: Reader | None
     adjoint_file: InputFile | None
+    thermal: Reader | None
+    thermal_file: InputFile | None
     simulated_series: dict[str, Reader]
     simulated_series_files: dict[str, InputFile]
     loop_requirements: list[AppliedRequirement]
@@ -164,6 +170,7 @@ def open_results(project: Project) -> Iterator[Results]:
         used = [m.file for m in matrices]
         adjoint = None if gravity is None else _adjoint(build / ADJOINT_FILE, used, stack)
         adjoint_file = None if adjoint is None else input_files([adjoint.path])[0]
+        thermal = _thermal(project, stack)
         cases = []
         for case_id, path in zip(config.ids, paths, strict=True):
             case = stack.enter_context(open_checked(path, CASE))
@@ -191,7 +198,7 @@ def open_results(project: Project) -> Iterator[Results]:
             no_loop, loop.dynamics, None if loop.dynamics is None else input_files([loop.dynamics.path])[0],
             loop.simulations, list(input_files([reader.path for reader in loop.simulations])),
             imposed, None if imposed is None else input_files([imposed.path])[0],
-            adjoint, adjoint_file,
+            adjoint, adjoint_file, thermal, None if thermal is None else input_files([thermal.path])[0],
             loop.series, {name: input_files([reader.path])[0] for name, reader in loop.series.items()},
             loop.requirements,
         )  # fmt: skip
@@ -220,6 +227,20 @@ def _adjoint(path: Path, used: Sequence[InputFile], stack: contextlib.ExitStack)
     reader = stack.enter_context(open_checked(path, ADJOINT))
     for one in used:
         require_input(reader, one)
+    return reader
+
+
+def _thermal(project: Project, stack: contextlib.ExitStack) -> Reader | None:
+    """The thermal model, where the project has one and it has been made; refused where it is of other files."""
+    path = project.build_dir / THERMAL_FILE
+    if project.thermal is None or not path.exists():
+        return None
+    reader = stack.enter_context(open_checked(path, THERMAL))
+    require_thermal(reader, project, load_thermal(project.thermal)[1])
+    used = {config.path.name for config in reader.provenance().configs}
+    for other in (project.model, project.cases):  # where it has a map, and the frequencies of the cases
+        if other.name in used:
+            require_configuration(reader, other)
     return reader
 
 

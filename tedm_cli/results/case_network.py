@@ -23,6 +23,7 @@ def require_areas(file: Reader, what: str) -> None:
 
 def write_disturbances(writer: Writer, found: DisturbanceContributions) -> None:
     """Put them into a case file."""
+    writer.write(CASE.DISTURBANCE_ASD, found.asd, units="see /output/unit")
     writer.write(CASE.DISTURBANCE_NAME, found.names)
     writer.write(CASE.DISTURBANCE_SHARE, found.share)
     writer.write(CASE.DISTURBANCE_BAND_SHARE, found.band_share)
@@ -34,8 +35,14 @@ def read_disturbances(file: Reader) -> list[JudgedDisturbances] | None:
     if not of_network(file):
         return None
     names, labels = tuple(file.strings(CASE.DISTURBANCE_NAME)), file.strings(CASE.OUTPUT_LABEL)
-    share, band, level = (
-        file.array(d) for d in (CASE.DISTURBANCE_SHARE, CASE.DISTURBANCE_BAND_SHARE, CASE.DISTURBANCE_LEVEL_FACTOR)
+    share, band, level, asd = (
+        file.array(d)
+        for d in (
+            CASE.DISTURBANCE_SHARE,
+            CASE.DISTURBANCE_BAND_SHARE,
+            CASE.DISTURBANCE_LEVEL_FACTOR,
+            CASE.DISTURBANCE_ASD,
+        )
     )
     at = [labels.index(output) for output in file.strings(CASE.VERDICT_OUTPUT)]
-    return [JudgedDisturbances(names, share[o], band[o], level[v]) for v, o in enumerate(at)]
+    return [JudgedDisturbances(names, share[o], band[o], level[v], asd[o]) for v, o in enumerate(at)]

@@ -104,12 +104,14 @@ class Spectrum:
 
 @dataclass(frozen=True, eq=False)
 class JudgedDisturbances:
-    """Of one verdict the u disturbances: `names`; share, band_share, level_factor : [u], see the case file."""
+    """Of one verdict the u disturbances: `names`; share, band_share, level_factor : [u], asd : [u, F], see the case
+    file."""
 
     names: tuple[str, ...]
     share: FloatArray
     band_share: FloatArray
     level_factor: FloatArray
+    asd: FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.config.project import Project
+from tedm_cli.config.thermal.file import ThermalConfig
 from tedm_cli.contracts import THERMAL
+from tedm_cli.files.build_folder import ADJOINT_FILE, require_configuration, require_input
+from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.temperature import REFERENCE_HZ
-from tedm_cli.thermal.low_pass import searched_hz
+from tedm_cli.thermal.low_pass import within
 from tedm_cli.thermal.spectra import coherence
 
 
@@ -47,14 +51,15 @@ class DisturbanceResults:
 class SteadyResults:
     """The steady state.
 
-    count : of nodes, by kind. conductors : their number. solved, given : number of nodes without boundaries whose
-    temperature was solved for, or given. coldest, hottest : node and K. power_W : sum of all powers. to_boundaries_W :
-    heat that the boundaries take. imbalance_W : largest of nodes solved for; held_W : largest of those given, with
-    `held`, its node.
+    count : of nodes, by kind. conductors : their number, `radiating` of them by radiation. solved, given : number of
+    nodes without boundaries whose temperature was solved for, or given. coldest, hottest : node and K. power_W : sum of
+    all powers. to_boundaries_W : heat that the boundaries take. imbalance_W : largest of nodes solved for; held_W :
+    largest of those given, with `held`, its node.
     """
 
     count: dict[str, int]
     conductors: int
+    radiating: int
     solved: int
     given: int
     coldest: tuple[str, float]
@@ -112,6 +117,16 @@ def read_thermal(file: Reader) -> ThermalResults:
     )
 
 
+def require_thermal(file: Reader, project: Project, config: ThermalConfig) -> None:
+    """Refuse thermal.h5 made from other files than the project's thermal model names, or from another adjoint."""
+    assert project.thermal is not None
+    require_configuration(file, project.thermal)
+    names = [*config.file_names(), *(() if config.map is None else config.map.file_names())]
+    paths = [*(project.beside(project.thermal, name) for name in names), project.build_dir / ADJOINT_FILE]
+    for used in input_files([path for path in paths if path.exists()]):
+        require_input(file, used)
+
+
 def _coherence(file: Reader, frequency: FloatArray) -> CoherenceResults | None:
     nearest = int(np.argmin(np.abs(np.log(frequency / REFERENCE_HZ))))
     psd = file.dataset(THERMAL.PSD)[nearest : nearest + 1]
@@ -134,6 +149,7 @@ def _steady(file: Reader) -> SteadyResults:
     return SteadyResults(
         count={k: int((kind == k).sum()) for k in ("diffusive", "arithmetic", "boundary")},
         conductors=len(file.array(THERMAL.CONDUCTOR_A)),
+        radiating=int((file.array(THERMAL.CONDUCTOR_GR) > 0.0).sum()),
         solved=int(solved.sum()),
         given=int(given.sum()),
         coldest=(name[cold], float(temperature[cold])),
@@ -150,14 +166,13 @@ def _disturbances(file: Reader, frequency: FloatArray) -> tuple[DisturbanceResul
     node = file.strings(THERMAL.NODE_FREE_NAME)
     static, order = file.array(THERMAL.STATIC_GAIN), file.array(THERMAL.FILTER_ORDER)
     corner, error = file.array(THERMAL.FILTER_CORNER), file.array(THERMAL.FILTER_ERROR)
-    low, high = searched_hz(frequency)
     words = (
         file.strings(d) for d in (THERMAL.DISTURBANCE_NAME, THERMAL.DISTURBANCE_KIND, THERMAL.DISTURBANCE_SPECTRUM)
     )
     found = []
     for column, (name, kind, spectrum) in enumerate(zip(*words, strict=True)):
         fits = np.isfinite(order[:, column])
-        within = fits & (corner[:, column] > low * 1.001) & (corner[:, column] < high / 1.001)
+        inside = within(corner[:, column], frequency)
         largest = np.argsort(-np.abs(static[:, column]), kind="stable")[:3]
         found.append(
             DisturbanceResults(
@@ -165,10 +180,10 @@ def _disturbances(file: Reader, frequency: FloatArray) -> tuple[DisturbanceResul
                 kind,
                 spectrum,
                 tuple((node[i], float(static[i, column])) for i in largest),
-                _spread(order[within, column]),
-                _spread(corner[within, column]),
+                _spread(order[inside, column]),
+                _spread(corner[inside, column]),
                 float(np.median(error[fits, column])) if fits.any() else None,
-                int((fits & ~within).sum()),
+                int((fits & ~inside).sum()),
             )
         )
     return tuple(found)

@@ -26,6 +26,7 @@ from tedm_cli.noise.selection import listed
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.noise import NETWORK
 from tedm_cli.results.outputs import ModelOutputs
+from tedm_cli.results.thermal import require_thermal
 from tedm_cli.results.wording import count
 
 NO_AREA = "no area"
@@ -112,7 +113,7 @@ def _require_fresh(file: Reader, project: Project, thermal: ThermalConfig, outpu
     """
     assert project.thermal is not None
     assert thermal.map is not None
-    require_configuration(file, project.thermal)
+    require_thermal(file, project, thermal)
     if not file.has(THERMAL.SENSITIVITY):
         raise InputError(
             "has no /sensitivity: there was no adjoint.h5, or one that says why there is none",
@@ -123,9 +124,6 @@ def _require_fresh(file: Reader, project: Project, thermal: ThermalConfig, outpu
         raise InputError("has no gains", where=str(file.path), hint=f"rebuild it with {_BUILD}")
     require_configuration(file, project.model)
     adjoint = project.build_dir / ADJOINT_FILE
-    tables = [project.beside(project.thermal, n) for n in (*thermal.file_names(), *thermal.map.file_names())]
-    for used in input_files([p for p in (*tables, adjoint) if p.exists()]):
-        require_input(file, used)
     if adjoint.exists():
         with open_checked(adjoint, ADJOINT) as made_of:
             for used in input_files(outputs.matrices):

@@ -125,6 +125,11 @@ def and_text(names: Sequence[str]) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 
 
+def temperature_text(kelvin: float) -> str:
+    """A temperature in both scales, `293.15 K (20.00 °C)`."""
+    return f"{kelvin:.2f} K ({kelvin - 273.15:.2f} °C)".replace("-", "−")
+
+
 def mhz_text(frequency_hz: float) -> str:
     return f"{frequency_hz * 1e3:.3g} mHz"
 

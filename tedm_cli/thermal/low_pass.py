@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import ComplexArray, FloatArray
+from tedm_cli.arrays import BoolArray, ComplexArray, FloatArray
 
 ORDERS = (0.05, 12.0)  # searched
 BEYOND = 30.0  # factor beyond both ends of the frequencies, to which corners are searched
@@ -42,6 +42,18 @@ class LowPass:
 def searched_hz(frequency_hz: FloatArray) -> tuple[float, float]:
     """Lowest and highest corner that is searched."""
     return float(frequency_hz[0]) / BEYOND, float(frequency_hz[-1]) * BEYOND
+
+
+def within(corner_hz: FloatArray, frequency_hz: FloatArray) -> BoolArray:
+    """Which corners are not at an end of what is searched, nor missing."""
+    low, high = searched_hz(frequency_hz)
+    return np.asarray((corner_hz > low * 1.001) & (corner_hz < high / 1.001))
+
+
+def low_pass_shape(frequency_hz: FloatArray, order: FloatArray, corner_hz: FloatArray) -> FloatArray:
+    """1 / √(1 + (f/fc)^2n), of arrays that go together."""
+    steepness = 2.0 * order * np.log(frequency_hz / corner_hz)
+    return np.asarray(np.exp(-0.5 * np.logaddexp(0.0, steepness)))
 
 
 def fitted(transfer: ComplexArray, frequency_hz: FloatArray) -> LowPass:

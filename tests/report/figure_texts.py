@@ -16,7 +16,8 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from tedm_cli.figures.style import style
+from tedm_cli.figures.spec import PAGE_HEIGHT, PAGE_WIDTH
+from tedm_cli.figures.style import SMALL, style
 
 
 def drawn(figure: Figure) -> Figure:
@@ -64,6 +65,30 @@ def overlaps(figure: Figure) -> list[tuple[str, str]]:
             if wide > hair_x and tall > hair_y:
                 bad.append((boxes[i][0], boxes[j][0]))
     return bad
+
+
+def faults(figure: Figure) -> list[str]:
+    """What is wrong with a drawn figure, in words."""
+    wide, tall = figure.get_size_inches()
+    found = [f"{a!r} over {b!r}" for a, b in overlaps(figure)]
+    for text in shown_texts(figure):
+        box = text.get_window_extent()
+        words = text.get_text()
+        if "…" in words:
+            found.append(f"{words!r} is elided")
+        if text.get_fontsize() < SMALL:
+            found.append(f"{words!r} is small")
+        if not (box.x0 >= 0 and box.y0 >= 0 and box.x1 <= wide * figure.dpi and box.y1 <= tall * figure.dpi):
+            found.append(f"{words!r} is cut")
+    if wide > PAGE_WIDTH + 1e-9 or tall > PAGE_HEIGHT + 1e-9:
+        found.append(f"{wide:.2f} by {tall:.2f} inches are more than a page")
+    for legend in figure.legends:
+        looks = key_looks(legend)
+        labels = [t.get_text() for t in legend.get_texts()]
+        alike = [label for look, label in zip(looks, labels, strict=True) if looks.count(look) > 1]
+        if alike:
+            found.append(f"alike in the key: {alike}")
+    return found
 
 
 def key_looks(legend: Legend) -> list[tuple[Any, ...]]:

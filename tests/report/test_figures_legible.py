@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from figure_texts import drawn, key_looks, overlaps, shown_texts
+from figure_texts import drawn, faults
 from matplotlib.figure import Figure
 
 from tedm_cli.config.project import Project
@@ -31,30 +31,6 @@ from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.titles import outputs_title
 
 LEAST_PT = 6.8  # on the page
-
-
-def faults(figure: Figure) -> list[str]:
-    """What is wrong with a drawn figure, in words."""
-    wide, tall = figure.get_size_inches()
-    found = [f"{a!r} over {b!r}" for a, b in overlaps(figure)]
-    for text in shown_texts(figure):
-        box = text.get_window_extent()
-        words = text.get_text()
-        if "…" in words:
-            found.append(f"{words!r} is elided")
-        if text.get_fontsize() < SMALL:
-            found.append(f"{words!r} is small")
-        if not (box.x0 >= 0 and box.y0 >= 0 and box.x1 <= wide * figure.dpi and box.y1 <= tall * figure.dpi):
-            found.append(f"{words!r} is cut")
-    if wide > PAGE_WIDTH + 1e-9 or tall > PAGE_HEIGHT + 1e-9:
-        found.append(f"{wide:.2f} by {tall:.2f} inches are more than a page")
-    for legend in figure.legends:
-        looks = key_looks(legend)
-        labels = [t.get_text() for t in legend.get_texts()]
-        alike = [label for look, label in zip(looks, labels, strict=True) if looks.count(look) > 1]
-        if alike:
-            found.append(f"alike in the key: {alike}")
-    return found
 
 
 def test_every_figure_can_be_read(figures: dict[str, Figure]) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.contracts import OPTICS
+from tedm_cli.contracts import OPTICS, UNIT_LOADS
 from tedm_cli.figures.pages import MapPage
-from tedm_cli.files.store import Reader
+from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.requirements import AppliedRequirement
 from tedm_cli.optics.exaggerated import traced_bench
@@ -16,12 +17,18 @@ from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.results.adjoint_map import OutputMap
 from tedm_cli.results.case_temperatures import read_temperatures
 from tedm_cli.results.deciding import Pair
+from tedm_cli.results.disturbances import all_together, strictest_of
 from tedm_cli.results.dynamics import LoopOutput, LoopStability, SimulatedCase
 from tedm_cli.results.dynamics_in_time import RealisedCase, read_simulated_series
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import ImposedMotion
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.series import read_series
+from tedm_cli.results.thermal_groups import (
+    GroupGains,
+    GroupTemperatures,
+    read_mapped_temperatures,
+)
 
 if TYPE_CHECKING:
     from tedm_cli.figures.adjoint_map import MapViews
@@ -146,6 +153,54 @@ def adjoint_map(views: Callable[[], MapViews], found: OutputMap, bound: float, t
     from tedm_cli.figures.adjoint_map import adjoint_figure
 
     return adjoint_figure(views(), found.density, bound, title, unit)
+
+
+def steady_temperatures(found: GroupTemperatures) -> Figure:
+    from tedm_cli.figures.steady_temperatures import temperatures_figure
+
+    return temperatures_figure(found)
+
+
+def temperature_map(views: Callable[[], MapViews], thermal: Reader, unit_loads: Path) -> Figure:
+    from tedm_cli.figures.temperature_map import temperature_figure
+
+    with open_checked(unit_loads, UNIT_LOADS) as unit:
+        temperature = read_mapped_temperatures(thermal, unit)
+    return temperature_figure(
+        views(), temperature, "Temperatures of the steady state on the model", "absolute temperatures"
+    )
+
+
+def thermal_gains(found: GroupGains, disturbances: Sequence[int]) -> Figure:
+    from tedm_cli.figures.thermal_gains import gains_figure
+
+    return gains_figure(found, disturbances)
+
+
+def thermal_low_passes(
+    found: GroupGains, disturbances: Sequence[int], assumed: Sequence[tuple[float, float]]
+) -> Figure:
+    from tedm_cli.figures.thermal_low_passes import low_passes_figure
+
+    return low_passes_figure(found, disturbances, assumed)
+
+
+def disturbance_shares(case: CaseNoise) -> Figure:
+    from tedm_cli.figures.disturbances import shares_figure
+
+    return shares_figure(case)
+
+
+def required_stability(case: CaseNoise) -> Figure:
+    from tedm_cli.figures.disturbances import stability_figure
+
+    return stability_figure(case, strictest_of(case), all_together(case))
+
+
+def disturbance_spectra(case: CaseNoise) -> Figure:
+    from tedm_cli.figures.disturbances import spectra_figure
+
+    return spectra_figure(case)
 
 
 def bench(layout: OpticalLayout) -> Figure:

@@ -36,12 +36,13 @@ from tedm_cli.results.self_gravity import gravity_maps
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, quantity
 from tedm_cli.stages.reporting import draw
-from tedm_cli.stages.reporting.plot_adjoint import adjoint_specs
+from tedm_cli.stages.reporting.plot_adjoint import adjoint_specs, model_views
 from tedm_cli.stages.reporting.plot_dynamics import dynamics_specs
 from tedm_cli.stages.reporting.plot_dynamics_in_time import in_time_specs
 from tedm_cli.stages.reporting.plot_imposed import imposed_specs
 from tedm_cli.stages.reporting.plot_optics import area_specs, optics_specs
 from tedm_cli.stages.reporting.plot_series import series_specs
+from tedm_cli.stages.reporting.plot_thermal import thermal_specs
 
 if TYPE_CHECKING:
     from tedm_cli.figures.spec import Figure
@@ -187,7 +188,9 @@ def figure_specs(results: Results, cases: list[CaseNoise]) -> list[FigureSpec]:
         tuple(all_cases[i] for i in shown),
         partial(draw.temperature, [results.cases[i] for i in shown]),
     )
-    specs += adjoint_specs(results, cases)
+    views = model_views(results)
+    specs += adjoint_specs(results, cases, views)
+    specs += thermal_specs(results, cases, views)
     if results.gravity is not None:
         specs += _gravity_specs(results.gravity, areas)
     specs += imposed_specs(results)

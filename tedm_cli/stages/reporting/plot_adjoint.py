@@ -14,7 +14,7 @@ from tedm_cli.contracts import SENSITIVITY, UNIT_LOADS
 from tedm_cli.figures.spec import FigureSpec
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
-from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.files.store import open_checked
 from tedm_cli.report.where import binding_output
 from tedm_cli.results.adjoint import field_ratio, read_field_error
 from tedm_cli.results.adjoint_map import has_map, read_map, read_mapped_model
@@ -31,13 +31,15 @@ if TYPE_CHECKING:
 SECTION = "where"
 
 
-def adjoint_specs(results: Results, cases: Sequence[CaseNoise]) -> list[FigureSpec]:
+def adjoint_specs(
+    results: Results, cases: Sequence[CaseNoise], views: Callable[[], MapViews] | None
+) -> list[FigureSpec]:
     """A figure of each judged output that the adjoint has; of outputs that say the same, of the first."""
-    if results.adjoint is None or results.adjoint_file is None or results.gravity is None:
+    if results.adjoint is None or results.adjoint_file is None or views is None:
         return []
     adjoint, source = results.adjoint, results.adjoint_file
     judged = dict.fromkeys(j.output for j in without_repeats(cases)[0].judged)
-    first, views = binding_output(cases), _views(adjoint, results.gravity.reader)
+    first = binding_output(cases)
     specs = []
     for names in judged:
         label, title = names.split(", ")[0], output_title(names)
@@ -75,8 +77,11 @@ def adjoint_specs(results: Results, cases: Sequence[CaseNoise]) -> list[FigureSp
     return specs
 
 
-def _views(adjoint: Reader, gravity: Reader) -> Callable[[], MapViews]:
-    """The views of the model, found when the first figure is drawn."""
+def model_views(results: Results) -> Callable[[], MapViews] | None:
+    """The views of the model that all maps share, found when the first of these is drawn; None without an adjoint."""
+    if results.adjoint is None or results.gravity is None:
+        return None
+    adjoint, gravity = results.adjoint, results.gravity.reader
 
     @cache
     def found() -> MapViews:

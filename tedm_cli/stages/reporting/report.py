@@ -32,6 +32,7 @@ from tedm_cli.results.model import read_distortion_size, read_model_size
 from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.optics import read_optics
 from tedm_cli.results.series import read_series_summary
+from tedm_cli.results.thermal_network import read_thermal_network
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.reporting.plot import FIGURES, figure_specs
 
@@ -111,14 +112,14 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
         ]
         adjoint = results.adjoint
         by_adjoint = None if adjoint is None else read_adjoint(adjoint)
-        made = [] if adjoint is None else [adjoint]
+        made = [reader for reader in (adjoint, results.thermal) if reader is not None]
         readers = [unit_loads, results.distortion, *(m.reader for m in results.matrices), *made, *results.cases]
         readers += results.series.values()
         readers += [results.dynamics, *results.simulations] if results.dynamics is not None else []
         readers += results.simulated_series.values()
         readers += [results.imposed] if results.imposed is not None else []
         hashes = [*upstream, *(m.file for m in results.matrices)]
-        hashes += [] if results.adjoint_file is None else [results.adjoint_file]
+        hashes += [file for file in (results.adjoint_file, results.thermal_file) if file is not None]
         hashes += results.case_files
         hashes += results.series_files.values()
         hashes += [results.dynamics_file, *results.simulation_files] if results.dynamics_file is not None else []
@@ -145,6 +146,9 @@ def _documents(project: Project, folder: Path) -> tuple[Document, Document]:
                 where=_where(results, unit_loads, cases),
                 materials=by_adjoint.materials if isinstance(by_adjoint, AdjointResults) else (),
                 effects=own_effects(results.cases[0]) if results.cases else [],
+                network=None
+                if results.thermal is None
+                else read_thermal_network(results.thermal, results.areas, results.config.temperature.low_passes()),
             )
         )
 

@@ -63,6 +63,8 @@ def build_thermal(project: Project, output: Path | None, step: Step) -> ThermalS
                 _write_disturbed(writer, config, solved.disturbed)
         if mapped is not None:
             _write_mapped(writer, mapped)
+        if solved is not None and mapped is not None:
+            _write_warmed(writer, solved, mapped)
     with open_checked(out, KIND) as written:
         results = read_thermal(written)
     return ThermalSummary(out, results, time.perf_counter() - begin)
@@ -110,3 +112,12 @@ def _write_mapped(writer: Writer, mapped: NodeSensitivity) -> None:
     writer.write(KIND.MAP_NODE, mapped.node)
     writer.write(KIND.MAP_AREA, mapped.area)
     writer.write(KIND.SENSITIVITY, mapped.value, units="see /row/unit")
+
+
+def _write_warmed(writer: Writer, solved: SolvedNetwork, mapped: NodeSensitivity) -> None:
+    """The steady state on the grids, where every node of the map is in the network."""
+    row = solved.given.network.row
+    if all(name in row for name in mapped.node):
+        tau = solved.steady.temperature_K[[row[name] for name in mapped.node]]
+        writer.write(KIND.MAP_GRID, mapped.grid_id)
+        writer.write(KIND.MAP_STEADY_K, mapped.through.temperatures(tau[:, None])[:, 0])

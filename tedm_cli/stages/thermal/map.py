@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.file import ThermalConfig
 from tedm_cli.contracts import ADJOINT
@@ -16,6 +16,7 @@ from tedm_cli.files.build_folder import ADJOINT_FILE, require_configuration, req
 from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.mapping.averages import NONE, averages
+from tedm_cli.mapping.node_map import ConductedMap, WeightedMap
 from tedm_cli.results.adjoint_temperatures import TemperatureEffects, read_temperature_effects
 from tedm_cli.stages.thermal.map_build import Mapping, build_map
 from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements
@@ -25,11 +26,14 @@ from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements
 class NodeSensitivity:
     """Outputs per kelvin of each thermal node of the map.
 
-    node : [n_m] names. area : [n_m], the thermal area that most of each is in, or "". label, unit : [r], of the
+    node : [n_m] names. grid_id : [N], of the model. through : from temperatures of the nodes to those of the grids.
+    area : [n_m], the thermal area that most of each is in, or "". label, unit : [r], of the
     outputs. value : [r, n_m]. configs, inputs : what it is made of, for the provenance of the file.
     """
 
     node: list[str]
+    grid_id: IntArray
+    through: ConductedMap | WeightedMap
     area: list[str]
     label: list[str]
     unit: list[str]
@@ -66,6 +70,8 @@ def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity
     mapping = build_map(fem, config.map, where)
     return NodeSensitivity(
         node=mapping.node,
+        grid_id=fem.geometry.grid_id,
+        through=mapping.through,
         area=areas_of_nodes(mapping),
         label=found.label,
         unit=found.unit,

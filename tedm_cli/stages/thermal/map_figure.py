@@ -19,10 +19,7 @@ def draw_field(path: Path, project: Project, mapped: MappedField, number: int) -
     from tedm_cli.figures.temperature_map import temperature_figure
 
     fem = mapped.mapping.fem
-    e, counts = fem.geometry.elements, np.diff(fem.geometry.elements.node_offset)
-    element = np.repeat(np.arange(len(counts)), counts)
-    sums = np.bincount(element, mapped.field[e.node_index, number], len(counts))
-    mean = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+    e = fem.geometry.elements
     signs, test_masses = np.array(list(product((-0.5, 0.5), repeat=3)))[:, ::-1], fem.config.test_masses()
     mesh = Mesh(
         position=fem.geometry.position_m,
@@ -33,4 +30,5 @@ def draw_field(path: Path, project: Project, mapped: MappedField, number: int) -
         centre=test_masses[0].position_m if test_masses else fem.geometry.position_m.mean(axis=0),
     )
     title = f"{project.title}: temperatures {mapped.name[number]} of {fem.source.name}"
-    write_figure(path, temperature_figure(MapViews(mesh), mean, title), title, fem.source)
+    figure = temperature_figure(MapViews(mesh), mapped.field[:, number], title, "above the reference")
+    write_figure(path, figure, title, fem.source)
