@@ -16,6 +16,7 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "borders"))
 
 from border_tools import Outcome, tedm
+from shipped_cases import cases_of_areas
 
 from tedm_cli.chain.graph import chain_of
 from tedm_cli.config.project import Project, load_project
@@ -65,7 +66,7 @@ def white(cases: str) -> str:
 
 @pytest.fixture(scope="module")
 def shipped() -> str:
-    return (ROOT / "configs" / "cases.toml").read_text(encoding="utf-8")
+    return cases_of_areas()
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +201,8 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     command(project, "run-case", "T").refused(3, "leave rho out")
     changed(folder / "cases.toml", "thermal = true\nrho = 0.5", "thermal = true")
     changed(folder / "tedm.toml", 'thermal = "thermal.toml"\n', "")
-    command(project, "run-case", "T").refused(3, "the project has no thermal model")
+    for words in (("run-case", "T"), ("run", "-n"), ("make-rules",)):
+        command(project, *words).refused(3, "the project has no thermal model", hint="delete the case")
     gradient = '\n[[temperature.within]]\nareas = ["OB_*"]\nname = "bench"\nacross_K = 1e-4\n'
     with (folder / "tedm.toml").open("a") as file:
         file.write('thermal = "thermal.toml"\n')
