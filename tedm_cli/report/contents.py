@@ -20,6 +20,7 @@ from tedm_cli.report.evidence import change_section, sure_section, why_section
 from tedm_cli.report.field import field_section
 from tedm_cli.report.materials import materials_section
 from tedm_cli.report.model import model_section
+from tedm_cli.report.network_case import network_case_section, network_correlation_section
 from tedm_cli.report.numbering import held, numbered
 from tedm_cli.report.optics import optics_section
 from tedm_cli.report.proof import (
@@ -212,6 +213,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
         sections.append(closed_loop_section(loop, words, figures["closed loop"], titles))
     if judged:
         sections.append(how_sure_section(cases, [*figures["certainty"], *figures["uncertainty"]]))
+    sections += network_case_section(cases, titles)
     sections += [
         key_figures_section(inputs.model, inputs.distortion, inputs.field, inputs.optics, areas, loop),
         assumptions_section(cases, inputs.field, inputs.layout_notes, loop, titles),
@@ -234,6 +236,7 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
             *([uncertainty_section(cases, of["uncertainty"])] if uncertain_cases(cases) else []),
             change_section(cases, of["improvement"], titles),
         ]
+    sections += network_correlation_section(cases)
     if loop is not None:
         ids = [case.id for case in cases]
         sections.append(loop_detail_section(loop, ids, of["closed loop"], of[IN_TIME], titles))

@@ -20,6 +20,12 @@ from shipped_cases import cases_of_areas
 
 from tedm_cli.chain.graph import chain_of
 from tedm_cli.config.project import Project, load_project
+from tedm_cli.contracts import CASE
+from tedm_cli.files.store import open_checked
+from tedm_cli.report.document import Table
+from tedm_cli.report.network_case import network_case_section, network_correlation_section
+from tedm_cli.results.case_file import read_case
+from tedm_cli.results.wording import power_text, ratio_text
 from tedm_cli.stages.chain.project_files import chain_files
 
 ROOT = Path(__file__).parents[2]
@@ -123,6 +129,57 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     tedm("export-extremal", "T", "-o", tmp_path / "e", *build).refused(2, "thermal nodes in place of areas")
     refused = command(sample, "export-state-space", "T", "-o", tmp_path / "system")
     refused.refused(3, "temperatures are those of the thermal network")
+
+
+def test_the_report_tells_it_beside_the_others(sample: Project) -> None:
+    """Ratios, levels and correlations by hand from the files; nothing of it without such a case."""
+    command(sample, "run-case", "3", "4", "7").ok()
+    cases = []
+    for name in ("case03.h5", "case04.h5", "case07.h5", "caseT.h5"):
+        with open_checked(sample.build_dir / name, CASE) as file:
+            cases.append(read_case(file))
+    with h5py.File(sample.build_dir / "thermal.h5") as t:
+        asd, names = t["disturbance/asd"][:], t["disturbance/name"].asstr()[:].tolist()
+        hz, kinds = t["frequency"][:], t["disturbance/kind"].asstr()[:].tolist()
+    assert network_case_section(cases[:3], str) == network_correlation_section(cases[:3]) == []
+    (section,) = network_case_section(cases, str)
+    tables = {b.key: b for b in section.blocks if isinstance(b, Table)}
+    of = {
+        key: {r.cells[0].label or r.cells[0].text: [c.text for c in r.cells] for r in table.rows}
+        for key, table in tables.items()
+    }
+    worst = {j.output: (j, cases[0].judged[n], cases[1].judged[n]) for n, j in enumerate(cases[3].judged)}
+    for label, cells in of["network beside"].items():
+        mine, third, _ = worst[label.split(",")[0]]
+        assert cells[2] == ratio_text(mine.ratio)
+        assert cells[4] == f"{ratio_text(third.ratio)} (case 3)"  # likely; case 4 is not
+        assert cells[5] == ratio_text(mine.bound_ratio["maximum"])
+    stability = of["network stability"]
+    assert set(stability) == set(names)
+    for name, cells in stability.items():
+        factors = [(j.disturbances.level_factor[names.index(name)], j) for j, *_ in worst.values()]
+        factor, j = min(factors, key=lambda one: -1.0 if np.isnan(one[0]) else one[0])
+        now = asd[names.index(name), np.abs(hz - j.binding_hz).argmin()]
+        assert cells[2] == power_text(now, 3)
+        assert cells[3] == ("cannot alone" if np.isnan(factor) else ratio_text(factor))
+        assert cells[4] == ("" if np.isnan(factor) else power_text(now * factor, 3))
+        assert cells[5] == {"temperature": "K/√Hz", "power": "W/√Hz"}[kinds[names.index(name)]]
+    with h5py.File(sample.build_dir / "caseT.h5") as case:
+        matrix = case["correlation/real"][:] + 1j * case["correlation/imaginary"][:]
+        group = case["area/group"].asstr()[:]
+        at = np.abs(case["frequency"][:] - 1e-3).argmin()
+        level = case["temperature/asd"][:, at][case["temperature/spectrum"][:]]
+    (parts,) = network_correlation_section(cases)
+    table = {(r.cells[0].text, r.cells[1].text): [c.text for c in r.cells] for r in parts.blocks[1].rows}
+    one, other = (np.flatnonzero(group == g) for g in ("struts", "OB"))
+    between = matrix[np.ix_(one, other)]
+    pair = next(p for p in (("struts", "OB"), ("OB", "struts")) if p in table)
+    assert table[pair][2] == f"{np.abs(between).mean():.2f}"
+    assert float(table[pair][3].replace("−", "-")) == pytest.approx(between.real.mean(), abs=0.006)
+    assert of["network levels"]["struts"][1] == power_text(np.sqrt(np.mean(level[one] ** 2)), 3)
+    assert of["network levels"]["OB"][2] == power_text(1e-4, 3)
+    assert {"3", "4"} < set(of["network resemblance"])
+    assert "7" not in of["network resemblance"]
 
 
 def weights_project(folder: Path, small: Project, shipped: str, *, common: bool) -> tuple[Project, str]:
