@@ -170,7 +170,8 @@ def test_the_report_tells_it_beside_the_others(sample: Project) -> None:
         at = np.abs(case["frequency"][:] - 1e-3).argmin()
         level = case["temperature/asd"][:, at][case["temperature/spectrum"][:]]
     (parts,) = network_correlation_section(cases)
-    table = {(r.cells[0].text, r.cells[1].text): [c.text for c in r.cells] for r in parts.blocks[1].rows}
+    (means,) = (b for b in parts.blocks if isinstance(b, Table))
+    table = {(r.cells[0].text, r.cells[1].text): [c.text for c in r.cells] for r in means.rows}
     one, other = (np.flatnonzero(group == g) for g in ("struts", "OB"))
     between = matrix[np.ix_(one, other)]
     pair = next(p for p in (("struts", "OB"), ("OB", "struts")) if p in table)
