@@ -157,7 +157,8 @@ def test_the_report_tells_it_beside_the_others(sample: Project) -> None:
     stability = of["network stability"]
     assert set(stability) == set(names)
     for name, cells in stability.items():
-        factors = [(j.disturbances.level_factor[names.index(name)], j) for j, *_ in worst.values()]
+        judged = [(j.disturbances, j) for j, *_ in worst.values() if j.disturbances is not None]
+        factors = [(d.level_factor[names.index(name)], j) for d, j in judged]
         factor, j = min(factors, key=lambda one: -1.0 if np.isnan(one[0]) else one[0])
         now = asd[names.index(name), np.abs(hz - j.binding_hz).argmin()]
         assert cells[2] == power_text(now, 3)
