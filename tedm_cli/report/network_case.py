@@ -30,8 +30,8 @@ def network_case_section(cases: Sequence[CaseNoise], titles: Titles) -> list[Sec
             blocks += [_beside(case, others, titles), _required(case, case.comparison)]
         if case.comparison.resemblance is not None:
             blocks += [*_resemblance(case, case.comparison, others), _levels(case, case.comparison)]
-    title = "Evidence: what the thermal network says"
-    return [Section("network-case", title, "Thermal case", tuple(blocks))] if blocks else []
+    title = "Evidence: the thermal network beside the assumed cases"
+    return [Section("network-case", title, "Network and cases", tuple(blocks))] if blocks else []
 
 
 def network_correlation_section(cases: Sequence[CaseNoise]) -> list[Section]:
