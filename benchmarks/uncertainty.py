@@ -76,7 +76,7 @@ def small_project(folder: Path) -> Project:
         model = model.replace(f'"{name}"', f'"{SMALL / name}"')
     (folder / "model.toml").write_text(model + TABLES, encoding="utf-8")
     project = (SMALL / "tedm.toml").read_text(encoding="utf-8").replace("../../configs", str(ROOT / "configs"))
-    (folder / "tedm.toml").write_text(project, encoding="utf-8")
+    (folder / "tedm.toml").write_text(project.replace('"thermal.toml"', f'"{SMALL}/thermal.toml"'), encoding="utf-8")
     return load_project(folder / "tedm.toml", folder / "build")
 
 

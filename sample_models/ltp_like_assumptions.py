@@ -24,20 +24,23 @@ class Table:
 
 
 ASSUMED = "assumption"
-CRC = "CRC Handbook"  # of Chemistry and Physics
-ASM = "ASM data"  # as collections of materials quote them
+MAKER = "Schott, ZERODUR"  # data of the maker, as encyclopedias quote them
+# CRC Handbook of Chemistry and Physics, 97th ed. (2016): Thermal and Physical Properties of Pure Metals; c_p at 25 °C
+CRC = "CRC Handbook"
+# data sheets of ASM Aerospace Specification Metals: Titanium Ti-6Al-4V (Grade 5), Annealed; Aluminum 6061-T6
+ASM = "ASM data"
 BOOK = "Fortescue"  # Fortescue, Swinerd, Stark: Spacecraft Systems Engineering, 4th ed. (2011), table 11.3
 
 C_P = Table(
     "specific heat",
     "J/(kg K)",
     {
-        "zerodur": (820.0, "maker, 25 °C"),
+        "zerodur": (820.0, f"{MAKER}, 25 °C"),
         "titanium": (526.0, f"{ASM}, Ti-6Al-4V"),
         "molybdenum": (251.0, CRC),
         "tungsten": (132.0, CRC),
         "gold_platinum": (130.0, f"{CRC}, 73 % gold and 27 % platinum by mass"),
-        "aluminium": (896.0, f"{ASM}, 6061"),
+        "aluminium": (896.0, f"{ASM}, 6061-T6"),
         "window_glass": (550.0, ASSUMED),
         "glass_fibre": (900.0, ASSUMED),
         "electronics": (900.0, ASSUMED),
@@ -47,11 +50,11 @@ K = Table(
     "conductivity",
     "W/(m K)",
     {
-        "zerodur": (1.46, "maker, 20 °C"),
+        "zerodur": (1.46, f"{MAKER}, 20 °C"),
         "titanium": (6.7, f"{ASM}, Ti-6Al-4V"),
         "molybdenum": (138.0, CRC),
         "tungsten": (174.0, CRC),
-        "aluminium": (167.0, f"{ASM}, 6061"),
+        "aluminium": (167.0, f"{ASM}, 6061-T6"),
         "window_glass": (0.8, ASSUMED),
         "glass_fibre": (0.5, ASSUMED),
     },
@@ -60,16 +63,16 @@ EMITTANCE = Table(
     "emittance",
     "1",
     {
-        "SC": (0.85, f"{BOOK}: black paint"),
-        "UNIT": (0.85, f"{BOOK}: black paint"),
+        "SC": (0.85, f"{BOOK}: black paint (epoxy)"),
+        "UNIT": (0.85, f"{BOOK}: black paint (epoxy)"),
         "SHIELD": (0.08, f"{BOOK}: polished aluminium"),
-        "STRUT": (0.05, f"{BOOK}: wrapped in aluminised Kapton"),
-        "VE": (0.60, f"{BOOK}: titanium"),
-        "SUPPORT": (0.60, f"{BOOK}: titanium"),
-        "CAGING": (0.60, f"{BOOK}: titanium"),
-        "BRACKET": (0.60, f"{BOOK}: titanium"),
-        "PUMP": (0.60, f"{BOOK}: titanium"),
-        "FLANGE": (0.60, f"{BOOK}: titanium"),
+        "STRUT": (0.05, f"{BOOK}: wrapped in aluminised Kapton, aluminium outside"),
+        "VE": (0.60, f"{BOOK}: polished titanium"),
+        "SUPPORT": (0.60, f"{BOOK}: polished titanium"),
+        "CAGING": (0.60, f"{BOOK}: polished titanium"),
+        "BRACKET": (0.60, f"{BOOK}: polished titanium"),
+        "PUMP": (0.60, f"{BOOK}: polished titanium"),
+        "FLANGE": (0.60, f"{BOOK}: polished titanium"),
         "EH": (0.04, f"{BOOK}: gold"),
         "TM": (0.04, f"{BOOK}: gold"),
         "CM": (0.10, f"{ASSUMED}: bare tungsten"),
@@ -125,7 +128,7 @@ AREA = Table(
     "m2",
     {"unit": (0.02, ASSUMED), "front-end electronics": (0.01, ASSUMED)},
 )
-DENSITY = Table("density", "kg/m3", {"aluminium": (2700.0, f"{ASM}, 6061")})
+DENSITY = Table("density", "kg/m3", {"aluminium": (2700.0, f"{ASM}, 6061-T6")})
 MASS = Table(
     "mass",
     "kg",

@@ -56,7 +56,7 @@ def run_case(
     All cases are held against the model first: what does not fit is told at once, and keeps no other from being run.
     """
     from tedm_cli.cli.printing.case import case_dict, case_lines
-    from tedm_cli.cli.printing.contributors import contributor_lines, more_dict, resemblance_line, sensitivity_table
+    from tedm_cli.cli.printing.contributors import comparison_lines, contributor_lines, more_dict, sensitivity_table
     from tedm_cli.cli.printing.series import realisation_line
     from tedm_cli.cli.printing.uncertainty import uncertainty_lines
     from tedm_cli.cli.streams import refusal_lines
@@ -98,7 +98,7 @@ def run_case(
                 yield from uncertainty_lines(one.uncertainty, bool(verbose))
             if verbose:
                 yield from contributor_lines(one.result, rows(top))
-                yield from resemblance_line(one.result.case.id, one.resemblance)
+                yield from comparison_lines(one.result, one.comparison)
         if verbose:
             yield from sensitivity_table([one.result for one in done])
 
@@ -107,7 +107,7 @@ def run_case(
             case_dict(one.path, one.result)
             | more_dict(one.result)
             | {"uncertainty": as_dict(one.uncertainty)}
-            | ({"deviation_from_case": dict(one.resemblance)} if one.resemblance else {})
+            | ({} if one.comparison is None else {"deviation_from_case": one.comparison.by_case})
             for one in done
         ]
 

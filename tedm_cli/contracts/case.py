@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tedm_cli.contracts.disturbances import NETWORK, DisturbanceDatasets
+from tedm_cli.contracts.resemblance import ResemblanceDatasets
 from tedm_cli.contracts.spec import (
     COUNT,
     FLAG,
@@ -352,7 +353,7 @@ class _NoiseDatasets(AreaDatasets):
     )
 
 
-class CaseFile(UncertaintyDatasets, DisturbanceDatasets, _NoiseDatasets, FileKind):
+class CaseFile(UncertaintyDatasets, ResemblanceDatasets, DisturbanceDatasets, _NoiseDatasets, FileKind):
     """Its datasets by name; `CASE` is the kind of file."""
 
 
@@ -361,6 +362,10 @@ CASE = CaseFile(
     5,
     "tedm run-case",
     fixed_dims={"band_edge": 2, "plane": 2, "factor": 2, "estimate": 4, "probability": 99},
-    derived_dims={"area_column": ("area", 1, 0), "parameter_column": ("parameter", 1, 0)},
+    derived_dims={
+        "area_column": ("area", 1, 0),
+        "parameter_column": ("parameter", 1, 0),
+        "node_group_column": ("node_group", 1, 0),
+    },
     families={"output": "/output/label", "bound": "/bound_ratio/bound"},
 )

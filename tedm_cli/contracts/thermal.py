@@ -6,7 +6,7 @@ from tedm_cli.contracts.spec import BASIC, FLAG, NAMES, Dataset, FileKind, Value
 
 KINDS_OF_NODE = ("diffusive", "arithmetic", "boundary")
 KINDS_OF_DISTURBANCE = ("temperature", "power")
-_NETWORK, _DISTURBED, _MAPPED, _WARMED = "network", "disturbed", "mapped", "warmed"
+_NETWORK, _DISTURBED, _MAPPED, _PLACED, _WARMED = "network", "disturbed", "mapped", "placed", "warmed"
 
 
 class ThermalFile(FileKind):
@@ -240,7 +240,7 @@ class ThermalFile(FileKind):
         "thermal nodes that lie on the finite elements",
         optional=True,
         values=NAMES,
-        group=_MAPPED,
+        group=_PLACED,
     )
     MAP_AREA = Dataset(
         "/map/area",
@@ -249,7 +249,7 @@ class ThermalFile(FileKind):
         "1",
         "thermal area that most of the node's volume is in, or with weights that has most of it; empty: none",
         optional=True,
-        group=_MAPPED,
+        group=_PLACED,
     )
     SENSITIVITY = Dataset(
         "/sensitivity",

@@ -31,6 +31,7 @@ from tedm_cli.noise.correlation import CorrelationCase, LabelledMatrix
 from tedm_cli.optics.layout import OpticalLayout
 from tedm_cli.quantities import FREQUENCY, MATRIX_ENTRY, TEMPERATURE_ASD
 from tedm_cli.results.case_file import write_case
+from tedm_cli.results.network_comparison import write_comparison
 from tedm_cli.results.uncertainty import write_uncertainty
 from tedm_cli.stages.noise.case import case_setting
 
@@ -189,12 +190,14 @@ def run_case(
     ready = setting.ready(chosen)
     result = setting.run(ready)
     requirement_list = [applied.requirement for applied in setting.criteria.requirements]
-    sure = setting.uncertainty(result)
+    sure, beside = setting.uncertainty(result), setting.comparison(ready, result)
 
     def write(writer: Writer) -> None:
         write_case(writer, result, ready.outputs.area_id, requirement_list)
         if sure is not None:
             write_uncertainty(writer, sure)
+        if beside is not None:
+            write_comparison(writer, beside)
 
     with in_memory(CASE, (setting.file,), f"tedm.run_case({case!r})", write) as file:
         made = dataset_of(file)

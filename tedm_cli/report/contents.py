@@ -20,6 +20,7 @@ from tedm_cli.report.evidence import change_section, sure_section, why_section
 from tedm_cli.report.field import field_section
 from tedm_cli.report.materials import materials_section
 from tedm_cli.report.model import model_section
+from tedm_cli.report.network_case import network_case_section, network_correlation_section
 from tedm_cli.report.numbering import held, numbered
 from tedm_cli.report.optics import optics_section
 from tedm_cli.report.proof import (
@@ -34,7 +35,7 @@ from tedm_cli.report.remedy import remedy_section
 from tedm_cli.report.series import series_section
 from tedm_cli.report.summary import summary_section
 from tedm_cli.report.thermal import SECTION as THERMAL
-from tedm_cli.report.thermal import thermal_cases, thermal_evidence_section, thermal_section
+from tedm_cli.report.thermal import thermal_section
 from tedm_cli.report.uncertain import uncertainty_section
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.report.where import Where, where_section
@@ -211,8 +212,7 @@ def _report_sections(inputs: ReportInputs, figures: dict[str, list[Figure]], tit
     if judged:
         sections.append(binding_section(cases, inputs.benches, figures["contributors"]))
         sections.append(where_section(cases, inputs.where, figures["where"]))
-    if thermal_cases(cases):
-        sections.append(thermal_evidence_section(cases, figures[THERMAL], titles))
+    sections += network_case_section(cases, figures[THERMAL], titles)
     if dc:
         sections.append(at_rest_section(dc, figures["field"]))
     if loop is not None:
@@ -241,6 +241,7 @@ def _annex_sections(inputs: ReportInputs, figures: _Figures, titles: Titles) -> 
             *([uncertainty_section(cases, of["uncertainty"])] if uncertain_cases(cases) else []),
             change_section(cases, of["improvement"], titles),
         ]
+    sections += network_correlation_section(cases)
     if loop is not None:
         ids = [case.id for case in cases]
         sections.append(loop_detail_section(loop, ids, of["closed loop"], of[IN_TIME], titles))

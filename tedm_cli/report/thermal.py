@@ -14,7 +14,6 @@ from tedm_cli.report.document import (
     Figure,
     Folded,
     Heading,
-    Link,
     Paragraph,
     Section,
     Strong,
@@ -23,11 +22,10 @@ from tedm_cli.report.document import (
     columns,
     row,
 )
-from tedm_cli.report.evidence import cancels, share_text
 from tedm_cli.report.verdicts import Titles
-from tedm_cli.results.deciding import DIAGNOSTIC, without_repeats
+from tedm_cli.results.deciding import DIAGNOSTIC
 from tedm_cli.results.disturbances import all_together, strictest_of
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.noise import CaseNoise
 from tedm_cli.results.thermal import SteadyResults
 from tedm_cli.results.thermal_groups import GroupGains, GroupTemperatures, SteadyNodes
 from tedm_cli.results.thermal_network import ThermalNetwork
@@ -62,53 +60,7 @@ def thermal_cases(cases: Sequence[CaseNoise]) -> list[CaseNoise]:
     return [case for case in cases if case.thermal and case.judged and case.role != DIAGNOSTIC]
 
 
-def thermal_evidence_section(cases: Sequence[CaseNoise], figures: Sequence[Figure], titles: Titles) -> Section:
-    """In the report: the disturbances that the noise of the cases of the network comes from.
-
-    figures : of each case of `thermal_cases` its shares and its required stability.
-    """
-    blocks: list[Block] = []
-    for case, shares, stability in zip(thermal_cases(cases), figures[::2], figures[1::2], strict=True):
-        blocks += [
-            Paragraph(
-                (
-                    f"Case {case.id} ({case.title}) takes temperatures and correlations from the thermal network (",
-                    Link("its steady state and gains", SECTION),
-                    f"), in place of assumed spectra and blocks. {_shares_words(case)}",
-                )
-            ),
-            shares,
-            Paragraph(_stability_words(case, titles)),
-            stability,
-        ]
-    return Section("network", "Evidence: the thermal network", "Thermal network", tuple(blocks))
-
-
-def _shares_words(case: CaseNoise) -> str:
-    """Which disturbance each output has most of its noise from, at the frequency that binds."""
-    judged = [j for j in without_repeats([case])[0].judged if j.disturbances is not None]
-    judged.sort(key=lambda j: -j.ratio)
-    of_name: dict[str, list[str]] = {}
-    for j in judged[:_TOLD]:
-        name, words = _most_of(j)
-        of_name.setdefault(name, []).append(words)
-    told = "; ".join(f"from {name} in {and_text(words)}" for name, words in of_name.items())
-    more = f"; {count(len(judged) - _TOLD, 'more output')} in the figure" if len(judged) > _TOLD else ""
-    return f"At the frequency that binds, the largest part of the noise power comes {told}{more}."
-
-
-def _most_of(j: JudgedOutput) -> tuple[str, str]:
-    """The disturbance with the largest share, and the output with this share."""
-    of = j.disturbances
-    assert of is not None
-    if not np.abs(of.share).any():
-        return "nowhere", f"the {clause(output_title(j.output))} which is silent"
-    largest = int(np.abs(of.share).argmax())
-    share = share_text(float(of.share[largest]), cancels(of.share))
-    return of.names[largest], f"the {output_title(j.output)} ({share} at {mhz_text(j.contribution_hz)})"
-
-
-def _stability_words(case: CaseNoise, titles: Titles) -> Text:
+def stability_words(case: CaseNoise, titles: Titles) -> Text:
     """Which disturbance has the least room, or must become quieter; and all of them together."""
     found = [s for s in strictest_of(case) if not math.isinf(s.factor)]
     if not found:

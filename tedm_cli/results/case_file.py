@@ -19,6 +19,7 @@ from tedm_cli.noise.selection import listed
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.results.areas import read_areas, write_areas
 from tedm_cli.results.case_network import of_network, read_disturbances, write_disturbances
+from tedm_cli.results.network_comparison import read_comparison
 from tedm_cli.results.noise import (
     MATCHED,
     QUIETER,
@@ -183,6 +184,7 @@ def read_case(file: Reader) -> CaseNoise:
         filter_corner_hz=file.array(CASE.FILTER_SENSITIVITY_CORNER) if has_filter else np.empty(0),
         uncertainty=read_uncertainty(file),
         thermal=of_network(file),
+        comparison=read_comparison(file),
     )
 
 

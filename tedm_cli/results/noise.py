@@ -10,6 +10,7 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.noise.areas import AreaTable, unit_of_group
 from tedm_cli.noise.spectral_estimate import Estimate
+from tedm_cli.results.network_comparison import Comparison
 from tedm_cli.results.ranking import all_largest, first_largest
 from tedm_cli.results.titles import requirement_title
 from tedm_cli.uncertainty.verdicts import CaseUncertainty
@@ -175,7 +176,8 @@ class CaseNoise:
     `block` is [k], the correlated block of each area, -1 for silent ones. `filter_order` and
     `filter_corner_hz` are the axes of each `filter_ratio`, empty where there is no low-pass. `uncertainty` says how
     sure the verdicts are; None where nothing is configured to be uncertain. `thermal`: the temperatures are those
-    of the thermal network, and `areas` its nodes, and behind them areas that its map leaves out.
+    of the thermal network, and `areas` its nodes, and behind them areas that its map leaves out. `comparison`: then,
+    these temperatures beside those of the assumed cases.
     """
 
     id: str
@@ -193,6 +195,7 @@ class CaseNoise:
     filter_corner_hz: FloatArray
     uncertainty: CaseUncertainty | None = None
     thermal: bool = False
+    comparison: Comparison | None = None
 
     @property
     def active(self) -> BoolArray:

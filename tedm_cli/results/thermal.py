@@ -113,7 +113,7 @@ def read_thermal(file: Reader) -> ThermalResults:
         coherence=None if frequency is None or not file.has(THERMAL.PSD) else _coherence(file, frequency),
         disturbances=() if frequency is None else _disturbances(file, frequency),
         mapped=tuple(file.strings(THERMAL.MAP_NODE)) if mapped else (),
-        outputs=len(file.strings(THERMAL.ROW_LABEL)) if mapped else 0,
+        outputs=len(file.strings(THERMAL.ROW_LABEL)) if file.has(THERMAL.ROW_LABEL) else 0,
     )
 
 

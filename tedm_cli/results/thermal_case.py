@@ -63,10 +63,8 @@ def thermal_columns(
         own and gradients within areas, which follow areas.
     InputError : thermal.h5 is missing or stale, or lacks frequencies, outputs or nodes.
     """
-    case = next(number for number, table in enumerate(config.cases) if table.id == case_id)
-    if project.thermal is None:
-        fact = 'the project has no thermal model (thermal = "thermal.toml" in its file)'
-        raise ConfigError([(f"case[{case}].thermal", fact)], where=str(project.cases))
+    require_thermal_model(project, config, case_id)
+    assert project.thermal is not None
     thermal = load_thermal(project.thermal)[1]
     _require_possible(project, config, thermal, case_id, outputs)
     path = project.build_dir / THERMAL_FILE
@@ -76,6 +74,20 @@ def thermal_columns(
     with open_checked(path, THERMAL) as file:
         _require_fresh(file, project, thermal, outputs)
         return _columns(file, project, config, thermal, outputs, temperature)
+
+
+def require_thermal_model(project: Project, config: CasesConfig, *case_ids: str) -> None:
+    """Refuse those of the cases that are of the thermal network, where the project has none: `ConfigError`."""
+    if project.thermal is not None:
+        return
+    fact = 'the project has no thermal model (thermal = "thermal.toml" in its file)'
+    problems = [
+        (f"case[{number}].thermal", fact)
+        for number, table in enumerate(config.cases)
+        if table.id in case_ids and table.thermal is not None
+    ]
+    if problems:
+        raise ConfigError(problems, where=str(project.cases), hint="name one, or delete the case")
 
 
 def _require_possible(

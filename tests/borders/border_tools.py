@@ -21,6 +21,10 @@ from unittest import mock
 import h5py
 import numpy as np
 
+sys.path.append(str(Path(__file__).parents[1]))
+
+from shipped_cases import cases_of_areas
+
 from tedm_cli.cli import main
 from tedm_cli.files.seal import seal
 from tedm_cli.nastran.op2.writer import write_op2
@@ -119,8 +123,8 @@ def build_chain(folder: Path) -> None:
     """The small sample and its whole chain, case 3 included; made once for all who read it, as `small`."""
     for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small_areas.csv"):
         shutil.copy(SMALL / name, folder)
-    for name in ("optics.toml", "cases.toml"):
-        shutil.copy(CONFIGS / name, folder)
+    shutil.copy(CONFIGS / "optics.toml", folder)
+    (folder / "cases.toml").write_text(cases_of_areas())
     (folder / "tedm.toml").write_text('title = "small sample"\n')
     project = Project(folder)
     for command in STAGES:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from border_tools import CONFIGS, ROOT, SMALL, Project, replace, untouched
+from shipped_cases import cases_of_areas
 
 from tedm_cli.control_characters import control_fact
 
@@ -33,8 +34,8 @@ def fresh(tmp_path: Path) -> Project:
     folder.mkdir()
     for name in ("unit_loads.bdf", "unit_loads.op2", "model.toml", "ltp_small.bdf", "ltp_small_areas.csv"):
         shutil.copy(SMALL / name, folder)
-    for name in ("optics.toml", "cases.toml"):
-        shutil.copy(CONFIGS / name, folder)
+    shutil.copy(CONFIGS / "optics.toml", folder)
+    (folder / "cases.toml").write_text(cases_of_areas())
     (folder / "tedm.toml").write_text('title = "small sample"\n')
     return Project(folder)
 

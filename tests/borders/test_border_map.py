@@ -13,6 +13,12 @@ import pytest
 from border_tools import SMALL, Project, edited, replace, tedm
 from mapped_project import BY_ELEMENT, ELEMENTS, WAYS, K, fields, mapped, refused, with_map
 
+from tedm_cli.config.model import load_model
+from tedm_cli.contracts import ADJOINT, SENSITIVITY
+from tedm_cli.files.build_folder import provenance
+from tedm_cli.files.store import create, open_checked
+from tedm_cli.stages.common import copy_areas
+
 
 def test_csv_and_quality(two: Project) -> None:
     """Two bricks in a row: 1-D linear elements, so by hand. With grids a, b, c along x: (a + b)/2 and (b + c)/2 are
@@ -316,12 +322,46 @@ def test_conduction_keeps_what_is_common(areas_of_small: Project) -> None:
     assert np.abs(found[gravity] - structural[gravity]).max() < 1e-9 * np.abs(structural[gravity]).max()
 
 
+NETWORK = '[network]\nnodes = "n.csv"\nconductors = "c.csv"\n'
+
+
 def test_build_thermal_without_an_adjoint(areas_of_small: Project) -> None:
-    """Nothing to write, or a stale adjoint: one clear error each."""
+    """The map alone, and why there is no more; a stale adjoint is one clear error."""
     build = areas_of_small.build
     kept = (build / "adjoint.h5").read_bytes()
     (build / "adjoint.h5").unlink()
-    areas_of_small.run("build-thermal").refused(3, "no [map] with adjoint.h5")
+    said = areas_of_small.run("build-thermal").ok().out
+    assert "28 thermal nodes on the model\n" in said
+    assert "adjoint.h5 is not there (`tedm build-adjoint` makes it)" in said
+    with h5py.File(build / "thermal.h5") as file:
+        assert "sensitivity" not in file
+        assert file["map/node"].asstr()[:].tolist() == file["map/area"].asstr()[:].tolist()
+    tedm("show", build / "thermal.h5").ok()
+    trace = provenance([load_model(areas_of_small.model)[0]], [build / "sensitivity.h5"])
+    with (
+        open_checked(build / "sensitivity.h5", SENSITIVITY) as gravity,
+        create(build / "adjoint.h5", ADJOINT, trace) as writer,
+    ):
+        copy_areas(gravity, writer)
+        writer.write(ADJOINT.REFUSAL, ["it has no constraints"])
+    said = areas_of_small.run("build-thermal").ok().out
+    assert "no outputs per kelvin of the thermal nodes: " in said
+    assert "adjoint.h5: it has no constraints" in said
+    both = (areas_of_small.folder / "thermal.toml").read_text() + NETWORK
+    with_map(areas_of_small, both, n="node,capacity_J_K,kind,temperature_K\nB,0,boundary,290\nSTRUT_1,1,diffusive,\n",
+             c="node_a,node_b,GL_W_K,GR_m2\nB,STRUT_1,1,0\n")  # fmt: skip
+    assert "adjoint.h5: it has no constraints" in areas_of_small.run("build-thermal").ok().out
+    with h5py.File(build / "thermal.h5") as file:
+        assert "map" not in file
+        assert "steady_K" in file
+    (build / "adjoint.h5").write_bytes(kept)
+    said = areas_of_small.run("build-thermal").ok().out
+    assert "of the 28 nodes of the map 27 not in the network, so no case can take its temperatures: " in said
+    assert "1 node of the network not on the model: B\n" in said
+    replace(areas_of_small.folder / "n.csv", "STRUT_1", "STRUT_1x")
+    replace(areas_of_small.folder / "c.csv", "STRUT_1", "STRUT_1x")
+    said = areas_of_small.run("build-thermal").ok().out
+    assert "of the 28 nodes of the map none in the network, so no case can take its temperatures: " in said
     (build / "adjoint.h5").write_bytes(kept)
     with edited(build / "adjoint.h5") as file:
         file["grid/id"][-1] += 1

@@ -17,6 +17,7 @@ from tedm_cli.stages.model.distortion import build_distortion
 from tedm_cli.stages.model.ingest import ingest
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.optics.build import build_optics
+from tedm_cli.stages.thermal.build import build_thermal
 
 ROOT = Path(__file__).parents[2]
 SMALL = ROOT / "sample_models" / "small"
@@ -31,7 +32,7 @@ def matrices(project: Project) -> None:
 
 @pytest.fixture(scope="session")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Project:
-    """The small sample, all stages up to the cases, and the adjoint."""
+    """The small sample, all stages up to the cases, with the adjoint and the thermal network."""
     return small_in(shared(tmp_path_factory, "small_cases", lambda folder: build_cases(small_in(folder))))
 
 
@@ -43,6 +44,7 @@ def build_cases(project: Project) -> None:
     matrices(project)
     build_optics(project, None)
     build_adjoint(project, None, silent)
+    build_thermal(project, None, silent)
     run_cases(project, select_cases(project.cases, ["all"]), None, silent)
 
 

@@ -27,5 +27,6 @@ def changed_small(folder: Path, card: str = "", tables: str = "") -> Project:
     (folder / "model.toml").write_text(model + tables, encoding="utf-8")
     project = (SMALL / "tedm.toml").read_text(encoding="utf-8")
     configs = (SMALL / "../../configs").resolve()
-    (folder / "tedm.toml").write_text(project.replace("../../configs", str(configs)), encoding="utf-8")
+    project = project.replace("../../configs", str(configs)).replace('"thermal.toml"', f'"{SMALL}/thermal.toml"')
+    (folder / "tedm.toml").write_text(project, encoding="utf-8")
     return load_project(folder / "tedm.toml", folder / "build")

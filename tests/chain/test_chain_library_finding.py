@@ -20,7 +20,7 @@ def home(request: pytest.FixtureRequest, small: Project, tmp_path: Path) -> Path
     """The folder of a project whose results are those of the small sample."""
     file = tmp_path / "home" / request.param
     (file.parent / "deep" / "deeper").mkdir(parents=True)
-    named = {"model": small.model, "optics": small.required_optics(), "cases": small.cases}
+    named = {name: getattr(small, name) for name in ("model", "optics", "cases", "thermal")}
     file.write_text("".join(f'{k} = "{v}"\n' for k, v in {"title": TITLE, **named}.items()), encoding="utf-8")
     (tmp_path / "home" / "build").symlink_to(small.build_dir)
     return tmp_path / "home"

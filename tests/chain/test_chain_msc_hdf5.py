@@ -49,7 +49,8 @@ def double(tmp_path_factory: pytest.TempPathFactory) -> Double:
         shutil.copy(SMALL / name, folder)
     text = (SMALL / "tedm.toml").read_text()
     assert "../../configs/" in text
-    (folder / "tedm.toml").write_text(text.replace("../../configs/", f"{SMALL.parents[1]}/configs/"))
+    text = text.replace("../../configs/", f"{SMALL.parents[1]}/configs/")
+    (folder / "tedm.toml").write_text(text.replace("thermal.toml", f"{SMALL}/thermal.toml"))
     kept = Double(folder, np.zeros(0), [])
 
     def keep(path: Path, ids: np.ndarray, cases: Iterable[tuple[int, str, np.ndarray]]) -> None:

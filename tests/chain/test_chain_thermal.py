@@ -18,15 +18,20 @@ sys.path += [str(Path(__file__).parents[1] / folder) for folder in ("borders", "
 from border_tools import Outcome, tedm
 from figure_texts import drawn, faults
 from report_project import sketch
+from shipped_cases import cases_of_areas
 
 from tedm_cli.chain.graph import chain_of
 from tedm_cli.config.project import Project, load_project
-from tedm_cli.contracts import THERMAL
+from tedm_cli.contracts import CASE, THERMAL
 from tedm_cli.errors import InputError
+from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
+from tedm_cli.report.document import Table
+from tedm_cli.report.evidence import cancels, share_text
+from tedm_cli.report.network_case import network_case_section, network_correlation_section
 from tedm_cli.results.build_folder import open_results
 from tedm_cli.results.case_file import read_case
-from tedm_cli.results.wording import rounded_down
+from tedm_cli.results.wording import power_text, ratio_text, rounded_down
 from tedm_cli.stages.chain.project_files import chain_files
 from tedm_cli.stages.noise.case import run_cases
 from tedm_cli.stages.reporting.plot import figure_specs
@@ -77,7 +82,7 @@ def white(cases: str) -> str:
 
 @pytest.fixture(scope="module")
 def shipped() -> str:
-    return (ROOT / "configs" / "cases.toml").read_text(encoding="utf-8")
+    return cases_of_areas()
 
 
 @pytest.fixture(scope="module")
@@ -134,6 +139,59 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     tedm("export-extremal", "T", "-o", tmp_path / "e", *build).refused(2, "thermal nodes in place of areas")
     refused = command(sample, "export-state-space", "T", "-o", tmp_path / "system")
     refused.refused(3, "temperatures are those of the thermal network")
+
+
+def test_the_report_tells_it_beside_the_others(sample: Project) -> None:
+    """Ratios, levels and correlations by hand from the files; nothing of it without such a case."""
+    command(sample, "run-case", "3", "4", "7").ok()
+    cases = []
+    for name in ("case03.h5", "case04.h5", "case07.h5", "caseT.h5"):
+        with open_checked(sample.build_dir / name, CASE) as file:
+            cases.append(read_case(file))
+    with h5py.File(sample.build_dir / "thermal.h5") as t:
+        asd, names = t["disturbance/asd"][:], t["disturbance/name"].asstr()[:].tolist()
+        hz, kinds = t["frequency"][:], t["disturbance/kind"].asstr()[:].tolist()
+    assert network_case_section(cases[:3], [], str) == network_correlation_section(cases[:3]) == []
+    (section,) = network_case_section(cases, [], str)
+    tables = {b.key: b for b in section.blocks if isinstance(b, Table)}
+    of = {
+        key: {r.cells[0].label or r.cells[0].text: [c.text for c in r.cells] for r in table.rows}
+        for key, table in tables.items()
+    }
+    worst = {j.output: (j, cases[0].judged[n], cases[1].judged[n]) for n, j in enumerate(cases[3].judged)}
+    for label, cells in of["network beside"].items():
+        mine, third, _ = worst[label.split(",")[0]]
+        assert cells[2] == ratio_text(mine.ratio)
+        assert cells[4] == f"{ratio_text(third.ratio)} (case 3)"  # likely; case 4 is not
+        assert cells[5] == ratio_text(mine.bound_ratio["maximum"])
+    stability = of["network stability"]
+    assert set(stability) == set(names)
+    for name, cells in stability.items():
+        judged = [(j.disturbances, j) for j, *_ in worst.values() if j.disturbances is not None]
+        factors = [(d.level_factor[names.index(name)], j) for d, j in judged]
+        factor, j = min(factors, key=lambda one: -1.0 if np.isnan(one[0]) else one[0])
+        now = asd[names.index(name), np.abs(hz - j.binding_hz).argmin()]
+        assert cells[2] == power_text(now, 3)
+        assert cells[3] == ("cannot alone" if np.isnan(factor) else ratio_text(factor))
+        assert cells[4] == ("" if np.isnan(factor) else power_text(now * factor, 3))
+        assert cells[5] == {"temperature": "K/√Hz", "power": "W/√Hz"}[kinds[names.index(name)]]
+    with h5py.File(sample.build_dir / "caseT.h5") as case:
+        matrix = case["correlation/real"][:] + 1j * case["correlation/imaginary"][:]
+        group = case["area/group"].asstr()[:]
+        at = np.abs(case["frequency"][:] - 1e-3).argmin()
+        level = case["temperature/asd"][:, at][case["temperature/spectrum"][:]]
+    (parts,) = network_correlation_section(cases)
+    (means,) = (b for b in parts.blocks if isinstance(b, Table))
+    table = {(r.cells[0].text, r.cells[1].text): [c.text for c in r.cells] for r in means.rows}
+    one, other = (np.flatnonzero(group == g) for g in ("struts", "OB"))
+    between = matrix[np.ix_(one, other)]
+    pair = next(p for p in (("struts", "OB"), ("OB", "struts")) if p in table)
+    assert table[pair][2] == f"{np.abs(between).mean():.2f}"
+    assert float(table[pair][3].replace("−", "-")) == pytest.approx(between.real.mean(), abs=0.006)
+    assert of["network levels"]["struts"][1] == power_text(np.sqrt(np.mean(level[one] ** 2)), 3)
+    assert of["network levels"]["OB"][2] == power_text(1e-4, 3)
+    assert {"3", "4"} < set(of["network resemblance"])
+    assert "7" not in of["network resemblance"]
 
 
 def weights_project(folder: Path, small: Project, shipped: str, *, common: bool) -> tuple[Project, str]:
@@ -212,7 +270,8 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     command(project, "run-case", "T").refused(3, "leave rho out")
     changed(folder / "cases.toml", "thermal = true\nrho = 0.5", "thermal = true")
     changed(folder / "tedm.toml", 'thermal = "thermal.toml"\n', "")
-    command(project, "run-case", "T").refused(3, "the project has no thermal model")
+    for words in (("run-case", "T"), ("run", "-n"), ("make-rules",)):
+        command(project, *words).refused(3, "the project has no thermal model", hint="delete the case")
     gradient = '\n[[temperature.within]]\nareas = ["OB_*"]\nname = "bench"\nacross_K = 1e-4\n'
     with (folder / "tedm.toml").open("a") as file:
         file.write('thermal = "thermal.toml"\n')
@@ -313,8 +372,8 @@ def test_report_of_the_network(reported: Project) -> None:
     assert cannot == names, "of the small sample the read-outs are beyond their limits, whoever is quiet"
     assert "**No single disturbance is enough**" in section
     assert f"All together must have at most {rounded_down(1.0 / worst)} times" in section
-    assert f"from {names[int(share.argmax())]} in the " in section
-    assert f"({100 * share.max():.1f} % at" in section
+    (line,) = (text for text in section.splitlines() if GRAVITY in text and names[int(share.argmax())] in text)
+    assert f"{names[int(share.argmax())]} {share_text(share.max(), cancels(share))}" in line
     # What is drawn of a disturbance alone goes with the whole: none is above what all would make in phase.
     assert (alone.sum(axis=0) >= np.sqrt(psd) * (1 - 1e-9)).all()
     section = annex[annex.index("## Thermal network") :]

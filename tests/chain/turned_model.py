@@ -11,6 +11,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+from shipped_cases import cases_of_areas
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.project import Project, load_project
@@ -44,7 +45,7 @@ def turned_project(folder: Path, origin: FloatArray, axes: FloatArray, *, side_m
     (folder / "unit_loads.bdf").write_text(turned_deck((SMALL / "unit_loads.bdf").read_text(), origin, axes))
     shutil.copy(SMALL / "unit_loads.op2", folder)
     shutil.copy(SMALL / "ltp_small_areas.csv", folder)
-    shutil.copy(CONFIGS / "cases.toml", folder)
+    (folder / "cases.toml").write_text(cases_of_areas())
     model = (SMALL / "model.toml").read_text()
     for x in (-0.188, 0.188):
         place = (origin + np.array([x, 0.0, 0.0]) @ axes).tolist()

@@ -38,7 +38,7 @@ def model_of(rng, k):
 def test_bounds_hold_every_shipped_case(areas, config, seed):
     rng = np.random.default_rng(seed)
     rows, model = rng.normal(size=(2, len(areas))), model_of(rng, len(areas))
-    for case_id in config.ids:
+    for case_id in config.ids_of_areas:
         found = correlation(config.case(case_id), areas)
         psd = TemperatureNoise(model, found).psd(rows, F)
         bounds = correlation_bounds(OutputNoise(rows, TemperatureNoise(model, found), F))

@@ -22,12 +22,13 @@ def problems(tmp_path, text):
 
 
 def test_shipped_file(config, areas):
-    assert config.ids == ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10", "10b"]
+    assert config.ids == ["1", "2", "3", "4", "4b", "5", "6", "7", "8", "9", "10", "10b", "T"]
+    assert config.ids_of_areas == config.ids[:-1]
     assert all(table.reason for table in config.cases)
     roles = {role: [c.id for c in config.cases if c.role == role] for role in ("likely", "possible", "diagnostic")}
     assert roles == {
         "likely": ["3", "10"],
-        "possible": ["1", "2", "4", "4b", "10b"],
+        "possible": ["1", "2", "4", "4b", "10b", "T"],
         "diagnostic": ["5", "6", "7", "8", "9"],
     }
     for table in config.cases:

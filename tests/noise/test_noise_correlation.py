@@ -44,7 +44,7 @@ def test_published_cases_have_the_published_blocks(areas, config, case_id):
 
 
 def test_every_shipped_case_is_tested(config):
-    assert set(config.ids) == set(SIZES)
+    assert set(config.ids_of_areas) == set(SIZES)
 
 
 def test_keys_narrow_and_values_widen(areas):

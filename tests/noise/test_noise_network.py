@@ -20,7 +20,7 @@ from tedm_cli.noise.network import NetworkNoise, NetworkOutputs
 from tedm_cli.noise.outputs import Outputs
 from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.requirements import judge, tabulated
-from tedm_cli.noise.resemblance import deviation
+from tedm_cli.noise.resemblance import deviation, resemblance
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel
 
 F = np.geomspace(1e-4, 1e-1, 31)
@@ -200,4 +200,18 @@ def test_the_assumed_case_that_is_most_like_it() -> None:
     together, apart = full_blocks([np.arange(2)], 2), full_blocks([np.array([0]), np.array([1])], 2)
     assert deviation(found, area, together, 1e-3) == pytest.approx(np.sqrt((0.01 + 1.25 + 1.0) / 3))
     assert deviation(found, area, apart, 1e-3) == pytest.approx(np.sqrt((0.01 + 0.25 + 0.0) / 3))
-    assert np.isnan(deviation(found, area, full_blocks([np.array([0])], 2), 1e-3))
+    silent = full_blocks([np.array([0])], 2)
+    assert np.isnan(deviation(found, area, silent, 1e-3))
+    cases = {"a": together, "b": apart, "c": silent}
+    level, assumed = np.array([3.0, 4.0, 7.0]), np.array([1.0, 1.0, 2.0])
+    r = resemblance(found, area, cases, 1e-3, ["left", "left", "right"], level, assumed)
+    assert r is not None
+    assert (r.cases, r.groups) == (("b", "a"), ("left", "right"))
+    np.testing.assert_allclose(r.deviation, np.sqrt([0.26 / 3, 2.26 / 3]))
+    np.testing.assert_allclose(r.coherence, [[0.9, 0.25], [0.25, np.nan]])
+    np.testing.assert_allclose(r.computed, [[0.9, 0.0], [0.0, np.nan]])
+    np.testing.assert_allclose(r.assumed[0], [[1.0, 0.0], [0.0, np.nan]])
+    np.testing.assert_allclose(r.assumed[1], [[1.0, 1.0], [1.0, np.nan]])
+    np.testing.assert_allclose(r.asd, [np.sqrt(12.5), 7.0])
+    np.testing.assert_allclose(r.assumed_asd, [1.0, 2.0])
+    assert resemblance(found, area, {"c": silent}, 1e-3, ["left"] * 3, level, assumed) is None

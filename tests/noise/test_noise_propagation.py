@@ -24,7 +24,8 @@ def mixed_model(rng, k):
 def test_cases_that_split_into_others_add_their_powers(areas, config, seed):
     rng = np.random.default_rng(seed)
     rows, model = rng.normal(size=(3, len(areas))), mixed_model(rng, len(areas))
-    psd = {i: output_psd(rows, model, correlation_matrix(config.case(i), areas)[0], F) for i in config.ids}
+    ids = config.ids_of_areas
+    psd = {i: output_psd(rows, model, correlation_matrix(config.case(i), areas)[0], F) for i in ids}
     # Sums of signed terms are known to rounding of the sum of their sizes, here through the eigenvectors of R.
     rounding = 1e-13 * (np.abs(rows) @ model.amplitudes(F))
     for whole, parts in (("2", ("6", "8")), ("3", ("5", "7")), ("4", ("5", "9"))):

@@ -33,7 +33,7 @@ def mean_ratio(rows, model, factor, plan):
 
 
 def test_no_shipped_case_is_left_out(config):
-    assert set(config.ids) == set(SHIPPED)
+    assert set(config.ids_of_areas) == set(SHIPPED)
 
 
 @pytest.mark.parametrize("case_id", SHIPPED)

@@ -21,7 +21,10 @@ from border_tools import heed_interrupts, tedm
 ROOT = Path(__file__).parents[2]
 
 CASES = ["1", "4b"]
-"""Cases of the workshop, whose files are named in two ways; that all twelve are asked for, a test below shows."""
+"""Cases of the workshop, whose files are named in two ways; that all of them are asked for, a test below shows."""
+NETWORK = "T"
+"""Case of the thermal network, which the workshop has too."""
+THERMAL = ("thermal.toml", *(f"thermal_{name}.csv" for name in ("nodes", "conductors", "powers", "elements")))
 
 UNCERTAIN = """
 [[uncertainty.material]]
@@ -51,13 +54,14 @@ class Workshop:
             "ltp_small_areas.csv",
             "unit_loads.bdf",
             "unit_loads.op2",
+            *THERMAL,
         ):
             shutil.copy(small / name, self.configs)
         for name in ("optics.toml", "cases.toml"):
             shutil.copy(ROOT / "configs" / name, self.configs)
         cases = self.configs / "cases.toml"
         head, *tables = cases.read_text(encoding="utf-8").split("[[case]]")
-        kept = [table for table in tables if re.search(rf'^id = "({"|".join(CASES)})"$', table, re.M)]
+        kept = [table for table in tables if re.search(rf'^id = "({"|".join([*CASES, NETWORK])})"$', table, re.M)]
         cases.write_text("[[case]]".join([head, *kept]), encoding="utf-8")
         with (self.configs / "model.toml").open("a", encoding="utf-8") as model:
             model.write(UNCERTAIN)
@@ -87,7 +91,9 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
         pytest.skip("needs make, and a virtual environment made by it")
     shop = Workshop(tmp_path_factory.mktemp("make"))
     commands = shop.make("-j2", "all")
-    assert commands.count("run-case") == commands.count("simulate") == len(CASES)
+    assert commands.count("run-case") == len(CASES) + 1
+    assert commands.count("simulate") == len(CASES)
+    assert commands.count("build-thermal") == 1
     assert set(commands) == {
         "make-rules",
         "ingest",
@@ -95,6 +101,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
         "build-sensitivity",
         "build-optics",
         "build-adjoint",
+        "build-thermal",
         "run-case",
         "build-dynamics",
         "simulate",
@@ -133,9 +140,10 @@ def test_figures_wait_for_the_closed_loop_of_a_project_with_two_test_masses(tmp_
     )
     assert done.returncode == 0, done.stderr
     commands = [line.split()[1] for line in done.stdout.splitlines() if "/bin/tedm " in line]
-    assert commands.count("simulate") == commands.count("run-case") == 12
+    assert commands.count("run-case") == 13
+    assert commands.count("simulate") == 12
     assert commands.count("build-thermal") == 1
-    assert [name for name in commands if name != "build-thermal"][-3:] == ["plot", "report", "view"]
+    assert commands[-3:] == ["plot", "report", "view"]
     assert commands.index("build-dynamics") < commands.index("simulate")
 
 
@@ -201,19 +209,21 @@ def with_series(folder: Path) -> None:
     edit("configs/cases.toml", "\n[frequency]", f"{table}\n[frequency]")(folder)
 
 
-def with_network(folder: Path) -> None:
-    """A thermal model whose frequencies are those of the cases, and which does not lie on the model."""
-    files = {
-        "thermal.toml": '[network]\nnodes = "n.csv"\nconductors = "c.csv"\n[[disturbance]]\nname = "d"\nnodes = ["B"]\n'
-        'kind = "temperature"\npreset = "white"\nlevel_K = 1\n',
-        "n.csv": "node,capacity_J_K,kind,temperature_K\nB,0,boundary,290\nN,10,diffusive,\n",
-        "c.csv": "node_a,node_b,GL_W_K,GR_m2\nB,N,1,0\n",
-    }
-    for name, text in files.items():
-        (folder / "configs" / name).write_text(text, encoding="utf-8")
-    with (folder / "configs" / "tedm.toml").open("a", encoding="utf-8") as stream:
-        stream.write('thermal = "thermal.toml"\n')
-    touch("configs/tedm.toml")(folder)
+def without_network(folder: Path) -> None:
+    """No thermal model, and no case of it."""
+    edit("configs/tedm.toml", 'thermal = "thermal.toml"\n', "")(folder)
+    cases = folder / "configs" / "cases.toml"
+    text = cases.read_text(encoding="utf-8")
+    cases.write_text(text[: text.index(f'[[case]]\nid = "{NETWORK}"')], encoding="utf-8")
+
+
+def on_no_model(folder: Path) -> None:
+    """A thermal model whose frequencies are its own, and which does not lie on the model; no case of it."""
+    cases, thermal = (folder / "configs" / f"{name}.toml" for name in ("cases", "thermal"))
+    text = cases.read_text(encoding="utf-8")
+    cases.write_text(text[: text.index(f'[[case]]\nid = "{NETWORK}"')], encoding="utf-8")
+    text = thermal.read_text(encoding="utf-8").split("[map]")[0]
+    thermal.write_text(f"{text}[frequency]\nlist_hz = [1e-3]\n", encoding="utf-8")
 
 
 def solved_here(folder: Path) -> None:
@@ -222,7 +232,8 @@ def solved_here(folder: Path) -> None:
 
 
 LAST = {"plot", "report", "view"}
-CASES_RUN = {f"run-case {c}" for c in CASES}
+NETWORK_RUN = {"build-thermal", f"run-case {NETWORK}"}
+CASES_RUN = {*(f"run-case {c}" for c in CASES), *NETWORK_RUN}
 LOOP = {"build-dynamics", *(f"simulate {c}" for c in CASES)}
 JUDGED = CASES_RUN | LAST
 ADJOINT = {"build-adjoint --or-say-why"}
@@ -256,6 +267,9 @@ STATES: dict[str, tuple[Callable[[Path], None], set[str], str]] = {
     "project touched": (touch("configs/tedm.toml"), ALL, "tedm.toml is newer"),
     "optics gone": (remove("build/optics.h5"), FROM_OPTICS, "optics.h5 is not there"),
     "the adjoint gone": (remove("build/adjoint.h5"), ADJOINT | JUDGED, "adjoint.h5 is rebuilt"),
+    "the network gone": (remove("build/thermal.h5"), NETWORK_RUN | LAST, "thermal.h5 is rebuilt"),
+    "its capacities touched": (touch("configs/thermal_nodes.csv"), NETWORK_RUN | LAST, "thermal_nodes.csv is newer"),
+    "its model touched": (touch("configs/thermal.toml"), NETWORK_RUN | LAST, "thermal.toml is newer"),
     "a case gone": (remove("build/case01.h5"), {"run-case 1", *LAST}, "case01.h5 is rebuilt"),
     "the loop gone": (remove("build/dynamics.h5"), LOOP | LAST, "dynamics.h5 is rebuilt"),
     "figures gone": (remove("build/figures.stamp"), {"plot", "report"}, "the figures are not there"),
@@ -267,7 +281,8 @@ STATES: dict[str, tuple[Callable[[Path], None], set[str], str]] = {
     "the page gone": (remove("build/view.html"), {"view"}, "view.html is not there"),
     "no loop": (loop_left_out, ALL - LOOP, "model.toml is newer"),
     "a series": (with_series, JUDGED | LOOP - {"build-dynamics"} | {"run-series warm", "simulate --series warm"}, ""),
-    "a thermal model": (with_network, ALL | {"build-thermal"}, "thermal.h5 is not there"),
+    "no thermal model": (without_network, ALL - NETWORK_RUN, "tedm.toml is newer"),
+    "a network without the model": (on_no_model, (JUDGED | LOOP) - {"build-dynamics", "run-case T"}, ""),
     "solved here": (solved_here, ALL | {"write-deck", "solve"}, "unit_loads.bdf is not there"),
 }
 

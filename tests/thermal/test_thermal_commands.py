@@ -148,7 +148,7 @@ def test_a_project_without_a_thermal_model(project: ThermalProject) -> None:
     project.run("build-thermal").refused(3, "thermal: names 'gone.toml'", hint="leaves the key out")
     (project.folder / "tedm.toml").write_text('title = "none"\nthermal = "thermal.toml"\n')
     (project.folder / "thermal.toml").write_text("")
-    project.run("build-thermal").refused(3, "there is no [network]", hint="give the network")
+    project.run("build-thermal").refused(3, "there is no [network] and no [map]", hint="give the network")
 
 
 def test_temperatures_in_celsius_are_told_by_their_column(project: ThermalProject) -> None:

@@ -11,6 +11,7 @@ import pytest
 from thermal_models import at, linear, network
 from thermal_project import ThermalProject
 
+from tedm_cli.arrays import ComplexArray, FloatArray
 from tedm_cli.contracts import THERMAL
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.areas import AreaTable
@@ -106,7 +107,7 @@ def test_temperatures_of_groups_are_the_ends_and_the_mean(file: Reader) -> None:
     assert whole.level[0] == pytest.approx(1e-3)
 
 
-def chain_gains(low_hz: float) -> tuple[np.ndarray, np.ndarray]:
+def chain_gains(low_hz: float) -> tuple[FloatArray, ComplexArray]:
     """Gains from one end of a chain of five nodes to each of them, from a frequency on."""
     names = [f"N{i}" for i in range(5)]
     net = network(
@@ -117,7 +118,7 @@ def chain_gains(low_hz: float) -> tuple[np.ndarray, np.ndarray]:
     return f, transfer(linear(net, {"B": 293.0}, [at("temperature", "B")]), f)
 
 
-def gains_of(f: np.ndarray, gain: np.ndarray) -> GroupGains:
+def gains_of(f: FloatArray, gain: ComplexArray) -> GroupGains:
     ends = np.zeros((2, *gain.shape[1:]))
     noise = np.abs(gain[:, :, 0])
     names = tuple(f"g{i}" for i in range(gain.shape[1]))
@@ -145,6 +146,6 @@ def test_fit_has_the_level_of_the_gain() -> None:
     logs = np.log(found.fit / np.abs(gain))
     np.testing.assert_allclose(logs.mean(axis=0), 0.0, atol=1e-12)
     np.testing.assert_allclose(np.sqrt((logs**2).mean(axis=0)), found.low_pass.error, rtol=0.05)
-    silent = dataclasses.replace(found, gain=0.0 * gain, low_pass=fitted(0.0 * gain, f))
+    silent = dataclasses.replace(found, gain=np.zeros_like(gain), low_pass=fitted(np.zeros_like(gain), f))
     assert np.isnan(silent.fit).all()
     assert np.isfinite(silent.phase_deg).all()

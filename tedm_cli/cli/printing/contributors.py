@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tedm_cli.noise.case_run import CaseResult
     from tedm_cli.noise.disturbances import DisturbanceContributions
     from tedm_cli.noise.requirements import Verdict
+    from tedm_cli.results.network_comparison import Comparison
 
 
 def sensitivity_table(results: Sequence[CaseResult]) -> list[str]:
@@ -98,14 +99,18 @@ def _disturbance_lines(of: DisturbanceContributions, o: int, v: int, most: int |
     ]
 
 
-def resemblance_line(case_id: str, found: Sequence[tuple[str, float]]) -> list[str]:
-    """Which case of areas is most like a case of the thermal network."""
-    if not found:
+def comparison_lines(r: CaseResult, found: Comparison | None) -> list[str]:
+    """Which case of areas is most like a case of the thermal network, and its temperatures beside those assumed."""
+    if found is None or found.resemblance is None:
         return []
-    each = ", ".join(f"{i} {far:.3g}" for i, far in found)
+    of = found.resemblance
+    each = ", ".join(f"{i} {far:.3g}" for i, far in found.by_case.items())
+    levels = zip(of.groups, of.asd.tolist(), of.assumed_asd.tolist(), strict=True)
     return [
-        f"correlation of case {case_id} at 1 mHz: case {found[0][0]} resembles it best (root mean square of"
-        f" |difference| over pairs of nodes: {each})"
+        f"correlation of case {r.case.id} at 1 mHz: case {of.cases[0]} resembles it best (root mean square of"
+        f" |difference| over pairs of nodes: {each})",
+        "temperatures at 1 mHz (K/sqrt(Hz), in brackets those that cases assume): "
+        + ", ".join(f"{group} {computed:.2g} ({assumed:.2g})" for group, computed, assumed in levels),
     ]
 
 

@@ -19,16 +19,15 @@ _UNIT = {"temperature": "K/K", "power": "K/W"}
 def thermal_lines(done: ThermalSummary) -> list[str]:
     """Nodes, steady state, and of every disturbance the largest gains and the low-pass that fits them."""
     lines = result_lines(done.results)
-    return [f"{done.path}: {lines[0]}", *lines[1:], f"made in {done.seconds:.3g} s"]
+    return [f"{done.path}: {lines[0]}", *lines[1:], *done.notes, f"made in {done.seconds:.3g} s"]
 
 
 def result_lines(r: ThermalResults) -> list[str]:
     """The same of a file that is there."""
     lines = [] if r.steady is None else _steady_lines(r.steady)
     if r.mapped:
-        lines.append(
-            f"{count(len(r.mapped), 'thermal node')} on the model; {count(r.outputs, 'output')} per kelvin of each"
-        )
+        outputs = f"; {count(r.outputs, 'output')} per kelvin of each" if r.outputs else ""
+        lines.append(f"{count(len(r.mapped), 'thermal node')} on the model{outputs}")
     if r.steady is not None and not r.disturbances:
         lines.append("nothing disturbs it: there are no gains and no spectra")
     if r.frequencies is not None:
@@ -84,4 +83,4 @@ def _spread(s: Spread | None, factor: float) -> str:
 
 def thermal_dict(done: ThermalSummary) -> dict[str, Any]:
     """What a program needs."""
-    return {"file": done.path, **asdict(done.results), "seconds": done.seconds}
+    return {"file": done.path, **asdict(done.results), "notes": done.notes, "seconds": done.seconds}

@@ -33,6 +33,7 @@ from tedm_cli.files.build_folder import (
 )
 from tedm_cli.results.effects import effect_files
 from tedm_cli.results.no_loop import why_no_loop
+from tedm_cli.results.thermal_case import require_thermal_model
 from tedm_cli.stages.temperature_series import series_files
 from tedm_cli.stages.uncertain_files import uncertainty_sources
 
@@ -43,7 +44,8 @@ def chain_files(project: Project) -> ChainFiles:
     Raises
     ------
     ConfigError : a configuration that cannot be read; a project with neither half of the chain, or with requirements
-        on the half that it has not, or on a difference of test masses that has no meaning.
+        on the half that it has not, or on a difference of test masses that has no meaning; a case of the thermal
+        network without one.
     InputError : a configuration file that is not there.
     """
     _, model = load_model(project.model)
@@ -51,6 +53,7 @@ def chain_files(project: Project) -> ChainFiles:
     halves = halves_of(project, model)
     halves.require_judgeable(cases.applied_requirements(), where=project.cases)
     require_parallel(project, cases.applied_requirements(), model)
+    require_thermal_model(project, cases, *cases.ids)
     dynamics = load_dynamics(project.dynamics)[1]
     beside = Path() if project.dynamics is None else project.dynamics.parent
     compensation = compensation_file(project, model)

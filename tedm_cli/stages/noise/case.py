@@ -23,15 +23,17 @@ from tedm_cli.files.build_folder import case_file_name, provenance
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.files.store import create
 from tedm_cli.noise.case_run import CaseResult, case_of, judged_outputs
-from tedm_cli.noise.correlation import CorrelationCase, correlation
+from tedm_cli.noise.correlation import Correlation, CorrelationCase, correlation
 from tedm_cli.noise.log_spectrum import require_speckit
+from tedm_cli.noise.network import NetworkNoise
 from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.requirements import REFERENCE_HZ, Criteria
-from tedm_cli.noise.resemblance import deviation
+from tedm_cli.noise.resemblance import resemblance
 from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step
 from tedm_cli.results.case_file import write_case
+from tedm_cli.results.network_comparison import Comparison, comparison, write_comparison
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.results.thermal_case import thermal_columns
 from tedm_cli.results.uncertainty import write_uncertainty
@@ -99,27 +101,39 @@ class CaseSetting:
         outputs = ready.outputs.with_differences(self.criteria.requirements)
         return case_of(ready.case, outputs, ready.source, self.frequency_hz, self.criteria)
 
-    def resemblance(self, ready: ReadyCase) -> tuple[tuple[str, float], ...]:
-        """How far the assumed cases are from the correlation of the thermal network at 1 mHz, the nearest first.
+    def comparison(self, ready: ReadyCase, result: CaseResult) -> Comparison | None:
+        """A case of the thermal network beside the assumed ones at 1 mHz; None of other cases.
 
-        By id; see `noise.resemblance.deviation`. Without cases that do not fit or that silence some of the nodes, and
-        without diagnostic ones.
+        Without cases that do not fit or that silence some of the nodes, and without diagnostic ones.
         """
-        if ready.area is None:
-            return ()
+        if ready.area is None or not isinstance(ready.source, NetworkNoise):
+            return None
         within = np.flatnonzero(ready.area >= 0)
-        coherence = ready.source.correlation_at(REFERENCE_HZ).matrix()[np.ix_(within, within)]
-        found = []
+        area = ready.area[within]
+        at = np.array([REFERENCE_HZ])
+        found = resemblance(
+            ready.source.correlation_at(REFERENCE_HZ).matrix()[np.ix_(within, within)],
+            area,
+            self._assumed(),
+            REFERENCE_HZ,
+            ready.outputs.areas.group_by_unit[within].tolist(),
+            ready.source.amplitudes(at)[within, 0],
+            self.temperature.amplitudes(at)[area, 0],
+        )
+        return comparison(result, ready.sources[0], found)
+
+    def _assumed(self) -> dict[str, Correlation]:
+        """The cases of areas that fit the model and are not diagnostic, by id."""
+        found = {}
         for case_id in self.config.ids_of_areas:
             try:
                 case = self.config.case(case_id, where=str(self.project.cases))
                 assumed = correlation(case, self.outputs.areas, self.temperature.heard)
             except TedmError:  # told where that case is run
                 continue
-            far = deviation(coherence, ready.area[within], assumed, REFERENCE_HZ)
-            if case.role != "diagnostic" and np.isfinite(far):
-                found.append((case_id, far))
-        return tuple(sorted(found, key=lambda one: one[1]))
+            if case.role != "diagnostic":
+                found[case_id] = assumed
+        return found
 
     def uncertainty(self, result: CaseResult) -> CaseUncertainty | None:
         """How sure the verdicts of a case are; None where nothing is uncertain, or nothing judged.
@@ -173,14 +187,14 @@ def case_setting(
 class CaseDone:
     """A case that was run: its file, its result, and with it a realisation and how sure it is, where these are.
 
-    resemblance : of a case of the thermal network, see `CaseSetting.resemblance`.
+    comparison : of a case of the thermal network, with the assumed ones.
     """
 
     path: Path
     result: CaseResult
     realised: Realised | None
     uncertainty: CaseUncertainty | None
-    resemblance: tuple[tuple[str, float], ...] = ()
+    comparison: Comparison | None = None
 
 
 def run_cases(
@@ -215,7 +229,7 @@ def run_cases(
             refused[case.id] = error
             continue
         matrix = config.case_table(case.id).matrix
-        sure = setting.uncertainty(result)
+        sure, beside = setting.uncertainty(result), setting.comparison(ready, result)
         more = () if setting.uncertain is None else setting.uncertain.sources
         used = [*setting.outputs.sources, *ready.sources, *more]
         tables = [*table_paths(project, config), *config.tables, *([Path(matrix)] if matrix else [])]
@@ -226,7 +240,9 @@ def run_cases(
                 write_realisation(writer, realised)
             if sure is not None:
                 write_uncertainty(writer, sure)
-        done(CaseDone(path, result, realised, sure, setting.resemblance(ready)))
+            if beside is not None:
+                write_comparison(writer, beside)
+        done(CaseDone(path, result, realised, sure, beside))
     step(len(fitting), len(fitting), "running cases")
     if len(refused) > known:
         problem = _together(refused, project.cases)

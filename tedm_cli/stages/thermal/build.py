@@ -18,18 +18,20 @@ from tedm_cli.progress import Step
 from tedm_cli.results.thermal import ThermalResults, read_thermal
 from tedm_cli.stages.common import out_path
 from tedm_cli.stages.thermal.map import NodeSensitivity, node_sensitivity
+from tedm_cli.stages.thermal.map_names import names_of_both
 from tedm_cli.stages.thermal.network import Disturbed, SolvedNetwork, solved_network
 
-_NOTHING = "give the network, or the map on the model and `tedm build-adjoint`"
+_NOTHING = "give the network, the map on the model, or both"
 
 
 @dataclass(frozen=True, eq=False)
 class ThermalSummary:
-    """The file, what it says, and the time that it took."""
+    """The file, what it says, the time that it took, and sentences on what it lacks."""
 
     path: Path
     results: ThermalResults
     seconds: float
+    notes: tuple[str, ...]
 
 
 def build_thermal(project: Project, output: Path | None, step: Step) -> ThermalSummary:
@@ -52,7 +54,12 @@ def build_thermal(project: Project, output: Path | None, step: Step) -> ThermalS
             raise
     mapped = node_sensitivity(project, config)
     if solved is None and mapped is None:
-        raise ConfigError([("", "there is no [network], and no [map] with adjoint.h5")], where=str(path), hint=_NOTHING)
+        raise ConfigError([("", "there is no [network] and no [map]")], where=str(path), hint=_NOTHING)
+    notes = []
+    if mapped is not None and mapped.why:
+        notes.append(f"no outputs per kelvin of the thermal nodes: {mapped.why}")
+    if solved is not None and mapped is not None and mapped.node:
+        notes += names_of_both(solved.given.network.name, mapped.node)
     inputs = [*(project.beside(path, name) for name in config.file_names()), *(() if mapped is None else mapped.inputs)]
     configs = [file, *(() if solved is None else solved.configs), *(() if mapped is None else mapped.configs)]
     out = out_path(project, THERMAL_FILE, output)
@@ -61,13 +68,13 @@ def build_thermal(project: Project, output: Path | None, step: Step) -> ThermalS
             _write_network(writer, solved)
             if solved.disturbed is not None:
                 _write_disturbed(writer, config, solved.disturbed)
-        if mapped is not None:
+        if mapped is not None and mapped.node:
             _write_mapped(writer, mapped)
         if solved is not None and mapped is not None:
             _write_warmed(writer, solved, mapped)
     with open_checked(out, KIND) as written:
         results = read_thermal(written)
-    return ThermalSummary(out, results, time.perf_counter() - begin)
+    return ThermalSummary(out, results, time.perf_counter() - begin, tuple(notes))
 
 
 def _write_network(writer: Writer, solved: SolvedNetwork) -> None:
@@ -107,17 +114,19 @@ def _write_disturbed(writer: Writer, config: ThermalConfig, found: Disturbed) ->
 
 
 def _write_mapped(writer: Writer, mapped: NodeSensitivity) -> None:
-    writer.write(KIND.ROW_LABEL, mapped.label)
-    writer.write(KIND.ROW_UNIT, mapped.unit)
     writer.write(KIND.MAP_NODE, mapped.node)
     writer.write(KIND.MAP_AREA, mapped.area)
+    if mapped.why:
+        return
+    writer.write(KIND.ROW_LABEL, mapped.label)
+    writer.write(KIND.ROW_UNIT, mapped.unit)
     writer.write(KIND.SENSITIVITY, mapped.value, units="see /row/unit")
 
 
 def _write_warmed(writer: Writer, solved: SolvedNetwork, mapped: NodeSensitivity) -> None:
     """The steady state on the grids, where every node of the map is in the network."""
     row = solved.given.network.row
-    if all(name in row for name in mapped.node):
+    if mapped.through is not None and all(name in row for name in mapped.node):
         tau = solved.steady.temperature_K[[row[name] for name in mapped.node]]
         writer.write(KIND.MAP_GRID, mapped.grid_id)
         writer.write(KIND.MAP_STEADY_K, mapped.through.temperatures(tau[:, None])[:, 0])

@@ -10,6 +10,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.file import ThermalConfig
+from tedm_cli.config.thermal.map import MapTable
 from tedm_cli.contracts import ADJOINT
 from tedm_cli.errors import InputError
 from tedm_cli.files.build_folder import ADJOINT_FILE, require_configuration, require_input
@@ -17,6 +18,7 @@ from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.mapping.averages import NONE, averages
 from tedm_cli.mapping.node_map import ConductedMap, WeightedMap
+from tedm_cli.results.adjoint import read_adjoint
 from tedm_cli.results.adjoint_temperatures import TemperatureEffects, read_temperature_effects
 from tedm_cli.stages.thermal.map_build import Mapping, build_map
 from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements
@@ -24,39 +26,46 @@ from tedm_cli.stages.thermal.map_model import FiniteElements, finite_elements
 
 @dataclass(frozen=True, eq=False)
 class NodeSensitivity:
-    """Outputs per kelvin of each thermal node of the map.
+    """Outputs per kelvin of each thermal node of the map; none where `why` says why there are none.
 
-    node : [n_m] names. grid_id : [N], of the model. through : from temperatures of the nodes to those of the grids.
-    area : [n_m], the thermal area that most of each is in, or "". label, unit : [r], of the
-    outputs. value : [r, n_m]. configs, inputs : what it is made of, for the provenance of the file.
+    node : [n_m] names; [] where the map has not been made. grid_id : [N], of the model. through : from temperatures
+    of the nodes to those of the grids; none where the map has not been made. area : [n_m], the thermal area that most
+    of each is in, or "". label, unit : [r], of the outputs. value : [r, n_m]. configs, inputs : what it is made of, for
+    the provenance of the file.
     """
 
     node: list[str]
     grid_id: IntArray
-    through: ConductedMap | WeightedMap
+    through: ConductedMap | WeightedMap | None
     area: list[str]
     label: list[str]
     unit: list[str]
     value: FloatArray
     configs: tuple[ConfigFile, ...]
     inputs: tuple[Path, ...]
+    why: str = ""
 
 
 def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity | None:
-    """The sensitivities; None where the project has no map, no adjoint.h5, or one that says why there is no adjoint.
+    """The sensitivities; None where the project has no map.
+
+    Without adjoint.h5, or with one that says why there is no adjoint, none of them: then the map is made where the
+    project has no network, which is all that there is to be made.
 
     Raises
     ------
     InputError : adjoint.h5 is stale, or of other grids than the model; what `finite_elements` and `build_map` refuse.
     """
     path = project.build_dir / ADJOINT_FILE
-    if config.map is None or not path.exists():
+    if config.map is None:
         return None
+    if not path.exists():
+        return _without(project, config, config.map, f"{path} is not there (`{ADJOINT.made_by}` makes it)", ())
     with open_checked(path, ADJOINT) as file:
         require_configuration(file, project.model)
         found = read_temperature_effects(file)
         if found is None:
-            return None
+            return _without(project, config, config.map, f"{path}: {read_adjoint(file)}", (path,))
         fem = finite_elements(project, solved=True)
         for used in input_files(fem.files):
             require_input(file, used)
@@ -78,6 +87,31 @@ def node_sensitivity(project: Project, config: ThermalConfig) -> NodeSensitivity
         value=sensitivity(mapping, found),
         configs=(fem.config_file,),
         inputs=(*(project.beside(where, name) for name in config.map.file_names()), *fem.files, path),
+    )
+
+
+def _without(
+    project: Project, config: ThermalConfig, table: MapTable, why: str, used: tuple[Path, ...]
+) -> NodeSensitivity:
+    """The map without sensitivities, `why`; without its nodes, too, where there is a network."""
+    empty = np.zeros((0, 0))
+    if config.network is not None:
+        no_grids = np.zeros(0, dtype=np.int64)
+        return NodeSensitivity([], no_grids, None, [], [], [], empty, (), used, why)
+    fem, where = finite_elements(project, solved=True), project.required_thermal()
+    mapping = build_map(fem, table, where)
+    inputs = (*(project.beside(where, name) for name in table.file_names()), *fem.files, *used)
+    return NodeSensitivity(
+        node=mapping.node,
+        grid_id=fem.geometry.grid_id,
+        through=mapping.through,
+        area=areas_of_nodes(mapping),
+        label=[],
+        unit=[],
+        value=empty,
+        configs=(fem.config_file,),
+        inputs=inputs,
+        why=why,
     )
 
 
