@@ -189,6 +189,9 @@ def load_cases(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[Co
                 fact = f"there is no case {wanted!r}; there are: {', '.join(config.ids)}"
                 problems.append((f"temperature.within[{number}].cases", fact))
     problems += config.uncertainty.problems()
+    if config.uncertainty.disturbance and len(config.ids_of_areas) == len(config.ids):
+        fact = "no case is of the thermal network (thermal = true), whose disturbances these are"
+        problems.append(("uncertainty.disturbance[0].disturbances", fact))
     problems += _realisation_problems(config)
     names_of_series = [table.name for table in config.series]
     for number, name in enumerate(names_of_series):

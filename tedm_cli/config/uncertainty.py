@@ -228,6 +228,23 @@ class LevelDeviation(SelectorTable, _RelativeTable):
         return "; ".join(f"{key} {', '.join(value)}" for key in keys if (value := getattr(self, key)))
 
 
+class DisturbanceDeviation(_RelativeTable):
+    """The level of some disturbances of the thermal network, by which their amplitudes are multiplied.
+
+    It acts on cases of the network (`thermal = true`). Where tables share disturbances, their factors multiply.
+    """
+
+    quantity = LEVEL
+    disturbances: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] = Field(
+        description='Disturbances whose names match these patterns; `["*"]` is all.'
+    )
+
+    @property
+    def words(self) -> str:
+        """The disturbances that it selects."""
+        return f"disturbances {', '.join(self.disturbances)}"
+
+
 class MeshDeviation(Strict):
     """A second mesh of the same areas, whose difference estimates the error of this one (Richardson)."""
 
@@ -304,6 +321,9 @@ class CasesUncertainty(Strict):
     )
     seed: Annotated[int, Bounded(SEED)] = Field(default=1, description="Seed of the random numbers.")
     level: list[LevelDeviation] = Field(default_factory=list, description="Levels of the temperatures of areas.")
+    disturbance: list[DisturbanceDeviation] = Field(
+        default_factory=list, description="Levels of the disturbances of the thermal network."
+    )
     correlation: list[CorrelationTable] = Field(
         default_factory=list, description="Correlations between these parameters; others are independent."
     )
@@ -311,7 +331,11 @@ class CasesUncertainty(Strict):
 
     def problems(self) -> list[tuple[str, str]]:
         """(dotted path, fact) of what is wrong between its tables."""
-        named = [(f"uncertainty.level[{i}].name", table.name) for i, table in enumerate(self.level)]
+        named = [
+            (f"uncertainty.{kind}[{i}].name", table.name)
+            for kind in ("level", "disturbance")
+            for i, table in enumerate(getattr(self, kind))
+        ]
         return correlation_problems(named, self.correlation)
 
     def pairs(self) -> Pairs:

@@ -155,7 +155,7 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     assert "disturbances: electronics_1 " in out
     assert "level of a disturbance that just meets it: panel_minus_x x " in out
     assert re.search(r"correlation of case T at 1 mHz: case \w+ resembles it best", out)
-    assert "uncertainties are of areas" in out
+    assert "uncertain of it are levels of disturbances alone" in out
     told = json.loads(command(sample, "run-case", "T", "-v", "--json", "-o", tmp_path / "t.h5").ok().out)
     (one,) = told["cases"] if isinstance(told, dict) else told
     assert "1" in one["deviation_from_case"]
@@ -169,7 +169,7 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     system = command(sample, "export-state-space", "T", "--json", "-o", tmp_path / "system").ok()
     told = json.loads(system.out)
     (made,) = told if isinstance(told, list) else told["cases"]
-    assert made["states"] > 100
+    assert made["states"] > 60
     assert made["output_deviation"] < 1e-3
 
 
@@ -256,6 +256,45 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     with (folder / "cases.toml").open("a") as file:
         file.write(gradient)
     command(project, "run-case", "T").refused(3, "whose nodes tell gradients")
+
+
+UNCERTAIN = """
+[[uncertainty.disturbance]]
+name = "electronics"
+disturbances = ["electronics_*", "photodiodes"]
+relative_sigma = 1.5
+distribution = "lognormal"
+source = "a test"
+
+[[uncertainty.level]]
+name = "everywhere"
+areas = ["*"]
+relative_sigma = 0.1
+source = "a test"
+"""
+
+
+def test_levels_of_disturbances_are_uncertain(sample: Project, tmp_path: Path) -> None:
+    """Probabilities of case T by its disturbances, of others by areas; each says what is left out of it."""
+    shutil.copytree(sample.file.path.parent, tmp_path / "p")
+    project = load_project(tmp_path / "p" / "tedm.toml", tmp_path / "p" / "build")
+    with project.cases.open("a") as file:
+        file.write(UNCERTAIN)
+    out = command(project, "run-case", "T", "1").ok().out
+    assert "everywhere in case T: levels of areas, where temperatures follow disturbances" in out
+    with h5py.File(project.build_dir / "caseT.h5") as t, h5py.File(project.build_dir / "case01.h5") as case:
+        assert t["uncertainty/parameter/name"].asstr()[:].tolist() == ["electronics"]
+        assert "everywhere" in case["uncertainty/parameter/name"].asstr()[:]
+        assert "electronics" not in case["uncertainty/parameter/name"].asstr()[:]
+        spread = t["uncertainty/quantile"][:, 94] / t["uncertainty/quantile"][:, 49]
+        assert (spread > 1.5).any(), "they make most of the read-outs"
+        assert (spread >= 1.0).all()
+    text = project.cases.read_text(encoding="utf-8")
+    project.cases.write_text(text.replace('"electronics_*"', '"electronix_*"'))
+    fact = "uncertainty.disturbance[0].disturbances: no disturbance matches 'electronix_*'; there are"
+    command(project, "run-case", "T").refused(3, fact)
+    project.cases.write_text(text.replace("thermal = true", 'blocks = [{ areas = ["*"] }]'))
+    command(project, "run-case", "1").refused(3, "no case is of the thermal network")
 
 
 def test_the_chain_makes_it_from_the_network(sample: Project) -> None:

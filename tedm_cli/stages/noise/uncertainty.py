@@ -135,7 +135,8 @@ def uncertain(
     levels = _Found(outputs)
     selectors = _add_levels(levels, cases, project.cases, kept.union(of_model.names_of_structure), gradients)
     numbered = tuple(enumerate(selectors, len(found.items)))
-    parameters += Parameters.of(tuple(levels.items), of_cases.pairs())
+    named = {item.name for item in levels.items}
+    parameters += Parameters.of(tuple(levels.items), _among(of_cases.pairs(), named))
     found.extend(levels)
     mesh = None
     if mesh_table is not None:
