@@ -114,7 +114,7 @@ def loop_detail_section(
         if any(case.role != DIAGNOSTIC for case in found.cases):
             blocks.append(_every(pairs, titles))
         blocks += _help([deciding(of_one) for of_one in pairs.values()], titles)
-    blocks += [_by_disturbance(case, j, titles) for case in found.cases for j in case.judged if j.disturbance_share]
+    blocks += _by_disturbances(found.cases, titles)
     blocks += [figure for figure in figures if figure.file != _MARGINS]
     blocks += in_time_blocks(found.in_time, in_time, titles)
     blocks += [
@@ -180,6 +180,25 @@ def _help(decided: Sequence[Pair], titles: Titles) -> list[Block]:
     )
     head = columns("Group", "Share", "Ratio without\n(1)", "Factor\n(1)", text=(0,))
     return [Table(head, tuple(rows), text, key="loop groups")]
+
+
+def _by_disturbances(cases: Sequence[SimulatedCase], titles: Titles) -> list[Block]:
+    """Of cases of the thermal network: a table of each output in which temperatures are heard, or a word of none."""
+    blocks: list[Block] = []
+    for case in cases:
+        judged = [j for j in case.judged if j.disturbance_share]
+        heard = [j for j in judged if sum(j.disturbance_share.values()) >= _LEAST]
+        blocks += [_by_disturbance(case, j, titles) for j in heard]
+        if judged and not heard:
+            most = max(sum(j.disturbance_share.values()) for j in judged)
+            part = percent(most, 1) if most >= 1e-3 else "a thousandth"
+            blocks.append(
+                Paragraph(
+                    f"In case {case.id} the disturbances of the thermal network make at most {part} of the noise of any"
+                    " output that is judged."
+                )
+            )
+    return blocks
 
 
 def _by_disturbance(case: SimulatedCase, j: LoopOutput, titles: Titles) -> Table:

@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -19,6 +20,10 @@ from border_tools import Outcome, tedm
 
 from tedm_cli.chain.graph import chain_of
 from tedm_cli.config.project import Project, load_project
+from tedm_cli.contracts import DYNAMICS, SIMULATION
+from tedm_cli.files.store import open_checked
+from tedm_cli.report.dynamics import loop_detail_section
+from tedm_cli.results.dynamics import ClosedLoop, read_closed_loop
 from tedm_cli.stages.chain.project_files import chain_files
 
 ROOT = Path(__file__).parents[2]
@@ -166,6 +171,10 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     build = ("-d", sample.build_dir)
     tedm("export-case", "T", "--format", "csv", "-o", tmp_path / "csv", *build).ok()
     tedm("export-extremal", "T", "-o", tmp_path / "e", *build).refused(2, "thermal nodes in place of areas")
+    mesh = tmp_path / "mesh.vtu"
+    tedm("export-vtu", "--case", "T", "-o", mesh, *build).refused(2, "the displacements on the mesh are of areas")
+    tedm("export-vtu", "-o", mesh, *build).ok()  # of nothing: the only verdicts are of thermal nodes
+    assert mesh.exists()
     system = command(sample, "export-state-space", "T", "--json", "-o", tmp_path / "system").ok()
     told = json.loads(system.out)
     (made,) = told if isinstance(told, list) else told["cases"]
@@ -256,6 +265,28 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     with (folder / "cases.toml").open("a") as file:
         file.write(gradient)
     command(project, "run-case", "T").refused(3, "whose nodes tell gradients")
+
+
+def test_the_report_tells_disturbances_where_they_are_heard(looped: Project) -> None:
+    """In the noise of the sample's loop they are not; with a quiet loop there would be a table of each output."""
+    with (
+        open_checked(looped.build_dir / "dynamics.h5", DYNAMICS) as dynamics,
+        open_checked(looped.build_dir / "simulationT.h5", SIMULATION) as file,
+    ):
+        found = read_closed_loop(dynamics, [file])
+    assert found is not None
+    (case,) = found.cases
+
+    def told(loop: ClosedLoop) -> str:
+        return repr(loop_detail_section(loop, ["T"], [], [], str))
+
+    assert "make at most a thousandth of the noise" in told(found)
+    shares = {name: 0.5 / (n + 1) for n, name in enumerate(case.judged[0].disturbance_share)}
+    heard = replace(found, cases=(replace(case, judged=(replace(case.judged[0], disturbance_share=shares),)),))
+    text = told(heard)
+    assert "by disturbance of the thermal network" in text
+    assert "at most" not in text.partition("by disturbance of the thermal network")[0]
+    assert text.index("panel_minus_x") < text.index("photodiodes")
 
 
 UNCERTAIN = """

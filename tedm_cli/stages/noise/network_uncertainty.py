@@ -77,5 +77,5 @@ def _left_out(case_id: str, model: ModelConfig, cases: CasesConfig) -> list[str]
     names = [*of_model.names_of_structure, *(name for table in of_model.test_mass for name in table.names())]
     names += [] if mesh is None else ["the error of the mesh"]
     levels = [table.name for table in cases.uncertainty.level]
-    told = [f"{', '.join(names)} in case {case_id}: {_OF_AREAS}"] if names else []
-    return told + ([f"{', '.join(levels)} in case {case_id}: {_LEVELS}"] if levels else [])
+    told = [f"{listed(names)} in case {case_id}: {_OF_AREAS}"] if names else []
+    return told + ([f"{listed(levels)} in case {case_id}: {_LEVELS}"] if levels else [])
