@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,7 +40,7 @@ class Budget:
     gravity: FloatArray
     incoherent: FloatArray
     area: dict[str, FloatArray]
-    disturbance: dict[str, FromDisturbances]
+    disturbance: dict[str, FromDisturbances] = field(default_factory=dict)
 
 
 def budget(
