@@ -19,11 +19,15 @@ sys.path.append(str(Path(__file__).parents[1] / "borders"))
 from border_tools import Outcome, tedm
 
 from tedm_cli.chain.graph import chain_of
+from tedm_cli.config.cases import load_cases
 from tedm_cli.config.project import Project, load_project
+from tedm_cli.config.temperature_tables import temperature_model
 from tedm_cli.contracts import DYNAMICS, SIMULATION
 from tedm_cli.files.store import open_checked
 from tedm_cli.report.dynamics import loop_detail_section
 from tedm_cli.results.dynamics import ClosedLoop, read_closed_loop
+from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.thermal_case import thermal_columns
 from tedm_cli.stages.chain.project_files import chain_files
 
 ROOT = Path(__file__).parents[2]
@@ -189,7 +193,8 @@ def weights_project(folder: Path, small: Project, shipped: str, *, common: bool)
     *mapped, last = areas
     folder.mkdir()
     with (folder / "weights.csv").open("w", newline="") as lines:
-        csv.writer(lines).writerows([("node", "area", "weight"), *((f"N_{a}", a, 1) for a in mapped)])
+        of = {mapped[0]: "EDGE"} if common else {}  # a boundary that lies on the model
+        csv.writer(lines).writerows([("node", "area", "weight"), *((of.get(a, f"N_{a}"), a, 1) for a in mapped)])
     edges = ["EDGE"] if common else [f"EDGE_{a}" for a in mapped]
     with (folder / "nodes.csv").open("w", newline="") as lines:
         nodes = [(f"N_{a}", 1e-9, "diffusive", "") for a in mapped]
@@ -233,6 +238,31 @@ def test_becomes_the_case_of_areas(small: Project, shipped: str, tmp_path: Path,
             np.testing.assert_allclose(t[f"psd/{label}"][:], case[f"psd/{label}"][:], rtol=1e-6)
         np.testing.assert_allclose(t["contribution/share"][:], case["contribution/share"][:], rtol=1e-5, atol=1e-9)
         np.testing.assert_allclose(t["improvement/matched"][:], case["improvement/matched"][:], rtol=2e-5)
+
+
+@pytest.mark.parametrize("which", ["sample", "weights"])
+def test_gains_at_any_frequency_and_as_a_system(
+    which: str, sample: Project, small: Project, shipped: str, tmp_path: Path
+) -> None:
+    """By the network that thermal.h5 holds, at its own frequencies; with areas and boundaries of the map."""
+    project = sample if which == "sample" else weights_project(tmp_path / "p", small, shipped, common=True)[0]
+    config, outputs = load_cases(project.cases)[1], read_outputs(project)
+    temperature = temperature_model(project, config, outputs.areas)
+    noise = thermal_columns(project, config, "T", outputs, temperature).noise
+    assert noise.network is not None
+    f = noise.frequency_hz[3::60]
+    known = noise.driven[:, 3::60]
+    size = np.abs(known).max(axis=(0, 1)) + 1e-300
+    np.testing.assert_allclose(noise.network.driven(f) / size, known / size, rtol=1e-9, atol=1e-13)
+    between = np.sort(np.append(f, 1.2345e-3))
+    there = noise.at(between)
+    np.testing.assert_array_equal(np.delete(there.driven, np.searchsorted(between, 1.2345e-3), axis=1), known)
+    s = noise.network.system("case T")
+    for number, hz in enumerate(f):
+        gain = s.c @ np.linalg.solve(2j * np.pi * hz * np.eye(len(s.a)) - s.a, s.b) + s.d
+        driven = gain * np.array([spectrum.amplitude(f[[number]])[0] for spectrum in s.spectra])
+        np.testing.assert_allclose(driven / size, known[:, number] / size, rtol=1e-8, atol=1e-12)
+    assert len(noise.disturbances) == len(s.spectra) >= 2
 
 
 def changed(path: Path, old: str, new: str) -> None:

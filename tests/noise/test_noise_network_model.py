@@ -13,7 +13,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.noise.network import NetworkNoise
 from tedm_cli.noise.shaping.models import model_of
 from tedm_cli.noise.shaping.network_model import NetworkModel
-from tedm_cli.noise.temperature import WhiteSpectrum
+from tedm_cli.noise.temperature import FlightSpectrum
 
 
 def modelled(noise: NetworkNoise) -> NetworkModel:
@@ -49,7 +49,7 @@ def test_correlated_disturbances_keep_their_correlation() -> None:
 @pytest.mark.parametrize("white", [False, True])
 def test_sampled_form_has_the_covariance_of_the_continuous_one(white: bool) -> None:
     """Of states, and without direct feed of outputs. With it these are means over the step, by what folds."""
-    spectra = (WhiteSpectrum(1e-3), SPECTRA[1]) if white else SPECTRA
+    spectra = (FlightSpectrum(), SPECTRA[1]) if white else SPECTRA  # which ends flat: a filter that feeds through
     model, rate = modelled(network(spectra, correlated=False, fed=True)), 0.05
     assert model.direct is white
     s, z = model.continuous(), model.discrete(rate)
