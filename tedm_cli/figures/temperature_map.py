@@ -20,8 +20,8 @@ _STEPS, _BAR, _WIDE = 96, 0.13, 4.6  # steps of colour; inches
 _TABLE = ListedColormap(colormaps["plasma"](np.linspace(0.15, 0.97, 256)))
 
 
-def temperature_figure(views: MapViews, temperature: FloatArray, title: str) -> Figure:
-    """The model coloured by the temperature of its elements [E], K; NaN where there is none."""
+def temperature_figure(views: MapViews, temperature: FloatArray, title: str, unit: str = "K") -> Figure:
+    """The model coloured by the temperature of its elements [E], in `unit`; NaN where there is none."""
     with style():
         more = "means over elements, above the reference; dashed: test masses"
         if np.isnan(temperature).any():
@@ -33,7 +33,7 @@ def temperature_figure(views: MapViews, temperature: FloatArray, title: str) -> 
         low, high = float(np.nanmin(temperature)), float(np.nanmax(temperature))
         if not high > low:  # an even field
             low, high = low - 0.5, high + 0.5
-        _scale(figure, low, high, (LEFT + 0.3, height - head - 0.55))
+        _scale(figure, low, high, (LEFT + 0.3, height - head - 0.55), unit)
         rgb = np.asarray(_TABLE((np.nan_to_num(temperature, nan=low) - low) / (high - low)))[:, :3]
         table = np.concatenate([rgb, [to_rgb(_NO_TEMPERATURE)]])
         table[:-1][np.isnan(temperature)] = to_rgb(_NO_TEMPERATURE)
@@ -43,7 +43,7 @@ def temperature_figure(views: MapViews, temperature: FloatArray, title: str) -> 
         return figure
 
 
-def _scale(figure: Figure, low: float, high: float, place: tuple[float, float]) -> None:
+def _scale(figure: Figure, low: float, high: float, place: tuple[float, float], unit: str) -> None:
     """Steps of colour, with even ticks above them."""
     width, height = (float(v) for v in figure.get_size_inches())
     axes = figure.add_axes((place[0] / width, place[1] / height, _WIDE / width, _BAR / height))
@@ -56,4 +56,4 @@ def _scale(figure: Figure, low: float, high: float, place: tuple[float, float]) 
     axes.xaxis.set_ticks_position("top")
     axes.xaxis.set_label_position("top")
     axes.tick_params(pad=1, length=2.5, labelsize=SMALL)
-    axes.set_xlabel("temperature (K)", fontsize=9)
+    axes.set_xlabel(f"temperature ({unit})", fontsize=9)

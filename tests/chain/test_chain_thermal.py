@@ -265,6 +265,35 @@ def test_gains_at_any_frequency_and_as_a_system(
     assert len(noise.disturbances) == len(s.spectra) >= 2
 
 
+def test_temperatures_that_go_with_an_output(sample: Project, tmp_path: Path) -> None:
+    """On the grids: they make one amplitude of it, each disturbance its part of the power; in files and in a figure."""
+    out, field = tmp_path / "field.h5", tmp_path / "field.png"
+    told = command(sample, "map-temperatures", "--case", "T", "--of", READ_OUT, "-o", out, "--figure", field).ok()
+    assert f"one amplitude of {READ_OUT} in case T at" in told.out
+    assert field.stat().st_size > 10_000
+    with h5py.File(sample.build_dir / "caseT.h5") as case, h5py.File(out) as of:
+        with h5py.File(sample.build_dir / "thermal.h5") as t:
+            row = t["sensitivity"][t["row/label"].asstr()[:].tolist().index(READ_OUT)]
+            assert t["map/node"].asstr()[:].tolist() == of["map/node"].asstr()[:].tolist()
+        o = case["output/label"].asstr()[:].tolist().index(READ_OUT)
+        at = np.abs(case["frequency"][:] - case["contribution/frequency"][o]).argmin()
+        asd = np.sqrt(case[f"psd/{READ_OUT}"][at])
+        made = of["given"][:] @ row
+        names = of["set/name"].asstr()[:].tolist()
+        assert names == ["typical", *case["disturbance/name"].asstr()[:]]
+        np.testing.assert_allclose(made[0], asd, rtol=1e-9)
+        np.testing.assert_allclose(made[1:] / asd, case["disturbance/share"][o], rtol=1e-6, atol=1e-12)
+        assert np.isfinite(of["temperature"][:]).all()
+    for args, fact in (
+        ((), "give a FILE or --case, found neither"),
+        (("tau.csv", "--case", "T"), "found both"),
+        (("tau.csv", "--of", READ_OUT), "--of is of --case"),
+        (("--case", "T", "--of", "A_TM3_x"), "no output of caseT.h5 is called 'A_TM3_x'"),
+        (("--case", "3"), "case 3 is of areas"),
+    ):
+        command(sample, "map-temperatures", *args).refused(2, fact)
+
+
 def changed(path: Path, old: str, new: str) -> None:
     text = path.read_text(encoding="utf-8")
     assert old in text

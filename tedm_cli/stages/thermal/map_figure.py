@@ -33,4 +33,4 @@ def draw_field(path: Path, project: Project, mapped: MappedField, number: int) -
         centre=test_masses[0].position_m if test_masses else fem.geometry.position_m.mean(axis=0),
     )
     title = f"{project.title}: temperatures {mapped.name[number]} of {fem.source.name}"
-    write_figure(path, temperature_figure(MapViews(mesh), mean, title), title, fem.source)
+    write_figure(path, temperature_figure(MapViews(mesh), mean, title, mapped.unit), title, fem.source)
