@@ -326,6 +326,39 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     command(project, "run-case", "T").refused(3, "whose nodes tell gradients")
 
 
+QUIET = """
+[noise]
+preset = "none"
+
+[time]
+rate_hz = 0.2
+samples = 30000
+
+[[requirement]]
+name = "lpf_acceleration"
+outputs = ["delta_g"]
+applies_to = "differential"
+"""
+
+
+def test_realised_in_closed_loop(looped: Project, tmp_path: Path) -> None:
+    """The network as a system behind the filters of its disturbances, ahead of a loop that is quiet but for them."""
+    shutil.copytree(looped.file.path.parent, tmp_path / "p")
+    project = load_project(tmp_path / "p" / "tedm.toml", tmp_path / "p" / "build")
+    (tmp_path / "p" / "dynamics.toml").write_text(QUIET)
+    with project.file.path.open("a") as file:
+        file.write('dynamics = "dynamics.toml"\n')
+    command(project, "build-dynamics").ok()
+    out = command(project, "simulate", "T", "--time").ok().out
+    assert "delta_g  lpf_acceleration" in out
+    assert "thermal 100 %" in out
+    with h5py.File(project.build_dir / "simulationT.h5") as of:
+        ratio = of["realisation/psd"][:] / of["realisation/exact"][:]
+        # Averages of chi-square over bins: 30 segments' worth of data at the lowest frequency, more above.
+        assert ratio.mean() == pytest.approx(1.0, abs=0.08)
+        assert (of["realisation/exact"][:] > 0.0).all()
+
+
 def test_the_report_tells_disturbances_where_they_are_heard(looped: Project) -> None:
     """In the noise of the sample's loop they are not; with a quiet loop there would be a table of each output."""
     with (
@@ -368,6 +401,7 @@ def test_levels_of_disturbances_are_uncertain(sample: Project, tmp_path: Path) -
     """Probabilities of case T by its disturbances, of others by areas; each says what is left out of it."""
     shutil.copytree(sample.file.path.parent, tmp_path / "p")
     project = load_project(tmp_path / "p" / "tedm.toml", tmp_path / "p" / "build")
+    changed(project.cases, "samples = 10000", "samples = 1000")
     with project.cases.open("a") as file:
         file.write(UNCERTAIN)
     out = command(project, "run-case", "T", "1").ok().out
