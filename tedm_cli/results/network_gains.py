@@ -28,7 +28,7 @@ class NetworkGains:
 
     Parameters
     ----------
-    free : [n_m], True of nodes of the network that follow; row : [n_free of them], their rows in `linear`.
+    free : which of the n_m nodes are no boundaries; row : their rows in `linear`, as many.
     given : [n_m, u], of boundaries the temperatures that they are given; 0 of others.
     spectra : [u], of the disturbances.
     """

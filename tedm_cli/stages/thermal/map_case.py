@@ -82,9 +82,9 @@ def case_pattern(project: Project, of: OfCase) -> Pattern:
         for used in input_files(columns.sources):
             require_input(file, used)
     found = columns.outputs.with_differences(config.applied_requirements())
+    known_name(f"output of {project.cases}", label, found.labels)  # a difference that is required no more is none
     rows = found.rows[[found.labels.index(label)]]
-    noise = columns.noise.outputs(rows, hz)
-    parts = _parts(noise)
+    parts = _parts(columns.noise.at(hz).outputs(rows, hz))
     if not parts.any():
         raise UsageError(f"{label} has no noise in case {of.case}")
     causes = list(columns.noise.disturbances)
@@ -97,7 +97,7 @@ def case_pattern(project: Project, of: OfCase) -> Pattern:
 
 def _parts(noise: NetworkOutputs) -> FloatArray:
     """[k, u] of one output at one frequency."""
-    drive = noise.source.driven[:, noise.source.places(noise.frequency_hz)[0]]
+    drive = noise.source.driven[:, 0]
     asd = float(np.sqrt(noise.psd()[0, 0]))
     if asd == 0.0:
         return np.zeros(drive.shape)
