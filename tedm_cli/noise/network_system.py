@@ -32,5 +32,5 @@ class Network(Protocol):
     def amplitudes(self, frequency_hz: FloatArray) -> FloatArray:
         """Amplitude spectral densities [u, n] of the disturbances, each in its own unit per √Hz."""
 
-    def system(self, where: str) -> NetworkSystem:
+    def linear_system(self, where: str) -> NetworkSystem:
         """The linear system; `InputError` that names `where` for a network that is too large."""

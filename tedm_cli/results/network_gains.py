@@ -48,7 +48,7 @@ class NetworkGains:
         found *= asd.T
         return found
 
-    def system(self, where: str) -> NetworkSystem:
+    def linear_system(self, where: str) -> NetworkSystem:
         """The same as a linear system; `InputError` that names `where` for too many nodes."""
         reduced = eliminated(self.linear)
         n, u = reduced.disturbed.shape

@@ -227,9 +227,9 @@ class _WithAreas:
         """Amplitude spectral densities [u + n, F] of the disturbances."""
         return np.concatenate([self.gains.amplitudes(frequency_hz), self._own(frequency_hz)])
 
-    def system(self, where: str) -> NetworkSystem:
+    def linear_system(self, where: str) -> NetworkSystem:
         """As a linear system, each area a disturbance of its own."""
-        of, n = self.gains.system(where), len(self.area)
+        of, n = self.gains.linear_system(where), len(self.area)
         k, u = of.d.shape
         spectra = tuple(self.temperature.spectrum(i) for i in self.area.tolist())
         return NetworkSystem(

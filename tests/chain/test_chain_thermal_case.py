@@ -102,7 +102,7 @@ def test_gains_at_any_frequency_and_as_a_system(
     between = np.sort(np.append(f, 1.2345e-3))
     there = noise.at(between)
     np.testing.assert_array_equal(np.delete(there.driven, np.searchsorted(between, 1.2345e-3), axis=1), known)
-    s = noise.network.system("case T")
+    s = noise.network.linear_system("case T")
     for number, hz in enumerate(f):
         gain = s.c @ np.linalg.solve(2j * np.pi * hz * np.eye(len(s.a)) - s.a, s.b) + s.d
         driven = gain * np.array([spectrum.amplitude(f[[number]])[0] for spectrum in s.spectra])

@@ -33,7 +33,7 @@ class Known:
     def amplitudes(self, frequency_hz: np.ndarray) -> np.ndarray:
         return np.stack([s.amplitude(frequency_hz) for s in self.of.spectra])
 
-    def system(self, where: str) -> NetworkSystem:
+    def linear_system(self, where: str) -> NetworkSystem:
         return self.of
 
 

@@ -129,7 +129,7 @@ def network_model(
     """
     if source.network is None:
         raise InputError("has gains alone, and no network that has states", where=where)
-    system = source.network.system(where)
+    system = source.network.linear_system(where)
     temperature = TemperatureModel.from_spectra(system.spectra)
     of = TemperatureNoise(temperature, Correlation.of_factor(source.factor))
     return NetworkModel(noise_model(np.eye(len(system.spectra)), of, band_hz, tolerance, where), system, rows)
