@@ -25,6 +25,7 @@ def source() -> NetworkNoise:
 def test_gains_between_frequencies_are_those_of_the_network(source: NetworkNoise) -> None:
     """At frequencies that are none of the spline's, where an output's nodes cancel too."""
     f = np.geomspace(3.1e-4, 0.099, 173)
+    assert source.network is not None
     wanted = np.einsum("ok,kfu->ofu", ROWS, source.network.driven(f)) @ source.factor
     found = gains_between(ROWS, source, 3e-4, 0.1).fields(f)
     size = np.abs(wanted).max(axis=2, keepdims=True)
