@@ -204,7 +204,7 @@ $(THERMAL): $(THERMAL_TOML) $(THERMAL_SOURCES)
 	$(TEDM) build-thermal $(OPTIONS)
 endif
 
-# TABLE_ of a case of the thermal network is that network's file.
+# TABLE_ of a case of the thermal network is that network's file, here and in closed loop.
 define CASE_RULE
 $(1): $(MATRICES) $(CASE_ADJOINT) $(UNCERTAINTY_SOURCES) $(TABLE_$(notdir $(1))) $(BUILD)/halves $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
@@ -216,7 +216,7 @@ $(BUILD)/dynamics.h5: $(MATRICES) $(EFFECTS) $(DYNAMICS_TOML) $(DYNAMICS_SOURCES
 	$(TEDM) build-dynamics $(OPTIONS)
 
 define SIMULATION_RULE
-$(1): $(BUILD)/dynamics.h5 $(CASE_ADJOINT) $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
+$(1): $(BUILD)/dynamics.h5 $(CASE_ADJOINT) $(TABLE_$(notdir $(1))) $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) simulate $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)
 endef
 $(foreach file,$(SIMULATION_FILES),$(eval $(call SIMULATION_RULE,$(file))))

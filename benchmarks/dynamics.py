@@ -12,7 +12,7 @@ def closed_loop(frequencies: int = 4096, sources: int = 36, areas: int = 78) -> 
     import control
 
     from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
-    from tedm_cli.dynamics.budget import ThermalInput, budget
+    from tedm_cli.dynamics.budget import budget
     from tedm_cli.dynamics.controller import ScalarLoops, default_loops
     from tedm_cli.dynamics.plant import Plant
     from tedm_cli.dynamics.presets import SPACECRAFT_INERTIA_KG_M2, SPACECRAFT_MASS_KG
@@ -20,6 +20,7 @@ def closed_loop(frequencies: int = 4096, sources: int = 36, areas: int = 78) -> 
     from tedm_cli.dynamics.sources import NoiseSource, PowerLaw
     from tedm_cli.dynamics.sources import columns as gains_of
     from tedm_cli.dynamics.state_space import loop_system
+    from tedm_cli.dynamics.thermal_input import ThermalInput
 
     rng = np.random.default_rng(3)
     test_masses = [

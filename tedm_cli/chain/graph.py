@@ -163,7 +163,8 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
     if files.loop is not None:
         step(["build-dynamics"], [files.loop], *matrices, *files.effects, files.dynamics, *files.dynamics_sources)
         for run in files.simulations:
-            step(["simulate", run.name], [run.file], files.loop, files.case_adjoint, *cases, *files.spectra)
+            used = (files.loop, files.case_adjoint, *run.tables)
+            step(["simulate", run.name], [run.file], *used, *cases, *files.spectra)
         for run in files.simulated_series:
             step(["simulate", "--series", run.name], [run.file], files.loop, *cases, *run.tables)
     made = [run.file for run in (*files.runs, *files.simulations, *files.series)]

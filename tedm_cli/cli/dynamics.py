@@ -145,7 +145,7 @@ def simulate(
         hint = "tedm simulate 3, tedm simulate all, tedm simulate --series cooldown"
         raise UsageError("name a case, or all, or a --series", hint=hint)
     project = open_project(config, build_dir, verbose)
-    ids = select_cases(project.cases, case, of_areas=True)
+    ids = select_cases(project.cases, case)
     if output is not None and len(ids) != 1:
         raise UsageError(f"--output names one file, but {len(ids)} cases are run")
     done: list[tuple[Path, Simulation]] = []

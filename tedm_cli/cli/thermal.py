@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from tedm_cli.cli import completion
 from tedm_cli.cli.app import answer, app, open_project
 from tedm_cli.cli.headings import examples
 from tedm_cli.cli.options import (
@@ -51,13 +52,35 @@ def build_thermal(
 
 @app.command(
     "map-temperatures",
-    epilog=examples("tedm map-temperatures tau.csv", "tedm map-temperatures tau.csv -o grids.bdf --figure field.png"),
+    epilog=examples(
+        "tedm map-temperatures tau.csv",
+        "tedm map-temperatures tau.csv -o grids.bdf --figure field.png",
+        "tedm map-temperatures --case T --of A_TM1_x -o field.vtu",
+    ),
 )
 def map_temperatures(
     given: Annotated[
-        Path,
+        Path | None,
         typer.Argument(metavar="FILE", help="CSV set,NODE...: temperatures of thermal nodes above the reference, K."),
-    ],
+    ] = None,
+    case: Annotated[
+        str | None,
+        typer.Option(
+            "--case",
+            metavar="CASE",
+            autocompletion=completion.cases,
+            help="In place of FILE: temperatures that go with the noise of an output in a case of the thermal network.",
+        ),
+    ] = None,
+    of: Annotated[
+        str | None,
+        typer.Option(
+            "--of",
+            metavar="OUTPUT",
+            autocompletion=completion.outputs,
+            help="The output of --case: TM1_a_x, A_TM1_x, ... Default: that of the worst verdict.",
+        ),
+    ] = None,
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Annotated[
@@ -85,10 +108,23 @@ def map_temperatures(
 
     Each thermal node keeps its temperature as the average over its elements. Of all fields with these averages the
     grids get the one that conduction chooses. Printed are the nodes with fewest elements, how well averages are kept,
-    and how much the field changes across one element. It reads the model and [map] of the thermal model's file alone.
+    and how much the field changes across one element. Of a FILE it reads the model and [map] of the thermal model's
+    file alone.
+
+    With --case the sets are the temperatures that go with one amplitude of an output on average (`typical`), in K per
+    sqrt(Hz), and the part of each disturbance in them; their sum is `typical`.
     """
     from tedm_cli.cli.printing.mapped import mapped_lines
+    from tedm_cli.errors import UsageError
+    from tedm_cli.stages.thermal.map_case import OfCase
     from tedm_cli.stages.thermal.map_temperatures import map_temperatures as stage
 
-    done = stage(open_project(config, build_dir, verbose), given, output, figure, shown)
+    if (given is None) == (case is None):
+        found = "both" if case is not None else "neither"
+        raise UsageError(f"give a FILE or --case, found {found}", hint="tedm map-temperatures tau.csv")
+    if case is None and of is not None:
+        raise UsageError("--of is of --case: it names an output of a case")
+    sets = OfCase(case, of) if case is not None else given
+    assert sets is not None
+    done = stage(open_project(config, build_dir, verbose), sets, output, figure, shown)
     answer(as_json, quiet, lambda: mapped_lines(done, rows(top)), done.as_dict)

@@ -189,6 +189,9 @@ def load_cases(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[Co
                 fact = f"there is no case {wanted!r}; there are: {', '.join(config.ids)}"
                 problems.append((f"temperature.within[{number}].cases", fact))
     problems += config.uncertainty.problems()
+    if config.uncertainty.disturbance and len(config.ids_of_areas) == len(config.ids):
+        fact = "no case is of the thermal network (thermal = true), whose disturbances these are"
+        problems.append(("uncertainty.disturbance[0].disturbances", fact))
     problems += _realisation_problems(config)
     names_of_series = [table.name for table in config.series]
     for number, name in enumerate(names_of_series):
@@ -202,14 +205,11 @@ def load_cases(path: Path, changes: Mapping[str, Any] | None = None) -> tuple[Co
     return file, config
 
 
-def select_cases(path: Path, wanted: Sequence[str], *, of_areas: bool = False) -> list[str]:
-    """Case ids of a cases file for what the user typed, `all` included; `UsageError` lists what exists.
-
-    `of_areas`: all of them are those whose temperatures are of areas, and not of the thermal network.
-    """
+def select_cases(path: Path, wanted: Sequence[str]) -> list[str]:
+    """Case ids of a cases file for what the user typed, `all` included; `UsageError` lists what exists."""
     _, config = load_cases(path)
     if list(wanted) == ["all"]:
-        return config.ids_of_areas if of_areas else config.ids
+        return config.ids
     return list(dict.fromkeys(config.case_table(case_id, where=str(path)).id for case_id in wanted))
 
 

@@ -6,15 +6,15 @@ of a uniform distribution; relative ones have no unit, absolute ones have it in 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from tedm_cli.config.areas import Ids, ranges_increase
-from tedm_cli.config.base import IDENTIFIER, Bounded, Coefficient, FileName, OneLine, Strict
+from tedm_cli.config.base import IDENTIFIER, Bounded, FileName, OneLine, Strict
 from tedm_cli.config.correlation import SelectorTable
-from tedm_cli.errors import PhysicsError
+from tedm_cli.config.uncertain_correlation import CorrelationTable, Pairs, correlation_problems, pairs_of
 from tedm_cli.quantities import (
     DRAWS,
     EXPANSION_DEVIATION,
@@ -30,19 +30,16 @@ from tedm_cli.uncertainty.parameters import (
     LARGEST_NORMAL,
     LEVEL,
     LOGNORMAL,
-    MESH,
     NORMAL,
     POSITION,
     POSITIVE,
     THICKNESS,
     UNIFORM,
     Parameter,
-    Parameters,
 )
 
 Relative = Annotated[float, Bounded(RELATIVE_DEVIATION)]
 Name = Annotated[str, Field(pattern=IDENTIFIER)]
-Pairs = dict[tuple[str, str], float]
 
 Axis = Literal["x", "y", "z"]
 AXES: tuple[Axis, ...] = ("x", "y", "z")
@@ -201,17 +198,6 @@ class TestMassDeviation(_ParameterTable):
         return [f"{self.name}_{axis}" for axis in self.axes]
 
 
-class CorrelationTable(Strict):
-    """Correlation of parameters of the same file, each pair of those named."""
-
-    parameters: Annotated[list[str], Field(min_length=2)] = Field(
-        description="Names of the parameters. Of test masses they end with the axis, such as `TM1_position_x`."
-    )
-    rho: Coefficient = Field(
-        description="Correlation coefficient of the normal variables behind the parameters (a Gaussian copula)."
-    )
-
-
 class LevelDeviation(SelectorTable, _RelativeTable):
     """The level of the temperatures of some areas, by which their amplitudes are multiplied.
 
@@ -226,6 +212,23 @@ class LevelDeviation(SelectorTable, _RelativeTable):
         """The areas that it selects."""
         keys = ("groups", "shield", "side", "areas")
         return "; ".join(f"{key} {', '.join(value)}" for key in keys if (value := getattr(self, key)))
+
+
+class DisturbanceDeviation(_RelativeTable):
+    """The level of some disturbances of the thermal network, by which their amplitudes are multiplied.
+
+    It acts on cases of the network (`thermal = true`). Where tables share disturbances, their factors multiply.
+    """
+
+    quantity = LEVEL
+    disturbances: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] = Field(
+        description='Disturbances whose names match these patterns; `["*"]` is all.'
+    )
+
+    @property
+    def words(self) -> str:
+        """The disturbances that it selects."""
+        return f"disturbances {', '.join(self.disturbances)}"
 
 
 class MeshDeviation(Strict):
@@ -290,7 +293,7 @@ class ModelUncertainty(Strict):
 
     def pairs(self) -> Pairs:
         """Correlation coefficients of pairs of names."""
-        return _pairs(self.correlation)
+        return pairs_of(self.correlation)
 
 
 class CasesUncertainty(Strict):
@@ -304,6 +307,9 @@ class CasesUncertainty(Strict):
     )
     seed: Annotated[int, Bounded(SEED)] = Field(default=1, description="Seed of the random numbers.")
     level: list[LevelDeviation] = Field(default_factory=list, description="Levels of the temperatures of areas.")
+    disturbance: list[DisturbanceDeviation] = Field(
+        default_factory=list, description="Levels of the disturbances of the thermal network."
+    )
     correlation: list[CorrelationTable] = Field(
         default_factory=list, description="Correlations between these parameters; others are independent."
     )
@@ -311,53 +317,13 @@ class CasesUncertainty(Strict):
 
     def problems(self) -> list[tuple[str, str]]:
         """(dotted path, fact) of what is wrong between its tables."""
-        named = [(f"uncertainty.level[{i}].name", table.name) for i, table in enumerate(self.level)]
+        named = [
+            (f"uncertainty.{kind}[{i}].name", table.name)
+            for kind in ("level", "disturbance")
+            for i, table in enumerate(getattr(self, kind))
+        ]
         return correlation_problems(named, self.correlation)
 
     def pairs(self) -> Pairs:
         """Correlation coefficients of pairs of names."""
-        return _pairs(self.correlation)
-
-
-def _pairs(tables: Iterable[CorrelationTable]) -> Pairs:
-    return {
-        (one, two): table.rho
-        for table in tables
-        for i, one in enumerate(table.parameters)
-        for two in table.parameters[i + 1 :]
-    }
-
-
-def correlation_problems(named: Sequence[tuple[str, str]], tables: Sequence[CorrelationTable]) -> list[tuple[str, str]]:
-    """(dotted path, fact): names that are there twice or not at all, pairs that are, coefficients that are impossible.
-
-    `named`: (dotted path, name) of the parameters.
-    """
-    first: dict[str, str] = {}
-    found = []
-    for place, name in named:
-        if name == MESH:
-            found.append((place, f"{MESH!r} is the name of the error by the mesh; choose another"))
-        before = first.setdefault(name, place)
-        if before != place:
-            found.append((place, f"{name!r} is the name of a parameter already, in {before}"))
-    pairs: dict[frozenset[str], str] = {}
-    for i, table in enumerate(tables):
-        place = f"uncertainty.correlation[{i}]"
-        for name in dict.fromkeys(n for n in table.parameters if n not in first):
-            there = f"there are: {', '.join(first)}" if first else "this file has none"
-            found.append((f"{place}.parameters", f"there is no parameter {name!r}; {there}"))
-        for one, two in _pairs([table]):
-            before = pairs.setdefault(frozenset((one, two)), place)
-            if one == two:
-                found.append((f"{place}.parameters", f"{one!r} is there twice"))
-            elif before != place:
-                found.append((f"{place}.parameters", f"{one} and {two} are correlated already in {before}"))
-    if found:
-        return found
-    items = tuple(Parameter(name, EXPANSION, "", 0.0, NORMAL) for name in first)
-    try:
-        Parameters.of(items, _pairs(tables))
-    except PhysicsError as error:
-        return [("uncertainty.correlation", f"{error.fact}; {error.hint}")]
-    return []
+        return pairs_of(self.correlation)

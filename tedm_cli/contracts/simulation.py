@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tedm_cli.contracts.disturbances import NETWORK
 from tedm_cli.contracts.spec import (
     COUNT,
     FLAG,
@@ -78,6 +79,36 @@ class SimulationFile(AreaDatasets, FileKind):
     )
     VERDICT_AREA_SHARE = Dataset(
         "/verdict/area_share", ("verdict", "area"), "float", "1", "signed part of the area in the PSD there"
+    )
+    DISTURBANCE_NAME = Dataset(
+        "/disturbance/name",
+        ("disturbance",),
+        "str",
+        "1",
+        "disturbances of the thermal network, then areas that its map leaves out, with a spectrum of their own",
+        optional=True,
+        values=NAMES,
+        group=NETWORK,
+    )
+    VERDICT_DISTURBANCE_SHARE = Dataset(
+        "/verdict/disturbance_share",
+        ("verdict", "disturbance"),
+        "float",
+        "1",
+        "part of the disturbance in the PSD there; negative where it cancels others that it is correlated with",
+        optional=True,
+        group=NETWORK,
+    )
+    IMPROVEMENT_DISTURBANCE_FACTOR = Dataset(
+        "/improvement/disturbance_factor",
+        ("verdict", "disturbance"),
+        "float",
+        "1",
+        "factor on the level of the disturbance, all else unchanged, that just meets the requirement; inf: it has no"
+        " part, nan: not enough alone",
+        optional=True,
+        open_ended=True,
+        group=NETWORK,
     )
     VERDICT_INCOHERENT = Dataset(
         "/verdict/incoherent",

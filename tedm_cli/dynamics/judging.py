@@ -13,6 +13,7 @@ from tedm_cli.dynamics.signals import DELTA_G, OUTPUTS, kind
 from tedm_cli.dynamics.sources import NoiseSource
 from tedm_cli.errors import ConfigError
 from tedm_cli.noise.differences import no_output
+from tedm_cli.noise.improvement import scale_to_meet
 from tedm_cli.noise.requirements import AppliedRequirement, Requirement, Verdict, in_band, judge, mismatches
 
 THERMAL = "thermal"
@@ -33,6 +34,9 @@ class JudgedOutput:
         not feel it, NaN where this group alone cannot do it.
     source_share : [sources], part of each source in the PSD at the binding frequency.
     area_share : [k], the same of each thermal area, signed: their sum is the share of the temperatures.
+    disturbance_share : [u], the same of each disturbance of a thermal network; None without one. disturbance_factor :
+        [u], factor on its level alone that just meets the requirement; infinite where it is not felt, NaN where it
+        cannot do it.
     incoherent : PSD of the temperatures over gravity and read-out apart, over their PSD together, at the binding
         frequency; NaN without temperatures.
     together : the groups that meet a violated requirement together when they are quieter.
@@ -46,6 +50,8 @@ class JudgedOutput:
     area_share: FloatArray
     incoherent: float
     together: Together
+    disturbance_share: FloatArray | None = None
+    disturbance_factor: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,9 +152,29 @@ def judge_outputs(
                 budget.area[label][at] / power,
                 float(budget.incoherent[at, o] / heat) if heat > 0.0 else np.nan,
                 needed_together(part / limit[:, None]),
+                *_of_disturbances(budget, label, at, inside, np.sqrt(limit)),
             )
         )
     return out
+
+
+def _of_disturbances(
+    budget: Budget, label: str, at: int, inside: BoolArray, limit: FloatArray
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """Share [u] of each disturbance in the PSD at place `at`, and the factor on its level that just meets `limit`."""
+    if label not in budget.disturbance:
+        return None, None
+    found, o = budget.disturbance[label], budget.labels.index(label)
+    total = budget.total[at, o]
+    share = found.parts()[at] / (total if total > 0.0 else np.inf)
+    components = found.components()[:, :, inside]  # [u, m, F]
+    everything = components.sum(axis=0)
+    others = np.sqrt(np.maximum(budget.total - budget.thermal, 0.0))[inside, o]  # independent of the temperatures
+    silent = np.zeros_like(others)
+    factor = [
+        scale_to_meet(np.vstack([own, silent]), np.vstack([everything - own, others]), limit) for own in components
+    ]
+    return share, np.array(factor)
 
 
 def needed_together(power: FloatArray) -> Together:

@@ -16,13 +16,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tedm_cli.arrays import ComplexArray, FloatArray
-from tedm_cli.dynamics.budget import ThermalInput, squared
+from tedm_cli.dynamics.budget import squared
 from tedm_cli.dynamics.closed_loop import OutputMap, output_map
 from tedm_cli.dynamics.loops import pade_response
 from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import DISTURBANCES, N_COORDINATES, N_INPUTS, OUTPUTS
 from tedm_cli.dynamics.sources import NoiseSource, columns, psd_of
+from tedm_cli.dynamics.thermal_input import AnyThermal
 
 _BLOCK = 128  # frequencies at once
 _HEARD = 48  # rates of the samples on either side from which disturbances are folded: of white noise 1 % is farther
@@ -30,13 +31,14 @@ _MADE = 32  # the same of held commands: what they make falls with the square
 _LEAST = 4  # sampling rates of the controller on either side
 _N = slice(N_INPUTS, N_INPUTS + N_COORDINATES)
 _S = slice(N_INPUTS + N_COORDINATES, len(DISTURBANCES))
+_FELT = slice(N_INPUTS, len(DISTURBANCES))  # what temperatures do
 
 
 def sampled_psd(
     plant: Plant,
     controller: StateSpaceController,
     sources: Sequence[NoiseSource],
-    thermal_at: Callable[[FloatArray], ThermalInput],
+    thermal_at: Callable[[FloatArray], AnyThermal],
     frequency_hz: FloatArray,
     labels: Sequence[str],
     periods: int,
@@ -60,8 +62,8 @@ def sampled_psd(
                 # of real signals: at a negative frequency the conjugate
                 response = np.where((nu < 0.0)[:, None, None], response.conj(), response)
                 power = squared(response, gains) * psd_of(sources, np.abs(nu)).T[:, None, :]
-                heat = response @ thermal.columns * thermal.amplitude.T[:, None, :]
-                total[here] += power.sum(axis=2) + squared(heat, thermal.factor).sum(axis=2)
+                heat = response[:, :, _FELT] @ thermal.driven(thermal.columns[_FELT], slice(None))
+                total[here] += power.sum(axis=2) + (heat.real**2 + heat.imag**2).sum(axis=2)
     return total.T
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.matrix_files.named import NamedMatrix
-from tedm_cli.noise.shaping.state_space import NoiseModel, StateSpace
+from tedm_cli.noise.shaping.models import AnyModel
+from tedm_cli.noise.shaping.state_space import StateSpace
 
 CONTINUOUS = (
     "x' = A x + B w, y = C x + D w, time in s.",
@@ -31,12 +32,12 @@ class Labels:
 
 
 def state_space_matrices(
-    model: NoiseModel, labels: Labels, *, temperatures: bool, rate_hz: float | None, band: NamedMatrix
+    model: AnyModel, labels: Labels, *, temperatures: bool, rate_hz: float | None, band: NamedMatrix
 ) -> list[NamedMatrix]:
     """A, B, C, D, with `temperatures` C_T and D_T, X0, the same of the sampled form with `rate_hz`, G, and `band`."""
-    states = [f"w{j + 1}_x{i + 1}" for j, one in enumerate(model.inputs) for i in range(len(one.filter.b))]
-    noises = [f"w{j + 1}" for j in range(len(model.inputs))]
-    matrices = _matrices(model.continuous(), labels, states, noises, "", temperatures, "white noise")
+    states, continuous = model.state_names, model.continuous()
+    noises = [f"w{j + 1}" for j in range(model.noises)]
+    matrices = _matrices(continuous, labels, states, noises, "", temperatures, "white noise")
     if rate_hz is not None:
         found = model.discrete(rate_hz)
         numbers = [f"e{i + 1}" for i in range(found.b.shape[1])]
@@ -44,7 +45,7 @@ def state_space_matrices(
         matrices.append(NamedMatrix("rate", np.array([[rate_hz]]), [], ["rate"], [], ["Hz"], "samples per second"))
     root = NamedMatrix(
         "X0",
-        model.continuous().x0,
+        continuous.x0,
         states,
         states,
         ["1"] * len(states),

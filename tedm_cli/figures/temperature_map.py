@@ -20,10 +20,10 @@ _STEPS, _BAR, _WIDE = 96, 0.13, 4.6  # steps of colour; inches
 _TABLE = ListedColormap(colormaps["plasma"](np.linspace(0.15, 0.97, 256)))
 
 
-def temperature_figure(views: MapViews, temperature: FloatArray, title: str, above: str) -> Figure:
-    """The model coloured by the means over its elements of temperatures of grids [N], K; NaN where there is none.
+def temperature_figure(views: MapViews, temperature: FloatArray, title: str, above: str, unit: str = "K") -> Figure:
+    """The model coloured by the means over its elements of temperatures of grids [N], in `unit`.
 
-    above : what the temperatures are above, or that they are absolute.
+    NaN where there is none. above : what the temperatures are above, or that they are absolute.
     """
     with style():
         more = f"means over elements, {above}; dashed: test masses"
@@ -37,7 +37,7 @@ def temperature_figure(views: MapViews, temperature: FloatArray, title: str, abo
         low, high = float(np.nanmin(temperature)), float(np.nanmax(temperature))
         if not high > low:  # an even field
             low, high = low - 0.5, high + 0.5
-        _scale(figure, low, high, (LEFT + 0.3, height - head - 0.55))
+        _scale(figure, low, high, (LEFT + 0.3, height - head - 0.55), unit)
         rgb = np.asarray(_TABLE((np.nan_to_num(temperature, nan=low) - low) / (high - low)))[:, :3]
         table = np.concatenate([rgb, [to_rgb(_NO_TEMPERATURE)]])
         table[:-1][np.isnan(temperature)] = to_rgb(_NO_TEMPERATURE)
@@ -55,7 +55,7 @@ def _of_elements(mesh: Mesh, temperature: FloatArray) -> FloatArray:
     return np.asarray(np.where(counts > 0, sums / np.maximum(counts, 1), np.nan))
 
 
-def _scale(figure: Figure, low: float, high: float, place: tuple[float, float]) -> None:
+def _scale(figure: Figure, low: float, high: float, place: tuple[float, float], unit: str) -> None:
     """Steps of colour, with even ticks above them."""
     width, height = (float(v) for v in figure.get_size_inches())
     axes = figure.add_axes((place[0] / width, place[1] / height, _WIDE / width, _BAR / height))
@@ -69,4 +69,4 @@ def _scale(figure: Figure, low: float, high: float, place: tuple[float, float]) 
     axes.xaxis.set_ticks_position("top")
     axes.xaxis.set_label_position("top")
     axes.tick_params(pad=1, length=2.5, labelsize=SMALL)
-    axes.set_xlabel("temperature (K)", fontsize=9)
+    axes.set_xlabel(f"temperature ({unit})", fontsize=9)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import AnyArray, FloatArray, IndexArray
 from tedm_cli.noise.case_contributions import Contributions, Judged
 from tedm_cli.noise.improvement import scale_to_meet
-from tedm_cli.noise.network import NetworkOutputs
+from tedm_cli.noise.network import NetworkNoise, NetworkOutputs
 from tedm_cli.noise.requirements import in_band
 
 
@@ -59,3 +59,38 @@ def disturbance_contributions(
             level[v, d] = scale_to_meet(own, rest.T, limit)
     asd = np.abs(noise.by_disturbance).transpose(0, 2, 1)
     return DisturbanceContributions(names, share, band_share, asd, level)
+
+
+@dataclass(frozen=True, eq=False)
+class OutputsByClass:
+    """Noise of linear outputs whose rows differ by the class of the disturbance that makes the temperatures.
+
+    Parameters
+    ----------
+    rows : [n, c k], for each of c classes in turn the output per kelvin of the k columns under its disturbances.
+    class_of : [u], the class of each disturbance.
+    """
+
+    rows: FloatArray
+    source: NetworkNoise
+    class_of: IndexArray
+    frequency_hz: FloatArray
+
+    def of(self, rows: FloatArray) -> OutputsByClass:
+        """Of other outputs, with `rows` [n, c k]."""
+        return OutputsByClass(rows, self.source, self.class_of, self.frequency_hz)
+
+    def at(self, frequency_hz: FloatArray) -> OutputsByClass:
+        """At other frequencies [F]."""
+        return OutputsByClass(self.rows, self.source, self.class_of, frequency_hz)
+
+    def cross_spectra(self) -> AnyArray:
+        """One-sided cross-spectral densities of the outputs, [F, n, n]; Hermitian."""
+        f, n, u = len(self.frequency_hz), len(self.rows), len(self.class_of)
+        driven = np.zeros((n, f, u), dtype=np.complex128)
+        for c, rows in enumerate(np.split(self.rows, int(self.class_of.max()) + 1, axis=1)):
+            some, mine = np.flatnonzero(rows.any(axis=1)), np.flatnonzero(self.class_of == c)
+            made = self.source.outputs(rows[some], self.frequency_hz).by_disturbance
+            driven[np.ix_(some, np.arange(f), mine)] = made[:, :, mine]
+        y = (driven @ self.source.factor).transpose(1, 0, 2)
+        return np.asarray(y @ y.conj().transpose(0, 2, 1))

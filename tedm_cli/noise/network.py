@@ -8,7 +8,7 @@ correlation cases C is amplitudes times one correlation for all frequencies; her
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from tedm_cli.arrays import AnyArray, BoolArray, ComplexArray, FloatArray, IndexArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.correlation import Correlation
+from tedm_cli.noise.network_system import Network
 from tedm_cli.noise.propagation import Sizes, trapezoid
 
 _SAME_HZ = 1e-9  # frequencies this close, relatively, are one
@@ -39,6 +40,7 @@ class NetworkNoise:
     blocks : columns that some disturbances, or some that are correlated, drive together; different blocks are
         uncorrelated. column_block : [m], the block that each column of L drives.
     gradient : [k], columns in K/m. told : the model in words.
+    network : that it is of; None where nothing solves it at other frequencies, or as a system.
     """
 
     driven: ComplexArray
@@ -49,6 +51,20 @@ class NetworkNoise:
     column_block: IndexArray
     gradient: BoolArray
     told: str
+    network: Network | None = None
+
+    def at(self, frequency_hz: FloatArray) -> NetworkNoise:
+        """The same noise at other frequencies [n], increasing: solved for where they are not known yet.
+
+        Raises `InputError` as `places` does where nothing solves the network.
+        """
+        if self.network is None:
+            return replace(self, driven=self.driven[:, self.places(frequency_hz)], frequency_hz=frequency_hz)
+        place, missing = places_of(frequency_hz, self.frequency_hz)
+        driven = self.driven[:, place]
+        if missing.size:
+            driven[:, np.isin(frequency_hz, missing)] = self.network.driven(missing)
+        return replace(self, driven=driven, frequency_hz=frequency_hz)
 
     def outputs(self, rows: FloatArray, frequency_hz: FloatArray) -> NetworkOutputs:
         """The noise of outputs with `rows` [n_out, k] at some of the frequencies."""

@@ -26,10 +26,10 @@ from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise, psd_of_fie
 from tedm_cli.noise.spectral_estimate import LOWEST_BIN, Estimate, Welch, Window, kaiser, segment_length, through_window
 from tedm_cli.noise.temperature import TemperatureModel
 
-_BLOCK_NUMBERS = 1 << 20  # numbers of a block of all series: 8 MB
+BLOCK_NUMBERS = 1 << 20  # numbers of a block of all series: 8 MB
 _FILTER_PERIODS = 128  # of the lowest frequency that a filter is long
 _HELD_NUMBERS = 1 << 24  # numbers of past noise that delays may ask for: 134 MB
-_MOST_NUMBERS = 1 << 28  # numbers held in all: 2.1 GB, of which the sample takes 0.3
+MOST_NUMBERS = 1 << 28  # numbers held in all: 2.1 GB, of which the sample takes 0.3
 
 
 @dataclass(frozen=True)
@@ -80,16 +80,17 @@ def output_blocks(rows: FloatArray, source: TemperatureNoise, plan: Plan) -> Ite
     filters, of_heard = np.unique(keys, axis=0, return_inverse=True)
     filter_of = np.full(len(heard), -1)
     filter_of[heard] = of_heard.reshape(-1)
-    taps = 2 * (int(np.ceil(_FILTER_PERIODS * plan.rate_hz / plan.lowest_hz)) // 2)
-    block = max(taps, _BLOCK_NUMBERS // len(factor))
+    taps = filter_taps(plan)
+    block = max(taps, BLOCK_NUMBERS // len(factor))
     length = scipy.fft.next_fast_len(block + taps, real=True)
     block = length - taps
-    _require_room(len(columns), len(rows), longest + taps, length, plan)
+    held = len(columns) * (longest + taps) + (len(rows) + 2) * length
+    require_room(held, len(columns), len(rows), plan)
     in_phase, quadrature = _responses(temperature, plan, filters, taps, length)
     gain = rows * temperature.scale
     rng = np.random.default_rng(plan.seed)
     tails = rng.standard_normal((len(columns), longest + taps))
-    at_once = max(1, _BLOCK_NUMBERS // length)
+    at_once = max(1, BLOCK_NUMBERS // length)
     left = plan.samples
     while left > 0:
         wanted = min(block, left)
@@ -125,8 +126,13 @@ def realise(
     `advance` is told of the samples made since its last call. Raises `InputError` for less than a segment, and as
     `temperature_blocks` does.
     """
-    welch = Welch(len(rows), plan.rate_hz, segment_length(plan.rate_hz, plan.lowest_hz))
-    for block in output_blocks(rows, source, plan):
+    return estimated(output_blocks(rows, source, plan), len(rows), plan, advance)
+
+
+def estimated(blocks: Iterator[FloatArray], outputs: int, plan: Plan, advance: Callable[[int], None]) -> Estimate:
+    """Estimated one-sided PSDs of series [outputs, B] that come in blocks; `advance` as in `realise`."""
+    welch = Welch(outputs, plan.rate_hz, segment_length(plan.rate_hz, plan.lowest_hz))
+    for block in blocks:
         welch.add(block)
         advance(block.shape[1])
     return welch.estimate()
@@ -144,7 +150,7 @@ def expected_psd(noise: OutputNoise, plan: Plan, window: Window | None = None) -
     carriers = noise.source.carriers
 
     def psd(f: FloatArray) -> FloatArray:
-        shape = noise.temperature.shape_values(np.clip(f, plan.low_hz, plan.high_hz))[carriers.shape]
+        shape = noise.temperature.shape_values(held_level(f, plan))[carriers.shape]
         return psd_of_fields(noise.fields, shape * np.exp(-2j * np.pi * carriers.delay_s[:, None] * f))
 
     if window is None:
@@ -152,14 +158,23 @@ def expected_psd(noise: OutputNoise, plan: Plan, window: Window | None = None) -
     return through_window(psd, noise.frequency_hz, window, float(np.ptp(carriers.delay_s)))
 
 
-def _require_room(columns: int, rows: int, past: int, length: int, plan: Plan) -> None:
-    """Raise `InputError` where past noise [columns, past] and outputs [rows, length] are too much to hold."""
-    held = columns * past + (rows + 2) * length
-    if held > _MOST_NUMBERS:
+def filter_taps(plan: Plan) -> int:
+    """Samples that the filters are long, an even number."""
+    return 2 * (int(np.ceil(_FILTER_PERIODS * plan.rate_hz / plan.lowest_hz)) // 2)
+
+
+def held_level(frequency_hz: FloatArray, plan: Plan) -> FloatArray:
+    """Where the spectra are taken for these frequencies: level outside the band that is realised."""
+    return np.clip(frequency_hz, plan.low_hz, plan.high_hz)
+
+
+def require_room(held: int, columns: int, rows: int, plan: Plan) -> None:
+    """Raise `InputError` where what `columns` fluctuations and `rows` outputs take is too much to hold."""
+    if held > MOST_NUMBERS:
         raise InputError(
             f"filters of {_FILTER_PERIODS} periods of {plan.lowest_hz:g} Hz at {plan.rate_hz:g} Hz take"
             f" {8e-9 * held:.3g} GB for {columns} independent fluctuations and {rows} outputs; at most"
-            f" {8e-9 * _MOST_NUMBERS:.3g} GB are held",
+            f" {8e-9 * MOST_NUMBERS:.3g} GB are held",
             where="realisation",
             hint="raise lowest_hz, or lower rate_hz and [frequency] max_hz; the exact spectra need neither",
         )
@@ -192,7 +207,7 @@ def _responses(
     `filters` [n, 2]: the spectral shape of each, and the samples by which it delays beyond `taps` / 2.
     """
     grid = np.fft.rfftfreq(taps, 1.0 / plan.rate_hz)
-    shape = temperature.shape_values(np.clip(grid, plan.low_hz, plan.high_hz)) * np.sqrt(plan.rate_hz / 2.0)
+    shape = temperature.shape_values(held_level(grid, plan)) * np.sqrt(plan.rate_hz / 2.0)
     late = np.exp(-2j * np.pi * filters[:, 1:] * grid / plan.rate_hz)
     window = np.roll(kaiser(taps), taps // 2)
     out = []

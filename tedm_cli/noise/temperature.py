@@ -260,6 +260,11 @@ class TemperatureModel:
         """[k]: the areas that have a spectrum; all but gradient areas that were given none."""
         return np.asarray(self.shape_index >= 0)
 
+    def spectrum(self, area: int) -> Spectrum:
+        """The spectrum of an area that has one."""
+        shape: Spectrum = self.shapes[int(self.shape_index[area])]
+        return replace(shape, level_K=float(self.scale[area]))
+
     def shape_values(self, frequency_hz: FloatArray) -> FloatArray:
         """The distinct shapes [s, F] at `frequency_hz` [F]."""
         return np.stack([shape.amplitude(frequency_hz) for shape in self.shapes])

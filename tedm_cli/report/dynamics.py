@@ -23,7 +23,7 @@ from tedm_cli.report.document import (
     verdict_cell,
 )
 from tedm_cli.report.dynamics_in_time import in_time_blocks
-from tedm_cli.report.evidence import factor_cell, ratio_cell
+from tedm_cli.report.evidence import cancels, factor_cell, ratio_cell, share_text
 from tedm_cli.report.verdicts import Titles
 from tedm_cli.results.deciding import DIAGNOSTIC, deciding
 from tedm_cli.results.dynamics import ClosedLoop, LoopOutput, LoopStability, SimulatedCase
@@ -114,6 +114,7 @@ def loop_detail_section(
         if any(case.role != DIAGNOSTIC for case in found.cases):
             blocks.append(_every(pairs, titles))
         blocks += _help([deciding(of_one) for of_one in pairs.values()], titles)
+    blocks += _by_disturbances(found.cases, titles)
     blocks += [figure for figure in figures if figure.file != _MARGINS]
     blocks += in_time_blocks(found.in_time, in_time, titles)
     blocks += [
@@ -179,6 +180,41 @@ def _help(decided: Sequence[Pair], titles: Titles) -> list[Block]:
     )
     head = columns("Group", "Share", "Ratio without\n(1)", "Factor\n(1)", text=(0,))
     return [Table(head, tuple(rows), text, key="loop groups")]
+
+
+def _by_disturbances(cases: Sequence[SimulatedCase], titles: Titles) -> list[Block]:
+    """Of cases of the thermal network: a table of each output in which temperatures are heard, or a word of none."""
+    blocks: list[Block] = []
+    for case in cases:
+        judged = [j for j in case.judged if j.disturbance_share]
+        heard = [j for j in judged if sum(j.disturbance_share.values()) >= _LEAST]
+        blocks += [_by_disturbance(case, j, titles) for j in heard]
+        if judged and not heard:
+            most = max(sum(j.disturbance_share.values()) for j in judged)
+            part = percent(most, 1) if most >= 1e-3 else "a thousandth"
+            blocks.append(
+                Paragraph(
+                    f"In case {case.id} the disturbances of the thermal network make at most {part} of the noise of any"
+                    " output that is judged."
+                )
+            )
+    return blocks
+
+
+def _by_disturbance(case: SimulatedCase, j: LoopOutput, titles: Titles) -> Table:
+    """Of a case of the thermal network: parts of its disturbances, and what each may be."""
+    share = j.disturbance_share
+    cancelled = cancels(np.array(list(share.values())))
+    rows = [
+        row(name, share_text(share[name], cancelled), factor_cell(j.disturbance_factor[name]))
+        for name in sorted(share, key=lambda name: -abs(share[name]))
+    ]
+    text = (
+        f"{capital(output_title(j.output))}, case {case.id} in closed loop, by disturbance of the thermal network: part"
+        f" of all noise at {mhz_text(j.binding_hz)}. Level: the factor on this disturbance, all else unchanged, that"
+        f" just meets the limit of {titles(j.requirement)}."
+    )
+    return Table(columns("Disturbance", "Share", "Level", text=(0,)), tuple(rows), text)
 
 
 def _margins(stability: LoopStability) -> list[Block]:

@@ -22,6 +22,7 @@ from tedm_cli.results.deciding import without_repeats
 from tedm_cli.results.noise import CaseNoise, JudgedOutput
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.wording import and_text, capital, count, ratio_text
+from tedm_cli.uncertainty.parameters import Parameter
 from tedm_cli.uncertainty.verdicts import CaseUncertainty, Chance
 
 _SURE = 0.05  # a probability between this and its complement leaves a verdict open
@@ -57,9 +58,10 @@ def uncertainty_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -
     """Every case's verdicts with their probabilities, what is uncertain, and what could not be drawn."""
     told = uncertain_cases(without_repeats(cases))
     u = told[0][1]
+    number = len(_parameters_of(told))
     text = (
-        f"{capital(count(len(u.parameters), 'parameter'))} of the model and the temperatures"
-        f" {'is' if len(u.parameters) == 1 else 'are'} drawn {u.draws.samples:,} times together, and each draw gives"
+        f"{capital(count(number, 'parameter'))} of the model and the temperatures"
+        f" {'is' if number == 1 else 'are'} drawn {u.draws.samples:,} times together, and each draw gives"
         " every ratio of noise to requirement. The verdicts themselves are at the nominal values. Expansions and"
         " temperature levels act exactly; moduli, densities, thicknesses and positions to first order. Violated: the"
         " share of draws in which the ratio is above 1, with the safety factor, and with a factor of 1 in its place: a"
@@ -71,7 +73,7 @@ def uncertainty_section(cases: Sequence[CaseNoise], figures: Sequence[Figure]) -
     blocks += [Paragraph(f"Left out: {what}.") for what in dict.fromkeys(w for _, u in told for w in u.left_out)]
     blocks += figures
     blocks.append(_verdicts(told))
-    blocks.append(_parameters(u))
+    blocks.append(_parameters(told))
     blocks += [Paragraph(words) for words in dict.fromkeys(_mesh_words(*one) for one in told) if words]
     return Section("uncertainty", "Probability of the verdicts", "Uncertainty", tuple(blocks))
 
@@ -101,8 +103,12 @@ def _verdicts(told: Sequence[tuple[CaseNoise, CaseUncertainty]]) -> Table:
     return Table(head, tuple(rows), caption, tight=True, key="uncertainty")
 
 
-def _parameters(u: CaseUncertainty) -> Table:
-    sources = u.sources
+def _parameters_of(told: Sequence[tuple[CaseNoise, CaseUncertainty]]) -> dict[str, Parameter]:
+    """The parameters of all cases by name; a case of the thermal network has its own."""
+    return {p.name: p for _, u in told for p in u.parameters.items}
+
+
+def _parameters(told: Sequence[tuple[CaseNoise, CaseUncertainty]]) -> Table:
     rows = [
         row(
             p.name,
@@ -111,9 +117,13 @@ def _parameters(u: CaseUncertainty) -> Table:
             p.distribution,
             p.source,
         )
-        for p in u.parameters.items
+        for p in _parameters_of(told).values()
     ]
-    joined = [name for number, name in enumerate(sources) if (u.parameters.block == number).sum() > 1]
+    joined = list(
+        dict.fromkeys(
+            name for _, u in told for number, name in enumerate(u.sources) if (u.parameters.block == number).sum() > 1
+        )
+    )
     correlated = f" Correlated: {and_text(joined)}." if joined else ""
     caption = (
         "What is uncertain. ±: half the width of a uniform distribution; σ: one standard deviation, of the logarithm"
@@ -141,9 +151,10 @@ def uncertainty_facts(cases: Sequence[CaseNoise]) -> list[tuple[str, str]]:
     if not told:
         return []
     u = told[0][1]
-    assumed = sum("assum" in p.source.lower() for p in u.parameters.items)
-    words = f"probabilities are over {count(len(u.parameters), 'parameter')}, {u.draws.samples:,} draws"
+    items = _parameters_of(told).values()
+    assumed = sum("assum" in p.source.lower() for p in items)
+    words = f"probabilities are over {count(len(items), 'parameter')}, {u.draws.samples:,} draws"
     if assumed:
         words += f"; the deviations of {assumed} of them are assumptions"
-    left = [f"left out: {what}" for what in u.left_out]
+    left = [f"left out: {what}" for what in dict.fromkeys(what for _, of in told for what in of.left_out)]
     return [("Uncertainty", "; ".join([words, *left]))]

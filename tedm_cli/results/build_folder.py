@@ -174,9 +174,7 @@ def open_results(project: Project) -> Iterator[Results]:
         cases = []
         for case_id, path in zip(config.ids, paths, strict=True):
             case = stack.enter_context(open_checked(path, CASE))
-            made_of = used_by_case(used, adjoint_file, config, case_id)
-            if config.case_table(case_id).thermal and (build / THERMAL_FILE).exists():
-                made_of += input_files([build / THERMAL_FILE])
+            made_of = [*used_by_case(used, adjoint_file, config, case_id), *_network(build, config, case_id)]
             require_current(case, case_id, made_of, [file])
             cases.append(case)
         series = {}
@@ -191,7 +189,8 @@ def open_results(project: Project) -> Iterator[Results]:
         no_loop = why_no_loop(project, model)
         loop = _Loop(None, [], {}, []) if no_loop else _open_dynamics(project, config, used, adjoint_file, file, stack)
         require_same_areas(distortion, *(m.reader for m in matrices), *series.values(), *loop.series.values())
-        require_areas_and_more(distortion, *(case for case in cases if not of_network(case)), *loop.simulations)
+        of_areas = (file for file in (*cases, *loop.simulations) if not of_network(file))
+        require_areas_and_more(distortion, *of_areas)
         yield Results(
             distortion, distortion_file, gravity, read_out, cases, list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
@@ -267,7 +266,7 @@ def _open_dynamics(
     `used` are the sensitivities and the optics, `config` is the cases file.
     """
     path = project.build_dir / DYNAMICS_FILE
-    paths = {i: path.with_name(simulation_file_name(i)) for i in cases.ids_of_areas}
+    paths = {i: path.with_name(simulation_file_name(i)) for i in cases.ids}
     paths = {i: p for i, p in paths.items() if p.exists()}
     if not path.exists() or not paths:
         return _Loop(None, [], {}, [])
@@ -286,7 +285,8 @@ def _open_dynamics(
     simulations = []
     for case_id, made in paths.items():
         simulations.append(stack.enter_context(open_checked(made, SIMULATION)))
-        require_current(simulations[-1], case_id, used_by_case(used, adjoint, cases, case_id), [*configs, config])
+        made_of = [*used_by_case(used, adjoint, cases, case_id), *_network(project.build_dir, cases, case_id)]
+        require_current(simulations[-1], case_id, made_of, [*configs, config])
     series = {}
     for name in (table.name for table in cases.series):
         made = path.with_name(simulated_series_file_name(name))
@@ -302,6 +302,12 @@ def used_by_case(
 ) -> list[InputFile]:
     """What a case is made from: what all are, and the adjoint where the case takes something of it."""
     return [*used, *([adjoint] if adjoint is not None and config.within(case_id) else [])]
+
+
+def _network(build: Path, config: CasesConfig, case_id: str) -> list[InputFile]:
+    """The thermal network that a case is made from, where it is of one that is there."""
+    path = build / THERMAL_FILE
+    return list(input_files([path])) if config.case_table(case_id).thermal and path.exists() else []
 
 
 def require_current(case: Reader, case_id: str, used: Sequence[InputFile], configs: Sequence[ConfigFile]) -> None:

@@ -83,6 +83,8 @@ class LoopOutput:
     together, together_factor, together_silenced : groups that meet a violated requirement together, in the order of
         their shares, the factor on their amplitudes that just does it (NaN: it is met), and the ratio without them.
     source_share, area_share : parts of the PSD there of each source, and signed of each thermal area.
+    disturbance_share, disturbance_factor : of the disturbances of a thermal network: part of the PSD there, and the
+        factor on the level of each that just meets the requirement, as `factor`; empty of other cases.
     incoherent : PSD of the temperatures there without the phases of gravity and read-out over with them; NaN: none.
     """
 
@@ -108,6 +110,8 @@ class LoopOutput:
     source_share: dict[str, float]
     area_share: dict[str, float]
     incoherent: float
+    disturbance_share: dict[str, float] = field(default_factory=dict)
+    disturbance_factor: dict[str, float] = field(default_factory=dict)
 
     @property
     def thermal_asd(self) -> FloatArray:
@@ -306,6 +310,12 @@ def _read_judged(file: Reader) -> tuple[LoopOutput, ...]:
         )
     )
     source_share, area_share = file.array(SIMULATION.VERDICT_SOURCE_SHARE), file.array(SIMULATION.VERDICT_AREA_SHARE)
+    disturbances: list[str] = []
+    disturbance_share = disturbance_factor = np.empty((len(ratio), 0))
+    if file.has(SIMULATION.DISTURBANCE_NAME):
+        disturbances = file.strings(SIMULATION.DISTURBANCE_NAME)
+        disturbance_share = file.array(SIMULATION.VERDICT_DISTURBANCE_SHARE)
+        disturbance_factor = file.array(SIMULATION.IMPROVEMENT_DISTURBANCE_FACTOR)
     pairs = zip(file.strings(SIMULATION.VERDICT_OUTPUT), file.strings(SIMULATION.VERDICT_REQUIREMENT), strict=True)
     return tuple(
         LoopOutput(
@@ -331,6 +341,8 @@ def _read_judged(file: Reader) -> tuple[LoopOutput, ...]:
             source_share=_by_name(sources, source_share[v]),
             area_share=_by_name(areas, area_share[v]),
             incoherent=float(incoherent[v]),
+            disturbance_share=_by_name(disturbances, disturbance_share[v]),
+            disturbance_factor=_by_name(disturbances, disturbance_factor[v]),
         )
         for v, (output, requirement) in enumerate(pairs)
     )

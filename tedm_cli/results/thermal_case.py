@@ -22,8 +22,10 @@ from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.network import NetworkNoise, places_of
+from tedm_cli.noise.network_system import NetworkSystem
 from tedm_cli.noise.selection import listed
 from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.results.network_gains import NetworkGains, network_gains
 from tedm_cli.results.noise import NETWORK
 from tedm_cli.results.outputs import ModelOutputs
 from tedm_cli.results.thermal import require_thermal
@@ -164,8 +166,9 @@ def _columns(
     of_nodes = _areas(file, nodes, model)
     areas = of_nodes.and_last(model.only(np.isin(np.arange(len(model)), left))) if left.size else of_nodes
     rows = file.array(THERMAL.SENSITIVITY)[[labels.index(label) for label in outputs.labels]]
-    own = temperature.amplitudes(frequency)[left]
-    noise = _noise(file, nodes, place, frequency, own, model.name[left].tolist(), areas)
+    known = _gains(file, nodes, place) * file.array(THERMAL.DISTURBANCE_ASD)[:, place].T
+    network = _WithAreas(network_gains(file, project, thermal, nodes), temperature, left, model.name[left].tolist())
+    noise = _noise(file, known, frequency, network, areas)
     return ThermalColumns(
         replace(
             outputs,
@@ -217,33 +220,66 @@ def _in_areas(file: Reader, model: AreaTable) -> IndexArray:
     return np.array([names.index(a) if a in names else -1 for a in file.strings(THERMAL.MAP_AREA)], dtype=np.intp)
 
 
+@dataclass(frozen=True, eq=False)
+class _WithAreas:
+    """The network, and areas [n] of the model with a spectrum of their own, uncorrelated with all else, behind it."""
+
+    gains: NetworkGains
+    temperature: TemperatureModel
+    area: IndexArray
+    names: Sequence[str]
+
+    def driven(self, frequency_hz: FloatArray) -> ComplexArray:
+        """D [n_m + n, F, u + n] in K/√Hz."""
+        return self.beside(self.gains.driven(frequency_hz), frequency_hz)
+
+    def amplitudes(self, frequency_hz: FloatArray) -> FloatArray:
+        """Amplitude spectral densities [u + n, F] of the disturbances."""
+        return np.concatenate([self.gains.amplitudes(frequency_hz), self._own(frequency_hz)])
+
+    def linear_system(self, where: str) -> NetworkSystem:
+        """As a linear system, each area a disturbance of its own."""
+        of, n = self.gains.linear_system(where), len(self.area)
+        k, u = of.d.shape
+        spectra = tuple(self.temperature.spectrum(i) for i in self.area.tolist())
+        return NetworkSystem(
+            of.a,
+            np.pad(of.b, ((0, 0), (0, n))),
+            np.pad(of.c, ((0, n), (0, 0))),
+            np.block([[of.d, np.zeros((k, n))], [np.zeros((n, u)), np.eye(n)]]),
+            (*of.spectra, *spectra),
+        )
+
+    def beside(self, driven: ComplexArray, frequency_hz: FloatArray) -> ComplexArray:
+        """D [n_m + n, F, u + n] of the areas behind the nodes' [n_m, F, u]."""
+        (m, f, u), n = driven.shape, len(self.area)
+        whole: ComplexArray = np.zeros((m + n, f, u + n), dtype=np.complex128)
+        whole[:m, :, :u] = driven
+        for i, amplitude in enumerate(self._own(frequency_hz)):
+            whole[m + i, :, u + i] = amplitude
+        return whole
+
+    def _own(self, frequency_hz: FloatArray) -> FloatArray:
+        return self.temperature.amplitudes(frequency_hz)[self.area]
+
+
 def _noise(
-    file: Reader,
-    nodes: Sequence[str],
-    place: IndexArray,
-    frequency: FloatArray,
-    own: FloatArray,
-    own_names: Sequence[str],
-    areas: AreaTable,
+    file: Reader, known: ComplexArray, frequency: FloatArray, network: _WithAreas, areas: AreaTable
 ) -> NetworkNoise:
-    """Noise of the nodes, and of areas with amplitudes `own` [n, F]."""
-    asd = file.array(THERMAL.DISTURBANCE_ASD)[:, place]
+    """Noise of the nodes, driven as `known` [n_m, F, u], and of areas with spectra of their own."""
     names, correlation = file.strings(THERMAL.DISTURBANCE_NAME), file.array(THERMAL.DISTURBANCE_CORRELATION)
-    gain = _gains(file, nodes, place)
-    u, n, k = len(names), len(own), len(areas)
-    driven: ComplexArray = np.zeros((k, len(frequency), u + n), dtype=np.complex128)
-    driven[: len(nodes), :, :u] = gain * asd.T
-    for i, amplitude in enumerate(own):
-        driven[len(nodes) + i, :, u + i] = amplitude
+    u, n = len(names), len(network.area)
+    driven = network.beside(known, frequency)
     whole = np.eye(u + n)
     whole[:u, :u] = correlation
     blocks, factor, column_block = _blocks(driven, whole)
-    told = f"{NETWORK}: {count(len(nodes), 'node')} on the model, {count(u, 'disturbance')} ({', '.join(names)})"
+    told = f"{NETWORK}: {count(len(known), 'node')} on the model, {count(u, 'disturbance')} ({', '.join(names)})"
     if n:
-        told += f"; {count(n, 'area')} that the map leaves out with a spectrum of its own each: {listed(own_names)}"
+        told += f"; {count(n, 'area')} that the map leaves out with a spectrum of its own each: {listed(network.names)}"
     return NetworkNoise(
-        driven, frequency, (*names, *own_names), factor, blocks, column_block, np.asarray(areas.gradient), told
-    )
+        driven, frequency, (*names, *network.names), factor, blocks, column_block, np.asarray(areas.gradient), told,
+        network,
+    )  # fmt: skip
 
 
 def _gains(file: Reader, nodes: Sequence[str], place: IndexArray) -> ComplexArray:

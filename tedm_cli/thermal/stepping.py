@@ -34,8 +34,12 @@ class Stepped:
 
 
 @dataclass(frozen=True, eq=False)
-class _Reduced:
-    """C dx/dt = -K x + B u of diffusive nodes; arithmetic ones are D x + E u."""
+class ReducedNetwork:
+    """C dx/dt = -K x + B u of diffusive nodes; arithmetic ones are D x + E u.
+
+    rows [d], arithmetic : which of the free nodes these are. capacity [d] : C. conductance : K [d, d]. disturbed : B
+    [d, u]. follows : D. directly : E.
+    """
 
     rows: IndexArray
     arithmetic: IndexArray
@@ -55,7 +59,7 @@ class _Reduced:
 
 def stepped(network: LinearNetwork, disturbance: FloatArray, step_s: float) -> Stepped:
     """Temperatures from disturbances u [u, T], K or W, `step_s` apart; it begins in the steady state of the first."""
-    reduced = _eliminated(network)
+    reduced = eliminated(network)
     start = factorised(reduced.conductance).solve(reduced.disturbed @ disturbance[:, 0])
     if len(reduced.rows) <= SMALL:
         x = _exact(reduced, disturbance, step_s, start)
@@ -66,23 +70,26 @@ def stepped(network: LinearNetwork, disturbance: FloatArray, step_s: float) -> S
     return Stepped(found, off / 7.0)  # of a third order, halved steps have an eighth of the error
 
 
-def _eliminated(network: LinearNetwork) -> _Reduced:
+def eliminated(network: LinearNetwork) -> ReducedNetwork:
+    """The network without its arithmetic nodes, which follow the others at once."""
     arithmetic = np.flatnonzero(network.capacity == 0.0)
     rows = np.flatnonzero(network.capacity > 0.0)
     K = network.conductance
     kept, B = selected(K, rows, rows), network.disturbed[rows]
     if not arithmetic.size:
         none = np.zeros((0, len(rows))), np.zeros((0, B.shape[1]))
-        return _Reduced(rows, arithmetic, network.capacity[rows], kept, B, *none)
+        return ReducedNetwork(rows, arithmetic, network.capacity[rows], kept, B, *none)
     inner = factorised(selected(K, arithmetic, arithmetic))
     follows = -inner.solve(selected(K, arithmetic, rows).toarray())
     directly = inner.solve(network.disturbed[arithmetic])
     outer = selected(K, rows, arithmetic)
     reduced = kept + scipy.sparse.csc_array(outer @ follows)
-    return _Reduced(rows, arithmetic, network.capacity[rows], reduced.tocsc(), B - outer @ directly, follows, directly)
+    return ReducedNetwork(
+        rows, arithmetic, network.capacity[rows], reduced.tocsc(), B - outer @ directly, follows, directly
+    )
 
 
-def _exact(reduced: _Reduced, u: FloatArray, step_s: float, start: FloatArray) -> FloatArray:
+def _exact(reduced: ReducedNetwork, u: FloatArray, step_s: float, start: FloatArray) -> FloatArray:
     """x_{k+1} = Φ x_k + Γ0 u_k + Γ1 u_{k+1}, by the exponential of the network with two integrators of u behind it."""
     n, m = reduced.disturbed.shape
     whole = np.zeros((n + 2 * m, n + 2 * m))
@@ -99,7 +106,7 @@ def _exact(reduced: _Reduced, u: FloatArray, step_s: float, start: FloatArray) -
     return out
 
 
-def _implicit(reduced: _Reduced, u: FloatArray, step_s: float, start: FloatArray, pieces: int) -> FloatArray:
+def _implicit(reduced: ReducedNetwork, u: FloatArray, step_s: float, start: FloatArray, pieces: int) -> FloatArray:
     """The same by `pieces` steps of Radau's method between samples: both stages by one factorisation for all steps."""
     h = step_s / pieces
     n = len(start)

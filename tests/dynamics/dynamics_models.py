@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
-from tedm_cli.dynamics.budget import ThermalInput
 from tedm_cli.dynamics.controller import ScalarLoops, default_loops
 from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, STRAY
+from tedm_cli.dynamics.thermal_input import ThermalInput
 
 EXAMPLE = Path(__file__).with_name("worked_example.json")
 

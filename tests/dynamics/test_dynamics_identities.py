@@ -8,7 +8,7 @@ from dynamics_models import askew_plant, controlled, example_plant, random_therm
 from scipy import integrate, linalg
 
 from tedm_cli.dynamics.bodies import DynamicTestMass, cross_matrix
-from tedm_cli.dynamics.budget import ThermalInput, budget
+from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.closed_loop import loop_transfer, responses
 from tedm_cli.dynamics.controller import Controller, ScalarLoops, default_loops
 from tedm_cli.dynamics.loops import Loop
@@ -16,6 +16,7 @@ from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, INPUTS, OUTPUTS, STRAY
 from tedm_cli.dynamics.sources import NoiseSource, PowerLaw, SpectrumTable
 from tedm_cli.dynamics.state_space import loop_system
+from tedm_cli.dynamics.thermal_input import ThermalInput
 
 F = np.geomspace(1e-4, 0.3, 15)
 S = 2j * np.pi * F

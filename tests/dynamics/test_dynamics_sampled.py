@@ -7,7 +7,6 @@ import pytest
 from dynamics_models import example_plant
 from scipy import signal
 
-from tedm_cli.dynamics.budget import ThermalInput
 from tedm_cli.dynamics.closed_loop import responses
 from tedm_cli.dynamics.controller import ScalarLoops, default_loops
 from tedm_cli.dynamics.in_time import realise, released, respond, time_loop
@@ -19,6 +18,7 @@ from tedm_cli.dynamics.sampled_spectra import sampled_psd
 from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, INPUTS, OUTPUTS
 from tedm_cli.dynamics.sources import NoiseSource, PowerLaw
 from tedm_cli.dynamics.stability import stability
+from tedm_cli.dynamics.thermal_input import ThermalInput
 from tedm_cli.errors import PhysicsError
 from tedm_cli.noise.spectral_estimate import Welch, segment_length
 

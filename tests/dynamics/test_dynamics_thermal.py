@@ -17,6 +17,7 @@ from tedm_cli.dynamics.signals import COORDINATES, DISTURBANCES, STRAY
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation import Correlation
+from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.temperature import white_model
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.stages.dynamics.thermal import ThermalRows, thermal_rows
@@ -35,7 +36,7 @@ def test_an_area_that_follows_later_does_so_in_the_loop(delay_s: float) -> None:
     areas = AreaTable(words, words, np.array(["inside"] * 2), np.array(["mid"] * 2), np.zeros((2, 3)))
     rows = ThermalRows(areas, np.array([1, 2]), acceleration, read_out, "A", list(STRAY), list(COORDINATES))
     together = Correlation.of_factor(np.ones((2, 1)), np.array([0.0, delay_s]))
-    thermal = rows.driven_by(white_model(areas, inside_K=1.0), together, np.array([frequency]))
+    thermal = rows.driven_by(TemperatureNoise(white_model(areas, inside_K=1.0), together), np.array([frequency]))
     exact = budget(plant, control, [], thermal, np.array([frequency]), labels, difference_s=step_s).total[0]
 
     v = np.zeros((len(DISTURBANCES), 2))

@@ -14,7 +14,7 @@ from tedm_cli.noise.case_contributions import contributions
 from tedm_cli.noise.contributions import area_shares, path_shares
 from tedm_cli.noise.correlation import full_blocks
 from tedm_cli.noise.correlation_check import correlation_factor
-from tedm_cli.noise.disturbances import disturbance_contributions
+from tedm_cli.noise.disturbances import OutputsByClass, disturbance_contributions
 from tedm_cli.noise.improvement import improvement
 from tedm_cli.noise.network import NetworkNoise, NetworkOutputs
 from tedm_cli.noise.outputs import Outputs
@@ -22,6 +22,8 @@ from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
 from tedm_cli.noise.requirements import judge, tabulated
 from tedm_cli.noise.resemblance import deviation, resemblance
 from tedm_cli.noise.temperature import ShapedSpectrum, TemperatureModel
+from tedm_cli.uncertainty.parameters import LEVEL, NORMAL, Parameter, Parameters
+from tedm_cli.uncertainty.response import Effects, Ratio
 
 F = np.geomspace(1e-4, 1e-1, 31)
 K, U = 7, 3
@@ -215,3 +217,23 @@ def test_the_assumed_case_that_is_most_like_it() -> None:
     np.testing.assert_allclose(r.asd, [np.sqrt(12.5), 7.0])
     np.testing.assert_allclose(r.assumed_asd, [1.0, 2.0])
     assert resemblance(found, area, {"c": silent}, 1e-3, ["left"] * 3, level, assumed) is None
+
+
+def test_levels_of_disturbances_as_a_propagation_of_levels(network: NetworkNoise, rows: np.ndarray) -> None:
+    """The ratio at any deviations, by classes of disturbances, is that of the network with its disturbances scaled."""
+    acts = np.array([[True, True, False], [False, True, False]])  # two parameters on three disturbances
+    levels, class_of = np.unique(acts.T, axis=0, return_inverse=True)
+    class_of = class_of.reshape(-1)
+    items = tuple(Parameter(name, LEVEL, "", 0.3, NORMAL) for name in ("one", "other"))
+    wide = np.tile(rows, (1, len(levels)))
+    effects = Effects(Parameters.of(items), np.zeros((2, *wide.shape)), np.repeat(levels.T, K, axis=1))
+    limit = np.linspace(1e-5, 3e-5, len(F))
+    x = np.array([[0.0, 0.0], [0.4, -0.2], [-0.9, 1.3]])
+    for o in range(len(rows)):
+        found = Ratio(effects.response(wide[o], o), OutputsByClass(wide, network, class_of, F), F, limit).of(x)
+        for ratio, (one, other) in zip(found, x, strict=True):
+            factor = np.array([1 + one, (1 + one) * (1 + other), 1.0])
+            scaled = NetworkOutputs(rows[[o]], replace(network, driven=network.driven * factor), F).psd()[0]
+            assert ratio == pytest.approx((np.sqrt(scaled) / limit).max(), rel=1e-10)
+    together = OutputsByClass(wide, network, class_of, F).cross_spectra()
+    np.testing.assert_allclose(together, NetworkOutputs(rows, network, F).cross_spectra(), rtol=1e-10, atol=1e-22)

@@ -38,7 +38,9 @@ def gains(groups: int, disturbances: int, *, long: bool = False, kind: str = "po
     """Low-passes of known order and corner, one pole after the other; the last group of more has none."""
     corner = 2e-4 * 1.3 ** np.arange(groups)[:, None] * 1.1 ** np.arange(disturbances)
     order = 1 + np.arange(groups)[:, None] % 4 + np.zeros(disturbances)
-    gain: ComplexArray = 10.0 ** -np.arange(groups)[:, None] / (1.0 + 1j * F[:, None, None] / corner) ** order
+    gain: ComplexArray = np.asarray(
+        10.0 ** -np.arange(groups)[:, None] / (1.0 + 1j * F[:, None, None] / corner) ** order, dtype=np.complex128
+    )
     if groups > 2:
         gain[:, -1] = 0.0
     exact = low_pass_shape(F[:, None, None], order, corner) * (np.abs(gain[:1]) > 0.0)

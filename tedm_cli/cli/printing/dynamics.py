@@ -85,7 +85,7 @@ def simulation_lines(path: Path, r: Simulation) -> list[str]:
     """Verdict table of a case in closed loop, and what dominates."""
     lines = [
         f"case {r.case.id} ({r.case.role}) in closed loop: {r.case.title} ({path})",
-        f"temperature: {r.temperature.words()}; read-out set {r.rows.set_name};"
+        f"temperature: {r.source.words()}; read-out set {r.rows.set_name};"
         f" ratio = safety factor {r.safety_factor:g} x noise / limit",
     ]
     if not r.judged:
@@ -99,6 +99,7 @@ def simulation_lines(path: Path, r: Simulation) -> list[str]:
     head = ("output", "requirement", "noise", "limit", "ratio", "margin", "at mHz", "verdict", "made of")
     lines += table(head, rows, right=(2, 3, 4, 5, 6))
     lines += legend_lines((j.verdict.output, j.verdict.requirement) for j in r.judged)
+    lines += [line for j in r.judged if j.disturbance_share is not None for line in _disturbance_lines(r, j)]
     if r.realised is not None:
         ratio = r.realised.ratio.mean(axis=1)
         parts = ", ".join(f"{label} {value:.3f}" for label, value in zip(r.realised.labels, ratio, strict=True))
@@ -111,6 +112,30 @@ def simulation_lines(path: Path, r: Simulation) -> list[str]:
 def _dominating(r: Simulation, j: JudgedOutput) -> str:
     order = np.argsort(j.share)[::-1]
     return ", ".join(f"{r.groups[g]} {100 * j.share[g]:.0f} %" for g in order[:3] if j.share[g] >= _LISTED)
+
+
+def _disturbance_lines(r: Simulation, j: JudgedOutput) -> list[str]:
+    """Of a case of the thermal network: which disturbances the temperatures' part of an output comes from."""
+    share = _disturbance_shares(r, j)
+    whole = sum(share.values())
+    if whole <= 0.0:
+        return []
+    largest = sorted(share.items(), key=lambda of: -abs(of[1]))[:3]
+    told = ", ".join(f"{name} {100 * part / whole:.0f} %" for name, part in largest if abs(part) >= _LISTED * whole)
+    return [f"{j.verdict.output}, {j.verdict.requirement}: temperatures ({100 * whole:.2g} % of the power) by {told}"]
+
+
+def _disturbance_shares(r: Simulation, j: JudgedOutput) -> dict[str, float]:
+    return dict(zip(r.disturbances, () if j.disturbance_share is None else j.disturbance_share.tolist(), strict=True))
+
+
+def _disturbance_dict(r: Simulation, j: JudgedOutput) -> dict[str, Any]:
+    """Shares of the disturbances, and the factors on their levels; null where one cannot alone, or is not felt."""
+    if j.disturbance_factor is None:
+        return {}
+    share = _disturbance_shares(r, j)
+    factor = [f if np.isfinite(f) else None for f in j.disturbance_factor.tolist()]
+    return {"disturbance_share": share, "disturbance_level_factor": dict(zip(share, factor, strict=True))}
 
 
 def _help_lines(r: Simulation, j: JudgedOutput) -> list[str]:
@@ -183,6 +208,7 @@ def simulation_dict(path: Path, r: Simulation) -> dict[str, Any]:
                 "share": dict(zip(r.groups, j.share.tolist(), strict=True)),
                 "ratio_without": dict(zip(r.groups, j.silenced.tolist(), strict=True)),
                 "factor_alone": {g: float(f) for g, f in zip(r.groups, j.factor, strict=True) if np.isfinite(f)},
+                **_disturbance_dict(r, j),
                 "together": None if j.verdict.passed else _together_dict(r, j),
                 "thermal_incoherent_over_coherent": None if np.isnan(j.incoherent) else j.incoherent,
             }

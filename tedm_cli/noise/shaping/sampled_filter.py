@@ -73,6 +73,15 @@ def transition(a: FloatArray, b: FloatArray, step_s: float) -> tuple[FloatArray,
     return phi, factor
 
 
+def covariance_factor(covariance: FloatArray) -> FloatArray:
+    """Lower triangular factor [n, n] of a covariance [n, n]."""
+    if not len(covariance):
+        return covariance
+    scale = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return lower_factor(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
 def lower_factor(factor: FloatArray) -> FloatArray:
     """Lower triangular L [r, min(r, m)] with L Lᵀ = F Fᵀ for F [r, m]."""
     lower: FloatArray = np.transpose(np.linalg.qr(factor.T, mode="r"))

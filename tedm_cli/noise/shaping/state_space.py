@@ -18,7 +18,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.noise.correlation import Correlation
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.propagation import TemperatureNoise
-from tedm_cli.noise.shaping.sampled_filter import SampledFilter, lower_factor, sampled
+from tedm_cli.noise.shaping.sampled_filter import SampledFilter, covariance_factor, sampled
 from tedm_cli.noise.shaping.shaping_filter import ShapingFilter, shaping_filter
 
 _HINT = "leave the delays out, or propagate the case with run-case, which is exact"
@@ -59,8 +59,29 @@ class NoiseModel:
     gain: FloatArray
 
     @property
+    def state_names(self) -> list[str]:
+        """Of the filters, by their white noise."""
+        return [f"w{j + 1}_x{i + 1}" for j, one in enumerate(self.inputs) for i in range(len(one.filter.b))]
+
+    @property
     def states(self) -> int:
-        return sum(len(i.filter.b) for i in self.inputs)
+        """Number of states."""
+        return len(self.state_names)
+
+    @property
+    def noises(self) -> int:
+        """Number of white noises."""
+        return len(self.inputs)
+
+    @property
+    def direct(self) -> bool:
+        """Whether white noise is fed through to outputs."""
+        return any(i.filter.d.any() for i in self.inputs)
+
+    @property
+    def shared(self) -> bool:
+        """Whether filters share a white noise."""
+        return any(len(i.shapes) > 1 for i in self.inputs)
 
     @property
     def deviation(self) -> float:
@@ -69,13 +90,17 @@ class NoiseModel:
 
     def psd(self, frequency_hz: FloatArray) -> FloatArray:
         """One-sided PSD [p, F] of the outputs."""
-        total = np.zeros((len(self.gain), len(frequency_hz)))
+        return np.asarray((np.abs(self.response(frequency_hz)) ** 2).sum(axis=1))
+
+    def response(self, frequency_hz: FloatArray) -> ComplexArray:
+        """Outputs [p, m, F] of each white noise, unit of the output per √Hz, with their phases."""
+        out: ComplexArray = np.empty((len(self.gain), self.noises, len(frequency_hz)), dtype=np.complex128)
         responses: dict[int, ComplexArray] = {}
-        for i in self.inputs:
+        for number, i in enumerate(self.inputs):
             if id(i.filter) not in responses:
                 responses[id(i.filter)] = i.filter.response(frequency_hz)
-            total += np.abs((self.gain @ i.weight) @ responses[id(i.filter)]) ** 2
-        return total
+            out[:, number] = (self.gain @ i.weight) @ responses[id(i.filter)]
+        return out
 
     def continuous(self) -> StateSpace:
         """A, B, C, D, driven by white noise of one-sided PSD 1/Hz."""
@@ -102,7 +127,7 @@ class NoiseModel:
             c[:, x], d[:, w] = i.weight @ part.c, i.weight @ part.d
             rows = self.gain @ i.weight  # areas of one noise cancel here, before the filter's rounding
             y_c[:, x], y_d[:, w] = rows @ part.c, rows @ part.d
-            x0[x, x] = _factor(i.filter.covariance())
+            x0[x, x] = covariance_factor(i.filter.covariance())
             row, column = x.stop, w.stop
         return StateSpace(a, b, y_c, y_d, c, d, x0)
 
@@ -156,12 +181,3 @@ def _real_factor(correlation: Correlation, where: str) -> FloatArray:
         )
     real: FloatArray = correlation_factor(matrix.real)
     return real
-
-
-def _factor(covariance: FloatArray) -> FloatArray:
-    """Lower triangular factor of a covariance [n, n]."""
-    if not len(covariance):
-        return covariance
-    scale = np.sqrt(np.diag(covariance))
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    return lower_factor(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -80,7 +80,7 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("SIMULATION_FILES", "the build folder", [run.file for run in files.simulations])
     make.files("SERIES_FILES", "the build folder", [run.file for run in files.series])
     make.files("SIMULATED_SERIES_FILES", "the build folder", [run.file for run in files.simulated_series])
-    for run in files.runs:
+    for run in (*files.runs, *files.simulations):
         make.files(f"TABLE_{run.file.name}", "the build folder", run.tables)
     for run in (*files.series, *files.simulated_series):
         make.word(f"SERIES_{run.file.name}", run.name)

@@ -94,7 +94,11 @@ def chain_files(project: Project) -> ChainFiles:
         runs=tuple(
             Named(c.id, build / case_file_name(c.id), thermal if c.thermal is not None else ()) for c in cases.cases
         ),
-        simulations=tuple(Named(c, build / simulation_file_name(c)) for c in cases.ids_of_areas if closed),
+        simulations=tuple(
+            Named(c.id, build / simulation_file_name(c.id), thermal if c.thermal is not None else ())
+            for c in cases.cases
+            if closed
+        ),
         series=tuple(Named(n, build / series_file_name(n), tables) for n, tables in series.items()),
         simulated_series=tuple(
             Named(n, build / simulated_series_file_name(n), tables) for n, tables in series.items() if closed

@@ -10,7 +10,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.dynamics_problem import ControllerTable, Problem, SpectrumFields, load_problem
 from tedm_cli.dynamics.bodies import DynamicTestMass, Spacecraft
-from tedm_cli.dynamics.budget import ThermalInput, budget
+from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.controller import LOOPS, Controller, default_controller
 from tedm_cli.dynamics.judging import by_group, groups_of
 from tedm_cli.dynamics.loops import Loop, LoopShape, StateSpace
@@ -19,6 +19,7 @@ from tedm_cli.dynamics.plant import Plant
 from tedm_cli.dynamics.signals import COORDINATES, STRAY
 from tedm_cli.dynamics.sources import NoiseSource, PowerLaw, SpectrumTable
 from tedm_cli.dynamics.stability import stability
+from tedm_cli.dynamics.thermal_input import ThermalInput
 from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.temperature import ShapedSpectrum

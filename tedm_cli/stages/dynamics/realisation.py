@@ -10,7 +10,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.config.dynamics import TimeTable
 from tedm_cli.contracts import SIMULATION
-from tedm_cli.dynamics.budget import ThermalInput, budget
+from tedm_cli.dynamics.budget import budget
 from tedm_cli.dynamics.in_time import TimeLoop, realise, time_loop
 from tedm_cli.dynamics.loops import StateSpace
 from tedm_cli.dynamics.noise_drive import WhiteDriven, noise_drive, together
@@ -18,10 +18,11 @@ from tedm_cli.dynamics.own_controller import StateSpaceController
 from tedm_cli.dynamics.sampled_loop import SampledTimeLoop
 from tedm_cli.dynamics.sampled_spectra import sampled_psd
 from tedm_cli.dynamics.signals import DISTURBANCES
+from tedm_cli.dynamics.thermal_input import AnyThermal
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.files.store import Writer
-from tedm_cli.noise.propagation import TemperatureNoise
-from tedm_cli.noise.shaping.state_space import noise_model
+from tedm_cli.noise.shaping.models import model_of
+from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.spectral_estimate import Estimate, Welch, Window, segment_length, through_window
 from tedm_cli.stages.dynamics.loop import Loop
 from tedm_cli.stages.dynamics.thermal import ThermalRows
@@ -50,7 +51,7 @@ class RealisedLoop:
 def realise_loop(
     loop: Loop,
     rows: ThermalRows,
-    noise: TemperatureNoise,
+    noise: AnySource,
     labels: tuple[str, ...],
     band_hz: tuple[float, float],
     where: str,
@@ -91,7 +92,7 @@ def realise_loop(
     # estimates see three quarters of their lowest frequency; a decade more to fit costs seconds and is not felt
     filters = (lowest / 10.0, max(band_hz[1], 2.0 * plan.rate_hz * periods))
     columns = np.concatenate([rows.read_out, rows.acceleration])
-    model = noise_model(columns, noise, filters, _TOLERANCE, where)
+    model = model_of(columns, noise, filters, _TOLERANCE, where)
     system = model.continuous()
     at = len(columns)
     zero_c, zero_d = (np.zeros((len(DISTURBANCES) - at, m.shape[1])) for m in (system.c, system.d))
@@ -123,7 +124,7 @@ def _periods(loop: Loop, in_time: TimeLoop) -> int:
 def _expected(
     loop: Loop,
     rows: ThermalRows,
-    noise: TemperatureNoise,
+    noise: AnySource,
     labels: tuple[str, ...],
     frequency_hz: FloatArray,
     lowest_hz: float,
@@ -134,8 +135,8 @@ def _expected(
     low, high = 0.5 * lowest_hz, 1.1 * _HIGHEST * rate
     grid = np.geomspace(low, high, int(_GRID_PER_DECADE * np.log10(high / low)))
 
-    def thermal_at(f: FloatArray) -> ThermalInput:
-        return rows.driven_by(noise.temperature, noise.correlation, f)
+    def thermal_at(f: FloatArray) -> AnyThermal:
+        return rows.driven_by(noise, f)
 
     if isinstance(loop.controller, StateSpaceController) and loop.controller.dt_s is not None:
         total = sampled_psd(loop.plant, loop.controller, loop.sources, thermal_at, grid, labels, periods)

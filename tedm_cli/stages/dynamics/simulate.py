@@ -19,15 +19,18 @@ from tedm_cli.dynamics.sources import NoiseSource
 from tedm_cli.files.build_folder import provenance, simulation_file_name
 from tedm_cli.files.store import Writer, create
 from tedm_cli.noise.correlation import CorrelationCase, correlation
+from tedm_cli.noise.network import NetworkNoise
 from tedm_cli.noise.propagation import TemperatureNoise
 from tedm_cli.noise.requirements import Requirement, in_band
+from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import write_areas
-from tedm_cli.results.outputs import read_outputs
-from tedm_cli.results.within import and_spectra, case_gradients
+from tedm_cli.results.outputs import ModelOutputs, read_outputs
+from tedm_cli.results.thermal_case import thermal_columns
+from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients
 from tedm_cli.stages.dynamics.loop import Loop
-from tedm_cli.stages.dynamics.prepared import prepare
+from tedm_cli.stages.dynamics.prepared import Prepared, prepare
 from tedm_cli.stages.dynamics.realisation import RealisedLoop, realise_loop, write_realisation
 from tedm_cli.stages.dynamics.thermal import ThermalRows
 
@@ -42,7 +45,7 @@ class Simulation:
     case: CorrelationCase
     loop: Loop
     rows: ThermalRows
-    temperature: TemperatureModel
+    source: AnySource
     frequency_hz: FloatArray
     budget: Budget
     judged: tuple[JudgedOutput, ...]
@@ -52,6 +55,11 @@ class Simulation:
     @property
     def groups(self) -> tuple[str, ...]:
         return groups_of(self.loop.sources)
+
+    @property
+    def disturbances(self) -> tuple[str, ...]:
+        """Of the thermal network; none of other cases."""
+        return self.source.disturbances if isinstance(self.source, NetworkNoise) else ()
 
     @property
     def sources(self) -> tuple[NoiseSource, ...]:
@@ -70,20 +78,18 @@ def simulate(
 
     Raises
     ------
-    InputError : dynamics.h5 is missing or stale, or adjoint.h5 where a case has gradients within areas.
+    InputError : dynamics.h5 is missing or stale, or adjoint.h5 where a case has gradients within areas, or thermal.h5
+        where it is of the thermal network.
     ConfigError : requirements that do not fit, all at once.
     """
     ready = prepare(project)
     loop, frequency, config = ready.loop, ready.frequency_hz, ready.config
     outputs = tuple(dict.fromkeys(label for _, label in ready.judged))
-    of_areas = temperature_model(project, config, ready.rows.areas)
-    gradients = case_gradients(project, config, read_outputs(project))
-    for number, case_id in enumerate(case_ids):
-        case = config.case(case_id, where=str(project.cases))
-        more = gradients.of(case_id)
-        rows, temperature = ready.rows.with_gradients(more), and_spectra(of_areas, more)
-        noise = TemperatureNoise(temperature, correlation(case, rows.areas, temperature.heard))
-        thermal = rows.driven_by(temperature, noise.correlation, frequency)
+    temperatures = _Temperatures.of(project, ready)
+    cases = [config.case(case_id, where=str(project.cases)) for case_id in case_ids]
+    fluctuating = [temperatures.of_case(case) for case in cases]  # what is refused is so before the first is run
+    for number, (case, (rows, source, made_of)) in enumerate(zip(cases, fluctuating, strict=True)):
+        thermal = rows.driven_by(source, frequency)
         step(number, len(case_ids), "closed loop")
         found = budget(loop.plant, loop.controller, loop.sources, thermal, frequency, areas_of=outputs)
         verdicts = judge_outputs(found, loop.sources, ready.judged, frequency, config.safety_factor)
@@ -91,19 +97,45 @@ def simulate(
         if in_time:
             advance = counter(step, loop.config.time.samples, f"realising case {case.id}")
             band = (ready.lowest_hz, float(frequency[-1]))
-            realised = realise_loop(loop, rows, noise, outputs, band, f"case {case.id}", advance)
-        result = Simulation(
-            case, loop, rows, temperature, frequency, found, tuple(verdicts), config.safety_factor, realised
-        )
+            realised = realise_loop(loop, rows, source, outputs, band, f"case {case.id}", advance)
+        result = Simulation(case, loop, rows, source, frequency, found, tuple(verdicts), config.safety_factor, realised)
         path = output if output is not None else project.build_dir / simulation_file_name(case.id)
         matrix = config.case_table(case.id).matrix
-        used = [*ready.inputs, *gradients.sources(case_id)]
+        used = [*ready.inputs, *made_of]
         inputs = [*used, *table_paths(project, config), *([Path(matrix)] if matrix else [])]
         with create(path, KIND, provenance(ready.configs, inputs)) as writer:
             write_simulation(writer, result, [r.requirement for r in ready.requirements])
             if realised is not None:
                 write_realisation(writer, realised)
         done(path, result)
+
+
+@dataclass(frozen=True, eq=False)
+class _Temperatures:
+    """What the temperatures of all cases of a project are made of."""
+
+    project: Project
+    ready: Prepared
+    outputs: ModelOutputs
+    of_areas: TemperatureModel
+    gradients: CaseGradients
+
+    @classmethod
+    def of(cls, project: Project, ready: Prepared) -> _Temperatures:
+        outputs = read_outputs(project)
+        of_areas = temperature_model(project, ready.config, ready.rows.areas)
+        return cls(project, ready, outputs, of_areas, case_gradients(project, ready.config, outputs))
+
+    def of_case(self, case: CorrelationCase) -> tuple[ThermalRows, AnySource, Sequence[Path]]:
+        """Rows and noise of the temperatures of a case, and the files that it alone is made from."""
+        rows = self.ready.rows
+        if case.thermal:
+            columns = thermal_columns(self.project, self.ready.config, case.id, self.outputs, self.of_areas)
+            return rows.of_network(columns), columns.noise, columns.sources
+        more = self.gradients.of(case.id)
+        rows, temperature = rows.with_gradients(more), and_spectra(self.of_areas, more)
+        source = TemperatureNoise(temperature, correlation(case, rows.areas, temperature.heard))
+        return rows, source, self.gradients.sources(case.id)
 
 
 def write_simulation(writer: Writer, r: Simulation, requirements: Sequence[Requirement]) -> None:
@@ -114,7 +146,7 @@ def write_simulation(writer: Writer, r: Simulation, requirements: Sequence[Requi
     writer.write(KIND.CASE_TITLE, r.case.title)
     writer.write(KIND.CASE_ROLE, r.case.role)
     writer.write(KIND.CASE_SAFETY_FACTOR, r.safety_factor)
-    writer.write(KIND.TEMPERATURE_MODEL, r.temperature.words())
+    writer.write(KIND.TEMPERATURE_MODEL, r.source.words())
     writer.write(KIND.READ_OUT_SET, r.rows.set_name)
     writer.write(KIND.FREQUENCY, r.frequency_hz)
     writer.write(KIND.OUTPUT_LABEL, list(b.labels))
@@ -163,3 +195,10 @@ def _write_verdicts(writer: Writer, r: Simulation) -> None:
         (KIND.IMPROVEMENT_FACTOR, "factor", len(r.groups)),
     ):
         writer.write(dataset, np.array([getattr(j, key) for j in r.judged]).reshape(n, size))
+    if names := r.disturbances:
+        writer.write(KIND.DISTURBANCE_NAME, list(names))
+        for dataset, key in (
+            (KIND.VERDICT_DISTURBANCE_SHARE, "disturbance_share"),
+            (KIND.IMPROVEMENT_DISTURBANCE_FACTOR, "disturbance_factor"),
+        ):
+            writer.write(dataset, np.array([getattr(j, key) for j in r.judged]).reshape(n, len(names)))

@@ -14,8 +14,8 @@ from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import OPTICS as OPTICS_KIND
 from tedm_cli.contracts import SENSITIVITY as SENSITIVITY_KIND
-from tedm_cli.dynamics.budget import ThermalInput
 from tedm_cli.dynamics.signals import COORDINATES, STRAY, TEST_MASSES
+from tedm_cli.dynamics.thermal_input import AnyThermal, NetworkInput, ThermalInput
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
 from tedm_cli.files.build_folder import (
     DISTORTION_FILE,
@@ -27,12 +27,13 @@ from tedm_cli.files.build_folder import (
 )
 from tedm_cli.files.store import open_checked
 from tedm_cli.noise.areas import AreaTable
-from tedm_cli.noise.correlation import Correlation
-from tedm_cli.noise.temperature import TemperatureModel
+from tedm_cli.noise.network import NetworkNoise
+from tedm_cli.noise.sources import AnySource
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.effects import effect_files, read_effects
 from tedm_cli.results.optics import read_read_outs
 from tedm_cli.results.self_gravity import read_self_gravity
+from tedm_cli.results.thermal_case import ThermalColumns
 from tedm_cli.results.within import Gradients, and_numbers
 
 _AXES = LARGEST_ANGLE_RAD  # of a test mass in the layout against those in the model: more are two test masses
@@ -69,11 +70,25 @@ class ThermalRows:
             read_out=np.hstack([self.read_out, [by_label[label] for label in self.read_out_label]]),
         )
 
-    def driven_by(
-        self, temperature: TemperatureModel, correlation: Correlation, frequency_hz: FloatArray
-    ) -> ThermalInput:
+    def of_network(self, columns: ThermalColumns) -> ThermalRows:
+        """The same of the columns of a case of the thermal network, in place of the model's areas."""
+        outputs = columns.outputs
+        by_label = dict(zip(outputs.labels, outputs.rows, strict=True)) | {"": np.zeros(len(outputs.areas))}
+        return replace(
+            self,
+            areas=outputs.areas,
+            area_id=outputs.area_id,
+            acceleration=np.array([by_label[label] for label in self.acceleration_label]),
+            read_out=np.array([by_label[label] for label in self.read_out_label]),
+        )
+
+    def driven_by(self, source: AnySource, frequency_hz: FloatArray) -> AnyThermal:
         """The noise input of a case at `frequency_hz` [F]; delays turn phases, as in `noise.propagation`."""
-        amplitude = temperature.amplitudes(frequency_hz) * np.exp(
+        if isinstance(source, NetworkNoise):
+            there = source.at(frequency_hz)
+            return NetworkInput(self.acceleration, self.read_out, there.driven, there.disturbances, there.factor)
+        correlation = source.correlation
+        amplitude = source.temperature.amplitudes(frequency_hz) * np.exp(
             -2j * np.pi * correlation.delay_s[:, None] * frequency_hz
         )
         if not correlation.delay_s.any():

@@ -161,7 +161,10 @@ def explain_loop_output(project: Project, name: str) -> Told:
         notes.append("no simulation that is there judges it; its spectra are in the files of tedm simulate, /psd")
     else:
         case_id, j = worst
-        for title, found in (("groups", j.share), ("sources", j.source_share), ("areas", j.area_share)):
+        by = {"groups": j.share, "sources": j.source_share, "areas": j.area_share, "disturbances": j.disturbance_share}
+        for title, found in by.items():
+            if title == "disturbances" and not found:
+                continue
             columns = (Column(title[:-1]), Column("share", "share"))
             tables.append(Table(title, columns, by_share(found.items(), 1), ranked=True))
         at = f"{1e3 * j.binding_hz:.3g} mHz"

@@ -23,7 +23,7 @@ from tedm_cli.results.areas import read_areas, unit_per
 from tedm_cli.results.compensation import Blocks, read_blocks
 from tedm_cli.stages.common import known_name
 from tedm_cli.stages.exports.mesh_adjoint import adjoint_arrays
-from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, worst_of_cases
+from tedm_cli.stages.exports.mesh_cases import case_file, case_files, case_weights, require_moving, worst_of_cases
 from tedm_cli.stages.exports.mesh_geometry import mesh_geometry, optical_grids
 from tedm_cli.stages.exports.mesh_outputs import Output, read_output
 
@@ -131,6 +131,8 @@ def _completed(build_dir: Path, wanted: WantedArrays) -> WantedArrays:
         found = [worst_of_cases([case_file(build_dir, case)]) for case in wanted.cases]
         outputs = tuple(dict.fromkeys(worst.output for worst in found if worst is not None))
         if not outputs:
+            for case in wanted.cases:
+                require_moving(case_file(build_dir, case))
             raise UsageError("nothing is judged in this case", hint="name an output: --of TM1_a_x")
         return WantedArrays(wanted.areas, outputs, wanted.cases)
     return wanted if wanted.areas or wanted.cases else WantedArrays((UNIFORM,), wanted.outputs)

@@ -33,12 +33,14 @@ class Worst:
 
 
 def worst_of_cases(paths: Sequence[Path]) -> Worst | None:
-    """The worst verdict of the case files `paths`; of cases without gradients within areas, which move no mesh."""
+    """The worst verdict of the case files `paths`; of cases without gradients within areas or thermal nodes, which move
+    no mesh.
+    """
     found: list[Worst] = []
     for path in paths:
         with open_checked(path, CASE) as file:
             case = read_case(file)
-            if case.judged and not case.areas.within.any():
+            if case.judged and not case.thermal and not case.areas.within.any():
                 worst = max(case.judged, key=lambda j: j.ratio)
                 area = str(case.areas.name[np.abs(worst.share).argmax()])
                 found.append(Worst(case.id, worst.output, area, worst.ratio))
@@ -66,6 +68,21 @@ def case_file(build_dir: Path, case_id: str) -> Path:
     return files[known_name("case that was run", wanted, list(files))]
 
 
+def require_moving(path: Path) -> None:
+    """Refuse the file of a case with thermal nodes or gradients within areas, as `case_weights` does."""
+    with open_checked(path, CASE) as file:
+        _require_areas(file)
+
+
+def _require_areas(file: Reader) -> None:
+    require_areas(file, "the displacements on the mesh are of areas")
+    within = read_areas(file).within
+    if within.any():
+        names = listed(np.array(file.strings(CASE.AREA_NAME))[within].tolist())
+        fact = f"case {file.string(CASE.CASE_ID)} has gradients within areas ({names}), which have no displacements"
+        raise UsageError(fact, hint="name a case without, or the areas of the model")
+
+
 def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, float, float]:
     """Weights [k] that turn a term of an output into a share of the PSD, the frequency (Hz), the share of own effects.
 
@@ -76,12 +93,7 @@ def case_weights(file: Reader, label: str, g: FloatArray) -> tuple[FloatArray, f
     ------
     UsageError : there is no such output; the case has gradients within areas, of which there are no displacements.
     """
-    require_areas(file, "the displacements on the mesh are of areas")
-    within = read_areas(file).within
-    if within.any():
-        names = listed(np.array(file.strings(CASE.AREA_NAME))[within].tolist())
-        fact = f"case {file.string(CASE.CASE_ID)} has gradients within areas ({names}), which have no displacements"
-        raise UsageError(fact, hint="name a case without, or the areas of the model")
+    _require_areas(file)
     o = file.strings(CASE.OUTPUT_LABEL).index(
         known_name(f"output of {file.path.name}", label, file.strings(CASE.OUTPUT_LABEL))
     )

@@ -20,13 +20,15 @@ from tedm_cli.files.build_folder import case_file_name
 from tedm_cli.files.provenance import ConfigFile, input_files
 from tedm_cli.files.store import open_checked
 from tedm_cli.matrix_files.named import Format, NamedMatrix
-from tedm_cli.noise.correlation import correlation
+from tedm_cli.noise.correlation import CorrelationCase, correlation
 from tedm_cli.noise.propagation import TemperatureNoise
-from tedm_cli.noise.shaping.state_space import NoiseModel, noise_model
+from tedm_cli.noise.shaping.models import AnyModel, model_of
+from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.build_folder import require_current
 from tedm_cli.results.case_file import read_psd
 from tedm_cli.results.outputs import ModelOutputs, read_outputs
+from tedm_cli.results.thermal_case import thermal_columns
 from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients, with_gradients
 from tedm_cli.stages.exports.case import destination
 
@@ -53,6 +55,16 @@ class _Inputs:
     outputs: ModelOutputs
     temperature: TemperatureModel
     gradients: CaseGradients
+
+    def of_case(self, case: CorrelationCase) -> tuple[ModelOutputs, AnySource, Sequence[Path]]:
+        """The outputs by what fluctuates in a case, its noise, and the files that it alone is made from."""
+        if case.thermal:
+            found = thermal_columns(self.project, self.config, case.id, self.outputs, self.temperature)
+            return found.outputs, found.noise, found.sources
+        more = self.gradients.of(case.id)
+        outputs, temperature = with_gradients(self.outputs, more), and_spectra(self.temperature, more)
+        source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
+        return outputs, source, self.gradients.sources(case.id)
 
 
 @dataclass(frozen=True)
@@ -83,7 +95,7 @@ def export_state_space(
         raise UsageError(f"--tolerance {wanted.tolerance:g} is not between 0 and 1", hint="0.01 is one per cent")
     if wanted.rate_hz is not None and not 0.0 < wanted.rate_hz < np.inf:
         raise UsageError(f"--rate-hz {wanted.rate_hz:g} is not a positive frequency")
-    ids = select_cases(project.cases, case_ids, of_areas=True)
+    ids = select_cases(project.cases, case_ids)
     places = [destination(project.build_dir, f"{_stem(i)}_state_space", fmt, output, len(ids)) for i in ids]
     file, config = load_cases(project.cases)
     outputs = read_outputs(project)
@@ -97,20 +109,19 @@ def _stem(case_id: str) -> str:
 
 
 def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str], wanted: Wanted) -> ExportedSystem:
-    project, config, more = inputs.project, inputs.config, inputs.gradients.of(case_id)
-    outputs = with_gradients(inputs.outputs, more).with_differences(config.applied_requirements())
-    temperature = and_spectra(inputs.temperature, more)
+    project, config = inputs.project, inputs.config
     case = config.case(case_id, where=str(project.cases))
-    source = TemperatureNoise(temperature, correlation(case, outputs.areas, temperature.heard))
+    of_case, source, made_of = inputs.of_case(case)
+    outputs = of_case.with_differences(config.applied_requirements())
     band = (config.frequency.min_hz, config.frequency.max_hz)
     where = f"{project.cases}: case {case_id}"
-    model = noise_model(outputs.rows, source, band, wanted.tolerance, where)
+    model = model_of(outputs.rows, source, band, wanted.tolerance, where)
     frequency = config.frequency_hz()
     path = project.build_dir / case_file_name(case_id)
     if path.exists():
-        psd, compared = _stored(inputs, case_id, path, outputs.labels), path.name
+        psd, compared = _stored(inputs, made_of, case_id, path, outputs.labels), path.name
     else:
-        psd = source.psd(outputs.rows, frequency)
+        psd = source.outputs(outputs.rows, frequency).psd()
         compared = "the exact spectra"
     deviation = _deviation(model.psd(frequency), psd)
     labels = Labels(list(outputs.labels), list(outputs.units), outputs.areas.name.tolist(), outputs.areas.unit)
@@ -126,39 +137,38 @@ def _export(inputs: _Inputs, case_id: str, fmt: Format, place: tuple[Path, str],
     matrices = state_space_matrices(
         model, labels, temperatures=wanted.temperatures, rate_hz=wanted.rate_hz, band=validity
     )
-    notes = _notes(case_id, case.title, model, temperature, band, deviation, compared)
+    notes = _notes(case_id, case.title, model, source.words(), band, deviation, compared)
     if wanted.rate_hz is not None:
-        notes += sampled_notes(wanted.rate_hz, any(i.filter.d.any() for i in model.inputs))
+        notes += sampled_notes(wanted.rate_hz, model.direct)
     paths = write_matrices(*place, matrices, fmt, notes)
-    return ExportedSystem(case_id, tuple(paths), model.states, len(model.inputs), model.deviation, deviation, compared)
+    return ExportedSystem(case_id, tuple(paths), model.states, model.noises, model.deviation, deviation, compared)
 
 
 def _notes(
     case_id: str,
     title: str,
-    model: NoiseModel,
-    temperature: TemperatureModel,
+    model: AnyModel,
+    temperature: str,
     band: tuple[float, float],
     deviation: float,
     compared: str,
 ) -> list[str]:
-    several = any(len(i.shapes) > 1 for i in model.inputs)
-    shared = "; filters that share a white noise have one common phase, so that cross-spectra are right" * several
+    shared = "; filters that share a white noise have one common phase, so that cross-spectra are right" * model.shared
     return [
         f"tedm: noise of correlation case {case_id}: {title}",
-        f"{model.states} states, {len(model.inputs)} white noises, {len(model.gain)} outputs y; SI units, y = G times"
+        f"{model.states} states, {model.noises} white noises, {len(model.gain)} outputs y; SI units, y = G times"
         " temperatures; no safety factor.",
         *CONTINUOUS,
-        f"temperatures: {temperature.words()}",
+        f"temperatures: {temperature}",
         f"Valid from {band[0]:g} to {band[1]:g} Hz. Largest relative deviation of a filter's ASD from the"
         f" configured one there: {model.deviation:.2g}; of the ASDs of y from {compared}: {deviation:.2g}{shared}.",
     ]
 
 
-def _stored(inputs: _Inputs, case_id: str, path: Path, labels: Sequence[str]) -> FloatArray:
+def _stored(inputs: _Inputs, made_of: Sequence[Path], case_id: str, path: Path, labels: Sequence[str]) -> FloatArray:
     """The PSDs [n_out, F] of a case file, which must be of the present sensitivities and configuration."""
     with open_checked(path, CASE) as stored:
-        used = [*inputs.outputs.sources, *inputs.gradients.sources(case_id)]
+        used = [*inputs.outputs.sources, *made_of]
         require_current(stored, case_id, input_files(used), [inputs.file])
         return read_psd(stored, labels)
 

@@ -12,7 +12,7 @@ from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.differences import require_parallel
 from tedm_cli.config.halves import halves_of
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.config.temperature_spectrum import SpectrumColumns
 from tedm_cli.config.temperature_tables import table_paths, temperature_model
@@ -38,6 +38,7 @@ from tedm_cli.results.outputs import ModelOutputs, read_outputs
 from tedm_cli.results.thermal_case import thermal_columns
 from tedm_cli.results.uncertainty import write_uncertainty
 from tedm_cli.results.within import CaseGradients, and_spectra, case_gradients, with_gradients
+from tedm_cli.stages.noise.network_uncertainty import of_network, require_disturbances
 from tedm_cli.stages.noise.realisation import Realised, realise_case, write_realisation
 from tedm_cli.stages.noise.uncertainty import Uncertain, uncertain
 from tedm_cli.uncertainty.verdicts import CaseUncertainty
@@ -69,6 +70,7 @@ class CaseSetting:
     """
 
     project: Project
+    model: ModelConfig
     file: ConfigFile
     config: CasesConfig
     outputs: ModelOutputs
@@ -86,10 +88,11 @@ class CaseSetting:
     def ready(self, case: CorrelationCase) -> ReadyCase:
         """A case with the columns of what it has beside the model's areas, or with thermal nodes in their place.
 
-        Raises what `thermal_columns` does, and `noise.correlation.correlation`.
+        Raises what `thermal_columns` does, `require_disturbances`, and `noise.correlation.correlation`.
         """
         if case.thermal:
             found = thermal_columns(self.project, self.config, case.id, self.outputs, self.temperature)
+            require_disturbances(found.noise, self.config, self.project.cases)
             return ReadyCase(case, found.outputs, found.noise, found.sources, found.area)
         gradients = self.gradients.of(case.id)
         outputs, temperature = with_gradients(self.outputs, gradients), and_spectra(self.temperature, gradients)
@@ -138,9 +141,13 @@ class CaseSetting:
     def uncertainty(self, result: CaseResult) -> CaseUncertainty | None:
         """How sure the verdicts of a case are; None where nothing is uncertain, or nothing judged.
 
-        None of a case of the thermal network: what is uncertain is told by areas, and it has thermal nodes.
+        Of a case of the thermal network: as far as levels of its disturbances are uncertain.
         """
-        if self.uncertain is None or not result.verdicts or result.case.thermal:
+        if not result.verdicts:
+            return None
+        if result.case.thermal:
+            return of_network(result, self.criteria, self.model, self.config)
+        if self.uncertain is None:
             return None
         return self.uncertain.of_case(result, self.criteria)
 
@@ -180,7 +187,7 @@ def case_setting(
         raise ConfigError(error.problems, where=str(project.cases)) from None
     gradients = case_gradients(project, config, outputs, tables)
     found = uncertain(project, model, config, judged, gradients, compare)
-    return CaseSetting(project, file, config, outputs, temperature, frequency, criteria, gradients, found)
+    return CaseSetting(project, model, file, config, outputs, temperature, frequency, criteria, gradients, found)
 
 
 @dataclass(frozen=True, eq=False)

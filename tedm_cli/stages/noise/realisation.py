@@ -16,8 +16,10 @@ from tedm_cli.files.scratch import scratch_file
 from tedm_cli.files.store import Writer
 from tedm_cli.noise.case_run import CaseResult
 from tedm_cli.noise.log_spectrum import log_estimate
-from tedm_cli.noise.propagation import OutputNoise, TemperatureNoise
-from tedm_cli.noise.realisation import expected_psd, output_blocks, realise, resolved
+from tedm_cli.noise.network import NetworkNoise, NetworkOutputs
+from tedm_cli.noise.network_realisation import network_blocks, network_expected
+from tedm_cli.noise.realisation import Plan, estimated, expected_psd, output_blocks, resolved
+from tedm_cli.noise.sources import AnySource
 from tedm_cli.noise.spectral_estimate import Estimate, Window
 from tedm_cli.progress import Step, counter
 
@@ -45,33 +47,41 @@ class Realised:
 def realise_case(result: CaseResult, config: CasesConfig, step: Step, path: Path) -> Realised | None:
     """Realise the outputs of a case; None where the configuration does not ask for it.
 
-    None of a case of the thermal network, too: its gains are known at the frequencies of the cases alone.
-
     Log-spaced spectra take segments of another length at every frequency, so their series wait in a temporary file
     beside `path`, the file of the case.
 
-    Raises `InputError` for delays that are too long to be held.
+    Raises `InputError` for delays that are too long to be held, and for filters that are too much to hold.
     """
     table, plan = config.realisation, config.realisation_plan()
     rows, source = result.outputs.rows, result.source
-    if table is None or plan is None or not isinstance(source, TemperatureNoise):
+    if table is None or plan is None:
         return None
     advance = counter(step, plan.samples, f"realising case {result.case.id}")
     window: Window | None = None
     try:
         if table.spectrum == "log":
-            blocks = output_blocks(rows, source, plan)
-            estimate, window = _log(blocks, len(rows), plan.rate_hz, advance, path)
+            estimate, window = _log(_blocks(rows, source, plan), len(rows), plan.rate_hz, advance, path)
         else:
-            estimate = realise(rows, source, plan, advance)
+            estimate = estimated(_blocks(rows, source, plan), len(rows), plan, advance)
     except InputError as error:
         raise InputError(error.fact, where=f"case {result.case.id}: {error.where}", hint=error.hint) from error
     inside = resolved(estimate.frequency_hz, plan, window)
     if window is not None:
         window = Window(np.broadcast_to(window.bin_hz, inside.shape)[inside], window.beta)
     estimate = Estimate(estimate.frequency_hz[inside], estimate.psd[:, inside], estimate.degrees_of_freedom[inside])
-    exact = expected_psd(OutputNoise(rows, source, estimate.frequency_hz), plan, window)
+    noise = source.outputs(rows, estimate.frequency_hz)
+    if isinstance(noise, NetworkOutputs):
+        exact = network_expected(noise, plan, window)
+    else:
+        exact = expected_psd(noise, plan, window)
     return Realised(estimate, exact, plan.rate_hz, plan.samples, plan.seed, table.spectrum)
+
+
+def _blocks(rows: FloatArray, source: AnySource, plan: Plan) -> Iterator[FloatArray]:
+    """Series [n_out, B] of the outputs, block after block."""
+    if isinstance(source, NetworkNoise):
+        return network_blocks(rows, source, plan)
+    return output_blocks(rows, source, plan)
 
 
 def _log(

@@ -13,7 +13,8 @@ from tedm_cli.config.areas import id_ranges
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.project import Project
-from tedm_cli.config.uncertainty import AXES, MaterialDeviation, MeshDeviation, Pairs
+from tedm_cli.config.uncertain_correlation import Pairs
+from tedm_cli.config.uncertainty import AXES, MaterialDeviation, MeshDeviation
 from tedm_cli.contracts import ADJOINT, SENSITIVITY
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.files.build_folder import ADJOINT_FILE, SENSITIVITY_FILE, require_configuration, require_input
@@ -135,7 +136,8 @@ def uncertain(
     levels = _Found(outputs)
     selectors = _add_levels(levels, cases, project.cases, kept.union(of_model.names_of_structure), gradients)
     numbered = tuple(enumerate(selectors, len(found.items)))
-    parameters += Parameters.of(tuple(levels.items), of_cases.pairs())
+    named = {item.name for item in levels.items}
+    parameters += Parameters.of(tuple(levels.items), _among(of_cases.pairs(), named))
     found.extend(levels)
     mesh = None
     if mesh_table is not None:

@@ -30,5 +30,5 @@ def draw_field(path: Path, project: Project, mapped: MappedField, number: int) -
         centre=test_masses[0].position_m if test_masses else fem.geometry.position_m.mean(axis=0),
     )
     title = f"{project.title}: temperatures {mapped.name[number]} of {fem.source.name}"
-    figure = temperature_figure(MapViews(mesh), mapped.field[:, number], title, "above the reference")
+    figure = temperature_figure(MapViews(mesh), mapped.field[:, number], title, "above the reference", mapped.unit)
     write_figure(path, figure, title, fem.source)

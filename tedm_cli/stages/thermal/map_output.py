@@ -26,12 +26,16 @@ FORMATS = (".csv", ".bdf", ".h5", ".vtu")
 
 @dataclass(frozen=True, eq=False)
 class MappedField:
-    """m sets: their names, tau [n, m] of the nodes and field [N, m] of all grids, NaN where the map does not reach."""
+    """m sets: their names, tau [n, m] of the nodes and field [N, m] of all grids, NaN where the map does not reach.
+
+    `unit` of the temperatures: K, or K/√Hz of those that go with a noise.
+    """
 
     mapping: Mapping
     name: list[str]
     tau: FloatArray
     field: FloatArray
+    unit: str = "K"
 
 
 def write_field(
@@ -114,7 +118,7 @@ def _write_mesh(path: Path, mapped: MappedField) -> list[Path]:
         MeshArray(
             array_name("temperature", name),
             mapped.field[:, i].copy(),
-            "K",
+            mapped.unit.replace("√Hz", "sqrt(Hz)"),
             f"{name}, above the reference; nan: not mapped",
         )
         for i, name in enumerate(mapped.name)

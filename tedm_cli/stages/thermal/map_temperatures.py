@@ -19,6 +19,7 @@ from tedm_cli.mapping.quality import Quality, quality
 from tedm_cli.stages.area_drawing import require_format
 from tedm_cli.stages.common import known_name
 from tedm_cli.stages.thermal.map_build import Mapping, build_map
+from tedm_cli.stages.thermal.map_case import PATTERN_UNIT, OfCase, case_pattern
 from tedm_cli.stages.thermal.map_model import finite_elements
 from tedm_cli.stages.thermal.map_output import FORMATS, MappedField, write_field
 from tedm_cli.stages.thermal.map_tau import read_given
@@ -92,18 +93,20 @@ class MappedSummary:
 
 
 def map_temperatures(
-    project: Project, given: Path, output: Path | None, figure: Path | None, shown: str | None
+    project: Project, given: Path | OfCase, output: Path | None, figure: Path | None, shown: str | None
 ) -> MappedSummary:
-    """Map the sets of a CSV, and write what was asked for.
+    """Map sets of temperatures, and write what was asked for.
 
     Parameters
     ----------
+    given : a CSV of sets, or a case of the thermal network, of which they are what `case_pattern` tells.
     shown : the set that the figure shows; the first.
 
     Raises
     ------
     UsageError : a name of a file that says no format, a set that there is not.
-    ConfigError : a project without a map. InputError, PhysicsError : what `build_map` and `read_given` refuse.
+    ConfigError : a project without a map. InputError, PhysicsError : what `build_map`, `read_given` and `case_pattern`
+        refuse.
     """
     require_format(figure)
     if output is not None and output.suffix.lower() not in FORMATS:
@@ -115,7 +118,11 @@ def map_temperatures(
     fem = finite_elements(project)
     mapping = build_map(fem, config.map, where)
     _refuse_own_temperatures(mapping)
-    sets = read_given(given, mapping.node)
+    if isinstance(given, OfCase):
+        pattern = case_pattern(project, given)
+        sets, more, said, unit = pattern.of(mapping.node), pattern.inputs, [pattern.words], PATTERN_UNIT
+    else:
+        sets, more, said, unit = read_given(given, mapping.node), [given], [], "K"
     if shown is not None:
         known_name("set", shown, sets.name)
     field = mapping.through.temperatures(sets.tau)
@@ -127,15 +134,17 @@ def map_temperatures(
         elements = np.bincount(pairs[:, 0], minlength=len(mapping.node))
         volume = np.bincount(place[taken], of.volume[taken], len(mapping.node)).astype(np.float64)
         found = quality(mapping.through, of, place, sets.tau, field)
-    mapped = MappedField(mapping, sets.name, sets.tau, field)
-    inputs = [given, *fem.files, *(project.beside(where, name) for name in config.map.file_names())]
+    mapped = MappedField(mapping, sets.name, sets.tau, field, unit)
+    inputs = [*more, *fem.files, *(project.beside(where, name) for name in config.map.file_names())]
     paths, sid, notes = write_field(output, mapped, lambda: provenance([file, fem.config_file], inputs))
     if figure is not None:
         from tedm_cli.stages.thermal.map_figure import draw_field
 
         draw_field(figure, project, mapped, sets.name.index(shown) if shown is not None else 0)
         paths = [*paths, figure]
-    return MappedSummary(paths, sets.name, mapping, field, found, elements, volume, sid, [*mapping.notes, *notes])
+    return MappedSummary(
+        paths, sets.name, mapping, field, found, elements, volume, sid, [*said, *mapping.notes, *notes]
+    )
 
 
 def _refuse_own_temperatures(mapping: Mapping) -> None:
