@@ -57,7 +57,9 @@ def trade(
     best: Annotated[
         str | None,
         typer.Option(
-            "--best", metavar="VARIANT", help="Exit with 5 unless this variant is on the Pareto front, or the best --by."
+            "--best",
+            metavar="VARIANT",
+            help="Exit with 5 unless this variant is on the Pareto front, or the best --by.",
         ),
     ] = None,
     by: Annotated[

@@ -54,7 +54,9 @@ def overlay(base: Project, values: Mapping[str, Any], folder: Path) -> Overlay:
     """
     by_file, problems = _by_file(values)
     named = {key[0] for key in by_file.get(PROJECT, {})}
-    problems += [(f"{PROJECT}.{name}", f"keys of the {name} file are changed, too") for name in by_file if name in named]
+    problems += [
+        (f"{PROJECT}.{name}", f"keys of the {name} file are changed, too") for name in by_file if name in named
+    ]
     paths = {name: getattr(base, name) for name in FILES}
     texts: dict[str, str] = {}
     changed: dict[str, str] = {}
@@ -104,7 +106,9 @@ def _by_file(values: Mapping[str, Any]) -> tuple[dict[str, dict[Key, Any]], list
         if first not in (*FILES, PROJECT) or not rest or not all(rest):
             near = difflib.get_close_matches(first, [*FILES, PROJECT], n=1)
             hint = f"did you mean {near[0]}?" if near and near[0] != first else f"one of {', '.join((*FILES, PROJECT))}"
-            fact = f"begins with no file of a project; {hint}" if first not in (*FILES, PROJECT) else "names no key of it"
+            fact = (
+                f"begins with no file of a project; {hint}" if first not in (*FILES, PROJECT) else "names no key of it"
+            )
             problems.append((".".join(name), fact))
             continue
         found.setdefault(first, {})[tuple(rest)] = value

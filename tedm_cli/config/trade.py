@@ -40,7 +40,7 @@ class VariantTable(Strict):
     set: dict[str, Annotated[Any, Form("value")]] = Field(
         default={},
         description='Keys of the project\'s files that have another value here: "cases.safety_factor" = 1.0. The first '
-        "part is project, model, optics, cases, dynamics or thermal. Entries of arrays of tables go by their name or id: "
+        "part is project, model, optics, cases, dynamics or thermal. Entries of arrays of tables go by name or id: "
         '"model.test_mass.TM1.mass_kg".',
     )
     script: ScriptTable | None = Field(default=None, description="What makes its model, where the project has none.")
@@ -61,6 +61,9 @@ class CriterionTable(Strict):
     )
     requirement: OneLine | None = Field(default=None, description="Only what this requirement judges.")
     frequency_hz: Frequency | None = Field(default=None, description="Frequency of a noise. Else 1 mHz.")
+    contributors: Literal["areas", "groups"] | None = Field(
+        default=None, description='What contributors of a noise are told: "areas" (the default), or "groups" of them.'
+    )
     quantities: Annotated[list[Quantity], Field(min_length=1)] | None = Field(
         default=None, description="Only these quantities at rest. Else all that are judged."
     )
@@ -70,8 +73,8 @@ class CriterionTable(Strict):
     goal: Literal["min", "max"] = Field(default="min", description="Whether less or more is better.")
     limit: Annotated[float, Bounded(CRITERION_LIMIT)] | None = Field(
         default=None,
-        description="The value is judged by it: at most this, or at least this where more is better. Else 1 for ratios, "
-        "0 for `rest_violations`; others are not judged then.",
+        description="The value is judged by it: at most this, or at least this where more is better. Else 1 for "
+        "ratios, 0 for `rest_violations`; others are not judged then.",
     )
     weight: Annotated[float, Bounded(CRITERION_WEIGHT)] = Field(
         default=0.0, description="Weight in the score by which variants are ranked; without any there is no score."
@@ -85,7 +88,7 @@ class CriterionTable(Strict):
             raise ValueError(f"unknown kind {value!r}; did you mean {near[0]}?" if near else _unknown(value))
         return value
 
-    @field_validator("case", "outputs", "requirement", "frequency_hz", "quantities", "subsystem")
+    @field_validator("case", "outputs", "requirement", "frequency_hz", "contributors", "quantities", "subsystem")
     @classmethod
     def _of_its_kind(cls, value: Any, info: ValidationInfo) -> Any:
         kind = info.data.get("kind")

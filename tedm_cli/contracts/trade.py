@@ -8,7 +8,9 @@ GOALS = ("min", "max")
 JUDGED, NOT_JUDGED = ("passed", "violated"), ""
 
 
-def _of_variant(name: str, dtype: str, long_name: str, values: Values = Values(), *, open_ended: bool = False) -> Dataset:
+def _of_variant(
+    name: str, dtype: str, long_name: str, values: Values = Values(), *, open_ended: bool = False
+) -> Dataset:
     return Dataset(f"/variant/{name}", ("variant",), dtype, "1", long_name, values=values, open_ended=open_ended)
 
 

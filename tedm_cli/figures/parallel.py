@@ -18,15 +18,26 @@ from tedm_cli.figures.key import key
 from tedm_cli.figures.style import COLOURS, LINE, SMALL, VERMILION, WIDTH, heading, heading_lines, series_look, style
 from tedm_cli.results.trade import Trade, TradedCriterion
 from tedm_cli.results.wording import unit_text
+from tedm_cli.trade.pareto import rounded
 
 _TITLE = "Variants by criteria"
-_MORE = "Each axis has its own scale; higher is better. Thick: on the Pareto front. A line breaks where a criterion is missing."
+_MORE = (
+    "Each axis has its own scale; higher is better. Thick: on the Pareto front. A line breaks where a criterion is"
+    " missing."
+)
 _TALL, _GAP, _SIDE = 2.2, 0.2, 0.75  # inches: of an axis, between panels, beside the outer axes
 _ACROSS = 6  # axes beside each other
 _NAMED = 14  # variants that have a look of their own, where there are more only those on the front do
 _DECADES = 1.0  # from this span on a scale is logarithmic
+_LEAST = 0.02  # relative span of a scale where values differ: small differences look small
 _OTHER = "#B5B5B5"
-_LIMIT: dict[str, Any] = {"color": VERMILION, "linestyle": "none", "marker": "_", "markersize": 15, "markeredgewidth": 2.0}
+_LIMIT: dict[str, Any] = {
+    "color": VERMILION,
+    "linestyle": "none",
+    "marker": "_",
+    "markersize": 15,
+    "markeredgewidth": 2.0,
+}
 _MARKERS = ("o", "s", "^", "D")
 
 
@@ -40,7 +51,9 @@ class _Scale:
     reverse: bool
 
     def at(self, value: float) -> float:
-        low, high, here = (math.log(v) for v in (self.low, self.high, value)) if self.log else (self.low, self.high, value)
+        low, high, here = (
+            (math.log(v) for v in (self.low, self.high, value)) if self.log else (self.low, self.high, value)
+        )
         place = 0.5 if high == low else (here - low) / (high - low)
         return 1.0 - place if self.reverse else place
 
@@ -91,10 +104,16 @@ def _foot(criterion: TradedCriterion, values: FloatArray, room: float) -> str:
 
 
 def scale_of(criterion: TradedCriterion, values: FloatArray) -> _Scale:
-    """The scale of an axis: logarithmic where values above 0 span a decade; from the least to the largest of them."""
-    there = values[~np.isnan(values)]
+    """The scale of an axis: logarithmic where values above 0 span a decade; from the least to the largest of them.
+
+    Values that differ little are in the middle of a wider one.
+    """
+    there = rounded(values[~np.isnan(values)])
     low, high = float(there.min()), float(there.max())
     is_log = low > 0.0 and math.log10(high / low) >= _DECADES
+    wider = 0.5 * (_LEAST * max(abs(low), abs(high)) - (high - low))
+    if high > low and wider > 0.0:
+        low, high = low - wider, high + wider
     return _Scale(low, high, is_log, criterion.goal == "min")
 
 
@@ -124,7 +143,10 @@ def _panel(axes: Axes, trade: Trade, shown: Sequence[int], heads: Sequence[str],
             y = scale.at(limit)
             axes.plot([place], [y], clip_on=False, zorder=2, **_LIMIT)
     for v, look in enumerate(_looks(trade)):
-        ys = [math.nan if math.isnan(values[v, c]) else s.at(values[v, c]) for c, s in zip(shown, scales, strict=True)]
+        ys = [
+            math.nan if math.isnan(values[v, c]) else s.at(float(rounded(values[v, c])))
+            for c, s in zip(shown, scales, strict=True)
+        ]
         axes.plot(range(len(shown)), ys, clip_on=False, **look)
 
 
@@ -140,7 +162,9 @@ def _looks(trade: Trade) -> list[dict[str, Any]]:
             number += 1
         else:
             look = {"color": _OTHER, "linestyle": "-", "marker": "o", "markersize": 3.0}
-        looks.append(look | {"linewidth": 2.4 if is_first else 1.1, "zorder": 4 if is_first else 3, "label": variant.name})
+        looks.append(
+            look | {"linewidth": 2.4 if is_first else 1.1, "zorder": 4 if is_first else 3, "label": variant.name}
+        )
     return looks
 
 
@@ -155,11 +179,15 @@ def _samples(trade: Trade) -> list[Line2D]:
         if look["color"] == _OTHER:
             alike += 1
             continue
-        found.append(Line2D([], [], **{k: w for k, w in look.items() if k not in ("label", "markevery")}, label=variant.name))
+        found.append(
+            Line2D([], [], **{k: w for k, w in look.items() if k not in ("label", "markevery")}, label=variant.name)
+        )
     if alike:
         found.append(Line2D([], [], color=_OTHER, linewidth=1.1, label=f"{alike} others, not on the front"))
     values = trade.values
-    shown = [(criterion, values[:, c]) for c, criterion in enumerate(trade.criteria) if not np.isnan(values[:, c]).all()]
+    shown = [
+        (criterion, values[:, c]) for c, criterion in enumerate(trade.criteria) if not np.isnan(values[:, c]).all()
+    ]
     if any(_drawn_limit(criterion, scale_of(criterion, of)) is not None for criterion, of in shown):
         found.append(Line2D([], [], **_LIMIT, label="limit"))
     return found

@@ -32,11 +32,13 @@ from tedm_cli.results.trade import Trade
 from tedm_cli.results.wording import and_text, capital, count, number_text, unit_text
 
 EMPTY = "–"
-_ACROSS = 5  # criteria beside each other in a table
+_ACROSS = 4  # criteria beside each other in a table
 _SUBJECT = "Trade of variants: criteria, Pareto front, and what has changed"
 
 
-def trade_document(trade: Trade, figures: Sequence[Figure], files: Sequence[ReportFile], reports: Sequence[str]) -> Document:
+def trade_document(
+    trade: Trade, figures: Sequence[Figure], files: Sequence[ReportFile], reports: Sequence[str]
+) -> Document:
     """The page, numbered. `reports`: of each variant the name of its own report beside the page, or "".
 
     `files`: trade.h5.
@@ -49,7 +51,12 @@ def trade_document(trade: Trade, figures: Sequence[Figure], files: Sequence[Repo
         _what_section(trade, reports),
         provenance_section(files, figures),
     ]
-    (document,) = numbered([Document(trade.title, _SUBJECT, __version__, tuple(sections))])
+    front = (
+        ("Variants", str(len(trade.variants))),
+        ("Criteria", str(len(trade.criteria))),
+        ("Made by", f"tedm {__version__}"),
+    )
+    (document,) = numbered([Document(trade.title, _SUBJECT, __version__, tuple(sections), front=front)])
     return document
 
 
@@ -70,16 +77,18 @@ def _front_section(trade: Trade) -> Section:
         least = min(scored, key=lambda v: v.score or 0.0)
         rows.append(("Weighted score", (Strong(least.name), f", {number_text(least.score or 0.0)} (0 best, 1 worst)")))
     blocks += [Heading("Best by each criterion"), Facts(tuple(rows))]
-    others = [(v.name, _dominated_words(trade, v.name)) for v in trade.variants if v.name not in front and not v.failure]
+    others = [
+        (v.name, _dominated_words(trade, v.name)) for v in trade.variants if v.name not in front and not v.failure
+    ]
     if others:
         blocks += [Heading("Not on the front"), Facts(tuple(others))]
     if failed:
         blocks += [Heading("Without results"), Facts(tuple((v.name, v.failure) for v in failed))]
     blocks.append(
         Paragraph(
-            "A variant is on the Pareto front unless another dominates it: one that has every criterion that it has, is at"
-            " least as good in each, and better in one. A criterion that a variant lacks is neither good nor bad: nothing"
-            " is better for it, and a variant does not dominate one that has a criterion more.",
+            "A variant is on the Pareto front unless another dominates it: one that has every criterion that it has, is"
+            " at least as good in each, and better in one. A criterion that a variant lacks is neither good nor bad:"
+            " nothing is better for it, and a variant does not dominate one that has a criterion more.",
             quiet=True,
         )
     )
@@ -118,7 +127,9 @@ def _table_section(trade: Trade, figures: Sequence[Figure]) -> Section:
     for variant, cells in zip(trade.variants, trade.cells, strict=True):
         if not variant.failure:
             pairs = zip(trade.criteria, cells, strict=True)
-            lacking += [row(variant.name, criterion.name, cell.reason) for criterion, cell in pairs if cell.value is None]
+            lacking += [
+                row(variant.name, criterion.name, cell.reason) for criterion, cell in pairs if cell.value is None
+            ]
     if lacking:
         head = columns("Variant", "Criterion", "Why it is empty", text=(0, 1, 2))
         blocks.append(Table(head, tuple(lacking), "Criteria that a variant lacks.", heading_column=True))
@@ -158,13 +169,18 @@ def _what_section(trade: Trade, reports: Sequence[str]) -> Section:
     """What the variants and the criteria are."""
     of_variants: list[tuple[str, Text]] = []
     for variant, report in zip(trade.variants, reports, strict=True):
-        words = "; ".join(w for w in (variant.differs, variant.title) if w) or variant.build
-        of_variants.append((variant.name, (f"{words}; ", FileLink("its report", report)) if report else words))
+        words = variant.differs or variant.title or variant.build
+        of_variants.append((variant.name, (f"{words} ", FileLink("Its report", report)) if report else words))
     of_criteria: list[tuple[str, Text]] = []
     for criterion in trade.criteria:
         goal = "less is better" if criterion.goal == "min" else "more is better"
         judged = f"; judged by: {criterion.limit_words}" if criterion.limit_words else ""
         weight = f"; weight {criterion.weight:g}" if criterion.weight else ""
         of_criteria.append((criterion.name, f"{capital(criterion.words)}; {goal}{judged}{weight}"))
-    blocks = [Heading("Variants"), Facts(tuple(of_variants)), Heading("Criteria"), Facts(tuple(of_criteria))]
+    blocks: list[Block] = [
+        Heading("Variants"),
+        Facts(tuple(of_variants)),
+        Heading("Criteria"),
+        Facts(tuple(of_criteria)),
+    ]
     return Section("what", "What is compared", "What is compared", tuple(blocks))

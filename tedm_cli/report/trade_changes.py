@@ -21,8 +21,8 @@ def changes_section(trade: Trade) -> Section:
     """Each variant against the first."""
     first = trade.variants[0]
     words = (
-        f"Each variant against the first, {first.name}. Parts of a ratio are of its square, to which they sum: the share of"
-        " a contributor times the square. A negative part cancels others."
+        f"Each variant against the first, {first.name}. Parts of a ratio are of its square, to which they sum: the"
+        " share of a contributor times the square. A negative part cancels others."
     )
     blocks: list[Block] = [Paragraph(words)]
     for v, variant in enumerate(trade.variants[1:], start=1):
@@ -70,8 +70,8 @@ def contributors_section(trade: Trade) -> Section:
     """A table for each criterion that has contributors: those of any variant, side by side."""
     blocks: list[Block] = [
         Paragraph(
-            "The largest contributors of each variant, in all of them. A share is of the sum of all parts; a negative one"
-            " cancels others. A dash: this variant has no such contributor, or nothing comes of it."
+            "The largest contributors of each variant, in all of them. A share is of the sum of all parts; a negative"
+            " one cancels others. A dash: this variant has no such contributor, or nothing comes of it."
         )
     ]
     for c, criterion in enumerate(trade.criteria):
@@ -85,7 +85,10 @@ def _contributors(trade: Trade, c: int, criterion: TradedCriterion, shown: Seque
     of = [trade.cells[v][c] for v in shown]
     totals = [sum(cell.parts.values()) for cell in of]
     names = largest_of_any([cell.parts for cell in of], _TOP)
-    rows = [row(name, *(_share(cell.parts.get(name), total) for cell, total in zip(of, totals, strict=True))) for name in names]
+    rows = [
+        row(name, *(_share(cell.parts.get(name), total) for cell, total in zip(of, totals, strict=True)))
+        for name in names
+    ]
     values = [Cell(criterion.with_unit(cell.value or 0.0), state_of_value(cell)) for cell in of]
     head = columns("Contributor", *(trade.names[v] for v in shown), text=(0,))
     caption = f"{criterion.name}: shares of the contributors, {criterion.parts}; the value itself in the last row."

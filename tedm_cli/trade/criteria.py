@@ -31,7 +31,10 @@ _NOISE = ("case", "outputs", "requirement")
 _AT_REST = ("quantities", "subsystem", "requirement")
 KINDS = {
     "noise_ratio": CriterionKind(
-        "largest ratio of noise to requirement, safety factor included", _NOISE, limit=1.0, parts=RATIO_PARTS
+        "largest ratio of noise to requirement, safety factor included",
+        (*_NOISE, "contributors"),
+        limit=1.0,
+        parts=RATIO_PARTS,
     ),
     "distortion_ratio": CriterionKind(
         "the same of read-outs by distortion alone, as if the bench did not move as one", _NOISE, limit=1.0
@@ -49,8 +52,13 @@ KINDS = {
         limit=1.0,
         parts=RATIO_PARTS,
     ),
+    "closed_loop_thermal_ratio": CriterionKind(
+        "the same in closed loop by the temperatures alone, without all other noise", _NOISE, limit=1.0
+    ),
     "probability": CriterionKind("probability that a requirement is violated", ("case", "outputs")),
-    "rest_ratio": CriterionKind("largest ratio of the field at rest to its limit", _AT_REST, limit=1.0, parts="part of the ratio"),
+    "rest_ratio": CriterionKind(
+        "largest ratio of the field at rest to its limit", _AT_REST, limit=1.0, parts="part of the ratio"
+    ),
     "rest_violations": CriterionKind("number of limits at rest that are violated", _AT_REST, limit=0.0),
     "mass": CriterionKind("mass of the finite-element model", unit="kg", parts="kg"),
     "compensation_mass": CriterionKind("mass of the compensation masses", unit="kg", parts="kg"),

@@ -22,8 +22,13 @@ DIGITS = 6  # of a value that are compared: rounding does not decide
 
 def costs(values: FloatArray, more_is_better: Sequence[bool]) -> FloatArray:
     """Values [v, c] as costs, rounded to `DIGITS` significant digits; NaN stays."""
-    rounded = np.array([[_rounded(value) for value in row] for row in np.atleast_2d(values)])
-    return np.where(np.asarray(more_is_better, dtype=bool), -rounded, rounded) + 0.0
+    return np.where(np.asarray(more_is_better, dtype=bool), -rounded(values), rounded(values)) + 0.0
+
+
+def rounded(values: FloatArray) -> FloatArray:
+    """Values of any shape with `DIGITS` significant digits; NaN stays."""
+    digits = [float(f"{value:.{DIGITS - 1}e}") for value in np.ravel(values)]
+    return np.array(digits, dtype=np.float64).reshape(np.shape(values))
 
 
 def dominance(cost: FloatArray) -> BoolArray:
@@ -76,7 +81,3 @@ def scores(cost: FloatArray, weight: FloatArray) -> FloatArray:
         span = np.where(high > low, high - low, 1.0)
         found[whole] = ((used[whole] - low) / span) @ (weight[weight > 0.0] / weight.sum())
     return found
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS - 1}e}")

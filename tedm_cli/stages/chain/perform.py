@@ -44,9 +44,7 @@ Begun = Callable[[int, Step], None]
 Ended = Callable[[int, Step, Answer], None]
 
 
-def perform(
-    chains: Sequence[Chain], way: Way, begun: Begun, ended: Ended, progress: Progress
-) -> list[Answer | None]:
+def perform(chains: Sequence[Chain], way: Way, begun: Begun, ended: Ended, progress: Progress) -> list[Answer | None]:
     """Run the steps that have to run; of each chain the answer that refused it, None where all of it was run.
 
     A step that is refused keeps others of its chain from beginning; the other chains go on. What has been made is kept,

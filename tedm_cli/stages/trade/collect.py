@@ -55,9 +55,7 @@ def collect(trade: OpenTrade, failures: Mapping[str, str], step: Progress) -> tu
     for number, variant in enumerate(trade.variants, start=1):
         rows.append(_row(trade.config.criteria, variant, failures.get(variant.name, variant.failure)))
         step(number, len(trade.variants), "reading variants")
-    criteria = [
-        _criterion(table, [row.measured[c] for row in rows]) for c, table in enumerate(trade.config.criteria)
-    ]
+    criteria = [_criterion(table, [row.measured[c] for row in rows]) for c, table in enumerate(trade.config.criteria)]
     cells = [[_cell(table, m) for table, m in zip(trade.config.criteria, row.measured, strict=True)] for row in rows]
     variants = [_variant(trade, v, row.failure) for v, row in zip(trade.variants, rows, strict=True)]
     found = compared(trade.config.title, variants, criteria, cells)

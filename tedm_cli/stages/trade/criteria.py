@@ -15,7 +15,7 @@ from tedm_cli.results.deciding import worst_of
 from tedm_cli.results.dynamics import LoopOutput, SimulatedCase
 from tedm_cli.results.field import FieldAtRest, place_text, symbol, worst_at_rest
 from tedm_cli.results.model import ModelSize
-from tedm_cli.results.noise import CaseNoise, JudgedOutput
+from tedm_cli.results.noise import CaseNoise, JudgedOutput, limit_named
 from tedm_cli.results.ranking import first_largest
 from tedm_cli.results.wording import count, mhz_text
 from tedm_cli.stages.trade.found import LacksError, VariantResults
@@ -82,7 +82,10 @@ def _is_meant(criterion: CriterionTable, output: str, requirement: str) -> bool:
 
 def _noise_ratio(criterion: CriterionTable, of: VariantResults) -> Measured:
     case, j = worst_of(_judged(criterion, of))
-    parts = {str(name): float(share) * j.ratio**2 for name, share in zip(case.areas.name, j.share, strict=True)}
+    names = case.areas.group_by_unit if criterion.contributors == "groups" else case.areas.name
+    parts: dict[str, float] = {}
+    for name, share in zip(map(str, names), j.share.tolist(), strict=True):
+        parts[name] = parts.get(name, 0.0) + share * j.ratio**2
     return Measured(j.ratio, _place(j.output, case.id, j.binding_hz), parts=_not_nothing(parts))
 
 
@@ -117,7 +120,8 @@ def _noise(criterion: CriterionTable, of: VariantResults) -> Measured:
     return Measured(value, where, f"{unit}/√Hz")
 
 
-def _closed_loop_ratio(criterion: CriterionTable, of: VariantResults) -> Measured:
+def _closed_loop(criterion: CriterionTable, of: VariantResults) -> list[tuple[SimulatedCase, LoopOutput]]:
+    """What a criterion means of what is judged in closed loop: Δg, where it names nothing."""
     cases = [of.simulation(case_id) for case_id in of.case_ids(criterion, in_loop=True)]
     judged: list[tuple[SimulatedCase, LoopOutput]] = [(case, j) for case in cases for j in case.judged]
     if criterion.outputs is None and criterion.requirement is None:
@@ -128,9 +132,24 @@ def _closed_loop_ratio(criterion: CriterionTable, of: VariantResults) -> Measure
         pairs = [(case, j) for case, j in judged if _is_meant(criterion, j.output, j.requirement)]
     if not pairs:
         raise of.why_no(criterion, [name for _, j in judged for name in (j.output, j.requirement)])
-    case, j = worst_of(pairs)
+    return pairs
+
+
+def _closed_loop_ratio(criterion: CriterionTable, of: VariantResults) -> Measured:
+    case, j = worst_of(_closed_loop(criterion, of))
     parts = {group: share * j.ratio**2 for group, share in j.share.items()}
-    return Measured(j.ratio, f"{_place(j.output, case.id, j.binding_hz)}, in closed loop", parts=_not_nothing(parts))
+    return Measured(j.ratio, _place(j.output, case.id, j.binding_hz), parts=_not_nothing(parts))
+
+
+def _closed_loop_thermal_ratio(criterion: CriterionTable, of: VariantResults) -> Measured:
+    found = []
+    for case, j in _closed_loop(criterion, of):
+        limit = limit_named(case.limits, j.requirement).amplitude
+        ratio = case.safety_factor * np.where(np.isnan(limit), 0.0, j.thermal_asd / limit)
+        at = int(ratio.argmax())
+        found.append((float(ratio[at]), _place(j.output, case.id, float(case.frequency_hz[at]))))
+    value, where = first_largest(found, [value for value, _ in found])
+    return Measured(value, where)
 
 
 def _probability(criterion: CriterionTable, of: VariantResults) -> Measured:
@@ -230,6 +249,7 @@ _KINDS = {
     "bound_ratio": _Kind(_bound_ratio, "run-case", of_case=True),
     "noise": _Kind(_noise, "run-case", of_case=True),
     "closed_loop_ratio": _Kind(_closed_loop_ratio, "simulate", of_case=True, in_loop=True),
+    "closed_loop_thermal_ratio": _Kind(_closed_loop_thermal_ratio, "simulate", of_case=True, in_loop=True),
     "probability": _Kind(_probability, "run-case", of_case=True),
     "rest_ratio": _Kind(_rest_ratio, "build-sensitivity"),
     "rest_violations": _Kind(_rest_violations, "build-sensitivity"),

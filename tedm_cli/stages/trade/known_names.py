@@ -13,7 +13,8 @@ from tedm_cli.config.trade import CriterionTable, TradeConfig
 from tedm_cli.errors import ConfigError, TedmError
 from tedm_cli.noise.requirements import AppliedRequirement
 
-_LOOP, _JUDGED = ("closed_loop_ratio",), ("noise_ratio", "distortion_ratio", "bound_ratio", "probability")
+_LOOP = ("closed_loop_ratio", "closed_loop_thermal_ratio")
+_JUDGED = ("noise_ratio", "distortion_ratio", "bound_ratio", "probability")
 
 
 def require_known(path: Path, config: TradeConfig, projects: Sequence[Project]) -> None:
@@ -43,7 +44,9 @@ def require_known(path: Path, config: TradeConfig, projects: Sequence[Project]) 
 def _judged(at: str, criterion: CriterionTable, applied: Sequence[AppliedRequirement]) -> list[tuple[str, str]]:
     """What is wrong with the requirement and the outputs of a criterion on what is judged."""
     names = [a.requirement.name for a in applied]
-    problems = _unknown(f"{at}.requirement", "requirement", [criterion.requirement] if criterion.requirement else [], names)
+    problems = _unknown(
+        f"{at}.requirement", "requirement", [criterion.requirement] if criterion.requirement else [], names
+    )
     outputs = [o for a in applied if criterion.requirement in (None, a.requirement.name) for o in a.outputs]
     return problems or _unknown(f"{at}.outputs", "judged output", criterion.outputs or [], outputs)
 

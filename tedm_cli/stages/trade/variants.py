@@ -90,7 +90,8 @@ class _TradeProblemError(Exception):
 def _project(table: VariantTable, beside: Path, build: Path) -> Project:
     """The project of a variant; a changed one has files of its own in the build folder."""
     named = beside / table.project
-    found = project_in(named).file if named.is_dir() and project_in(named) is not None else named
+    inside = project_in(named) if named.is_dir() else None
+    found = named if inside is None else inside.file
     if not found.is_file():
         raise _TradeProblemError([("project", f"names {table.project!r}, but there is no project file {found}")])
     base = load_project(found, build)
@@ -120,7 +121,7 @@ def _holds(path: Path, text: str) -> bool:
 
 
 def make_models(trade: OpenTrade, begun: Callable[[Variant], None]) -> OpenTrade:
-    """Run the programs of those variants whose model is not up to date; one that fails is the failure of its variant."""
+    """Run the programs of variants whose models are not up to date; one that fails is the failure of its variant."""
     beside = trade.file.path.parent
     made = []
     for variant in trade.variants:
