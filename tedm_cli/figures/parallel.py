@@ -26,6 +26,7 @@ _MORE = (
     " missing."
 )
 _TALL, _GAP, _SIDE = 2.2, 0.2, 0.75  # inches: of an axis, between panels, beside the outer axes
+_LOW, _PAGE = 1.1, 9.8  # inches: of the axes of many panels, and of a figure that fits on a page in its size
 _ACROSS = 6  # axes beside each other
 _NAMED = 14  # variants that have a look of their own, where there are more only those on the front do
 _DECADES = 1.0  # from this span on a scale is logarithmic
@@ -76,13 +77,16 @@ def parallel_figure(trade: Trade) -> Figure:
         feet = [[_foot(trade.criteria[c], values[:, c], room) for c in panel] for panel in panels]
         above, below = (0.12 + LINE * max([1, *(line_count(t) for row in of for t in row)]) for of in (heads, feet))
         legend = key(_samples(trade), WIDTH - 0.3)
-        each = above + 0.3 + _TALL + below
+        around = above + 0.3 + below
+        room_of_axis = (_PAGE - top - legend.height - 0.25 - (len(panels) - 1) * _GAP) / len(panels) - around
+        tall = min(_TALL, max(_LOW, room_of_axis))
+        each = around + tall
         height = top + len(panels) * each + (len(panels) - 1) * _GAP + legend.height + 0.25
         figure = Figure(figsize=(WIDTH, height))
         for number, panel in enumerate(panels):
-            bottom = height - top - number * (each + _GAP) - above - 0.3 - _TALL
+            bottom = height - top - number * (each + _GAP) - above - 0.3 - tall
             wide = max(step * (len(panel) - 1), 0.1)
-            axes = figure.add_axes((_SIDE / WIDTH, bottom / height, wide / WIDTH, _TALL / height))
+            axes = figure.add_axes((_SIDE / WIDTH, bottom / height, wide / WIDTH, tall / height))
             _panel(axes, trade, panel.tolist(), heads[number], feet[number])
         heading(figure, _TITLE, more=_MORE)
         legend.draw(figure, 0.15, 0.1)
