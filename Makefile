@@ -138,7 +138,7 @@ all: $(BUILD)/report.html $(BUILD)/view.html $(THERMAL)
 
 # Variants of the sample by criteria; each has a build folder of its own in that of the trade.
 trade: $(RUN_STAMP)
-	$(TEDM) trade configs/trade/variants.toml -d $(BUILD)/trade
+	$(TEDM) trade configs/trade/variants.toml -d $(BUILD) --scripts
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
 SIZE_OPTION = $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,19 +11,12 @@ import typer
 
 from tedm_cli.cli.app import answer, app, begin, say
 from tedm_cli.cli.headings import examples
-from tedm_cli.cli.options import Json, Nastran, Quiet, Verbose, at_least
-from tedm_cli.config.nearest import nearest_project
+from tedm_cli.cli.options import DEFAULT_BUILD, BuildDir, Json, Nastran, Quiet, Verbose, at_least
 
 if TYPE_CHECKING:
     from tedm_cli.stages.trade.variants import OpenTrade
 
-_FOLDER = Path("build") / "trade"
-
-
-def _trade_folder(given: Path | None) -> Path:
-    """The folder that was given, or else that in the build folder of the project found, or of this folder."""
-    found = nearest_project()
-    return given if given is not None else _FOLDER if found is None else found.folder / _FOLDER
+_FOLDER = "trade"  # in the build folder
 
 
 @app.command(
@@ -32,18 +26,7 @@ def _trade_folder(given: Path | None) -> Path:
 )
 def trade(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The file with variants and criteria.")],
-    build_dir: Annotated[
-        Path | None,
-        typer.Option(
-            "-d",
-            "--build-dir",
-            metavar="FOLDER",
-            help="Folder of trade.h5, the page, and the build folders of the variants. Default: build/trade, in the"
-            " folder of the project, or here.",
-            show_default=False,
-            callback=_trade_folder,
-        ),
-    ] = None,
+    build_dir: BuildDir = DEFAULT_BUILD,
     jobs: Annotated[
         int | None,
         typer.Option(
@@ -69,6 +52,10 @@ def trade(
     reports: Annotated[
         bool, typer.Option("--reports", help="Run the whole chain of each variant, to its own report and page.")
     ] = False,
+    scripts: Annotated[
+        bool,
+        typer.Option("--scripts", help="Run the programs by which the file says that models of variants are made."),
+    ] = False,
     nastran: Nastran = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -77,11 +64,13 @@ def trade(
     """Compare variants of a design by criteria.
 
     Runs the chain of each variant as far as the criteria need it and it is not up to date, reads the criteria, and
-    writes trade.h5 and a page (trade.html, .pdf, .md): variants by criteria, Pareto front, what has changed and why.
+    writes trade.h5 and a page (trade.html, .pdf, .md) into the folder trade of the build folder: variants by criteria,
+    Pareto front, what has changed and why. The build folders of the variants are there, too.
     Killed half way, it goes on from there when it is run again. A variant whose chain fails does not keep the others
     from being compared; the exit code is then that of the first that failed.
 
-    The file may name Python programs that make the models of variants: they are run.
+    The file may name Python programs that make the models of variants. They are run with --scripts only, where the model
+    is not up to date.
     """
     from tedm_cli.cli.printing.trade import trade_dict, trade_lines
     from tedm_cli.errors import PhysicsError, UsageError
@@ -91,17 +80,17 @@ def trade(
     from tedm_cli.stages.trade.page import write_page
     from tedm_cli.stages.trade.variants import open_trade
 
-    assert build_dir is not None
     begin(verbose, f"reading {file}")
     if by is not None and best is None:
         raise UsageError("--by says by what a variant is to be the best", hint="name it: --best VARIANT")
-    opened = open_trade(file, build_dir)
+    opened = open_trade(file, build_dir / _FOLDER)
     criteria = [criterion.name for criterion in opened.config.criteria]
     if best is not None:
         known_name("variant", best, [variant.name for variant in opened.variants])
     place = None if by is None else criteria.index(known_name("criterion", by, criteria))
     say(quiet or as_json, f"{opened.config.title} ({file})")
-    failures, code = _run(opened, jobs, reports, nastran, quiet, as_json, verbose)
+    way = _Way(jobs, reports, scripts, nastran)
+    failures, code = _run(opened, way, quiet, as_json, verbose)
     with progress(quiet) as step:
         found, path = collect(opened, failures, step)
     paths = [path, *write_page(path)]
@@ -119,9 +108,17 @@ def trade(
         raise PhysicsError(f"{best} is not on the Pareto front", where=str(path), hint=hint)
 
 
-def _run(
-    opened: OpenTrade, jobs: int | None, reports: bool, nastran: str | None, quiet: bool, as_json: bool, verbose: int
-) -> tuple[dict[str, str], int]:
+@dataclass(frozen=True)
+class _Way:
+    """What the command line says of how chains are run."""
+
+    jobs: int | None
+    reports: bool
+    scripts: bool
+    nastran: str | None
+
+
+def _run(opened: OpenTrade, way: _Way, quiet: bool, as_json: bool, verbose: int) -> tuple[dict[str, str], int]:
     """Make the models of the variants and run their chains: by name why a variant failed, and the first exit code."""
     from tedm_cli.chain.graph import Step
     from tedm_cli.cli.printing.chain import noted_lines
@@ -138,7 +135,9 @@ def _run(
     from tedm_cli.stages.trade.variants import make_models
 
     silent = quiet or as_json
-    made = make_models(opened, lambda v: say(silent, f"{v.name}: {v.table.script.file if v.table.script else ''}"))
+    made = make_models(
+        opened, way.scripts, lambda v: say(silent, f"{v.name}: {v.table.script.file if v.table.script else ''}")
+    )
     failures: dict[str, str] = {}
     codes: dict[str, int] = {}
 
@@ -154,7 +153,7 @@ def _run(
             continue
         try:
             plan = plan_steps(
-                chain_files(variant.project), (lambda step: True) if reports else wanted_steps(made, variant)
+                chain_files(variant.project), (lambda step: True) if way.reports else wanted_steps(made, variant)
             )
         except TedmError as exc:
             fail(variant.name, failure_text(exc.placed), exc.exit_code)
@@ -179,7 +178,7 @@ def _run(
         else:
             tell(done.err.splitlines())
 
-    at_once = jobs if jobs is not None else len(os.sched_getaffinity(0))
+    at_once = way.jobs if way.jobs is not None else len(os.sched_getaffinity(0))
     with progress(quiet) as of_all:
-        perform(chains, Way(PROGRAM, nastran, at_once), start, end, of_all)
+        perform(chains, Way(PROGRAM, way.nastran, at_once), start, end, of_all)
     return failures, next((codes[variant.name] for variant in made.variants if variant.name in codes), 0)

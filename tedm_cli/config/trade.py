@@ -10,6 +10,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from tedm_cli.config.at_rest import Quantity
 from tedm_cli.config.base import IDENTIFIER, Bounded, FileName, Form, Frequency, OneLine, Strict, load
+from tedm_cli.config.correlation import CaseId
 from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.quantities import CRITERION_LIMIT, CRITERION_WEIGHT
@@ -51,7 +52,7 @@ class CriterionTable(Strict):
 
     name: OneLine = Field(description="Name of the criterion, as the page has it.")
     kind: Annotated[str, Form(", ".join(f"`{kind}`" for kind in KINDS))] = Field(description="What the number is.")
-    case: Annotated[str, Field(pattern=IDENTIFIER)] | None = Field(
+    case: CaseId | None = Field(
         default=None,
         description="The correlation case. Else the largest value of the likely cases; of all but the diagnostic ones "
         "where none is likely.",

@@ -167,34 +167,42 @@ def test_the_model_of_a_variant_may_be_made_by_a_program(bricks: Bricks) -> None
         "import pathlib, shutil, sys\n"
         "if sys.argv[1] == 'none': sys.exit('there is no such mount')\n"
         "for name in ('model.bdf', 'areas.csv', 'unit_loads.bdf', 'unit_loads.op2'):\n"
-        "    shutil.copy(pathlib.Path('bricks', name), pathlib.Path(sys.argv[2], name))\n"
+        "    shutil.copy(pathlib.Path('bricks', name), pathlib.Path(sys.argv[2]).with_name(name))\n"
         "print(open('calls.txt', 'a').write('x'))\n"
     )
     names = '"model.model.bdf" = "{build_dir}/model.bdf", "model.model.areas_csv" = "{build_dir}/areas.csv"'
     solved = '"model.model.deck" = "{build_dir}/unit_loads.bdf", "model.model.op2" = ["{build_dir}/unit_loads.op2"]'
     text = "".join(
         f'[[variant]]\nname = "{mount}"\nproject = "bricks"\nset = {{ {names}, {solved} }}\n'
-        f'script = {{ file = "model.py", arguments = ["{mount}", "{{build_dir}}"] }}\n'
+        f'script = {{ file = "model.py", arguments = ["{mount}", "{{build_dir}}/model.bdf"] }}\n'
         for mount in ("clamped", "none")
     )
     bricks.write(text)
     calls = bricks.folder / "calls.txt"
     outcome = bricks.run("-q")
     assert outcome.code == 4
+    assert "variant clamped: model.py cannot make the model: nothing that a file names is run unless" in outcome.err
+    assert not calls.exists()
+    outcome = bricks.run("-q", "--scripts")
+    assert outcome.code == 4
     assert "variant none: model.py cannot make the model: there is no such mount" in outcome.err
     assert calls.read_text() == "x"
     assert cells(bricks)["clamped"]["noise"].value is not None
+    bricks.run("-q")
+    assert cells(bricks)["clamped"]["noise"].value is not None, "it is made, and nothing has to run"
     script.write_text(script.read_text() + "# changed\n")
     bricks.run("-q")
+    assert cells(bricks)["clamped"]["noise"].value is None
+    bricks.run("-q", "--scripts")
     assert calls.read_text() == "xx"
-    replace(bricks.file, 'name = "none"', 'name = "other"')
-    bricks.run("-q")
-    assert calls.read_text() == "xx"
+    (bricks.variant("clamped") / "model.bdf").rename(bricks.variant("clamped") / "kept.bdf")
+    bricks.run("-q", "--scripts")
+    assert calls.read_text() == "xxx"
 
 
 def test_killed_and_run_again(bricks: Bricks) -> None:
     """Two real processes, by a signal that leaves no time: what was made is kept, and only the rest is run."""
-    command = [sys.executable, "-m", "tedm_cli.cli", "trade", str(bricks.file), "-d", str(bricks.out), "-j", "2"]
+    command = [sys.executable, "-m", "tedm_cli.cli", "trade", str(bricks.file), "-d", str(bricks.out.parent), "-j", "2"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
     assert process.stdout is not None
     told = ""
@@ -211,7 +219,7 @@ def test_killed_and_run_again(bricks: Bricks) -> None:
 
 
 def test_an_interrupt_ends_all(bricks: Bricks) -> None:
-    command = [sys.executable, "-m", "tedm_cli.cli", "trade", str(bricks.file), "-d", str(bricks.out)]
+    command = [sys.executable, "-m", "tedm_cli.cli", "trade", str(bricks.file), "-d", str(bricks.out.parent)]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heed_interrupts
     ) as process:

@@ -66,7 +66,7 @@ outputs = ["A_TM1_x"]
 
 @dataclass(frozen=True)
 class Bricks:
-    """A folder with a trade: `variants.toml`, the project in `bricks`, results in `out`."""
+    """A folder with a trade: `variants.toml`, the project in `bricks`, results in `build/trade`."""
 
     folder: Path
 
@@ -76,13 +76,13 @@ class Bricks:
 
     @property
     def out(self) -> Path:
-        return self.folder / "out"
+        return self.folder / "build" / "trade"
 
     def variant(self, name: str) -> Path:
         return self.out / "variants" / name
 
     def run(self, *arguments: object) -> Outcome:
-        return tedm("trade", self.file, "-d", self.out, *arguments)
+        return tedm("trade", self.file, "-d", self.out.parent, *arguments)
 
     def write(self, variants: str = VARIANTS, criteria: str = CRITERIA) -> Bricks:
         self.file.write_text(variants + criteria, encoding="utf-8")

@@ -9,7 +9,7 @@ from pathlib import Path
 from tedm_cli.chain.graph import REPORT
 from tedm_cli.contracts import TRADE
 from tedm_cli.files.provenance import input_files
-from tedm_cli.files.store import open_checked, replacing
+from tedm_cli.files.store import cannot_write, open_checked, replacing
 from tedm_cli.report.document import Document, Figure
 from tedm_cli.report.provenance import ReportFile
 from tedm_cli.report.trade import trade_document
@@ -42,7 +42,10 @@ def write_page(path: Path) -> list[Path]:
             drawn = svg(parallel_figure(trade), _CAPTION, [f"{path.name} {source.sha256}"])
             figures.append(Figure("parallel", _CAPTION, drawn.decode(), FIGURE))
         document = trade_document(trade, figures, [ReportFile(file, source.sha256)], _reports(trade, folder))
-    written = [(folder / f"trade.{form}", data) for form, data in _rendered(document)]
+    try:
+        written = [(folder / f"trade.{form}", data) for form, data in _rendered(document)]
+    except OSError as exc:  # what the PDF is set from lies on a disk for a moment
+        raise cannot_write(folder / "trade.pdf", exc) from exc
     written += [(folder / FIGURES / figure.file, figure.svg.encode()) for figure in figures]
     for target, data in written:
         with replacing(target) as temporary:

@@ -120,8 +120,11 @@ def _holds(path: Path, text: str) -> bool:
     return path.is_file() and path.read_bytes() == text.encode()
 
 
-def make_models(trade: OpenTrade, begun: Callable[[Variant], None]) -> OpenTrade:
-    """Run the programs of variants whose models are not up to date; one that fails is the failure of its variant."""
+def make_models(trade: OpenTrade, allowed: bool, begun: Callable[[Variant], None]) -> OpenTrade:
+    """Run the programs of variants whose models are not up to date, where that is `allowed`.
+
+    A program that fails, or that would have to run and must not, is the failure of its variant.
+    """
     beside = trade.file.path.parent
     made = []
     for variant in trade.variants:
@@ -133,7 +136,10 @@ def make_models(trade: OpenTrade, begun: Callable[[Variant], None]) -> OpenTrade
         outputs = [Path(a) for a, said in zip(arguments, script.arguments, strict=True) if "{build_dir}" in said]
         stamp, wanted = variant.build_dir / _STAMP, _fingerprint(script, arguments, beside)
         failure = ""
-        if not _holds(stamp, wanted) or not all(path.exists() for path in outputs):
+        is_made = _holds(stamp, wanted) and all(path.exists() for path in outputs)
+        if not is_made and not allowed:
+            failure = "nothing that a file names is run unless --scripts allows it"
+        elif not is_made:
             begun(variant)
             stamp.unlink(missing_ok=True)
             variant.build_dir.mkdir(parents=True, exist_ok=True)
