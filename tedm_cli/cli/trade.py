@@ -69,8 +69,8 @@ def trade(
     Killed half way, it goes on from there when it is run again. A variant whose chain fails does not keep the others
     from being compared; the exit code is then that of the first that failed.
 
-    The file may name Python programs that make the models of variants. They are run with --scripts only, where the model
-    is not up to date.
+    The file may name Python programs that make the models of variants. They are run with --scripts only, where the
+    model is not up to date.
     """
     from tedm_cli.cli.printing.trade import trade_dict, trade_lines
     from tedm_cli.errors import PhysicsError, UsageError
@@ -135,9 +135,7 @@ def _run(opened: OpenTrade, way: _Way, quiet: bool, as_json: bool, verbose: int)
     from tedm_cli.stages.trade.variants import make_models
 
     silent = quiet or as_json
-    made = make_models(
-        opened, way.scripts, lambda v: say(silent, f"{v.name}: {v.table.script.file if v.table.script else ''}")
-    )
+    made = make_models(opened, way.scripts, lambda name, file: say(silent, f"{name}: making the model by {file}"))
     failures: dict[str, str] = {}
     codes: dict[str, int] = {}
 

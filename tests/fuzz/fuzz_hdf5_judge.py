@@ -208,7 +208,7 @@ def write_made_up_trade(path: Path) -> None:
         TradedCriterion(name, "noise_ratio", "a ratio", "1", goal, limit, 1.0, "part of ratio²")
         for name, goal, limit in (("read-out", "min", 1.0), ("frequency", "max", None), ("mass", "min", 9.0))
     ]
-    values = [[1.5, 60.0, 8.0], [0.5, 40.0, None], [None] * 3]
+    values: list[list[float | None]] = [[1.5, 60.0, 8.0], [0.5, 40.0, None], [None] * 3]
     cells = [
         [
             Cell(None, "lacks it") if v is None else Cell(v, "", "of case 3", v <= 1.0, {"A": 2.0 * v, "B": -v})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from random import Random
 
 import numpy as np
 import pytest
@@ -59,7 +60,7 @@ def test_fronts_are_what_is_left_when_those_before_are_taken_away(cost: np.ndarr
 
 
 @given(COSTS, st.randoms())
-def test_the_order_of_variants_and_criteria_is_nothing(cost: np.ndarray, random: st.Random) -> None:
+def test_the_order_of_variants_and_criteria_is_nothing(cost: np.ndarray, random: Random) -> None:
     v, c = list(range(cost.shape[0])), list(range(cost.shape[1]))
     random.shuffle(v)
     random.shuffle(c)

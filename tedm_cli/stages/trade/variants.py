@@ -120,10 +120,11 @@ def _holds(path: Path, text: str) -> bool:
     return path.is_file() and path.read_bytes() == text.encode()
 
 
-def make_models(trade: OpenTrade, allowed: bool, begun: Callable[[Variant], None]) -> OpenTrade:
+def make_models(trade: OpenTrade, allowed: bool, begun: Callable[[str, str], None]) -> OpenTrade:
     """Run the programs of variants whose models are not up to date, where that is `allowed`.
 
-    A program that fails, or that would have to run and must not, is the failure of its variant.
+    A program that fails, or that would have to run and must not, is the failure of its variant. `begun` is told the
+    variant and the program.
     """
     beside = trade.file.path.parent
     made = []
@@ -140,7 +141,7 @@ def make_models(trade: OpenTrade, allowed: bool, begun: Callable[[Variant], None
         if not is_made and not allowed:
             failure = "nothing that a file names is run unless --scripts allows it"
         elif not is_made:
-            begun(variant)
+            begun(variant.name, script.file)
             stamp.unlink(missing_ok=True)
             variant.build_dir.mkdir(parents=True, exist_ok=True)
             failure = run_script((beside / script.file).resolve(), arguments, beside)
