@@ -34,10 +34,8 @@ COMMANDS = (
     "write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint",
     "write-deck --adjoint", "run-case 3", "run-series warm", "build-dynamics", "simulate 3", "build-thermal",
     "export --format npz", "export-case 3 --format csv", "export-vtu", "view", "map-temperatures tau.csv -o grids.h5",
-    "trade variants.toml",
 )  # fmt: skip
-NO_CONFIG = ("export", "export-case", "export-vtu", "trade")
-TRADE = '[[variant]]\nname = "as_is"\nproject = "."\n[[criterion]]\nname = "noise"\nkind = "noise_ratio"\ncase = "3"\n'
+NO_CONFIG = ("export", "export-case", "export-vtu")
 SIZES = (0.02, 0.5, 0.999)  # of the largest file of a command: there the disk is full
 Snapshot = dict[str, str]
 
@@ -97,7 +95,6 @@ class Chain:
         rows = "".join(f"{2.0 * n},{293.0 + 0.01 * math.sin(0.3 * n):.6f}\n" for n in range(900))
         small_chain(folder, SERIES, DYNAMICS)
         (folder / "series.csv").write_text("time_s,all\n" + rows)
-        (folder / "variants.toml").write_text(TRADE)
         for command in commands:
             self.act(command)
         self.targets: dict[str, list[str]] = {}
@@ -112,7 +109,7 @@ class Chain:
         self.sound = self.snapshot()
 
     def act(self, command: str) -> None:
-        name, *words = [str(self.folder / w) if w.endswith((".csv", ".h5", ".toml")) else w for w in command.split()]
+        name, *words = [str(self.folder / w) if w.endswith((".csv", ".h5")) else w for w in command.split()]
         project = [] if name in NO_CONFIG else ["-c", str(self.folder / "tedm.toml")]
         sys.argv = ["tedm", name, *words, *project, "-d", str(self.build), "-q"]
         try:
