@@ -9,14 +9,20 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from border_tools import heed_interrupts, replace, snapshot, tedm
 from trade_project import VARIANTS, Bricks
 
+from tedm_cli.chain.graph import Step
 from tedm_cli.contracts import CASE, TRADE
 from tedm_cli.files.store import open_checked
+from tedm_cli.progress import silent
 from tedm_cli.results.trade import Cell, read_trade
+from tedm_cli.stages.chain.perform import Chain, Way, perform
+from tedm_cli.stages.chain.plan import Plan
+from tedm_cli.stages.chain.workers import Answer, Job
 
 STEPS = ["ingest", "build-distortion", "build-sensitivity", "run-case 1"]
 
@@ -109,6 +115,38 @@ def test_a_variant_that_fails_does_not_keep_the_others(bricks: Bricks) -> None:
     page = (bricks.out / "trade.md").read_text(encoding="utf-8")
     assert "### Without results" in page
     assert "model.bdf" in page
+
+
+def test_a_refused_step_stops_its_own_chain_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also what could begin without it; two at once, of which the other is let end."""
+
+    class Refusing:
+        def __init__(self, program: object, number: int, *, alone: bool) -> None:
+            self.number, self.jobs = number, list[Job]()
+
+        def __enter__(self) -> Refusing:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            assert self.jobs == []
+
+        has_room = property(lambda self: len(self.jobs) < self.number)
+        are_busy = property(lambda self: bool(self.jobs))
+
+        def begin(self, job: Job, options: object) -> None:
+            self.jobs.append(job)
+
+        def wait(self) -> tuple[Job, Answer]:
+            job = self.jobs.pop(0)
+            return job, Answer(4 if (job.chain, job.command) == (0, ("a",)) else 0, "", "")
+
+    monkeypatch.setattr("tedm_cli.stages.chain.perform.Workers", Refusing)
+    steps = [Step((name,), (Path(name),), ()) for name in ("a", "b", "c")]
+    chain = Chain(Plan(tuple(steps), dict.fromkeys(steps, ("new",)), {}), ())
+    begun: list[tuple[int, str]] = []
+    found = perform([chain, chain], Way((), None, 2), lambda n, s: begun.append((n, s.words)), lambda *_: None, silent)
+    assert [answer.code if answer else 0 for answer in found] == [4, 0]
+    assert begun == [(0, "a"), (0, "b"), (1, "a"), (1, "b"), (1, "c")]
 
 
 def test_a_case_that_one_variant_lacks(bricks: Bricks) -> None:
