@@ -118,6 +118,8 @@ def scale_of(criterion: TradedCriterion, values: FloatArray) -> _Scale:
     wider = 0.5 * (_LEAST * max(abs(low), abs(high)) - (high - low))
     if high > low and wider > 0.0:
         low, high = low - wider, high + wider
+        if criterion.kind == "probability":
+            low, high = max(low, 0.0), min(high, 1.0)
     return _Scale(low, high, is_log, criterion.goal == "min")
 
 

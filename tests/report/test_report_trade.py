@@ -351,6 +351,8 @@ def test_small_differences_look_small_and_rounding_is_none() -> None:
     scale = scale_of(criterion, np.array([200.0, 200.4, np.nan]))
     assert scale.at(200.0) - scale.at(200.4) == pytest.approx(0.1, rel=0.01)
     assert scale.at(200.2) == pytest.approx(0.5)
+    chance = scale_of(replace(criterion, kind="probability"), np.array([0.997, 1.0]))
+    assert chance.ends == pytest.approx([0.9885, 1.0]), "no probability is above 1"
     alike = scale_of(criterion, np.array([200.0, 200.0 * (1 + 1e-12)]))
     assert alike.ends == [200.0]
     assert alike.at(200.0) == 0.5
