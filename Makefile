@@ -28,10 +28,11 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f -o -
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: FORCE help all test quick coverage check format docs reference bench fuzz faults sample-small clean distclean
+.PHONY: FORCE help all trade test quick coverage check format docs reference bench fuzz faults sample-small clean distclean
 
 help: ## Show this help
 	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md), its annex, view.html"
+	@echo "make trade    run the variants of configs/trade, and compare them in $(BUILD)/trade/trade.html"
 	@echo "make test     set up and run the tests"
 	@echo "make quick    run the tests of the pure rooms and of one chain: about a minute"
 	@echo "make coverage run the tests, and tell how much of each room they run"
@@ -136,6 +137,10 @@ $(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(GR
 
 all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
+
+# Variants of the sample by criteria; each has a build folder of its own in that of the trade.
+trade: $(RUN_STAMP)
+	$(TEDM) trade configs/trade/variants.toml -d $(BUILD) --scripts
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
 SCRIPT_ARGUMENTS = $(strip $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM)) $(MODEL_ARGUMENTS))

@@ -5,7 +5,7 @@ The Makefile has a rule for each stage, with the same files; a test holds both t
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -176,12 +176,12 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def up_to(steps: tuple[Step, ...], stage: str) -> tuple[Step, ...]:
-    """The steps of one stage, and all that they are made from."""
+def leading_to(steps: tuple[Step, ...], is_wanted: Callable[[Step], bool]) -> tuple[Step, ...]:
+    """The steps that are wanted, and all that they are made from."""
     wanted: set[Path] = set()
     kept: list[Step] = []
     for step in reversed(steps):
-        if step.stage == stage or wanted.intersection(step.outputs):
+        if is_wanted(step) or wanted.intersection(step.outputs):
             kept.append(step)
             wanted.update(step.inputs)
     return tuple(reversed(kept))

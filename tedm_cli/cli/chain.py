@@ -17,6 +17,7 @@ from tedm_cli.cli.options import (
     BuildDir,
     Config,
     Json,
+    Nastran,
     Quiet,
     Verbose,
     at_least,
@@ -89,14 +90,7 @@ def run(
     dry_run: Annotated[
         bool, typer.Option("-n", "--dry-run", help="Say what would be run and why, and run nothing.")
     ] = False,
-    nastran: Annotated[
-        str | None,
-        typer.Option(
-            "--nastran",
-            metavar="COMMAND",
-            help="Your own solver, as in `tedm solve --run`.",
-        ),
-    ] = None,
+    nastran: Nastran = None,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -120,7 +114,7 @@ def run(
     from tedm_cli.cli.streams import tell
     from tedm_cli.cli.worker import PROGRAM
     from tedm_cli.progress import progress
-    from tedm_cli.stages.chain.perform import Way, perform
+    from tedm_cli.stages.chain.perform import Chain, Way, perform
     from tedm_cli.stages.chain.plan import plan_chain
     from tedm_cli.stages.chain.workers import Answer
 
@@ -135,21 +129,22 @@ def run(
         return
     given = {"config": ("-c", str(config)), "build_dir": ("-d", str(build_dir))}
     options = tuple(word for name, words in given.items() if was_given(ctx, name) for word in words)
-    way = Way(PROGRAM, options, nastran, jobs)
+    at_once = min(jobs, len(plan.stale))
+    way = Way(PROGRAM, nastran, at_once, alone=at_once == 1)
     begun: list[Step] = []
 
-    def start(step: Step) -> None:
+    def start(_: int, step: Step) -> None:
         begun.append(step)
         say(silent, step_line(len(begun), plan, step))
 
-    def end(step: Step, done: Answer) -> None:
+    def end(_: int, step: Step, done: Answer) -> None:
         codes[step] = done.code
         lines = done.out.splitlines()
         say(silent, *(lines if verbose else noted_lines(lines)))
         tell(done.err.splitlines())
 
     with progress(quiet or jobs == 1) as of_all:
-        refused = perform(plan, way, start, end, of_all)
+        (refused,) = perform([Chain(plan, options)], way, start, end, of_all)
     ended = [] if refused is not None else [ended_line(plan, build_dir)]
     answer(as_json, quiet, lambda: ended, lambda: plan_dict(project.title, plan, build_dir, codes))
     if refused is not None:

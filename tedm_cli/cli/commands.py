@@ -14,6 +14,7 @@ from tedm_cli.cli import (  # noqa: F401
     optics,
     results,
     thermal,
+    trade,
 )
 from tedm_cli.cli.app import app, command_line
 

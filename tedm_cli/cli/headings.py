@@ -16,6 +16,7 @@ HEADINGS = {
     "Thermal model": ("build-thermal", "map-temperatures"),
     "Correlation cases and time series": ("run-case", "run-series"),
     "Drag-free loop": ("build-dynamics", "simulate"),
+    "Variants of a design": ("trade",),
     "Results": ("explain", "show", "plot", "report", "view"),
     "Exports": ("export", "export-case", "export-state-space", "export-extremal", "export-vtu"),
 }

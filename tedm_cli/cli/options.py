@@ -18,6 +18,7 @@ METAVARS = {
     "AREA": "name of a thermal area",
     "CASE": "id of a correlation case in the cases file",
     "COMMAND": "a command line of another program",
+    "CRITERION": "name of a criterion in the file of a trade",
     "FIGURE": "number of a published figure",
     "FILE": "path of a file",
     "FOLDER": "path of a folder",
@@ -34,6 +35,7 @@ METAVARS = {
     "SERIES": "name of a time series in the cases file",
     "SET": "name of a set of photodiodes",
     "STAGE": "name of a command of the chain",
+    "VARIANT": "name of a variant in the file of a trade",
 }
 
 
@@ -120,6 +122,9 @@ Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON.")
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only; with --json, no progress.")]
 Verbose = Annotated[
     int, typer.Option("-v", "--verbose", count=True, show_default=False, help="Say more; -vv adds tracebacks.")
+]
+Nastran = Annotated[
+    str | None, typer.Option("--nastran", metavar="COMMAND", help="Your own solver, as in `tedm solve --run`.")
 ]
 Top = Annotated[
     int, typer.Option("--top", metavar="N", callback=at_least(0), help="Rows of each ranked table; 0: all of them.")

@@ -23,6 +23,9 @@ def _identifier(value: Any) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
+CaseId = Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER), Form("text or whole number")]
+
+
 class SelectorTable(Strict):
     """Some areas: each key given narrows the choice, any of its values will do."""
 
@@ -120,9 +123,7 @@ class DelayTable(SelectorTable):
 class CaseTable(Strict):
     """One correlation case: `blocks`, a `partition` of the areas, a `matrix`, or `thermal`, the thermal network."""
 
-    id: Annotated[str, BeforeValidator(_identifier), Field(pattern=IDENTIFIER), Form("text or whole number")] = Field(
-        description="Id of the case, by which commands and files name it."
-    )
+    id: CaseId = Field(description="Id of the case, by which commands and files name it.")
     title: str = Field(min_length=1, description="Title of the case.")
     role: Role = Field(
         default="possible",

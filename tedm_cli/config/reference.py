@@ -21,6 +21,7 @@ from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
 from tedm_cli.config.thermal.file import ThermalConfig
+from tedm_cli.config.trade import TradeConfig
 
 _PREFACE = """\
 # Configuration
@@ -57,6 +58,7 @@ FILES = (
     File("cases.toml", CasesConfig),
     File("dynamics.toml", DynamicsConfig),
     File("thermal.toml", ThermalConfig),
+    File("variants.toml, of a trade", TradeConfig),
     File("S_BW.csv.toml, beside an imported S_BW", SensitivityTable, "S_BW"),
     File("P.csv.toml, beside an imported P", LawTable, "P"),
     File("controller.toml, a controller of your own", ControllerFile),

@@ -23,6 +23,7 @@ from tedm_cli.contracts.simulation import SIMULATION
 from tedm_cli.contracts.spec import AreaDatasets, AreaPlaces, Dataset, FileKind, GridDatasets
 from tedm_cli.contracts.temperatures import TEMPERATURES
 from tedm_cli.contracts.thermal import THERMAL
+from tedm_cli.contracts.trade import TRADE
 from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "SIMULATION",
     "TEMPERATURES",
     "THERMAL",
+    "TRADE",
     "UNIT_LOADS",
     "AreaDatasets",
     "AreaPlaces",
@@ -54,7 +56,7 @@ KINDS = {
     kind.name: kind
     for kind in (
         UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, ADJOINT, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES,
-        RELEASE, IMPOSED, THERMAL, TEMPERATURES,
+        RELEASE, IMPOSED, THERMAL, TEMPERATURES, TRADE,
     )
 }  # fmt: skip
 

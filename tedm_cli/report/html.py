@@ -16,10 +16,10 @@ from tedm_cli.report.numbering import anchor, kind_of
 _SMALL_PT = 520.0  # figures no wider than this may stand two abreast
 
 
-def to_html(document: Document, other: str) -> str:
+def to_html(document: Document, other: str = "") -> str:
     """The page; figures are scalable, and tables and figures that are too wide scroll by themselves.
 
-    `other`: name of the file that holds the other document, beside this one.
+    `other`: name of the file that holds the other document, beside this one; "" where there is none.
     """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("tedm_cli.report"),

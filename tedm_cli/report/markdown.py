@@ -32,10 +32,11 @@ from tedm_cli.report.document import (
 from tedm_cli.report.numbering import kind_of
 
 
-def to_markdown(document: Document, figures: str, other: str) -> str:
+def to_markdown(document: Document, figures: str, other: str = "") -> str:
     """Markdown (CommonMark with tables).
 
-    `figures` is the folder of the figures as seen from the file, `other` the name of the other document beside it.
+    `figures` is the folder of the figures as seen from the file, `other` the name of the other document beside it, if
+    there is one.
     """
     here = _Place(figures, other)
     lines = [f"# {_escape(document.title)}", "", _begin(_escape(document.subject)), ""]

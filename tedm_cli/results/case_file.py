@@ -321,6 +321,34 @@ def read_correlation(file: Reader) -> CaseCorrelation:
     return CaseCorrelation(matrix, file.array(CASE.CORRELATION_DELAY), file.array(CASE.CASE_BLOCK))
 
 
+@dataclass(frozen=True, eq=False)
+class NoiseAt:
+    """Amplitude spectral densities `asd` [n, F] of all n outputs of a case, unit/√Hz by output, without safety factor.
+
+    Between the frequencies [F] they are straight lines in log-log.
+    """
+
+    frequency_hz: FloatArray
+    label: list[str]
+    unit: list[str]
+    asd: FloatArray
+
+    def at(self, output: int, frequency_hz: float) -> float:
+        """The noise of an output at a frequency; NaN outside of the frequencies."""
+        f, asd = self.frequency_hz, self.asd[output]
+        if not f[0] * (1 - 1e-9) <= frequency_hz <= f[-1] * (1 + 1e-9):
+            return np.nan
+        if not (asd > 0.0).all():
+            return float(np.interp(np.log(frequency_hz), np.log(f), asd))
+        return float(np.exp(np.interp(np.log(frequency_hz), np.log(f), np.log(asd))))
+
+
+def read_noise_at(file: Reader) -> NoiseAt:
+    """The noise of all outputs of an open case file."""
+    label = file.strings(CASE.OUTPUT_LABEL)
+    return NoiseAt(file.array(CASE.FREQUENCY), label, file.strings(CASE.OUTPUT_UNIT), np.sqrt(read_psd(file, label)))
+
+
 def read_psd(file: Reader, labels: Sequence[str]) -> FloatArray:
     """One-sided power spectral densities [n, F] of outputs of an open case file."""
     return np.array([file.array(CASE.PSD.of(label)) for label in labels])

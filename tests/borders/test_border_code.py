@@ -20,8 +20,9 @@ EVALUATING = {"eval", "exec", "compile", "__import__", "execfile"}
 SHELLS = {"system", "popen", "getoutput", "getstatusoutput", "create_subprocess_shell"}
 PROCESSES = {"subprocess", "pty", "multiprocessing"}
 #: The user's own Nastran (`solve --run`), the process that first reads an HDF5 file of another program, the script that
-#: makes the model of a shipped sample, and the processes in which `tedm run` runs its commands.
-STARTING = {"nastran/run.py", "files/trial.py", "stages/chain/init.py", "stages/chain/workers.py"}
+#: makes the model of a shipped sample (or of a variant, `trade --scripts`), and the processes in which `tedm run` and
+#: `tedm trade` run commands.
+STARTING = {"nastran/run.py", "files/trial.py", "stages/model_script.py", "stages/chain/workers.py"}
 Finding = Callable[[ast.AST], str]
 
 

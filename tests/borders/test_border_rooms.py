@@ -27,6 +27,7 @@ PURE_ROOMS = {
     "uncertainty",
     "distortion.py",
     "chain",
+    "trade",
 }
 PURE = [p for p in MODULES if p.relative_to(PACKAGE).parts[0] in PURE_ROOMS]
 OUTSIDE = {"h5py", "pyNastran", "typer", "matplotlib", "rich", "pydantic", "jinja2"}
@@ -124,6 +125,7 @@ def test_there_are_wings() -> None:
         "optics",
         "reporting",
         "thermal",
+        "trade",
     ]
 
 

@@ -22,6 +22,7 @@ from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
 from tedm_cli.config.thermal.file import ThermalConfig
+from tedm_cli.config.trade import TradeConfig
 from tedm_cli.errors import ConfigError
 
 #: Python that other tests run.
@@ -171,6 +172,7 @@ WHOLE: list[tuple[type[Any], Path]] = [
     (OpticsTables, ROOT / "configs" / "optics.toml"),
     (ProjectTable, MINIMAL / "tedm.toml"),
     (DynamicsConfig, ROOT / "configs" / "dynamics.toml"),
+    (TradeConfig, ROOT / "configs" / "trade" / "variants.toml"),
     (ThermalConfig, ROOT / "tests" / "docs" / "thermal.toml"),
 ]
 

@@ -145,9 +145,13 @@ def letter_of_a_string(random: Random, file: h5py.File) -> None:
     file[path][...] = np.array(values.tolist(), dtype=file[path].dtype).reshape(file[path].shape)
 
 
+#: Free words with numbers in them, which `show` prints as they are: nothing is wrong where two rows say the same.
+WORDS = ("/disturbance/spectrum",)
+
+
 @edit
 def another_rows_string(random: Random, file: h5py.File) -> None:
-    path = pick(random, [p for p in datasets(file, "S") if file[p].size > 1])
+    path = pick(random, [p for p in datasets(file, "S") if file[p].size > 1 and p not in WORDS])
     values = file[path][()]
     a, b = random.sample(range(len(values)), 2)
     values[a] = values[b]

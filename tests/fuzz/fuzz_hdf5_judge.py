@@ -27,7 +27,10 @@ from fuzz_judge import Verdict, processor_seconds
 from fuzz_users_project import small_chain
 
 from tedm_cli.cli import main
-from tedm_cli.contracts import KINDS
+from tedm_cli.contracts import KINDS, TRADE
+from tedm_cli.files.provenance import Provenance, input_files
+from tedm_cli.files.store import create
+from tedm_cli.results.trade import Cell, TradedCriterion, TradedVariant, compared, write_trade
 
 SECONDS = 60.0  # of the processor, for one command
 STILL = 600.0  # of the clock, for one that waits
@@ -67,6 +70,7 @@ READERS: dict[str, tuple[str, ...]] = {
     "figure_6_2.h5": ("show figure_6_2.h5", "view"),
     "thermal.h5": ("show thermal.h5",),
     "temperatures.h5": ("show temperatures.h5",),
+    "trade.h5": ("show trade.h5",),
 }
 NO_CONFIG = ("show", "export-case")
 
@@ -81,6 +85,7 @@ class Hdf5Judge:
         (folder / "series.csv").write_text("time_s,all\n" + rows)
         for args in MADE.values():
             project.sound(args)
+        write_made_up_trade(self.build / "trade.h5")
         self.sound = {name: (self.build / name).read_bytes() for name in READERS}
         assert {_kind(self.build / name) for name in READERS} == set(KINDS), "every kind of file is tried"
         self.listing = self.snapshot()
@@ -195,6 +200,26 @@ class Hdf5Judge:
                 os.waitpid(child, 0)
                 return None, ""
             time.sleep(0.002)
+
+
+def write_made_up_trade(path: Path) -> None:
+    """Two variants and a third that failed, by three criteria, of which one is lacked."""
+    criteria = [
+        TradedCriterion(name, "noise_ratio", "a ratio", "1", goal, limit, 1.0, "part of ratio²")
+        for name, goal, limit in (("read-out", "min", 1.0), ("frequency", "max", None), ("mass", "min", 9.0))
+    ]
+    values: list[list[float | None]] = [[1.5, 60.0, 8.0], [0.5, 40.0, None], [None] * 3]
+    cells = [
+        [
+            Cell(None, "lacks it") if v is None else Cell(v, "", "of case 3", v <= 1.0, {"A": 2.0 * v, "B": -v})
+            for v in row
+        ]
+        for row in values
+    ]
+    failure = ("", "", "singular")
+    variants = [TradedVariant(f"v{n}", "title", "differs", f"variants/v{n}", why) for n, why in enumerate(failure)]
+    with create(path, TRADE, Provenance((), input_files([]), "tedm trade")) as writer:
+        write_trade(writer, compared("made up", variants, criteria, cells))
 
 
 def _kind(path: Path) -> str:

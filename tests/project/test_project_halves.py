@@ -236,9 +236,11 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "export-state-space": ("3", "-o", "{out}"),
     "run": ("-n",),
 }
+_TRADE = '[[variant]]\nname = "half"\nproject = "{folder}"\n[[criterion]]\nname = "m"\nkind = "mass"\n'
 OF_THE_FOLDER: dict[str, tuple[str, ...]] = {
     "init": ("{out}/new",),
     "check": ("-d", "{build}"),
+    "trade": ("{out}/variants.toml", "-d", "{out}"),
     "show": ("{build}/case03.h5",),
     "export": ("-d", "{build}", "-o", "{out}"),
     "export-case": ("-d", "{build}", "-o", "{out}"),
@@ -278,6 +280,7 @@ def test_every_command(halves: dict[str, Half], half: str, command: str, tmp_pat
     if command in project.commands and command not in REFUSED[half]:
         return  # the project was built by it
     (tmp_path / "points.csv").write_text("x_m,y_m,z_m,mass_kg\n1.0,0.0,0.0,3.0\n", encoding="utf-8")
+    (tmp_path / "variants.toml").write_text(_TRADE.format(folder=project.folder), encoding="utf-8")
     given = ARGUMENTS[command] if command in ARGUMENTS else OF_THE_FOLDER[command]
     words = [word.format(out=tmp_path, build=project.build) for word in given]
     with untouched(project.folder):

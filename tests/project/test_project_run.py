@@ -17,11 +17,10 @@ sys.path.append(str(Path(__file__).parents[1] / "borders"))
 
 from border_tools import ROOT, heed_interrupts, replace, snapshot, tedm
 
-from tedm_cli.chain.graph import Step, up_to
+from tedm_cli.chain.graph import Step, leading_to
 from tedm_cli.chain.stale import Queue, missing_inputs, stale_steps
 from tedm_cli.cli.worker import PROGRAM
-from tedm_cli.errors import TedmError
-from tedm_cli.stages.chain.workers import Workers
+from tedm_cli.stages.chain.workers import Job, Workers
 
 
 def step(name: str, inputs: str, outputs: str = "") -> Step:
@@ -64,10 +63,15 @@ def test_contents_are_looked_at_only_where_times_say_nothing() -> None:
     assert asked == ["e"]
 
 
-def test_up_to_a_stage() -> None:
-    assert [s.words for s in up_to(CHAIN, "d")] == ["a", "b", "c", "d"]
-    assert [s.words for s in up_to(CHAIN, "c")] == ["a", "c"]
-    assert [s.words for s in up_to(CHAIN, "e")] == ["e"]
+def test_what_leads_to_a_step() -> None:
+    def leading(*wanted: str) -> list[str]:
+        return [s.words for s in leading_to(CHAIN, lambda step: step.words in wanted)]
+
+    assert leading("d") == ["a", "b", "c", "d"]
+    assert leading("c") == ["a", "c"]
+    assert leading("e") == ["e"]
+    assert leading("c", "e") == ["a", "c", "e"]
+    assert leading() == []
 
 
 def test_inputs_that_nothing_makes() -> None:
@@ -191,13 +195,13 @@ def test_results_of_a_solver_may_be_hdf5_of_its_own(demo: Path) -> None:
 
 def test_a_process_that_dies_is_told_of() -> None:
     program = (sys.executable, "-c", "import os; input(); os.kill(os.getpid(), 9)")
-    with (
-        pytest.raises(TedmError, match=r"`tedm check` ended by signal 9 \(SIGKILL\); the system") as caught,
-        Workers(program, 1) as workers,
-    ):
-        workers.begin(("check",), [])
-        workers.wait()
-    assert "`tedm run` goes on from there" in caught.value.hint
+    with Workers(program, 1) as workers:
+        workers.begin(Job(("check",), 3), [])
+        job, answer = workers.wait()
+    assert job == Job(("check",), 3)
+    assert answer.code == 1
+    assert re.search(r"^error: .*`tedm check` ended by signal 9 \(SIGKILL\); the system", answer.err)
+    assert "the next run goes on from there" in answer.err
 
 
 def test_an_interrupt_is_passed_on(tmp_path: Path) -> None:
@@ -207,7 +211,7 @@ def test_an_interrupt_is_passed_on(tmp_path: Path) -> None:
         "input(); open('begun', 'w'); time.sleep(600)"
     )
     with contextlib.chdir(tmp_path), pytest.raises(KeyboardInterrupt), Workers((sys.executable, "-c", script), 1) as of:
-        of.begin(("check",), [])
+        of.begin(Job(("check",)), [])
         while not (tmp_path / "begun").exists():
             time.sleep(0.01)
         raise KeyboardInterrupt

@@ -7,8 +7,6 @@ import filecmp
 import os
 import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -17,6 +15,7 @@ from tedm_cli.files.processes import is_alive
 from tedm_cli.files.store import cannot_write, replacing
 from tedm_cli.interrupts import whole
 from tedm_cli.samples.shipped import LAYOUT, PROJECT, SAMPLES, Script, root
+from tedm_cli.stages.model_script import run_script
 
 _ASIDE = ".tedm-init."  # and the number of the process: where files are made before any has its name
 _BUILT = '"{build_dir}/'  # before the names of models that Make makes in the build folder
@@ -66,14 +65,9 @@ def _write_sample(name: str, folder: Path) -> None:
 
 
 def _make_model(script: Script, folder: Path) -> None:
-    command = [sys.executable, "-B", str(root() / script.file)]
     options = [*script.arguments, "--layout", str(folder / LAYOUT), "-o", str(folder / script.model)]
-    done = subprocess.run(
-        [*command, *options], stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", check=False
-    )
-    if done.returncode:
-        last = (done.stderr.strip().splitlines() or [f"it ended with code {done.returncode}"])[-1]
-        raise InputError(f"cannot make the model ({last})", where=str(folder.parent / script.model))
+    if why := run_script(root() / script.file, options):
+        raise InputError(f"cannot make the model ({why})", where=str(folder.parent / script.model))
 
 
 @whole

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tedm_cli.chain.graph import FIGURES_STAMP, HALVES, SYMMETRY_PLANE, TIES, ChainFiles, Step, chain_of, up_to
+from tedm_cli.chain.graph import FIGURES_STAMP, HALVES, SYMMETRY_PLANE, TIES, ChainFiles, Step, chain_of, leading_to
 from tedm_cli.chain.stale import missing_inputs, stale_steps
 from tedm_cli.config.project import Project
 from tedm_cli.errors import InputError
@@ -38,10 +38,7 @@ class Plan:
 
 
 def plan_chain(project: Project, stage: str | None) -> Plan:
-    """What has to run for the whole chain, or up to a stage. Nothing is written.
-
-    A step has to run where Make would run it: a file of its is not there, or older than one that it is made of. And
-    where a file of its tells by the sums of its inputs, or by its version, that it was made of others.
+    """What has to run for the whole chain, or up to a stage; see `plan_steps`.
 
     Raises
     ------
@@ -49,10 +46,23 @@ def plan_chain(project: Project, stage: str | None) -> Plan:
     ConfigError, InputError : what `chain_files` refuses; a file that is not there and that no stage makes.
     """
     files = chain_files(project)
-    steps = chain_of(files)
-    if stage is not None:
-        known_name("stage", stage, list(dict.fromkeys(step.stage for step in steps)))
-        steps = up_to(steps, stage)
+    if stage is None:
+        return plan_steps(files, lambda step: True)
+    known_name("stage", stage, list(dict.fromkeys(step.stage for step in chain_of(files))))
+    return plan_steps(files, lambda step: step.stage == stage)
+
+
+def plan_steps(files: ChainFiles, is_wanted: Callable[[Step], bool]) -> Plan:
+    """What has to run for the wanted steps of a chain. Nothing is written.
+
+    A step has to run where Make would run it: a file of its is not there, or older than one that it is made of. And
+    where a file of its tells by the sums of its inputs, or by its version, that it was made of others.
+
+    Raises
+    ------
+    InputError : a file that is not there and that no stage makes.
+    """
+    steps = leading_to(chain_of(files), is_wanted)
     remembered = files.remembered()
     differ = set(changed(remembered))
     sum_of = cache(sha256_of)

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from selectors import EVENT_READ, DefaultSelector
 from types import TracebackType
 
-from tedm_cli.errors import TedmError
 from tedm_cli.interrupts import whole
 
 _PATIENCE_S = 10.0  # for a worker to remove what it has half made
@@ -30,19 +29,27 @@ class Answer:
     err: str
 
 
+@dataclass(frozen=True)
+class Job:
+    """A command, and the number of the chain that it is of."""
+
+    command: tuple[str, ...]
+    chain: int = 0
+
+
 class Workers:
     """Context of at most `number` processes; leaving it ends them, by a signal where it is left by an exception.
 
     Parameters
     ----------
     program : what starts a worker.
-    number : with one, standard error is shared with this process, progress included; else it comes with the answers.
+    alone : standard error is shared with this process, progress included; else it comes with the answers.
     """
 
-    def __init__(self, program: Sequence[str], number: int) -> None:
-        self._program, self._number = program, number
+    def __init__(self, program: Sequence[str], number: int, *, alone: bool = False) -> None:
+        self._program, self._number, self._alone = program, number, alone
         self._free: list[subprocess.Popen[bytes]] = []
-        self._busy: dict[subprocess.Popen[bytes], tuple[str, ...]] = {}
+        self._busy: dict[subprocess.Popen[bytes], Job] = {}
 
     def __enter__(self) -> Workers:
         return self
@@ -57,23 +64,18 @@ class Workers:
         return bool(self._busy)
 
     @whole
-    def begin(self, command: tuple[str, ...], options: Sequence[str]) -> None:
+    def begin(self, job: Job, options: Sequence[str]) -> None:
         """Let a worker run `tedm command options`; a new one where all others are at work."""
         worker = self._free.pop() if self._free else self._start()
-        self._busy[worker] = command
-        request = {"argv": [*command, *options], "alone": self._number == 1}
+        self._busy[worker] = job
+        request = {"argv": [*job.command, *options], "alone": self._alone}
         assert worker.stdin is not None
         with contextlib.suppress(BrokenPipeError):  # it has died: `wait` tells
             worker.stdin.write(json.dumps(request).encode() + b"\n")
             worker.stdin.flush()
 
-    def wait(self) -> tuple[tuple[str, ...], Answer]:
-        """Wait for a command to end; the command, and how it ended.
-
-        Raises
-        ------
-        TedmError : its process has died.
-        """
+    def wait(self) -> tuple[Job, Answer]:
+        """Wait for a command to end; which, and how it ended. Where its process has died, its error says so."""
         with DefaultSelector() as selector:
             for worker in self._busy:
                 assert worker.stdout is not None
@@ -82,14 +84,14 @@ class Workers:
         return self._answer_of(key.data)
 
     @whole
-    def _answer_of(self, worker: subprocess.Popen[bytes]) -> tuple[tuple[str, ...], Answer]:
+    def _answer_of(self, worker: subprocess.Popen[bytes]) -> tuple[Job, Answer]:
         assert worker.stdout is not None
         line = worker.stdout.readline()
-        command = self._busy.pop(worker)
+        job = self._busy.pop(worker)
         if not line.endswith(b"\n"):
-            raise _died(command, _ended(worker))
+            return job, _died(job.command, _ended(worker))
         self._free.append(worker)
-        return command, Answer(**json.loads(line))
+        return job, Answer(**json.loads(line))
 
     def _start(self) -> subprocess.Popen[bytes]:
         return subprocess.Popen(self._program, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
@@ -116,10 +118,8 @@ def _ended(worker: subprocess.Popen[bytes]) -> int:
         return worker.wait()
 
 
-def _died(command: tuple[str, ...], code: int) -> TedmError:
+def _died(command: tuple[str, ...], code: int) -> Answer:
     how = f"by signal {-code} ({signal.Signals(-code).name})" if code < 0 else f"with code {code}"
     memory = "; the system does so where memory runs out" if code == -signal.SIGKILL else ""
-    return TedmError(
-        f"the process of `tedm {' '.join(command)}` ended {how}{memory}",
-        hint="finished files are kept, and `tedm run` goes on from there",
-    )
+    told = f"error: the process of `tedm {' '.join(command)}` ended {how}{memory}"
+    return Answer(1, "", f"{told}\nhint: finished files are kept, and the next run goes on from there\n")

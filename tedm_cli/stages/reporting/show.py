@@ -18,6 +18,7 @@ from tedm_cli.contracts import (
     SENSITIVITY,
     TEMPERATURES,
     THERMAL,
+    TRADE,
     UNIT_LOADS,
 )
 from tedm_cli.files.store import Reader, kind_of, open_checked
@@ -26,6 +27,7 @@ from tedm_cli.results.dynamics import read_stability
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import read_imposed
 from tedm_cli.results.thermal import read_thermal
+from tedm_cli.results.trade import read_trade
 from tedm_cli.results.uncertainty import as_dict, read_uncertainty
 
 
@@ -109,6 +111,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         }
     if file.kind is THERMAL:
         return _thermal(file)
+    if file.kind is TRADE:
+        return _trade(file)
     if file.kind is TEMPERATURES:
         sets = zip(file.strings(TEMPERATURES.SET_NAME), file.array(TEMPERATURES.TEMPERATURE), strict=True)
         return {name: f"{field.min():.6g} to {field.max():.6g} K" for name, field in sets}
@@ -149,6 +153,21 @@ def _thermal(file: Reader) -> dict[str, Any]:
         )  # fmt: skip
         main[f"disturbance {d.name}"] = f"{d.spectrum}; largest gain {gain:.3g} at {node}; {fit}"
     return main | ({"nodes_on_the_model": len(found.mapped)} if found.mapped else {})
+
+
+def _trade(file: Reader) -> dict[str, Any]:
+    """Where each variant stands, and its values."""
+    found = read_trade(file)
+    main: dict[str, Any] = {"pareto_front": ", ".join(found.front) or "no variant can be compared"}
+    for variant, cells in zip(found.variants, found.cells, strict=True):
+        values = [
+            f"{criterion.name} {criterion.with_unit(cell.value)}{' FAIL' if cell.passed is False else ''}"
+            for criterion, cell in zip(found.criteria, cells, strict=True)
+            if cell.value is not None
+        ]
+        front = f"front {variant.front}: " if variant.front else ""
+        main[f"variant {variant.name}"] = f"failed: {variant.failure}" if variant.failure else front + "; ".join(values)
+    return main
 
 
 def _materials(file: Reader) -> list[dict[str, Any]]:
