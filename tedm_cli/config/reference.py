@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from tedm_cli.config.balance import BalanceConfig
 from tedm_cli.config.base import PATTERNS, Bounded, Form, Strict, models_in
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.controller_file import ControllerFile
@@ -57,6 +58,7 @@ FILES = (
     File("cases.toml", CasesConfig),
     File("dynamics.toml", DynamicsConfig),
     File("thermal.toml", ThermalConfig),
+    File("balance.toml", BalanceConfig),
     File("S_BW.csv.toml, beside an imported S_BW", SensitivityTable, "S_BW"),
     File("P.csv.toml, beside an imported P", LawTable, "P"),
     File("controller.toml, a controller of your own", ControllerFile),

@@ -1,0 +1,294 @@
+"""The programme of a balance: masses at least total mass that keep every requirement, and what keeps them from it.
+
+A requirement limits a quantity ``v = v₀ + E u`` to a range around 0; u are numbers of units of mass. As ratios to the
+ends of the range, ``v/upper <= 1`` and ``v/lower <= 1``, all rows are of one size, and so is the solver's tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.errors import PhysicsError
+
+_TOLERANCE = 1e-9  # of a ratio: what is above its cap by less keeps it
+_PRICED = 1e-7  # of the sum of all prices: what is below is rounding of the solver
+_SAME = 1e-6  # of a ratio: conflicts this near to each other are one
+_OUT_OF_REACH = 1e-9  # of its range: a requirement that all masses together change by less
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Programme:
+    """r requirements and c unknowns.
+
+    Parameters
+    ----------
+    rest : [r], the quantities without the masses; lower, upper : [r], ends of their ranges, below and above 0; SI.
+    effect : [r, c], what one unit of each unknown adds.
+    unit_kg, least, most : [c]; see `Column`. whole : [c].
+    follows : pairs of unknowns of which the second may be there only where the first is full.
+    margin : part of each range that is left free.
+    spread : [r, c] and spread_rest [r], how far each quantity may be off what it is meant to be, as ratios to its
+        range: by one unit of each unknown, and by the rest. They add up.
+    """
+
+    rest: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    effect: FloatArray
+    unit_kg: FloatArray
+    least: FloatArray
+    most: FloatArray
+    whole: BoolArray
+    follows: Sequence[tuple[int, int]] = ()
+    margin: float = 0.0
+    spread: FloatArray | None = None
+    spread_rest: FloatArray | None = None
+
+    def ratios(self, units: FloatArray) -> FloatArray:
+        """[r], values over the ends of their ranges on their side, with what they may be off."""
+        value = self.rest + self.effect @ units
+        off = np.zeros(len(value))
+        if self.spread is not None:
+            off = off + self.spread @ units
+        if self.spread_rest is not None:
+            off = off + self.spread_rest
+        return np.asarray(np.maximum(value / self.upper, value / self.lower) + off)
+
+    @property
+    def reached(self) -> BoolArray:
+        """[r], whether masses change a quantity at all."""
+        width = np.minimum(self.upper, -self.lower)
+        return np.asarray((np.abs(self.effect) @ self.most) > _OUT_OF_REACH * width)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Solution:
+    """Numbers of units [c], and what the relaxed programme says of its requirements.
+
+    Parameters
+    ----------
+    cap : [r], largest ratio that each requirement was allowed: 1 less the margin, and more where it cannot be met.
+    blocking : [r], 1 and above where a requirement cannot be met: the place in the order in which they were found, the
+        worst first; 0 for those that are met.
+    price_kg : [r], by how much the total mass would fall by one unit of ratio more, kg; of the relaxed programme.
+    room_kg : [c], the same by one kilogram more than an unknown may have, kg/kg; positive: its box is too small.
+    bound_kg : total mass that no solution can be below.
+    """
+
+    units: FloatArray
+    cap: FloatArray
+    blocking: FloatArray
+    price_kg: FloatArray
+    room_kg: FloatArray
+    bound_kg: float
+
+    def mass_kg(self, programme: Programme) -> float:
+        """Total mass."""
+        return float(programme.unit_kg @ self.units)
+
+
+@dataclass(frozen=True, eq=False)
+class Conflict:
+    """The least ratio that requirements can have together, and those that keep each other from less.
+
+    weight : [r], of each of them, with the sum 1: whatever the masses, the sum of the ratios with these weights is at
+    least `ratio`, as long as the requirements keep their caps that are `beside` [r] (their prices).
+    gain : [c], by how much the ratio would fall by one kilogram more than an unknown may have, 1/kg.
+    """
+
+    ratio: float
+    weight: FloatArray
+    beside: FloatArray
+    gain: FloatArray
+
+
+def least_mass(programme: Programme, cap: FloatArray | None = None) -> Solution | None:
+    """The relaxed programme: least total mass with every ratio at most its `cap` [r]; None where that cannot be."""
+    caps = np.full(len(programme.rest), 1.0 - programme.margin) if cap is None else cap
+    used = programme.reached
+    matrix, bound, row = _rows(programme, caps, used)
+    found = scipy.optimize.linprog(
+        programme.unit_kg, A_ub=_with_order(programme, matrix), b_ub=_order_bound(programme, bound),
+        bounds=np.column_stack([np.zeros(len(programme.most)), programme.most]), method="highs-ds",
+    )  # fmt: skip
+    if found.status == 2:
+        return None
+    _require_solved(found)
+    price = np.zeros(len(programme.rest))
+    np.add.at(price, row, -found.ineqlin.marginals[: len(row)])
+    room = -found.upper.marginals / programme.unit_kg
+    return Solution(
+        units=np.asarray(found.x),
+        cap=caps,
+        blocking=np.zeros(len(caps)),
+        price_kg=np.where(price > _PRICED * max(price.max(initial=0.0), 1e-30), price, 0.0),
+        room_kg=np.maximum(room, 0.0),
+        bound_kg=float(found.fun),
+    )
+
+
+def least_ratio(programme: Programme, cap: FloatArray, free: BoolArray) -> Conflict:
+    """The relaxed programme with the least largest ratio of the requirements `free` [r]; the others keep their `cap`.
+
+    Its dual is why there is no less: weights of the requirements that hold each other.
+    """
+    used = programme.reached
+    matrix, bound, row = _rows(programme, np.where(free, 0.0, cap), used)
+    column = np.where(free[row], -1.0, 0.0)[:, None]
+    count = len(programme.most)
+    with_ratio = np.hstack([matrix, column])
+    order = _order(programme)
+    found = scipy.optimize.linprog(
+        np.append(np.zeros(count), 1.0),
+        A_ub=np.vstack([with_ratio, np.hstack([order, np.zeros((len(order), 1))])]),
+        b_ub=_order_bound(programme, bound),
+        bounds=[*((0.0, float(m)) for m in programme.most), (0.0, None)],
+        method="highs-ds",
+    )
+    _require_solved(found)
+    weight = np.zeros(len(programme.rest))
+    np.add.at(weight, row, -found.ineqlin.marginals[: len(row)])
+    weight[weight < _PRICED] = 0.0
+    gain = np.maximum(-found.upper.marginals[:count] / programme.unit_kg, 0.0)
+    return Conflict(float(found.x[-1]), np.where(free, weight, 0.0), np.where(free, 0.0, weight), gain)
+
+
+def balanced(programme: Programme) -> tuple[Solution, list[Conflict]]:
+    """Least total mass that meets every requirement; or the least worst ratios, the worst first.
+
+    Where all cannot be met together, the largest ratio is made as small as it can be. Requirements that hold each other
+    there keep it, and the others are brought as far down in turn, until what is left can be met. Of all masses that do
+    so these are the least.
+    """
+    met = 1.0 - programme.margin
+    cap, blocking = np.full(len(programme.rest), met), np.zeros(len(programme.rest))
+    conflicts: list[Conflict] = []
+    free = programme.reached.copy()
+    found = least_mass(programme, cap)
+    while found is None:
+        conflict = least_ratio(programme, cap, free)
+        if conflict.ratio <= met:  # rounding of the solver: it is at the edge
+            cap[free] = max(met, conflict.ratio * (1.0 + _TOLERANCE) + _TOLERANCE)
+            found = least_mass(programme, cap)
+            if found is None:
+                raise PhysicsError("the programme of the masses is too near to singular to be solved")
+            break
+        held = free & (conflict.weight > 0.0)
+        if not held.any():
+            raise PhysicsError("the programme of the masses has no price for what blocks it")
+        if not conflicts or conflict.ratio < conflicts[-1].ratio * (1.0 - _SAME):
+            conflicts.append(conflict)  # others are of equal requirements, such as those of two like test masses
+        cap[held] = conflict.ratio * (1.0 + _TOLERANCE) + _TOLERANCE
+        blocking[held] = len(conflicts)
+        free &= ~held
+        found = least_mass(programme, cap)
+    return replace(found, blocking=blocking), conflicts
+
+
+def whole_units(programme: Programme, relaxed: Solution, time_limit_s: float) -> tuple[Solution, float]:
+    """Whole shims and steps with the caps of the relaxed solution, and the part of it by which ratios are above one.
+
+    Where whole numbers cannot keep the caps, those give way that cannot be met anyhow, as little as they can; all give
+    way where that is not enough. Of all masses with that these are the least.
+
+    Raises
+    ------
+    PhysicsError : there is no solution within the time limit.
+    """
+    if not programme.whole.any() and not programme.least.any():
+        return relaxed, 0.0
+    beyond, cap = 0.0, relaxed.cap
+    units, bound = _milp(programme, cap, time_limit_s)
+    blocked = relaxed.blocking > 0.0
+    for gives_way in [blocked, np.ones_like(blocked)] if blocked.any() else [np.ones_like(blocked)]:
+        least = None if units is not None else _least_beyond(programme, relaxed.cap, gives_way, time_limit_s)
+        if least is not None:
+            beyond = least * (1.0 + 1e-6) + _TOLERANCE
+            cap = relaxed.cap * np.where(gives_way, 1.0 + beyond, 1.0)
+            units, bound = _milp(programme, cap, time_limit_s)
+    if units is None:
+        raise PhysicsError(
+            f"no whole shims were found within {time_limit_s:g} s",
+            hint="give the search more time (time_limit_s), thinner shims, or a box without shims for the last grams",
+        )
+    return replace(relaxed, units=units, cap=cap, bound_kg=max(bound, relaxed.bound_kg)), beyond
+
+
+def _milp(programme: Programme, cap: FloatArray, time_limit_s: float) -> tuple[FloatArray | None, float]:
+    """Least mass in whole units within caps, and its bound; None where there is none."""
+    matrix, bound, _ = _rows(programme, cap, programme.reached)
+    found = scipy.optimize.milp(
+        programme.unit_kg,
+        integrality=_integrality(programme),
+        bounds=scipy.optimize.Bounds(programme.least, programme.most),
+        constraints=scipy.optimize.LinearConstraint(_with_order(programme, matrix), ub=_order_bound(programme, bound)),
+        options={"time_limit": time_limit_s, "mip_rel_gap": 1e-6},
+    )
+    if found.x is None:
+        return None, 0.0
+    return _rounded(programme, found.x), float(found.mip_dual_bound)
+
+
+def _least_beyond(programme: Programme, cap: FloatArray, gives_way: BoolArray, time_limit_s: float) -> float | None:
+    """The part of their caps by which ratios must be above them for whole units, of those that give way."""
+    matrix, bound, row = _rows(programme, cap, programme.reached)
+    order, count = _order(programme), len(programme.most)
+    beside = np.vstack([np.where(gives_way[row], -cap[row], 0.0)[:, None], np.zeros((len(order), 1))])
+    found = scipy.optimize.milp(
+        np.append(np.zeros(count), 1.0),
+        integrality=np.append(_integrality(programme), 0),
+        bounds=scipy.optimize.Bounds(np.append(programme.least, 0.0), np.append(programme.most, np.inf)),
+        constraints=scipy.optimize.LinearConstraint(
+            np.hstack([np.vstack([matrix, order]), beside]), ub=_order_bound(programme, bound)
+        ),
+        options={"time_limit": time_limit_s, "mip_rel_gap": 1e-4},
+    )
+    return None if found.x is None else max(float(found.x[-1]), 0.0)
+
+
+def _integrality(programme: Programme) -> FloatArray:
+    """As `milp` has it: 1 whole, 2 either 0 or between its bounds."""
+    return np.where(programme.whole, 1, np.where(programme.least > 0.0, 2, 0))
+
+
+def _rounded(programme: Programme, units: FloatArray) -> FloatArray:
+    return np.asarray(np.where(programme.whole, np.round(units), np.clip(units, 0.0, programme.most)))
+
+
+def _rows(programme: Programme, cap: FloatArray, used: BoolArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Both ends of the ranges of the requirements `used` as ``matrix u <= bound``, and the requirement of each row."""
+    row = np.concatenate([np.flatnonzero(used)] * 2)
+    end = np.concatenate([programme.upper[used], programme.lower[used]])
+    matrix = programme.effect[row] / end[:, None]
+    bound = cap[row] - programme.rest[row] / end
+    if programme.spread is not None:
+        matrix = matrix + programme.spread[row]
+    if programme.spread_rest is not None:
+        bound = bound - programme.spread_rest[row]
+    return matrix, bound, row
+
+
+def _order(programme: Programme) -> FloatArray:
+    """That a shim is there only where the one below is, ``above - below <= 0``, [pairs, c]."""
+    matrix = np.zeros((len(programme.follows), len(programme.most)))
+    for n, (below, above) in enumerate(programme.follows):
+        matrix[n, above], matrix[n, below] = 1.0, -1.0
+    return matrix
+
+
+def _with_order(programme: Programme, matrix: FloatArray) -> FloatArray:
+    return np.vstack([matrix, _order(programme)])
+
+
+def _order_bound(programme: Programme, bound: FloatArray) -> FloatArray:
+    return np.append(bound, np.zeros(len(programme.follows)))
+
+
+def _require_solved(found: object) -> None:
+    if getattr(found, "status", 0) != 0:
+        raise PhysicsError(f"the programme of the masses was not solved: {getattr(found, 'message', '')}")

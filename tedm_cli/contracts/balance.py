@@ -1,0 +1,167 @@
+"""balance.h5: the blocks that balance the field at rest, and what each requirement costs."""
+
+from __future__ import annotations
+
+from tedm_cli.contracts.sensitivity import AT_REST
+from tedm_cli.contracts.spec import BASIC, COUNT, FLAG, NAMES, Dataset, FileKind, Values
+
+
+class BalanceFile(FileKind):
+    """Its datasets by name; `BALANCE` is the kind of file."""
+
+    REQUIREMENT_NAME = Dataset(
+        "/requirement/name", ("requirement",), "str", "1", "place, quantity, subsystem and requirement", values=NAMES
+    )
+    TEST_MASS = Dataset("/requirement/test_mass", ("requirement",), "str", "1", "test mass")
+    MINUS = Dataset(
+        "/requirement/minus",
+        ("requirement",),
+        "str",
+        "1",
+        "test mass whose value is subtracted, if a difference is judged; empty: test_mass by itself",
+    )
+    QUANTITY = Dataset(
+        "/requirement/quantity", ("requirement",), "str", "1", "judged quantity at rest", values=Values(words=AT_REST)
+    )
+    SUBSYSTEM = Dataset(
+        "/requirement/subsystem",
+        ("requirement",),
+        "str",
+        "1",
+        "whose field is judged: a subsystem, several joined by +, or all, which is everything in the model",
+    )
+    WHOLE = Dataset(
+        "/requirement/whole", ("requirement",), "int", "1", "1 where that is everything in the model", values=FLAG
+    )
+    REQUIREMENT = Dataset(
+        "/requirement/requirement", ("requirement",), "str", "1", "requirement that the range belongs to"
+    )
+    SOURCE = Dataset("/requirement/source", ("requirement",), "str", "1", "where the range is from")
+    UNIT = Dataset(
+        "/requirement/unit",
+        ("requirement",),
+        "str",
+        "1",
+        "unit of before, after, lower and upper",
+        values=Values(words=("1/s^2", "m/s^2", "rad/s^2")),
+    )
+    LOWER = Dataset("/requirement/lower", ("requirement",), "float", None, "lower end of the range")
+    UPPER = Dataset("/requirement/upper", ("requirement",), "float", None, "upper end of the range")
+    BEFORE = Dataset("/requirement/before", ("requirement",), "float", None, "value without the blocks")
+    AFTER = Dataset("/requirement/after", ("requirement",), "float", None, "value with the blocks")
+    CAP = Dataset(
+        "/requirement/cap", ("requirement",), "float", "1", "largest ratio that the programme allowed, with the margin"
+    )
+    BLOCKING = Dataset(
+        "/requirement/blocking",
+        ("requirement",),
+        "int",
+        "1",
+        "0: can be met; else the conflict that keeps it from being met, from 1, the worst first",
+        values=COUNT,
+    )
+    REACHED = Dataset(
+        "/requirement/reached", ("requirement",), "int", "1", "1 where a block changes the value at all", values=FLAG
+    )
+    PRICE = Dataset(
+        "/requirement/price",
+        ("requirement",),
+        "float",
+        "kg",
+        "mass that a range wider by itself would save, by the relaxed programme: its dual value times the limit",
+    )
+    CONFLICT_RATIO = Dataset(
+        "/conflict/ratio", ("conflict",), "float", "1", "least ratio that requirements which cannot all be met can have"
+    )
+    CONFLICT_WEIGHT = Dataset(
+        "/conflict/weight",
+        ("conflict", "requirement"),
+        "float",
+        "1",
+        "weights, with the sum 1, of the requirements that keep each other from less",
+    )
+    CONFLICT_BESIDE = Dataset(
+        "/conflict/beside",
+        ("conflict", "requirement"),
+        "float",
+        "1",
+        "by how much the ratio would fall by one unit of ratio more of requirements that could not be met before it",
+    )
+    CONFLICT_GAIN = Dataset(
+        "/conflict/gain",
+        ("conflict", "candidate"),
+        "float",
+        "1/kg",
+        "by how much the ratio would fall by a kilogram more than the box holds",
+    )
+    CANDIDATE_NAME = Dataset(
+        "/candidate/name", ("candidate",), "str", "1", "part of a box where mass may be", values=NAMES
+    )
+    CANDIDATE_BOX = Dataset("/candidate/box", ("candidate",), "str", "1", "box that it is of")
+    CANDIDATE_IMAGES = Dataset(
+        "/candidate/images", ("candidate",), "int", "1", "number of blocks of one mass", values=Values(least=1)
+    )
+    CANDIDATE_FULL = Dataset("/candidate/full", ("candidate",), "float", "kg", "largest mass, images included")
+    CANDIDATE_RELAXED = Dataset(
+        "/candidate/relaxed", ("candidate",), "float", "kg", "mass by the relaxed programme, images included"
+    )
+    CANDIDATE_MASS = Dataset("/candidate/mass", ("candidate",), "float", "kg", "mass, images included")
+    CANDIDATE_SHIMS = Dataset(
+        "/candidate/shims",
+        ("candidate",),
+        "int",
+        "1",
+        "whole shims or steps of each block; -1: its mass may be any",
+        values=Values(least=-1),
+    )
+    CANDIDATE_ROOM = Dataset(
+        "/candidate/room",
+        ("candidate",),
+        "float",
+        "kg/kg",
+        "total mass that a kilogram more than the box holds would save, by the relaxed programme",
+    )
+    EFFECT = Dataset(
+        "/candidate/effect",
+        ("requirement", "candidate"),
+        "float",
+        None,
+        "what a kilogram adds to each value, spread over the candidate and its images at their largest",
+    )
+    BLOCK_NAME = Dataset("/block/name", ("block",), "str", "1", "compensation mass", values=NAMES)
+    BLOCK_CANDIDATE = Dataset(
+        "/block/candidate",
+        ("block",),
+        "int",
+        "1",
+        "candidate that it is of",
+        values=Values(rows_of="candidate"),
+    )
+    BLOCK_CENTRE = Dataset("/block/centre", ("block", "xyz"), "float", "m", "centre of the block", BASIC)
+    BLOCK_SIZE = Dataset("/block/size", ("block", "xyz"), "float", "m", "edge lengths of the block")
+    BLOCK_AXES = Dataset(
+        "/block/axes", ("block", "xyz", "xyz_column"), "float", "1", "unit vectors of its edges (rows)", BASIC
+    )
+    BLOCK_MASS = Dataset("/block/mass", ("block",), "float", "kg", "mass of the block")
+    BLOCK_GROUP = Dataset(
+        "/block/group",
+        ("block",),
+        "str",
+        "1",
+        "group of thermal areas that it counts to; empty: the compensation masses",
+    )
+    BLOCK_TIE = Dataset("/block/tie", ("block",), "str", "1", "grids that it follows; empty: it does not move")
+    MARGIN = Dataset("/total/margin", (), "float", "1", "part of every limit that was to be left free")
+    MASS = Dataset("/total/mass", (), "float", "kg", "mass of all blocks")
+    RELAXED = Dataset("/total/relaxed", (), "float", "kg", "least mass where shims and steps need not be whole")
+    BOUND = Dataset("/total/bound", (), "float", "kg", "mass that no whole shims and steps can be below")
+    BEYOND = Dataset(
+        "/total/beyond",
+        (),
+        "float",
+        "1",
+        "part of its cap that the worst ratio is above it, as shims and steps are whole",
+    )
+
+
+BALANCE = BalanceFile("balance", 1, "tedm balance")
