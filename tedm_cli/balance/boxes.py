@@ -12,6 +12,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.gravity.compensation import CompensationMass, Tie
 from tedm_cli.symmetry_plane import SymmetryPlane
 
+_DIGITS = 12  # of lengths in m and masses in kg: what a drawing says is not 0.13424999999999998
 _WHOLE = 1e-9  # of a shim: a box that is this little short of a whole number of them holds that number
 
 
@@ -24,14 +25,22 @@ class Image:
     group: str = ""
 
     def of(self, block: CompensationMass) -> CompensationMass:
-        """The image of a block, a cuboid again: of its edges the first is turned round to stay right-handed."""
-        centre, axes = block.centre_m, block.axes
+        """The image of a block, a cuboid again: edges turned round so that they are right-handed, and turned least."""
+        axes = block.axes
         for plane in self.planes:
-            centre = plane.image(centre)
             axes = axes - 2.0 * (axes @ plane.normal)[:, None] * plane.normal
-        if np.linalg.det(axes) < 0.0:
-            axes = np.vstack([-axes[:1], axes[1:]])
-        return replace(block, name=block.name + self.suffix, centre_m=centre, axes=axes, group=self.group)
+        along = (axes * block.axes).sum(axis=1)
+        hand = round(float(np.linalg.det(axes)))
+        signs = [s for s in itertools.product((1.0, -1.0), repeat=3) if np.prod(s) == hand]
+        axes = np.array(max(signs, key=lambda s: float(np.array(s) @ along)))[:, None] * axes
+        centre = np.round(self.point(block.centre_m), _DIGITS)
+        return replace(block, name=block.name + self.suffix, centre_m=centre, axes=axes + 0.0, group=self.group)
+
+    def point(self, position_m: FloatArray) -> FloatArray:
+        """The image of a point [3]."""
+        for plane in self.planes:
+            position_m = plane.image(position_m)
+        return position_m
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -88,21 +97,30 @@ class Box:
         axis, way = self.stack
         size = self.size_m.copy()
         size[axis] = count * self.shim_m
-        low = first * self.shim_m - self.size_m[axis] / 2.0
         local = np.zeros(3)
-        local[axis] = way * (low + size[axis] / 2.0)
-        mass = self.density_kg_m3 * float(size.prod())
-        centre = self.centre_m + local @ self.axes
+        local[axis] = way * (first * self.shim_m + (size[axis] - self.size_m[axis]) / 2.0)
+        return self._block(name, self.centre_m + local @ self.axes, size, np.inf)
+
+    @property
+    def base_m(self) -> FloatArray:
+        """[3], middle of the face that shims are stacked on; of a box without shims its centre."""
+        local = np.zeros(3)
+        if self.shim_m:
+            axis, way = self.stack
+            local[axis] = -way * self.size_m[axis] / 2.0
+        return np.asarray(self.centre_m + local @ self.axes)
+
+    def _block(self, name: str, centre: FloatArray, size: FloatArray, most_kg: float) -> CompensationMass:
+        size = np.round(size, _DIGITS)
+        mass = round(min(most_kg, self.density_kg_m3 * float(size.prod())), _DIGITS)
+        centre = np.round(centre, _DIGITS) + 0.0
         return CompensationMass(name=name, centre_m=centre, size_m=size, mass_kg=mass, axes=self.axes, tie=self.tie)
 
     def full(self) -> CompensationMass:
         """The block that fills it, with the largest mass that it may have; of a stack, all shims."""
         if self.shim_m:
             return self.slab(0, self.shims, self.name)
-        mass = min(self.most_kg, self.density_kg_m3 * float(self.size_m.prod()))
-        return CompensationMass(
-            name=self.name, centre_m=self.centre_m, size_m=self.size_m, mass_kg=mass, axes=self.axes, tie=self.tie
-        )
+        return self._block(self.name, self.centre_m, self.size_m, self.most_kg)
 
     def with_images(self, block: CompensationMass) -> list[CompensationMass]:
         """A block of this box, and its images."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -18,6 +19,7 @@ from tedm_cli.errors import PhysicsError
 _TOLERANCE = 1e-9  # of a ratio: what is above its cap by less keeps it
 _PRICED = 1e-7  # of the sum of all prices: what is below is rounding of the solver
 _SAME = 1e-6  # of a ratio: conflicts this near to each other are one
+_INFEASIBLE = 2  # as `linprog` calls it
 _OUT_OF_REACH = 1e-9  # of its range: a requirement that all masses together change by less
 
 
@@ -30,10 +32,10 @@ class Programme:
     rest : [r], the quantities without the masses; lower, upper : [r], ends of their ranges, below and above 0; SI.
     effect : [r, c], what one unit of each unknown adds.
     unit_kg, least, most : [c]; see `Column`. whole : [c].
-    follows : pairs of unknowns of which the second may be there only where the first is full.
+    matrix, bound : [n, c] and [n], what else the unknowns must keep, ``matrix u <= bound``.
     margin : part of each range that is left free.
-    spread : [r, c] and spread_rest [r], how far each quantity may be off what it is meant to be, as ratios to its
-        range: by one unit of each unknown, and by the rest. They add up.
+    off : tangents, each [r, c] and [r], to how far each quantity may be off, SI: by one unit of each unknown, and by
+        the rest. A requirement must have room for all of them.
     """
 
     rest: FloatArray
@@ -44,20 +46,15 @@ class Programme:
     least: FloatArray
     most: FloatArray
     whole: BoolArray
-    follows: Sequence[tuple[int, int]] = ()
+    matrix: FloatArray
+    bound: FloatArray
     margin: float = 0.0
-    spread: FloatArray | None = None
-    spread_rest: FloatArray | None = None
+    off: tuple[tuple[FloatArray, FloatArray], ...] = ()
 
-    def ratios(self, units: FloatArray) -> FloatArray:
-        """[r], values over the ends of their ranges on their side, with what they may be off."""
+    def ratios(self, units: FloatArray, off: FloatArray | float = 0.0) -> FloatArray:
+        """[r], values over the ends of their ranges, of those that may be `off` [r] so much on the worse side."""
         value = self.rest + self.effect @ units
-        off = np.zeros(len(value))
-        if self.spread is not None:
-            off = off + self.spread @ units
-        if self.spread_rest is not None:
-            off = off + self.spread_rest
-        return np.asarray(np.maximum(value / self.upper, value / self.lower) + off)
+        return np.asarray(np.maximum((value + off) / self.upper, (value - off) / self.lower))
 
     @property
     def reached(self) -> BoolArray:
@@ -110,24 +107,25 @@ class Conflict:
 def least_mass(programme: Programme, cap: FloatArray | None = None) -> Solution | None:
     """The relaxed programme: least total mass with every ratio at most its `cap` [r]; None where that cannot be."""
     caps = np.full(len(programme.rest), 1.0 - programme.margin) if cap is None else cap
-    used = programme.reached
-    matrix, bound, row = _rows(programme, caps, used)
+    matrix, bound, row = _rows(programme, caps)
     found = scipy.optimize.linprog(
-        programme.unit_kg, A_ub=_with_order(programme, matrix), b_ub=_order_bound(programme, bound),
-        bounds=np.column_stack([np.zeros(len(programme.most)), programme.most]), method="highs-ds",
-    )  # fmt: skip
-    if found.status == 2:
+        programme.unit_kg,
+        A_ub=np.vstack([matrix, programme.matrix]),
+        b_ub=np.append(bound, programme.bound),
+        bounds=np.column_stack([np.zeros(len(programme.most)), programme.most]),
+        method="highs-ds",
+    )
+    if found.status == _INFEASIBLE:
         return None
     _require_solved(found)
     price = np.zeros(len(programme.rest))
     np.add.at(price, row, -found.ineqlin.marginals[: len(row)])
-    room = -found.upper.marginals / programme.unit_kg
     return Solution(
         units=np.asarray(found.x),
         cap=caps,
         blocking=np.zeros(len(caps)),
         price_kg=np.where(price > _PRICED * max(price.max(initial=0.0), 1e-30), price, 0.0),
-        room_kg=np.maximum(room, 0.0),
+        room_kg=_per_kg(programme, found.upper.marginals),
         bound_kg=float(found.fun),
     )
 
@@ -137,16 +135,13 @@ def least_ratio(programme: Programme, cap: FloatArray, free: BoolArray) -> Confl
 
     Its dual is why there is no less: weights of the requirements that hold each other.
     """
-    used = programme.reached
-    matrix, bound, row = _rows(programme, np.where(free, 0.0, cap), used)
-    column = np.where(free[row], -1.0, 0.0)[:, None]
+    matrix, bound, row = _rows(programme, np.where(free, 0.0, cap))
     count = len(programme.most)
-    with_ratio = np.hstack([matrix, column])
-    order = _order(programme)
+    matrix = np.hstack([matrix, np.where(free[row], -1.0, 0.0)[:, None]])
     found = scipy.optimize.linprog(
         np.append(np.zeros(count), 1.0),
-        A_ub=np.vstack([with_ratio, np.hstack([order, np.zeros((len(order), 1))])]),
-        b_ub=_order_bound(programme, bound),
+        A_ub=np.vstack([matrix, _beside(programme, 1)]),
+        b_ub=np.append(bound, programme.bound),
         bounds=[*((0.0, float(m)) for m in programme.most), (0.0, None)],
         method="highs-ds",
     )
@@ -154,26 +149,26 @@ def least_ratio(programme: Programme, cap: FloatArray, free: BoolArray) -> Confl
     weight = np.zeros(len(programme.rest))
     np.add.at(weight, row, -found.ineqlin.marginals[: len(row)])
     weight[weight < _PRICED] = 0.0
-    gain = np.maximum(-found.upper.marginals[:count] / programme.unit_kg, 0.0)
+    gain = _per_kg(programme, found.upper.marginals[:count])
     return Conflict(float(found.x[-1]), np.where(free, weight, 0.0), np.where(free, 0.0, weight), gain)
 
 
-def balanced(programme: Programme) -> tuple[Solution, list[Conflict]]:
+def balanced(programme: Programme, keep: BoolArray | None = None) -> tuple[Solution, list[Conflict]]:
     """Least total mass that meets every requirement; or the least worst ratios, the worst first.
 
     Where all cannot be met together, the largest ratio is made as small as it can be. Requirements that hold each other
     there keep it, and the others are brought as far down in turn, until what is left can be met. Of all masses that do
-    so these are the least.
+    so these are the least. Requirements to `keep` [r] are met in any case, where that is known to be possible.
     """
     met = 1.0 - programme.margin
     cap, blocking = np.full(len(programme.rest), met), np.zeros(len(programme.rest))
     conflicts: list[Conflict] = []
-    free = programme.reached.copy()
+    free = programme.reached if keep is None else programme.reached & ~keep
     found = least_mass(programme, cap)
     while found is None:
         conflict = least_ratio(programme, cap, free)
         if conflict.ratio <= met:  # rounding of the solver: it is at the edge
-            cap[free] = max(met, conflict.ratio * (1.0 + _TOLERANCE) + _TOLERANCE)
+            cap[free] = met * (1.0 + _SAME)
             found = least_mass(programme, cap)
             if found is None:
                 raise PhysicsError("the programme of the masses is too near to singular to be solved")
@@ -185,9 +180,44 @@ def balanced(programme: Programme) -> tuple[Solution, list[Conflict]]:
             conflicts.append(conflict)  # others are of equal requirements, such as those of two like test masses
         cap[held] = conflict.ratio * (1.0 + _TOLERANCE) + _TOLERANCE
         blocking[held] = len(conflicts)
-        free &= ~held
+        free = free & ~held
         found = least_mass(programme, cap)
     return replace(found, blocking=blocking), conflicts
+
+
+def most_met(programme: Programme, time_limit_s: float) -> BoolArray:
+    """[r], the most requirements that can be met together, of those that masses reach; the others are False.
+
+    A mixed-integer programme in which a requirement may be left out, of masses that need not be whole.
+
+    Raises
+    ------
+    PhysicsError : it was not solved within the time limit.
+    """
+    cap = np.full(len(programme.rest), 1.0 - programme.margin)
+    matrix, bound, row = _rows(programme, cap)
+    reached = np.flatnonzero(programme.reached)
+    count, rows, all_kg = len(programme.most), len(reached), float(programme.unit_kg @ programme.most)
+    # Left out, a row has room for whatever the masses may do.
+    room = np.maximum(np.maximum(matrix, 0.0) @ programme.most - bound, 0.0)
+    leave = np.zeros((len(row), rows))
+    leave[np.arange(len(row)), np.searchsorted(reached, row)] = -1.01 * room
+    found = scipy.optimize.milp(
+        np.append(1e-3 / rows * programme.unit_kg / max(all_kg, 1e-30), np.ones(rows)),
+        integrality=np.append(np.zeros(count), np.ones(rows)),
+        bounds=scipy.optimize.Bounds(np.zeros(count + rows), np.append(programme.most, np.ones(rows))),
+        constraints=scipy.optimize.LinearConstraint(
+            np.vstack([np.hstack([matrix, leave]), _beside(programme, rows)]), ub=np.append(bound, programme.bound)
+        ),
+        options={"time_limit": time_limit_s},
+    )
+    if found.x is None:
+        raise PhysicsError(
+            f"which limits can be met together was not found within {time_limit_s:g} s", hint="raise time_limit_s"
+        )
+    kept = np.zeros(len(programme.rest), dtype=bool)
+    kept[reached] = found.x[count:] < 0.5
+    return kept
 
 
 def whole_units(programme: Programme, relaxed: Solution, time_limit_s: float) -> tuple[Solution, float]:
@@ -216,39 +246,51 @@ def whole_units(programme: Programme, relaxed: Solution, time_limit_s: float) ->
             f"no whole shims were found within {time_limit_s:g} s",
             hint="give the search more time (time_limit_s), thinner shims, or a box without shims for the last grams",
         )
-    return replace(relaxed, units=units, cap=cap, bound_kg=max(bound, relaxed.bound_kg)), beyond
+    bound = bound if beyond else max(bound, relaxed.bound_kg)
+    return replace(relaxed, units=units, cap=cap, bound_kg=bound), beyond
 
 
 def _milp(programme: Programme, cap: FloatArray, time_limit_s: float) -> tuple[FloatArray | None, float]:
     """Least mass in whole units within caps, and its bound; None where there is none."""
-    matrix, bound, _ = _rows(programme, cap, programme.reached)
+    matrix, bound, _ = _rows(programme, cap)
     found = scipy.optimize.milp(
         programme.unit_kg,
         integrality=_integrality(programme),
         bounds=scipy.optimize.Bounds(programme.least, programme.most),
-        constraints=scipy.optimize.LinearConstraint(_with_order(programme, matrix), ub=_order_bound(programme, bound)),
+        constraints=scipy.optimize.LinearConstraint(
+            np.vstack([matrix, programme.matrix]), ub=np.append(bound, programme.bound)
+        ),
         options={"time_limit": time_limit_s, "mip_rel_gap": 1e-6},
     )
     if found.x is None:
         return None, 0.0
-    return _rounded(programme, found.x), float(found.mip_dual_bound)
+    units = np.where(programme.whole, np.round(found.x), np.clip(found.x, 0.0, programme.most))
+    return np.asarray(units), float(found.mip_dual_bound)
 
 
 def _least_beyond(programme: Programme, cap: FloatArray, gives_way: BoolArray, time_limit_s: float) -> float | None:
     """The part of their caps by which ratios must be above them for whole units, of those that give way."""
-    matrix, bound, row = _rows(programme, cap, programme.reached)
-    order, count = _order(programme), len(programme.most)
-    beside = np.vstack([np.where(gives_way[row], -cap[row], 0.0)[:, None], np.zeros((len(order), 1))])
+    matrix, bound, row = _rows(programme, cap)
+    count = len(programme.most)
+    matrix = np.hstack([matrix, np.where(gives_way[row], -cap[row], 0.0)[:, None]])
     found = scipy.optimize.milp(
         np.append(np.zeros(count), 1.0),
         integrality=np.append(_integrality(programme), 0),
         bounds=scipy.optimize.Bounds(np.append(programme.least, 0.0), np.append(programme.most, np.inf)),
         constraints=scipy.optimize.LinearConstraint(
-            np.hstack([np.vstack([matrix, order]), beside]), ub=_order_bound(programme, bound)
+            np.vstack([matrix, _beside(programme, 1)]), ub=np.append(bound, programme.bound)
         ),
         options={"time_limit": time_limit_s, "mip_rel_gap": 1e-4},
     )
     return None if found.x is None else max(float(found.x[-1]), 0.0)
+
+
+def on_each_other(pairs: Sequence[tuple[int, int]], unknowns: int) -> tuple[FloatArray, FloatArray]:
+    """`matrix` and `bound` of pairs of unknowns of which the second may be there only as far as the first is."""
+    matrix = np.zeros((len(pairs), unknowns))
+    for n, (below, above) in enumerate(pairs):
+        matrix[n, above], matrix[n, below] = 1.0, -1.0
+    return matrix, np.zeros(len(pairs))
 
 
 def _integrality(programme: Programme) -> FloatArray:
@@ -256,39 +298,36 @@ def _integrality(programme: Programme) -> FloatArray:
     return np.where(programme.whole, 1, np.where(programme.least > 0.0, 2, 0))
 
 
-def _rounded(programme: Programme, units: FloatArray) -> FloatArray:
-    return np.asarray(np.where(programme.whole, np.round(units), np.clip(units, 0.0, programme.most)))
+def _rows(programme: Programme, cap: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Both ends of the ranges of the requirements that masses reach as ``matrix u <= bound``, and which each row is of.
 
-
-def _rows(programme: Programme, cap: FloatArray, used: BoolArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Both ends of the ranges of the requirements `used` as ``matrix u <= bound``, and the requirement of each row."""
+    There is a row for each tangent to how far a quantity may be off.
+    """
+    used = programme.reached
     row = np.concatenate([np.flatnonzero(used)] * 2)
     end = np.concatenate([programme.upper[used], programme.lower[used]])
     matrix = programme.effect[row] / end[:, None]
     bound = cap[row] - programme.rest[row] / end
-    if programme.spread is not None:
-        matrix = matrix + programme.spread[row]
-    if programme.spread_rest is not None:
-        bound = bound - programme.spread_rest[row]
-    return matrix, bound, row
+    if not programme.off:
+        return matrix, bound, row
+    return (
+        np.concatenate([matrix + by_unit[row] / np.abs(end)[:, None] for by_unit, _ in programme.off]),
+        np.concatenate([bound - by_rest[row] / np.abs(end) for _, by_rest in programme.off]),
+        np.concatenate([row] * len(programme.off)),
+    )
 
 
-def _order(programme: Programme) -> FloatArray:
-    """That a shim is there only where the one below is, ``above - below <= 0``, [pairs, c]."""
-    matrix = np.zeros((len(programme.follows), len(programme.most)))
-    for n, (below, above) in enumerate(programme.follows):
-        matrix[n, above], matrix[n, below] = 1.0, -1.0
-    return matrix
+def _beside(programme: Programme, more: int) -> FloatArray:
+    """`matrix` of the programme, with no regard to more unknowns behind its own."""
+    return np.hstack([programme.matrix, np.zeros((len(programme.matrix), more))])
 
 
-def _with_order(programme: Programme, matrix: FloatArray) -> FloatArray:
-    return np.vstack([matrix, _order(programme)])
+def _per_kg(programme: Programme, marginals: FloatArray) -> FloatArray:
+    """What an unknown could bring by one kilogram more than it may have."""
+    has_mass = programme.unit_kg > 0.0
+    return np.asarray(np.maximum(-marginals / np.where(has_mass, programme.unit_kg, np.inf), 0.0))
 
 
-def _order_bound(programme: Programme, bound: FloatArray) -> FloatArray:
-    return np.append(bound, np.zeros(len(programme.follows)))
-
-
-def _require_solved(found: object) -> None:
-    if getattr(found, "status", 0) != 0:
-        raise PhysicsError(f"the programme of the masses was not solved: {getattr(found, 'message', '')}")
+def _require_solved(found: Any) -> None:
+    if found.status != 0:
+        raise PhysicsError(f"the programme of the masses was not solved: {found.message}")

@@ -141,8 +141,9 @@ class BoxTable(CuboidTable):
     grid: Ids | None = Field(default=None, description="Grids that the block follows. Not with parts or images.")
     nearest_grids: Annotated[int, Bounded(TIED_GRIDS)] | None = Field(
         default=None,
-        description="Ties every block to so many grids of the structure, those nearest to its centre that are not in a "
-        "line. Left out: blocks stay still.",
+        description="Ties every block to so many grids of the structure, those nearest to the middle of the face that "
+        "it is stacked on, or to its centre; to more where these are in a line, or others are as near. Left out: "
+        "blocks stay still.",
     )
 
     _order = field_validator("grid")(ranges_increase)
@@ -194,6 +195,11 @@ class BalanceConfig(Strict):
     subsystems: list[OneLine] | None = Field(
         default=None,
         description='Subsystems whose limits count, as prints name them: "IS", "IS+LTP", "all". Left out: all limits.',
+    )
+    goal: Literal["least worst ratio", "most met"] = Field(
+        default="least worst ratio",
+        description="Where not all limits can be met together: make the worst ratio as small as it can be, or meet as "
+        "many as can be.",
     )
     time_limit_s: Duration = Field(default=60.0, description="Time that the search for whole shims may take.")
     box: list[BoxTable] = Field(min_length=1, description="Boxes where mass may be.")

@@ -11,7 +11,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.balance.boxes import blocks_of, stacked
-from tedm_cli.balance.programme import Conflict, Programme, Solution, balanced, whole_units
+from tedm_cli.balance.programme import Conflict, Programme, Solution, balanced, most_met, on_each_other, whole_units
 from tedm_cli.config.balance import BalanceConfig, load_balance
 from tedm_cli.config.compensation import csv_text
 from tedm_cli.config.model import load_model
@@ -71,11 +71,12 @@ def balance(project: Project, output: Path | None, csv: Path | None, step: Step)
         rest = read_rest(project, model, sensitivity, config.subsystems, keep=config.existing == "keep", where=path)
         found = candidates(project, model, config, unit, rest.kept, path)
         programme = programme_of(rest, found, config, step)
-        relaxed, conflicts = balanced(programme)
+        kept = most_met(programme, config.time_limit_s) if config.goal == "most met" else None
+        relaxed, conflicts = balanced(programme, kept)
         solution, beyond = whole_units(programme, relaxed, config.time_limit_s)
         blocks = blocks_of(found.parts, found.columns, solution.units)
-        blocks = with_ties(blocks, _tied(config, found, blocks), unit)
-    before, after = rest.verdicts([], [[] for _ in rest.test_masses]), _verdicts(rest, blocks)
+        blocks = with_ties(blocks, _tied(config, found), unit)
+    before, after = rest.before, _verdicts(rest, blocks)
     with create(out, BALANCE, trace) as writer:
         _write_requirements(writer, before, after, programme, solution, conflicts)
         _write_candidates(writer, rest, config, found, programme, relaxed, solution, conflicts, step)
@@ -97,7 +98,8 @@ def programme_of(rest: Rest, found: Candidates, config: BalanceConfig, step: Ste
     """The programme of the unknowns: what a unit of each adds to every limited value."""
     columns = found.columns
     fields = fields_of([column.blocks for column in columns], rest, step, "field of the candidates")
-    verdicts = rest.verdicts([], [[] for _ in rest.test_masses])
+    verdicts = rest.before
+    matrix, bound = on_each_other(stacked(columns), len(columns))
     return Programme(
         rest=np.array([v.value for v in verdicts]),
         lower=np.array([v.lower for v in verdicts]),
@@ -107,7 +109,8 @@ def programme_of(rest: Rest, found: Candidates, config: BalanceConfig, step: Ste
         least=np.array([c.least for c in columns]),
         most=np.array([c.most for c in columns]),
         whole=np.array([c.whole for c in columns]),
-        follows=stacked(columns),
+        matrix=matrix,
+        bound=bound,
         margin=config.margin,
     )
 
@@ -136,13 +139,13 @@ def _verdicts(rest: Rest, blocks: Sequence[CompensationMass]) -> list[DcVerdict]
     return rest.verdicts(blocks, field_of_each(rest.config, rest.test_masses, blocks))
 
 
-def _tied(config: BalanceConfig, found: Candidates, blocks: Sequence[CompensationMass]) -> dict[str, int]:
-    """By name of a block, to how many grids it is tied."""
-    counts: dict[str, int] = {}
+def _tied(config: BalanceConfig, found: Candidates) -> dict[str, tuple[int, FloatArray]]:
+    """By name of a block, to how many grids it is tied, and where they are sought."""
+    wanted: dict[str, tuple[int, FloatArray]] = {}
     for part, number in zip(found.parts, found.box, strict=True):
         if (count := config.box[number].nearest_grids) is not None:
-            counts |= {part.name + image.suffix: count for image in part.images}
-    return {block.name: counts[block.name] for block in blocks if block.name in counts}
+            wanted |= {part.name + image.suffix: (count, image.point(part.base_m)) for image in part.images}
+    return wanted
 
 
 def _write_requirements(

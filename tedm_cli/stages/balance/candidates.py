@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -26,6 +26,7 @@ from tedm_cli.symmetry_plane import SymmetryPlane
 
 MIRROR, ALIKE = "_mirror", "_alike"  # ends of the names of images
 _SHOWN = 3
+_AS_NEAR_M = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,25 +191,30 @@ def structure_of(unit: Reader) -> Elements:
     return Elements(names, np.concatenate([low, points]), np.concatenate([high, points]))
 
 
-def with_ties(blocks: Sequence[CompensationMass], counts: dict[str, int], unit: Reader) -> list[CompensationMass]:
-    """Blocks tied to the grids of elements with mass that are nearest to their centres; `counts` by name of a block."""
-    if not counts:
+def with_ties(
+    blocks: Sequence[CompensationMass], wanted: Mapping[str, tuple[int, FloatArray]], unit: Reader
+) -> list[CompensationMass]:
+    """Blocks tied to grids of elements with mass: by name of a block, how many, and the point they are nearest to."""
+    if not wanted:
         return list(blocks)
     ids, position = unit.array(UNIT_LOADS.GRID_ID), unit.array(UNIT_LOADS.GRID_POSITION)
     offset, index = unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET), unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX)
     heavy = np.repeat(unit.array(UNIT_LOADS.ELEMENT_MASS) > 0.0, np.diff(offset))
     rows = np.unique(index[heavy])
     return [
-        replace(block, tie=_nearest(block, counts[block.name], ids[rows], position[rows]))
-        if block.name in counts
-        else block
+        replace(block, tie=_nearest(*wanted[block.name], ids[rows], position[rows])) if block.name in wanted else block
         for block in blocks
     ]
 
 
-def _nearest(block: CompensationMass, count: int, ids: IntArray, position: FloatArray) -> Tie:
-    near = np.argsort(np.linalg.norm(position - block.centre_m, axis=1), kind="stable")
-    while needs_rotations(position[near[:count]]) and count < len(near):
+def _nearest(count: int, at: FloatArray, ids: IntArray, position: FloatArray) -> Tie:
+    """The grids nearest to a point, and those that are as near as the last of them, so that images follow images."""
+    distance = np.linalg.norm(position - at, axis=1)
+    near = np.argsort(distance, kind="stable")
+    while True:
+        count = int((distance <= distance[near[min(count, len(near)) - 1]] + _AS_NEAR_M).sum())
+        if count >= len(near) or not needs_rotations(position[near[:count]]):
+            break
         count += 1
     found = sorted(int(i) for i in ids[near[:count]])
     starts = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(found)) if b != a + 1), len(found)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -46,8 +47,38 @@ class Rest:
     kept: list[CompensationMass]
     csv: list[CompensationMass]
 
+    @property
+    def before(self) -> list[DcVerdict]:
+        """The field of everything else against its limits."""
+        return self._judged(self.fields)
+
+    @cached_property
+    def _functionals(self) -> dict[tuple[int, str], FloatArray]:
+        return {}
+
+    def functional(self, test_mass: int, group: str) -> FloatArray:
+        """What a field [12] on a test mass adds to the value of each verdict [r], of something in a group: [r, 12]."""
+        key = test_mass, group
+        if key not in self._functionals:
+            name, nothing, columns = self.test_masses[test_mass].name, np.zeros(12), []
+            for unit in np.eye(12):
+                fields = {tm: dict.fromkeys(of, nothing) for tm, of in self.fields.items()}
+                for subsystem in (ALL, *self.subsystems_of(group, name)):
+                    fields[name][subsystem] = unit
+                columns.append([v.value for v in self._judged(fields)])
+            self._functionals[key] = np.array(columns).T
+        return self._functionals[key]
+
+    def effect(self, blocks: Sequence[CompensationMass], fields: Sequence[Sequence[SelfGravity]]) -> FloatArray:
+        """What blocks add to the value of each verdict [r]; their `fields` by [test mass][block]."""
+        found = np.zeros(len(self.before))
+        for t, own in enumerate(fields):
+            for block, field in zip(blocks, own, strict=True):
+                found += self.functional(t, block.group) @ of_field(field)
+        return found
+
     def verdicts(self, blocks: Sequence[CompensationMass], fields: Sequence[Sequence[SelfGravity]]) -> list[DcVerdict]:
-        """The balanced field against its limits; `fields` of the blocks, [test mass][block]."""
+        """The field with blocks against its limits."""
         total = {tm: dict(of) for tm, of in self.fields.items()}
         for tm, own in zip(self.test_masses, fields, strict=True):
             for block, field in zip(blocks, own, strict=True):
@@ -55,21 +86,11 @@ class Rest:
                     total[tm.name][name] = total[tm.name][name] + of_field(field)
         return self._judged(total)
 
-    def effect(self, blocks: Sequence[CompensationMass], fields: Sequence[Sequence[SelfGravity]]) -> FloatArray:
-        """What blocks add to the value of each verdict, [r]."""
-        nothing = np.zeros(12)
-        total = {tm: dict.fromkeys(of, nothing) for tm, of in self.fields.items()}
-        for tm, own in zip(self.test_masses, fields, strict=True):
-            for block, field in zip(blocks, own, strict=True):
-                for name in (ALL, *self.subsystems_of(block.group, tm.name)):
-                    total[tm.name][name] = total[tm.name][name] + of_field(field)
-        return np.array([v.value for v in self._judged(total)])
-
     def _judged(self, fields: Fields) -> list[DcVerdict]:
         return judge_at_rest(self.limits, fields, rest_of(self.config.gravity.subsystems))
 
     def subsystems_of(self, group: str, test_mass: str) -> list[str]:
-        """The subsystem that a block of this group counts to; none where the model has no subsystems."""
+        """The subsystem that a group counts to ("": compensation masses); none where the model has no subsystems."""
         subsystems = self.config.gravity.subsystems
         own = [n for n, of in subsystems.items() if (group or COMPENSATION) in members(of, test_mass)]
         rest = rest_of(subsystems)

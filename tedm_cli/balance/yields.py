@@ -1,0 +1,84 @@
+"""Builds drawn from their tolerances: which share of them meets everything, with the exact field of moved blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tedm_cli.arrays import BoolArray, FloatArray
+from tedm_cli.gravity.compensation import CompensationMass, block_points, graded_cells
+from tedm_cli.gravity.field import SelfGravity, self_gravity_by_source
+from tedm_cli.gravity.testmass import TestMass
+
+_ORDER = 4  # Gauss points per edge of a cell: what is wrong with the field of a block is in both ends of a difference
+_POINTS = 1 << 17  # at once
+
+
+@dataclass(frozen=True, eq=False)
+class Yield:
+    """Of so many `draws` these `met` everything: their share, and its 95 % interval of Clopper and Pearson.
+
+    each : [r], the share that meets each requirement. ratio : [3, r], ratios of each that 5, 50 and 95 % stay below.
+    """
+
+    draws: int
+    met: int
+    share: float
+    low: float
+    high: float
+    each: FloatArray
+    ratio: FloatArray
+
+
+def judged_draws(ratios: FloatArray) -> Yield:
+    """From the ratios [d, r] of all draws."""
+    passed: BoolArray = ratios <= 1.0
+    met = int(passed.all(axis=1).sum())
+    low, high = interval(met, len(ratios))
+    quantiles = np.quantile(ratios, [0.05, 0.5, 0.95], axis=0)
+    return Yield(len(ratios), met, met / len(ratios), low, high, passed.mean(axis=0), np.asarray(quantiles))
+
+
+def interval(met: int, draws: int) -> tuple[float, float]:
+    """95 % interval of Clopper and Pearson (1934) of a probability."""
+    found = scipy.stats.binomtest(met, draws).proportion_ci(0.95, method="exact")
+    return float(found.low), float(found.high)
+
+
+def changes_by_shift(
+    tm: TestMass,
+    block: CompensationMass,
+    shift_m: FloatArray,
+    G: float,
+    advance: Callable[[int], None] = lambda _: None,
+) -> FloatArray:
+    """How the field of a block changes when it is moved, [n, 12] in the order of what is judged at rest, SI.
+
+    Parameters
+    ----------
+    shift_m : [n, 3], m, basic frame.
+    advance : called with the number of shifts done since the last call.
+
+    Raises
+    ------
+    PhysicsError : a shift brings the block into the test mass.
+    """
+    points, masses = block_points(*graded_cells(tm, block), block, _ORDER)
+    at_rest = judged_quantities(self_gravity_by_source(points, masses, tm, G=G)).sum(axis=0)
+    found = np.zeros((len(shift_m), 12))
+    some = max(1, _POINTS // len(points))
+    for start in range(0, len(shift_m), some):
+        moved = shift_m[start : start + some, None, :] + points
+        field = self_gravity_by_source(moved.reshape(-1, 3), np.tile(masses, len(moved)), tm, G=G)
+        found[start : start + some] = judged_quantities(field).reshape(len(moved), -1, 12).sum(axis=1) - at_rest
+        advance(len(moved))
+    return found
+
+
+def judged_quantities(field: SelfGravity) -> FloatArray:
+    """What can be judged at rest of fields with a leading axis, [n, 12] as `dc_quantities` has them."""
+    rows, columns = np.triu_indices(3)
+    return np.concatenate([field.gamma_lin[:, rows, columns], field.acceleration, field.angular_acceleration], axis=1)
