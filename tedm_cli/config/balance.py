@@ -14,6 +14,7 @@ from tedm_cli.config.areas import Ids, id_ranges, ranges_increase
 from tedm_cli.config.base import (
     Bounded,
     Duration,
+    FileName,
     Length,
     LengthOrZero,
     Mass,
@@ -30,7 +31,17 @@ from tedm_cli.errors import ConfigError
 from tedm_cli.files.provenance import ConfigFile
 from tedm_cli.gravity.compensation import Tie
 from tedm_cli.gravity.testmass import TestMass
-from tedm_cli.quantities import BOX_PARTS, DENSITY, LIMIT_MARGIN, TIED_GRIDS
+from tedm_cli.quantities import (
+    BOX_PARTS,
+    DENSITY,
+    DRAWS,
+    LIMIT_MARGIN,
+    POSITION_DEVIATION,
+    RELATIVE_DEVIATION,
+    SEED,
+    SIGMAS,
+    TIED_GRIDS,
+)
 
 BASIC = "basic"
 Parts = Annotated[list[Annotated[int, Bounded(BOX_PARTS)]], Field(min_length=3, max_length=3)]
@@ -176,6 +187,31 @@ class BoxTable(CuboidTable):
         return None if self.grid is None else Tie("grid", tuple(id_ranges(self.grid)))
 
 
+class ToleranceTable(Strict):
+    """How exactly masses and places are known: what the balance leaves room for, and builds are drawn from."""
+
+    sum: Literal["worst case", "root sum of squares"] = Field(
+        default="root sum of squares",
+        description='How deviations add up: "worst case", all at once; "root sum of squares", as independent ones do.',
+    )
+    sigmas: Annotated[float, Bounded(SIGMAS)] = Field(
+        default=3.0, description="Standard deviations that the limits leave room for, besides the margin."
+    )
+    block_mass: Annotated[float, Bounded(RELATIVE_DEVIATION)] = Field(
+        default=0.0, description="Standard deviation of the mass of each block, relative."
+    )
+    block_position_m: Annotated[float, Bounded(POSITION_DEVIATION)] = Field(
+        default=0.0, description="Standard deviation of the place of each block along each axis of the basic frame."
+    )
+    parts: FileName | None = Field(
+        default=None,
+        description='A CSV `part,sigma_mass,sigma_position_m` of parts of the model: "property 12", "area NAME", or '
+        '"grid 4711" for the concentrated masses on it; deviations as of blocks. Every part is moved as one.',
+    )
+    draws: Annotated[int, Bounded(DRAWS)] = Field(default=1000, description="Builds that are drawn for the yield.")
+    seed: Annotated[int, Bounded(SEED)] = Field(default=1, description="Seed of the draws.")
+
+
 class BalanceConfig(Strict):
     """What balances the field at rest: boxes where mass may be, and how far limits are kept."""
 
@@ -202,6 +238,9 @@ class BalanceConfig(Strict):
         "many as can be.",
     )
     time_limit_s: Duration = Field(default=60.0, description="Time that the search for whole shims may take.")
+    tolerance: ToleranceTable | None = Field(
+        default=None, description="Tolerances of blocks and parts. Without it none has any, and no yield is drawn."
+    )
     box: list[BoxTable] = Field(min_length=1, description="Boxes where mass may be.")
     keep_out: list[KeepOutTable] = Field(default_factory=list, description="Cuboids where no mass may be.")
 

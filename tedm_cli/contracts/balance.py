@@ -49,6 +49,13 @@ class BalanceFile(FileKind):
     UPPER = Dataset("/requirement/upper", ("requirement",), "float", None, "upper end of the range")
     BEFORE = Dataset("/requirement/before", ("requirement",), "float", None, "value without the blocks")
     AFTER = Dataset("/requirement/after", ("requirement",), "float", None, "value with the blocks")
+    OFF = Dataset(
+        "/requirement/off",
+        ("requirement",),
+        "float",
+        None,
+        "how far the value may be off by all tolerances, which the blocks leave room for; 0 without tolerances",
+    )
     CAP = Dataset(
         "/requirement/cap", ("requirement",), "float", "1", "largest ratio that the programme allowed, with the margin"
     )
@@ -161,6 +168,56 @@ class BalanceFile(FileKind):
         "float",
         "1",
         "part of its cap that the worst ratio is above it, as shims and steps are whole",
+    )
+    TOLERANCE_NAME = Dataset(
+        "/tolerance/name",
+        ("tolerance",),
+        "str",
+        "1",
+        "what may deviate: the mass of a block or part, or its place along an axis",
+        optional=True,
+        values=NAMES,
+    )
+    TOLERANCE_CHANGE = Dataset(
+        "/tolerance/change",
+        ("tolerance", "requirement"),
+        "float",
+        None,
+        "change of each value by one standard deviation",
+        optional=True,
+    )
+    TOLERANCE_SUM = Dataset(
+        "/tolerance/sum",
+        (),
+        "str",
+        "1",
+        "how they add up",
+        optional=True,
+        values=Values(words=("worst case", "root sum of squares")),
+    )
+    TOLERANCE_SIGMAS = Dataset(
+        "/tolerance/sigmas", (), "float", "1", "standard deviations that there is room for", optional=True
+    )
+    YIELD_DRAWS = Dataset("/yield/draws", (), "int", "1", "builds drawn from their tolerances", optional=True)
+    YIELD_MET = Dataset("/yield/met", (), "int", "1", "those of them that meet every requirement", optional=True)
+    YIELD_INTERVAL = Dataset(
+        "/yield/interval",
+        ("band_edge",),
+        "float",
+        "1",
+        "95 % interval of the share that does (Clopper and Pearson)",
+        optional=True,
+    )
+    YIELD_EACH = Dataset(
+        "/yield/each", ("requirement",), "float", "1", "share of the builds that meets each requirement", optional=True
+    )
+    YIELD_RATIO = Dataset(
+        "/yield/ratio",
+        ("quantile", "requirement"),
+        "float",
+        "1",
+        "ratio that 5, 50 and 95 % of the builds stay below",
+        optional=True,
     )
 
 

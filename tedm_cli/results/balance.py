@@ -14,13 +14,39 @@ from tedm_cli.gravity.requirements import DcVerdict
 
 
 @dataclass(frozen=True, eq=False)
+class ToleranceResults:
+    """Sources of deviation: names [s], change of each value by a standard deviation [s, r], how they are summed."""
+
+    name: list[str]
+    change: FloatArray
+    sum: str
+    sigmas: float
+
+    def largest(self, row: int) -> str:
+        """The source that changes a value most."""
+        return self.name[int(np.abs(self.change[:, row]).argmax())]
+
+
+@dataclass(frozen=True, eq=False)
+class YieldResults:
+    """Of `draws` builds `met` meet everything; low, high : 95 % interval of the share. each : [r]; ratio : [3, r]."""
+
+    draws: int
+    met: int
+    low: float
+    high: float
+    each: FloatArray
+    ratio: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class BalanceResults:
     """The balance of r requirements by b blocks of c candidates.
 
     Parameters
     ----------
     name : of each requirement. before, after : their verdicts without the blocks and with them.
-    cap, blocking, reached, price_kg : [r], see the contract.
+    off : [r], how far values may be off by their tolerances, SI. cap, blocking, reached, price_kg : see the contract.
     conflict_ratio, conflict_weight, conflict_beside, conflict_gain : [n], [n, r], [n, r], [n, c].
     candidate, box, images : of each candidate its name, its box, and how many blocks it is.
     full_kg, relaxed_kg, mass_kg, shims, room : [c].
@@ -31,6 +57,7 @@ class BalanceResults:
     name: list[str]
     before: list[DcVerdict]
     after: list[DcVerdict]
+    off: FloatArray
     cap: FloatArray
     blocking: IntArray
     reached: IntArray
@@ -61,6 +88,8 @@ class BalanceResults:
     total_relaxed_kg: float
     bound_kg: float
     beyond: float
+    tolerances: ToleranceResults | None
+    drawn: YieldResults | None
 
     @property
     def met(self) -> int:
@@ -71,6 +100,10 @@ class BalanceResults:
     def has_steps(self) -> bool:
         """Whether any mass is a whole number of shims or steps."""
         return bool((self.shims >= 0).any())
+
+    def off_ratio(self, row: int) -> float:
+        """What a value may be off, over the limit on its side."""
+        return float(self.off[row] / abs(self.after[row].limit))
 
     def by_box(self) -> dict[str, FloatArray]:
         """By box: mass, relaxed mass and largest mass (kg) of all its blocks."""
@@ -105,6 +138,7 @@ def read_balance(file: Reader) -> BalanceResults:
         name=file.strings(k.REQUIREMENT_NAME),
         before=verdicts(k.BEFORE),
         after=verdicts(k.AFTER),
+        off=file.array(k.OFF),
         cap=file.array(k.CAP),
         blocking=file.array(k.BLOCKING),
         reached=file.array(k.REACHED),
@@ -135,4 +169,23 @@ def read_balance(file: Reader) -> BalanceResults:
         total_relaxed_kg=float(file.array(k.RELAXED)),
         bound_kg=float(file.array(k.BOUND)),
         beyond=float(file.array(k.BEYOND)),
+        tolerances=_tolerances(file) if file.has(k.TOLERANCE_NAME) else None,
+        drawn=_drawn(file) if file.has(k.YIELD_DRAWS) else None,
     )
+
+
+def _tolerances(file: Reader) -> ToleranceResults:
+    k = BALANCE
+    return ToleranceResults(
+        file.strings(k.TOLERANCE_NAME),
+        file.array(k.TOLERANCE_CHANGE),
+        file.string(k.TOLERANCE_SUM),
+        float(file.array(k.TOLERANCE_SIGMAS)),
+    )
+
+
+def _drawn(file: Reader) -> YieldResults:
+    k = BALANCE
+    low, high = file.array(k.YIELD_INTERVAL).tolist()
+    draws, met = int(file.array(k.YIELD_DRAWS)), int(file.array(k.YIELD_MET))
+    return YieldResults(draws, met, low, high, file.array(k.YIELD_EACH), file.array(k.YIELD_RATIO))

@@ -69,7 +69,7 @@ def result_lines(r: BalanceResults, most: int | None) -> list[str]:
     if r.price_kg.any():
         lines.append("costs: mass that 1 % more of the limit would save, where shims need not be whole")
     lines += _mass_lines(r)
-    return lines + _blocking_lines(r)
+    return lines + _blocking_lines(r) + _tolerance_lines(r)
 
 
 def _row(r: BalanceResults, i: int) -> tuple[str, ...]:
@@ -140,6 +140,29 @@ def _blocking_lines(r: BalanceResults) -> list[str]:
     return lines
 
 
+def _tolerance_lines(r: BalanceResults) -> list[str]:
+    """What tolerances take of the limits, and which share of drawn builds meets them."""
+    lines = []
+    if (found := r.tolerances) is not None:
+        order = sorted(range(len(r.after)), key=lambda i: -r.off_ratio(i))[:5]
+        rows = [
+            (name_of(r.after[i]), f"{r.off_ratio(i):.3g}", found.largest(i)) for i in order if r.off_ratio(i) > _LISTED
+        ]
+        lines += table(("may be off", "of the limit", "most by"), rows, right=(1,)) if rows else []
+        lines.append(
+            f"room for {found.sigmas:g} standard deviations of {count(len(found.name), 'tolerance')}, {found.sum}"
+        )
+    if (y := r.drawn) is not None:
+        lines.append(
+            f"yield: {y.met} of {y.draws:,} builds drawn from the tolerances meet everything"
+            f" ({100 * y.met / y.draws:.3g} %, 95 % interval {100 * y.low:.4g} to {100 * y.high:.4g} %)"
+        )
+        worst = int(y.each.argmin())
+        if y.each[worst] < 1.0:
+            lines.append(f"  fewest meet {name_of(r.after[worst])}: {100 * y.each[worst]:.3g} %")
+    return lines
+
+
 def _ranked(weight: FloatArray) -> list[int]:
     """Rows with a weight, the largest first."""
     return [int(i) for i in np.argsort(-weight, kind="stable") if weight[i] > 0.0]
@@ -191,9 +214,10 @@ def balance_dict(done: BalanceSummary) -> dict[str, Any]:
                 "reached": bool(reached),
                 "conflict": int(blocking) or None,
                 "price_kg": float(price),
+                "off": float(off),
             }
-            for b, a, blocking, reached, price in zip(
-                r.before, r.after, r.blocking, r.reached, r.price_kg, strict=True
+            for b, a, blocking, reached, price, off in zip(
+                r.before, r.after, r.blocking, r.reached, r.price_kg, r.off, strict=True
             )
         ],
         "conflicts": [
@@ -217,4 +241,7 @@ def balance_dict(done: BalanceSummary) -> dict[str, Any]:
                 r.block, r.block_kg, r.centre, r.size, r.group, r.tie, strict=True
             )
         ],
+        "yield": None
+        if r.drawn is None
+        else {"draws": r.drawn.draws, "met": r.drawn.met, "interval": [r.drawn.low, r.drawn.high]},
     }  # fmt: skip

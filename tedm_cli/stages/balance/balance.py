@@ -11,7 +11,17 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.balance.boxes import blocks_of, stacked
-from tedm_cli.balance.programme import Conflict, Programme, Solution, balanced, most_met, on_each_other, whole_units
+from tedm_cli.balance.deviations import Deviations, with_room
+from tedm_cli.balance.programme import (
+    Conflict,
+    Programme,
+    Solution,
+    balanced,
+    most_met,
+    on_each_other,
+    whole_units,
+)
+from tedm_cli.balance.yields import Yield
 from tedm_cli.config.balance import BalanceConfig, load_balance
 from tedm_cli.config.compensation import csv_text
 from tedm_cli.config.model import load_model
@@ -27,6 +37,7 @@ from tedm_cli.progress import Step, counter
 from tedm_cli.results.balance import BalanceResults, read_balance
 from tedm_cli.stages.balance.candidates import Candidates, candidates, with_ties
 from tedm_cli.stages.balance.rest import Rest, field_of_each, read_rest
+from tedm_cli.stages.balance.tolerances import deviations, drawn, read_all
 from tedm_cli.stages.common import out_path
 from tedm_cli.threads import side_by_side
 
@@ -65,20 +76,22 @@ def balance(project: Project, output: Path | None, csv: Path | None, step: Step)
     file, config = load_balance(path, model.test_masses(), {rule.group for rule in model.areas.rule})
     sources = [project.build_dir / SENSITIVITY_FILE, project.build_dir / UNIT_LOADS_FILE]
     out, table = out_path(project, BALANCE_FILE, output), csv or project.build_dir / CSV_FILE
-    trace = provenance([model_file, file], sources)
+    parts = None if config.tolerance is None or config.tolerance.parts is None else path.parent / config.tolerance.parts
+    trace = provenance([model_file, file], [*sources, *([] if parts is None else [parts])])
     with open_checked(sources[0], SENSITIVITY) as sensitivity, open_checked(sources[1], UNIT_LOADS) as unit:
         require_input(sensitivity, trace.inputs[1])
         rest = read_rest(project, model, sensitivity, config.subsystems, keep=config.existing == "keep", where=path)
         found = candidates(project, model, config, unit, rest.kept, path)
-        programme = programme_of(rest, found, config, step)
-        kept = most_met(programme, config.time_limit_s) if config.goal == "most met" else None
-        relaxed, conflicts = balanced(programme, kept)
-        solution, beyond = whole_units(programme, relaxed, config.time_limit_s)
+        programme, effects = programme_of(rest, found, config, step)
+        tolerances = read_all(parts, config, unit, rest, step)
+        off = None if tolerances is None else deviations(tolerances, rest, found, effects, step)
+        relaxed, conflicts, solution, beyond = solved(programme, off, config)
         blocks = blocks_of(found.parts, found.columns, solution.units)
         blocks = with_ties(blocks, _tied(config, found), unit)
     before, after = rest.before, _verdicts(rest, blocks)
     with create(out, BALANCE, trace) as writer:
         _write_requirements(writer, before, after, programme, solution, conflicts)
+        writer.write(BALANCE.OFF, _off(off, solution, len(before)), units="see /requirement/unit")
         _write_candidates(writer, rest, config, found, programme, relaxed, solution, conflicts, step)
         _write_blocks(writer, found, blocks)
         writer.write(BALANCE.MARGIN, config.margin)
@@ -86,6 +99,8 @@ def balance(project: Project, output: Path | None, csv: Path | None, step: Step)
         writer.write(BALANCE.RELAXED, relaxed.mass_kg(programme))
         writer.write(BALANCE.BOUND, solution.bound_kg)
         writer.write(BALANCE.BEYOND, beyond)
+        if off is not None and tolerances is not None:
+            _write_tolerances(writer, off, solution, drawn(tolerances, rest, blocks, step))
     with replacing(table) as temporary:
         temporary.write_text(csv_text([*rest.csv, *blocks]), encoding="utf-8", newline="")
     with open_checked(out, BALANCE) as written:
@@ -94,17 +109,23 @@ def balance(project: Project, output: Path | None, csv: Path | None, step: Step)
     return BalanceSummary(out, table, results, found.left_out, len(rest.kept), replaced, time.perf_counter() - begin)
 
 
-def programme_of(rest: Rest, found: Candidates, config: BalanceConfig, step: Step) -> Programme:
-    """The programme of the unknowns: what a unit of each adds to every limited value."""
+def programme_of(
+    rest: Rest, found: Candidates, config: BalanceConfig, step: Step
+) -> tuple[Programme, list[list[FloatArray]]]:
+    """The programme of the unknowns, and what each block of a unit of each adds to the limited values [r]."""
     columns = found.columns
     fields = fields_of([column.blocks for column in columns], rest, step, "field of the candidates")
+    effects = [
+        [rest.effect([block], [[of[b]] for of in field]) for b, block in enumerate(column.blocks)]
+        for column, field in zip(columns, fields, strict=True)
+    ]
     verdicts = rest.before
     matrix, bound = on_each_other(stacked(columns), len(columns))
-    return Programme(
+    programme = Programme(
         rest=np.array([v.value for v in verdicts]),
         lower=np.array([v.lower for v in verdicts]),
         upper=np.array([v.upper for v in verdicts]),
-        effect=np.array([rest.effect(c.blocks, f) for c, f in zip(columns, fields, strict=True)]).T,
+        effect=np.array([np.sum(own, axis=0) for own in effects]).T,
         unit_kg=np.array([c.unit_kg for c in columns]),
         least=np.array([c.least for c in columns]),
         most=np.array([c.most for c in columns]),
@@ -113,6 +134,27 @@ def programme_of(rest: Rest, found: Candidates, config: BalanceConfig, step: Ste
         bound=bound,
         margin=config.margin,
     )
+    return programme, effects
+
+
+def solved(
+    programme: Programme, off: Deviations | None, config: BalanceConfig
+) -> tuple[Solution, list[Conflict], Solution, float]:
+    """The relaxed solution and its conflicts; that of whole shims, and by what part they are above their caps."""
+
+    def of_any(p: Programme) -> tuple[FloatArray, FloatArray, tuple[Solution, list[Conflict]]]:
+        keep = most_met(p, config.time_limit_s) if config.goal == "most met" else None
+        relaxed, conflicts = balanced(p, keep)
+        return relaxed.units, relaxed.cap, (relaxed, conflicts)
+
+    programme, (relaxed, conflicts) = with_room(programme, off, of_any)
+
+    def of_whole(p: Programme) -> tuple[FloatArray, FloatArray, tuple[Solution, float]]:
+        solution, beyond = whole_units(p, relaxed, config.time_limit_s)
+        return solution.units, solution.cap, (solution, beyond)
+
+    _, (solution, beyond) = with_room(programme, off, of_whole)
+    return relaxed, conflicts, solution, beyond
 
 
 def fields_of(
@@ -215,6 +257,25 @@ def _write_candidates(
     writer.write(k.EFFECT, effect / full, units="unit of the requirement per kg")
     gain = np.array([[c.gain[own[-1]] for own in parts] for c in conflicts])
     writer.write(k.CONFLICT_GAIN, gain.reshape(-1, len(parts)))
+
+
+def _off(off: Deviations | None, solution: Solution, requirements: int) -> FloatArray:
+    return np.zeros(requirements) if off is None else off.off(solution.units)
+
+
+def _write_tolerances(writer: Writer, off: Deviations, solution: Solution, found: Yield) -> None:
+    k = BALANCE
+    if off.sources:
+        writer.write(k.TOLERANCE_NAME, [source.name for source in off.sources])
+        change = off.changes(solution.units)
+        writer.write(k.TOLERANCE_CHANGE, change, units="see /requirement/unit")
+        writer.write(k.TOLERANCE_SUM, off.sum)
+        writer.write(k.TOLERANCE_SIGMAS, off.sigmas)
+    writer.write(k.YIELD_DRAWS, found.draws)
+    writer.write(k.YIELD_MET, found.met)
+    writer.write(k.YIELD_INTERVAL, np.array([found.low, found.high]))
+    writer.write(k.YIELD_EACH, found.each)
+    writer.write(k.YIELD_RATIO, found.ratio)
 
 
 def _write_blocks(writer: Writer, found: Candidates, blocks: Sequence[CompensationMass]) -> None:
