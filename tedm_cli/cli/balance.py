@@ -25,7 +25,7 @@ from tedm_cli.cli.options import (
 )
 
 
-@app.command(epilog=examples("tedm balance", "tedm balance --csv masses.csv --figure balance.svg"))
+@app.command(epilog=examples("tedm balance", "tedm balance --csv masses.csv", "tedm balance --retrim measured.csv"))
 def balance(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
@@ -39,6 +39,15 @@ def balance(
             " in the build folder.",
         ),
     ] = None,
+    retrim: Annotated[
+        Path | None,
+        typer.Option(
+            "--retrim",
+            metavar="FILE",
+            help="CSV part,mass_kg,dx_m,dy_m,dz_m of parts and blocks as they were measured: how the shims of the last"
+            " balance change.",
+        ),
+    ] = None,
     fail_on_violation: FailOnViolation = False,
     top: Top = DEFAULT_TOP,
     as_json: Json = False,
@@ -49,17 +58,29 @@ def balance(
 
     Of all masses in the boxes of balance.toml those that bring the field at rest within its limits, with least total
     mass; whole shims where boxes have these. Where not all can be met, the least worst ratios, with what blocks them.
-    Also what each limit costs. The blocks are written as a CSV that the model's file takes.
+    Also what each limit costs, and the yield of builds drawn from tolerances. The blocks are written as a CSV that the
+    model's file takes. After parts were measured, --retrim finds the least change of the shims.
     """
-    from tedm_cli.cli.printing.balance import balance_dict, balance_lines
+    from tedm_cli.cli.printing.balance import balance_dict, balance_lines, retrim_dict, retrim_lines
     from tedm_cli.errors import PhysicsError
     from tedm_cli.progress import progress
-    from tedm_cli.stages.balance.balance import balance as stage
 
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
-        done = stage(project, output, csv, step)
-    answer(as_json, quiet, lambda: balance_lines(done, rows(top)), lambda: balance_dict(done))
-    failed = [v for v in done.results.after if not v.passed]
+        if retrim is not None:
+            from tedm_cli.stages.balance.retrim import retrim as trim_again
+
+            trimmed = trim_again(project, retrim, output, csv, step)
+            results = trimmed.results
+        else:
+            from tedm_cli.stages.balance.balance import balance as stage
+
+            done = stage(project, output, csv, step)
+            results = done.results
+    if retrim is not None:
+        answer(as_json, quiet, lambda: retrim_lines(trimmed, rows(top)), lambda: retrim_dict(trimmed))
+    else:
+        answer(as_json, quiet, lambda: balance_lines(done, rows(top)), lambda: balance_dict(done))
+    failed = [v for v in results.after if not v.passed]
     if fail_on_violation and failed:
-        raise PhysicsError(f"{len(failed)} of {len(done.results.after)} limits at rest are violated")
+        raise PhysicsError(f"{len(failed)} of {len(results.after)} limits at rest are violated")

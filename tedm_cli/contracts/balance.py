@@ -47,7 +47,13 @@ class BalanceFile(FileKind):
     )
     LOWER = Dataset("/requirement/lower", ("requirement",), "float", None, "lower end of the range")
     UPPER = Dataset("/requirement/upper", ("requirement",), "float", None, "upper end of the range")
-    BEFORE = Dataset("/requirement/before", ("requirement",), "float", None, "value without the blocks")
+    BEFORE = Dataset(
+        "/requirement/before",
+        ("requirement",),
+        "float",
+        None,
+        "value without the blocks; of a re-trim with the blocks that there were",
+    )
     AFTER = Dataset("/requirement/after", ("requirement",), "float", None, "value with the blocks")
     OFF = Dataset(
         "/requirement/off",
@@ -119,6 +125,23 @@ class BalanceFile(FileKind):
         "int",
         "1",
         "whole shims or steps of each block; -1: its mass may be any",
+        values=Values(least=-1),
+    )
+    MASS_BEFORE = Dataset(
+        "/retrim/mass_before",
+        ("candidate",),
+        "float",
+        "kg",
+        "mass of each block as it was balanced, before its shims were changed",
+        optional=True,
+    )
+    SHIMS_BEFORE = Dataset(
+        "/retrim/shims_before",
+        ("candidate",),
+        "int",
+        "1",
+        "shims or steps that each block had; -1: its mass may be any",
+        optional=True,
         values=Values(least=-1),
     )
     CANDIDATE_ROOM = Dataset(

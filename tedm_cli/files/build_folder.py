@@ -23,6 +23,7 @@ from tedm_cli.files.store import Reader, open_checked
     RELEASE_FILE,
     THERMAL_FILE,
     BALANCE_FILE,
+    RETRIM_FILE,
 ) = (
     "unit_loads.h5",
     "distortion.h5",
@@ -34,6 +35,7 @@ from tedm_cli.files.store import Reader, open_checked
     "release.h5",
     "thermal.h5",
     "balance.h5",
+    "retrim.h5",
 )
 _AREAS = tuple(d for d in vars(AreaDatasets).values() if isinstance(d, Dataset))
 

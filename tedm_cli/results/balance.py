@@ -51,6 +51,7 @@ class BalanceResults:
     candidate, box, images : of each candidate its name, its box, and how many blocks it is.
     full_kg, relaxed_kg, mass_kg, shims, room : [c].
     effect : [r, c], per kg.
+    mass_before_kg, shims_before : [c], of a re-trim what there was.
     block : names; block_candidate [b]; centre, size [b, 3] m; axes [b, 3, 3]; block_kg [b]; group, tie.
     """
 
@@ -90,6 +91,8 @@ class BalanceResults:
     beyond: float
     tolerances: ToleranceResults | None
     drawn: YieldResults | None
+    mass_before_kg: FloatArray | None
+    shims_before: IntArray | None
 
     @property
     def met(self) -> int:
@@ -171,6 +174,8 @@ def read_balance(file: Reader) -> BalanceResults:
         beyond=float(file.array(k.BEYOND)),
         tolerances=_tolerances(file) if file.has(k.TOLERANCE_NAME) else None,
         drawn=_drawn(file) if file.has(k.YIELD_DRAWS) else None,
+        mass_before_kg=file.array(k.MASS_BEFORE) if file.has(k.MASS_BEFORE) else None,
+        shims_before=file.array(k.SHIMS_BEFORE) if file.has(k.SHIMS_BEFORE) else None,
     )
 
 

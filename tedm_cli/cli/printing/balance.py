@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tedm_cli.gravity.requirements import DcVerdict
     from tedm_cli.results.balance import BalanceResults
     from tedm_cli.stages.balance.balance import BalanceSummary
+    from tedm_cli.stages.balance.retrim import RetrimSummary
 
 _LISTED = 0.01  # of a limit: quantities that stay below before and after are not printed
 
@@ -45,8 +46,54 @@ def summary_line(r: BalanceResults) -> str:
     )
 
 
+def retrim_lines(done: RetrimSummary, most: int | None) -> list[str]:
+    """Before and after, and how the shims of each block change."""
+    r = done.results
+    before = sum(v.passed for v in r.before)
+    lines = [
+        f"{done.path}: as measured, {before} of {len(r.before)} limits at rest are met; with other shims {r.met}"
+    ]
+    lines += _limit_lines(r, most)
+    lines += _change_lines(r)
+    lines += _blocking_lines(r)
+    lines.append(
+        f"{done.csv}: {count(len(r.block), 'block')} as they are then, with {count(done.measured, 'part')} measured"
+    )
+    return lines
+
+
+def _change_lines(r: BalanceResults) -> list[str]:
+    assert r.mass_before_kg is not None
+    assert r.shims_before is not None
+    change = r.mass_kg - r.mass_before_kg
+    rows = [
+        (
+            name,
+            str(then) if then >= 0 else "-",
+            str(now) if now >= 0 else "-",
+            f"{1e3 * mass:+.4g}",
+        )
+        for name, then, now, mass in zip(r.candidate, r.shims_before, r.shims, change, strict=True)
+        if abs(mass) > 1e-9
+    ]
+    if not rows:
+        return ["no shim is changed"]
+    total = f"{1e3 * np.abs(change).sum():.4g} g are added or taken away, at {count(len(rows), 'block')}"
+    return [*table(("block", "shims before", "after", "change g"), rows, right=(1, 2, 3)), total]
+
+
 def result_lines(r: BalanceResults, most: int | None) -> list[str]:
     """The same of a file that is there."""
+    if r.mass_before_kg is not None:
+        return _limit_lines(r, most) + _change_lines(r) + _blocking_lines(r)
+    lines = _limit_lines(r, most)
+    if r.price_kg.any():
+        lines.append("costs: mass that 1 % more of the limit would save, where shims need not be whole")
+    lines += _mass_lines(r)
+    return lines + _blocking_lines(r) + _tolerance_lines(r)
+
+
+def _limit_lines(r: BalanceResults, most: int | None) -> list[str]:
     shown = [i for i in range(len(r.after)) if max(r.before[i].ratio, r.after[i].ratio) > _LISTED]
     shown.sort(key=lambda i: -max(r.before[i].ratio, r.after[i].ratio))
     head = (
@@ -66,10 +113,7 @@ def result_lines(r: BalanceResults, most: int | None) -> list[str]:
         lines.append(f"and {len(shown) - len(shown[:most])} more (--top 0: all)")
     if len(shown) < len(r.after):
         lines.append(f"{len(r.after) - len(shown)} {'more ' if more else ''}stay below {_LISTED:g} of their limits")
-    if r.price_kg.any():
-        lines.append("costs: mass that 1 % more of the limit would save, where shims need not be whole")
-    lines += _mass_lines(r)
-    return lines + _blocking_lines(r) + _tolerance_lines(r)
+    return lines
 
 
 def _row(r: BalanceResults, i: int) -> tuple[str, ...]:
@@ -186,10 +230,20 @@ def name_of(v: DcVerdict) -> str:
 
 def balance_dict(done: BalanceSummary) -> dict[str, Any]:
     """What a program needs."""
+    return {"file": done.path, "csv": done.csv, **results_dict(done.results)}
+
+
+def retrim_dict(done: RetrimSummary) -> dict[str, Any]:
+    """The same of a re-trim."""
     r = done.results
+    assert r.mass_before_kg is not None
+    before = dict(zip(r.candidate, r.mass_before_kg, strict=True))
+    return {"file": done.path, "csv": done.csv, "mass_before_kg": before, **results_dict(r)}
+
+
+def results_dict(r: BalanceResults) -> dict[str, Any]:
+    """What a file says."""
     return {
-        "file": done.path,
-        "csv": done.csv,
         "met": r.met,
         "passed": r.met == len(r.after),
         "mass_kg": r.total_kg,
