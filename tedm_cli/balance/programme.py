@@ -14,11 +14,15 @@ import numpy as np
 import scipy
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.balance.quiet import solved_quietly
 from tedm_cli.errors import PhysicsError
 
-_TOLERANCE = 1e-9  # of a ratio: what is above its cap by less keeps it
+_TOLERANCE = 1e-6  # of a ratio: what the solver allows itself, and a little more
 _PRICED = 1e-7  # of the sum of all prices: what is below is rounding of the solver
-_SAME = 1e-6  # of a ratio: conflicts this near to each other are one
+#: Part of the least ratio by which it is let go again, or others would be given up for the last digit of it.
+GIVES_WAY = 0.01
+_SAME = 1e-5  # of a ratio: conflicts this near to each other are one
+_GAP = 1e-4  # of the mass: between whole shims and the bound of all others
 _INFEASIBLE = 2  # as `linprog` calls it
 _OUT_OF_REACH = 1e-9  # of its range: a requirement that all masses together change by less
 
@@ -157,8 +161,9 @@ def balanced(programme: Programme, keep: BoolArray | None = None) -> tuple[Solut
     """Least total mass that meets every requirement; or the least worst ratios, the worst first.
 
     Where all cannot be met together, the largest ratio is made as small as it can be. Requirements that hold each other
-    there keep it, and the others are brought as far down in turn, until what is left can be met. Of all masses that do
-    so these are the least. Requirements to `keep` [r] are met in any case, where that is known to be possible.
+    there keep it but for a hundredth, and the others are brought as far down in turn, until what is left can be met. Of
+    all masses that do so these are the least. Requirements to `keep` [r] are met in any case, where that is known to be
+    possible.
     """
     met = 1.0 - programme.margin
     cap, blocking = np.full(len(programme.rest), met), np.zeros(len(programme.rest))
@@ -178,7 +183,7 @@ def balanced(programme: Programme, keep: BoolArray | None = None) -> tuple[Solut
             raise PhysicsError("the programme of the masses has no price for what blocks it")
         if not conflicts or conflict.ratio < conflicts[-1].ratio * (1.0 - _SAME):
             conflicts.append(conflict)  # others are of equal requirements, such as those of two like test masses
-        cap[held] = conflict.ratio * (1.0 + _TOLERANCE) + _TOLERANCE
+        cap[held] = conflict.ratio * (1.0 + GIVES_WAY)
         blocking[held] = len(conflicts)
         free = free & ~held
         found = least_mass(programme, cap)
@@ -202,7 +207,8 @@ def most_met(programme: Programme, time_limit_s: float) -> BoolArray:
     room = np.maximum(np.maximum(matrix, 0.0) @ programme.most - bound, 0.0)
     leave = np.zeros((len(row), rows))
     leave[np.arange(len(row)), np.searchsorted(reached, row)] = -1.01 * room
-    found = scipy.optimize.milp(
+    found = solved_quietly(
+        scipy.optimize.milp,
         np.append(1e-3 / rows * programme.unit_kg / max(all_kg, 1e-30), np.ones(rows)),
         integrality=np.append(np.zeros(count), np.ones(rows)),
         bounds=scipy.optimize.Bounds(np.zeros(count + rows), np.append(programme.most, np.ones(rows))),
@@ -253,14 +259,15 @@ def whole_units(programme: Programme, relaxed: Solution, time_limit_s: float) ->
 def _milp(programme: Programme, cap: FloatArray, time_limit_s: float) -> tuple[FloatArray | None, float]:
     """Least mass in whole units within caps, and its bound; None where there is none."""
     matrix, bound, _ = _rows(programme, cap)
-    found = scipy.optimize.milp(
+    found = solved_quietly(
+        scipy.optimize.milp,
         programme.unit_kg,
         integrality=_integrality(programme),
         bounds=scipy.optimize.Bounds(programme.least, programme.most),
         constraints=scipy.optimize.LinearConstraint(
             np.vstack([matrix, programme.matrix]), ub=np.append(bound, programme.bound)
         ),
-        options={"time_limit": time_limit_s, "mip_rel_gap": 1e-6},
+        options={"time_limit": time_limit_s, "mip_rel_gap": _GAP},
     )
     if found.x is None:
         return None, 0.0
@@ -273,7 +280,8 @@ def _least_beyond(programme: Programme, cap: FloatArray, gives_way: BoolArray, t
     matrix, bound, row = _rows(programme, cap)
     count = len(programme.most)
     matrix = np.hstack([matrix, np.where(gives_way[row], -cap[row], 0.0)[:, None]])
-    found = scipy.optimize.milp(
+    found = solved_quietly(
+        scipy.optimize.milp,
         np.append(np.zeros(count), 1.0),
         integrality=np.append(_integrality(programme), 0),
         bounds=scipy.optimize.Bounds(np.append(programme.least, 0.0), np.append(programme.most, np.inf)),

@@ -208,7 +208,7 @@ class ToleranceTable(Strict):
         description='A CSV `part,sigma_mass,sigma_position_m` of parts of the model: "property 12", "area NAME", or '
         '"grid 4711" for the concentrated masses on it; deviations as of blocks. Every part is moved as one.',
     )
-    draws: Annotated[int, Bounded(DRAWS)] = Field(default=1000, description="Builds that are drawn for the yield.")
+    draws: Annotated[int, Bounded(DRAWS)] = Field(default=10_000, description="Builds that are drawn for the yield.")
     seed: Annotated[int, Bounded(SEED)] = Field(default=1, description="Seed of the draws.")
 
 

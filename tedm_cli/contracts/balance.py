@@ -181,6 +181,14 @@ class BalanceFile(FileKind):
         "group of thermal areas that it counts to; empty: the compensation masses",
     )
     BLOCK_TIE = Dataset("/block/tie", ("block",), "str", "1", "grids that it follows; empty: it does not move")
+    COULD_BE_MET = Dataset(
+        "/total/could_be_met",
+        (),
+        "int",
+        "1",
+        "limits that could be met together with the margin, of those that masses which are not whole reach",
+        values=COUNT,
+    )
     MARGIN = Dataset("/total/margin", (), "float", "1", "part of every limit that was to be left free")
     MASS = Dataset("/total/mass", (), "float", "kg", "mass of all blocks")
     RELAXED = Dataset("/total/relaxed", (), "float", "kg", "least mass where shims and steps need not be whole")
@@ -229,6 +237,14 @@ class BalanceFile(FileKind):
         "float",
         "1",
         "95 % interval of the share that does (Clopper and Pearson)",
+        optional=True,
+    )
+    YIELD_ERROR = Dataset(
+        "/yield/error",
+        (),
+        "float",
+        "1",
+        "largest difference of values from those by the exact field of the blocks, of some builds, over their range",
         optional=True,
     )
     YIELD_EACH = Dataset(

@@ -29,7 +29,9 @@ class ToleranceResults:
 
 @dataclass(frozen=True, eq=False)
 class YieldResults:
-    """Of `draws` builds `met` meet everything; low, high : 95 % interval of the share. each : [r]; ratio : [3, r]."""
+    """Of `draws` builds `met` meet everything; low, high : 95 % interval of the share. each : [r]; ratio : [3, r];
+    error : of values, over their range, against the exact field.
+    """
 
     draws: int
     met: int
@@ -37,6 +39,7 @@ class YieldResults:
     high: float
     each: FloatArray
     ratio: FloatArray
+    error: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +92,7 @@ class BalanceResults:
     total_relaxed_kg: float
     bound_kg: float
     beyond: float
+    could_be_met: int
     tolerances: ToleranceResults | None
     drawn: YieldResults | None
     mass_before_kg: FloatArray | None
@@ -172,6 +176,7 @@ def read_balance(file: Reader) -> BalanceResults:
         total_relaxed_kg=float(file.array(k.RELAXED)),
         bound_kg=float(file.array(k.BOUND)),
         beyond=float(file.array(k.BEYOND)),
+        could_be_met=int(file.array(k.COULD_BE_MET)),
         tolerances=_tolerances(file) if file.has(k.TOLERANCE_NAME) else None,
         drawn=_drawn(file) if file.has(k.YIELD_DRAWS) else None,
         mass_before_kg=file.array(k.MASS_BEFORE) if file.has(k.MASS_BEFORE) else None,
@@ -193,4 +198,5 @@ def _drawn(file: Reader) -> YieldResults:
     k = BALANCE
     low, high = file.array(k.YIELD_INTERVAL).tolist()
     draws, met = int(file.array(k.YIELD_DRAWS)), int(file.array(k.YIELD_MET))
-    return YieldResults(draws, met, low, high, file.array(k.YIELD_EACH), file.array(k.YIELD_RATIO))
+    each, ratio, error = file.array(k.YIELD_EACH), file.array(k.YIELD_RATIO), float(file.array(k.YIELD_ERROR))
+    return YieldResults(draws, met, low, high, each, ratio, error)

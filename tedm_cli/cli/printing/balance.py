@@ -50,9 +50,7 @@ def retrim_lines(done: RetrimSummary, most: int | None) -> list[str]:
     """Before and after, and how the shims of each block change."""
     r = done.results
     before = sum(v.passed for v in r.before)
-    lines = [
-        f"{done.path}: as measured, {before} of {len(r.before)} limits at rest are met; with other shims {r.met}"
-    ]
+    lines = [f"{done.path}: as measured, {before} of {len(r.before)} limits at rest are met; with other shims {r.met}"]
     lines += _limit_lines(r, most)
     lines += _change_lines(r)
     lines += _blocking_lines(r)
@@ -176,6 +174,11 @@ def _blocking_lines(r: BalanceResults) -> list[str]:
         lines += [f"  the same is true of {and_text(also)}"] if also else []
         lines += [f"  beside {and_text(held)}, as they were told of before"] if held else []
         lines.append(f"  {_help(r, number - 1)}")
+    idle = sum(not reached and v.passed for v, reached in zip(r.after, r.reached, strict=True))
+    if r.could_be_met + idle > r.met:
+        lines.append(
+            f'{r.could_be_met + idle} of {len(r.after)} could be met, with others worse: goal = "most met" does that'
+        )
     for i, (v, reached) in enumerate(zip(r.after, r.reached, strict=True)):
         if not v.passed and not reached:
             lines.append(
@@ -199,7 +202,8 @@ def _tolerance_lines(r: BalanceResults) -> list[str]:
     if (y := r.drawn) is not None:
         lines.append(
             f"yield: {y.met} of {y.draws:,} builds drawn from the tolerances meet everything"
-            f" ({100 * y.met / y.draws:.3g} %, 95 % interval {100 * y.low:.4g} to {100 * y.high:.4g} %)"
+            f" ({100 * y.met / y.draws:.3g} %, 95 % interval {100 * y.low:.4g} to {100 * y.high:.4g} %);"
+            f" against the exact field values are within {y.error:.1g} of their ranges"
         )
         worst = int(y.each.argmin())
         if y.each[worst] < 1.0:

@@ -18,7 +18,7 @@ from tedm_cli.progress import Step
 from tedm_cli.results.balance import BalanceResults, read_balance
 from tedm_cli.stages.balance.candidates import candidates, with_ties
 from tedm_cli.stages.balance.rest import read_rest
-from tedm_cli.stages.balance.solve import programme_of, solved, tied, verdicts_of
+from tedm_cli.stages.balance.solve import could_be_met, programme_of, solved, tied, verdicts_of
 from tedm_cli.stages.balance.tolerances import deviations, drawn, read_all
 from tedm_cli.stages.balance.write import (
     off_of,
@@ -83,7 +83,8 @@ def balance(project: Project, output: Path | None, csv: Path | None, step: Step)
         writer.write(BALANCE.OFF, off_of(off, solution, len(before)), units="see /requirement/unit")
         write_candidates(writer, config, found, programme, relaxed, solution, conflicts)
         write_blocks(writer, found, blocks)
-        write_totals(writer, config, programme, relaxed, solution, beyond)
+        could = could_be_met(programme, conflicts, config)
+        write_totals(writer, config, programme, relaxed, solution, beyond, could)
         if off is not None and tolerances is not None:
             write_tolerances(writer, off, solution, drawn(tolerances, rest, blocks, step))
     with replacing(table) as temporary:

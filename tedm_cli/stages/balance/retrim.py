@@ -38,7 +38,7 @@ from tedm_cli.results.balance import BalanceResults, read_balance
 from tedm_cli.stages.balance.candidates import ALIKE, MIRROR, Candidates, candidates, with_ties
 from tedm_cli.stages.balance.parts import Parts
 from tedm_cli.stages.balance.rest import read_rest
-from tedm_cli.stages.balance.solve import programme_of, tied, verdicts_of
+from tedm_cli.stages.balance.solve import could_be_met, programme_of, tied, verdicts_of
 from tedm_cli.stages.balance.write import write_blocks, write_candidates, write_requirements, write_totals
 from tedm_cli.stages.common import out_path
 
@@ -108,7 +108,8 @@ def retrim(project: Project, table: Path, output: Path | None, csv: Path | None,
         writer.write(BALANCE.OFF, np.zeros(len(was)), units="see /requirement/unit")
         write_candidates(writer, config, found, programme, relaxed, solution, conflicts)
         write_blocks(writer, found, built)
-        write_totals(writer, config, programme, relaxed, solution, beyond)
+        could = could_be_met(programme, conflicts, config)
+        write_totals(writer, config, programme, relaxed, solution, beyond, could)
         _write_before(writer, found, programme, before)
     with replacing(blocks_file) as temporary:
         temporary.write_text(csv_text([*rest.csv, *built]), encoding="utf-8", newline="")

@@ -60,7 +60,10 @@ def programme_of(
 def solved(
     programme: Programme, off: Deviations | None, config: BalanceConfig
 ) -> tuple[Solution, list[Conflict], Solution, float]:
-    """The relaxed solution and its conflicts; that of whole shims, and by what part they are above their caps."""
+    """The relaxed solution and its conflicts; that of whole shims, and by what part they are above their caps.
+
+    Both have room for what everything may be off.
+    """
 
     def of_any(p: Programme) -> tuple[FloatArray, FloatArray, tuple[Solution, list[Conflict]]]:
         keep = most_met(p, config.time_limit_s) if config.goal == "most met" else None
@@ -108,3 +111,9 @@ def tied(config: BalanceConfig, found: Candidates) -> dict[str, tuple[int, Float
         if (count := config.box[number].nearest_grids) is not None:
             wanted |= {part.name + image.suffix: (count, image.point(part.base_m)) for image in part.images}
     return wanted
+
+
+def could_be_met(programme: Programme, conflicts: Sequence[Conflict], config: BalanceConfig) -> int:
+    """How many of the limits that masses reach could be met together; all of them where none is in conflict."""
+    reached = int(programme.reached.sum())
+    return int(most_met(programme, config.time_limit_s).sum()) if conflicts else reached

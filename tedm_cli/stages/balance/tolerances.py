@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.balance.deviations import Deviations, Source
-from tedm_cli.balance.yields import Yield, changes_by_shift, judged_draws
+from tedm_cli.balance.yields import Yield, by_shift, changes_by_shift, judged_draws
 from tedm_cli.config.as_built import PartTolerance, read_tolerances
 from tedm_cli.config.balance import BalanceConfig, ToleranceTable
 from tedm_cli.files.store import Reader
@@ -24,6 +24,7 @@ from tedm_cli.threads import side_by_side
 
 _STEP_M = 2e-5  # of a block to either side
 _AXES = "xyz"
+_CHECKED = 5  # builds whose field is computed as that of the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +107,10 @@ def _by_shift(rest: Rest, candidates: Candidates, step: Step) -> list[list[Float
 
 
 def drawn(found: Tolerances, rest: Rest, blocks: Sequence[CompensationMass], step: Step) -> Yield:
-    """Builds drawn from the tolerances, all independent and normal: with the exact field of every block where it is.
+    """Builds drawn from the tolerances, all independent and normal.
 
-    Parts of the model are moved to the second order along each axis.
+    What moves changes the field to the second order of its shift, parts of the model along each axis. Some builds are
+    compared with the field of their blocks as build-sensitivity computes it.
     """
     table = found.table
     draws, rng = table.draws, np.random.default_rng(table.seed)
@@ -119,20 +121,37 @@ def drawn(found: Tolerances, rest: Rest, blocks: Sequence[CompensationMass], ste
         values += field.change(
             tolerance.mass * rng.standard_normal(draws), tolerance.position_m * rng.standard_normal((draws, 3))
         )
+    own = _of_blocks(rest, blocks, mass, shift, 2.0 * table.block_position_m, step)
+    lower, upper = (np.array([getattr(v, end) for v in rest.before]) for end in ("lower", "upper"))
+    error = 0.0
+    for n in range(min(_CHECKED, draws)):
+        built = [
+            replace(b, mass_kg=b.mass_kg * m, centre_m=b.centre_m + s)
+            for b, m, s in zip(blocks, mass[n], shift[n], strict=True)
+        ]
+        exact = rest.effect(built, field_of_each(rest.config, rest.test_masses, built))
+        error = max(error, float((np.abs(exact - own[n]) / np.minimum(upper, -lower)).max()))
+    values += own
+    return judged_draws(np.maximum(values / upper, values / lower), error)
+
+
+def _of_blocks(
+    rest: Rest, blocks: Sequence[CompensationMass], mass: FloatArray, shift: FloatArray, step_m: float, step: Step
+) -> FloatArray:
+    """What blocks of so much of their mass [d, b], at shifts [d, b, 3] (m), add to the limited quantities [d, r]."""
     g = rest.config.gravity.gravitational_constant_m3_kg_s2
     fields = field_of_each(rest.config, rest.test_masses, blocks)
-    advance = counter(step, draws * len(blocks) * len(rest.test_masses), "drawing builds")
 
     def of_test_mass(t: int, on: Callable[[int], None]) -> FloatArray:
-        total = np.zeros_like(values)
+        total = np.zeros((len(mass), len(rest.before)))
         for b, block in enumerate(blocks):
-            moved = np.zeros((draws, 12))
-            if table.block_position_m:
-                moved = changes_by_shift(rest.test_masses[t], block, shift[:, b], g, on)
-            total += mass[:, b, None] * ((of_field(fields[t][b]) + moved) @ rest.functional(t, block.group).T)
+            field = np.tile(of_field(fields[t][b]), (len(mass), 1))
+            if step_m:
+                field += by_shift(rest.test_masses[t], block, step_m, g).of(shift[:, b])
+            total += mass[:, b, None] * (field @ rest.functional(t, block.group).T)
+            on(1)
         return total
 
-    for part in side_by_side(of_test_mass, range(len(rest.test_masses)), advance):
-        values += part
-    lower, upper = (np.array([getattr(v, end) for v in rest.before]) for end in ("lower", "upper"))
-    return judged_draws(np.maximum(values / upper, values / lower))
+    count = range(len(rest.test_masses))
+    advance = counter(step, len(blocks) * len(count), "drawing builds")
+    return np.asarray(sum(side_by_side(of_test_mass, count, advance)))

@@ -103,6 +103,7 @@ def write_tolerances(writer: Writer, off: Deviations, solution: Solution, found:
     writer.write(k.YIELD_DRAWS, found.draws)
     writer.write(k.YIELD_MET, found.met)
     writer.write(k.YIELD_INTERVAL, np.array([found.low, found.high]))
+    writer.write(k.YIELD_ERROR, found.error)
     writer.write(k.YIELD_EACH, found.each)
     writer.write(k.YIELD_RATIO, found.ratio)
 
@@ -122,9 +123,16 @@ def write_blocks(writer: Writer, found: Candidates, blocks: Sequence[Compensatio
 
 
 def write_totals(
-    writer: Writer, config: BalanceConfig, programme: Programme, relaxed: Solution, solution: Solution, beyond: float
+    writer: Writer,
+    config: BalanceConfig,
+    programme: Programme,
+    relaxed: Solution,
+    solution: Solution,
+    beyond: float,
+    could_be_met: int,
 ) -> None:
     """Sums over all blocks."""
+    writer.write(BALANCE.COULD_BE_MET, could_be_met)
     writer.write(BALANCE.MARGIN, config.margin)
     writer.write(BALANCE.MASS, solution.mass_kg(programme))
     writer.write(BALANCE.RELAXED, relaxed.mass_kg(programme))
