@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tedm_cli.contracts.sensitivity import AT_REST
-from tedm_cli.contracts.spec import BASIC, COUNT, FLAG, NAMES, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import BASIC, COUNT, FLAG, NAMES, TM_FRAME, Dataset, FileKind, Values
 
 
 class BalanceFile(FileKind):
@@ -188,6 +188,37 @@ class BalanceFile(FileKind):
         "1",
         "limits that could be met together with the margin, of those that masses which are not whole reach",
         values=COUNT,
+    )
+    PRICE_ROW = Dataset("/thermal/row", ("row",), "str", "1", "output of each row", optional=True, values=NAMES)
+    PRICE_UNIT = Dataset(
+        "/thermal/unit",
+        ("row",),
+        "str",
+        "1",
+        "unit of each row by mean areas",
+        optional=True,
+        values=Values(words=("m/s^2/K", "rad/s^2/K")),
+    )
+    PRICE_AREA = Dataset(
+        "/thermal/area", ("area",), "str", "1", "name of the thermal area", optional=True, values=NAMES
+    )
+    S_WITHOUT = Dataset(
+        "/thermal/S_without",
+        ("row", "area"),
+        "float",
+        None,
+        "self-gravity sensitivity matrix [S_SG] of the model without the blocks, per unit of an area",
+        TM_FRAME,
+        optional=True,
+    )
+    S_ADDED = Dataset(
+        "/thermal/S_added",
+        ("row", "area"),
+        "float",
+        None,
+        "what the blocks that are tied add to it",
+        TM_FRAME,
+        optional=True,
     )
     MARGIN = Dataset("/total/margin", (), "float", "1", "part of every limit that was to be left free")
     MASS = Dataset("/total/mass", (), "float", "kg", "mass of all blocks")

@@ -43,6 +43,27 @@ class YieldResults:
 
 
 @dataclass(frozen=True, eq=False)
+class ThermalPrice:
+    """[S_SG] without the blocks and what tied ones add, [n, k], with their rows, units and areas."""
+
+    row: list[str]
+    unit: list[str]
+    area: list[str]
+    without: FloatArray
+    added: FloatArray
+
+    @property
+    def root_sum_squares(self) -> FloatArray:
+        """[2, n], over the areas, without the blocks and with them: areas that are independent and alike."""
+        return np.sqrt([(self.without**2).sum(axis=1), ((self.without + self.added) ** 2).sum(axis=1)])
+
+    @property
+    def sums(self) -> FloatArray:
+        """[2, n], over the areas, without the blocks and with them: areas that warm together."""
+        return np.array([self.without.sum(axis=1), (self.without + self.added).sum(axis=1)])
+
+
+@dataclass(frozen=True, eq=False)
 class BalanceResults:
     """The balance of r requirements by b blocks of c candidates.
 
@@ -95,6 +116,7 @@ class BalanceResults:
     could_be_met: int
     tolerances: ToleranceResults | None
     drawn: YieldResults | None
+    thermal: ThermalPrice | None
     mass_before_kg: FloatArray | None
     shims_before: IntArray | None
 
@@ -179,6 +201,7 @@ def read_balance(file: Reader) -> BalanceResults:
         could_be_met=int(file.array(k.COULD_BE_MET)),
         tolerances=_tolerances(file) if file.has(k.TOLERANCE_NAME) else None,
         drawn=_drawn(file) if file.has(k.YIELD_DRAWS) else None,
+        thermal=_thermal(file) if file.has(k.S_ADDED) else None,
         mass_before_kg=file.array(k.MASS_BEFORE) if file.has(k.MASS_BEFORE) else None,
         shims_before=file.array(k.SHIMS_BEFORE) if file.has(k.SHIMS_BEFORE) else None,
     )
@@ -192,6 +215,12 @@ def _tolerances(file: Reader) -> ToleranceResults:
         file.string(k.TOLERANCE_SUM),
         float(file.array(k.TOLERANCE_SIGMAS)),
     )
+
+
+def _thermal(file: Reader) -> ThermalPrice:
+    k = BALANCE
+    rows, units, areas = (file.strings(path) for path in (k.PRICE_ROW, k.PRICE_UNIT, k.PRICE_AREA))
+    return ThermalPrice(rows, units, areas, file.array(k.S_WITHOUT), file.array(k.S_ADDED))
 
 
 def _drawn(file: Reader) -> YieldResults:

@@ -171,7 +171,7 @@ def test_shims_bring_a_build_back(project_of: Make) -> None:
     table = project.model.parent / "measured.csv"
     offsets = 5e-4 * rng.standard_normal((len(names), 3))
     rows = [f"block {n},0,{','.join(map(repr, o.tolist()))}" for n, o in zip(names, offsets, strict=True)]
-    rows += ["area IS1_EH_OUTER,0,-5e-4,0,0", "property 1,0,0,0,2e-4"]
+    rows += ["area IS1_EH_OUTER,0,-2.5e-3,0,0", "property 1,0,0,0,2e-4"]
     table.write_text("\n".join(["part,mass_kg,dx_m,dy_m,dz_m", *rows, ""]), encoding="utf-8")
     done = retrim(project, table, None, None, silent)
     r = done.results

@@ -88,7 +88,7 @@ def result_lines(r: BalanceResults, most: int | None) -> list[str]:
     if r.price_kg.any():
         lines.append("costs: mass that 1 % more of the limit would save, where shims need not be whole")
     lines += _mass_lines(r)
-    return lines + _blocking_lines(r) + _tolerance_lines(r)
+    return lines + _blocking_lines(r) + _tolerance_lines(r) + _thermal_lines(r)
 
 
 def _limit_lines(r: BalanceResults, most: int | None) -> list[str]:
@@ -211,6 +211,31 @@ def _tolerance_lines(r: BalanceResults) -> list[str]:
     return lines
 
 
+def _thermal_lines(r: BalanceResults) -> list[str]:
+    """What tied blocks add to the sensitivities."""
+    if (price := r.thermal) is None:
+        return ["no block is tied to the structure: none moves with temperatures"] if r.block else []
+    alone, together = price.root_sum_squares, price.sums
+    largest = np.argsort(-np.abs(alone[1] - alone[0]) / alone[0].max(), kind="stable")
+    most = [i for i in largest if price.unit[i] == "m/s^2/K"][:2] + [i for i in largest if price.unit[i] != "m/s^2/K"][
+        :1
+    ]
+    rows = [
+        (
+            price.row[i],
+            price.unit[i],
+            *(f"{alone[n, i]:.3e}" for n in (0, 1)),
+            *(f"{together[n, i]:.3e}" for n in (0, 1)),
+        )
+        for i in most
+    ]
+    head = ("S_SG", "unit", "areas apart", "with blocks", "areas together", "with blocks")
+    return [
+        *table(head, rows, right=(2, 3, 4, 5)),
+        "apart: root of the sum of squares over the areas; together: their sum",
+    ]
+
+
 def _ranked(weight: FloatArray) -> list[int]:
     """Rows with a weight, the largest first."""
     return [int(i) for i in np.argsort(-weight, kind="stable") if weight[i] > 0.0]
@@ -299,6 +324,13 @@ def results_dict(r: BalanceResults) -> dict[str, Any]:
                 r.block, r.block_kg, r.centre, r.size, r.group, r.tie, strict=True
             )
         ],
+        "thermal": None
+        if r.thermal is None
+        else {
+            "rows": r.thermal.row,
+            "root_sum_squares": r.thermal.root_sum_squares,
+            "sums": r.thermal.sums,
+        },
         "yield": None
         if r.drawn is None
         else {"draws": r.drawn.draws, "met": r.drawn.met, "interval": [r.drawn.low, r.drawn.high]},
