@@ -25,7 +25,11 @@ from tedm_cli.cli.options import (
 )
 
 
-@app.command(epilog=examples("tedm balance", "tedm balance --csv masses.csv", "tedm balance --retrim measured.csv"))
+@app.command(
+    epilog=examples(
+        "tedm balance", "tedm balance --csv masses.csv --figure balance.svg", "tedm balance --retrim measured.csv"
+    )
+)
 def balance(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
@@ -37,6 +41,14 @@ def balance(
             metavar="FILE",
             help="Write the blocks here, for compensation_masses in the model's file. Default: balance_masses.csv,"
             " in the build folder.",
+        ),
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(
+            "--figure",
+            metavar="FILE",
+            help="Draw the blocks in sections of the model, and the limits before and after (.svg or .png).",
         ),
     ] = None,
     retrim: Annotated[
@@ -62,9 +74,11 @@ def balance(
     model's file takes. After parts were measured, --retrim finds the least change of the shims.
     """
     from tedm_cli.cli.printing.balance import balance_dict, balance_lines, retrim_dict, retrim_lines
-    from tedm_cli.errors import PhysicsError
+    from tedm_cli.errors import PhysicsError, UsageError
     from tedm_cli.progress import progress
 
+    if retrim is not None and figure is not None:
+        raise UsageError("--figure is of a balance, and --retrim draws none")
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
         if retrim is not None:
@@ -75,7 +89,7 @@ def balance(
         else:
             from tedm_cli.stages.balance.balance import balance as stage
 
-            done = stage(project, output, csv, step)
+            done = stage(project, output, csv, step, figure)
             results = done.results
     if retrim is not None:
         answer(as_json, quiet, lambda: retrim_lines(trimmed, rows(top)), lambda: retrim_dict(trimmed))

@@ -23,7 +23,9 @@ from tedm_cli.files.build_folder import (
 from tedm_cli.files.store import create, open_checked, replacing
 from tedm_cli.progress import Step
 from tedm_cli.results.balance import BalanceResults, read_balance
+from tedm_cli.stages.area_drawing import require_format
 from tedm_cli.stages.balance.candidates import candidates, with_ties
+from tedm_cli.stages.balance.draw import draw_balance
 from tedm_cli.stages.balance.price import thermal_price, write_price
 from tedm_cli.stages.balance.rest import read_rest
 from tedm_cli.stages.balance.solve import could_be_met, programme_of, solved, tied, verdicts_of
@@ -59,8 +61,10 @@ class BalanceSummary:
     seconds: float
 
 
-def balance(project: Project, output: Path | None, csv: Path | None, step: Step) -> BalanceSummary:
-    """Write balance.h5 and the CSV of compensation masses.
+def balance(
+    project: Project, output: Path | None, csv: Path | None, step: Step, figure: Path | None = None
+) -> BalanceSummary:
+    """Write balance.h5, the CSV of compensation masses, and the figure where one is wanted.
 
     Raises
     ------
@@ -69,6 +73,7 @@ def balance(project: Project, output: Path | None, csv: Path | None, step: Step)
     PhysicsError : no whole shims were found.
     """
     begin = time.perf_counter()
+    require_format(figure)
     path = project.required_balance()
     model_file, model = load_model(project.model)
     model.required_test_masses(project.model)
@@ -106,6 +111,9 @@ def balance(project: Project, output: Path | None, csv: Path | None, step: Step)
         temporary.write_text(csv_text([*rest.csv, *blocks]), encoding="utf-8", newline="")
     with open_checked(out, BALANCE) as written:
         results = read_balance(written)
+    if figure is not None:
+        with open_checked(sources[1], UNIT_LOADS) as unit:
+            draw_balance(figure, project, out, results, rest, unit)
     replaced = config.existing == "replace" and bool(model.compensation_mass or model.gravity.compensation_masses)
     turning = [] if price is None else price.left_out
     seconds = time.perf_counter() - begin
