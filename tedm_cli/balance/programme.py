@@ -21,7 +21,7 @@ _TOLERANCE = 1e-6  # of a ratio: what the solver allows itself, and a little mor
 _PRICED = 1e-7  # of the sum of all prices: what is below is rounding of the solver
 #: Part of the least ratio by which it is let go again, or others would be given up for the last digit of it.
 GIVES_WAY = 0.01
-_SAME = 1e-5  # of a ratio: conflicts this near to each other are one
+_WITHIN = 1.0 - 1e-6  # a ratio that is at most 1 whatever the solver rounds
 _GAP = 1e-4  # of the mass: between whole shims and the bound of all others
 _INFEASIBLE = 2  # as `linprog` calls it
 _OUT_OF_REACH = 1e-9  # of its range: a requirement that all masses together change by less
@@ -59,6 +59,11 @@ class Programme:
         """[r], values over the ends of their ranges, of those that may be `off` [r] so much on the worse side."""
         value = self.rest + self.effect @ units
         return np.asarray(np.maximum((value + off) / self.upper, (value - off) / self.lower))
+
+    @property
+    def met(self) -> float:
+        """The largest ratio of what is met with the margin; without one, of what is met whatever the solver rounds."""
+        return min(1.0 - self.margin, _WITHIN)
 
     @property
     def reached(self) -> BoolArray:
@@ -110,7 +115,7 @@ class Conflict:
 
 def least_mass(programme: Programme, cap: FloatArray | None = None) -> Solution | None:
     """The relaxed programme: least total mass with every ratio at most its `cap` [r]; None where that cannot be."""
-    caps = np.full(len(programme.rest), 1.0 - programme.margin) if cap is None else cap
+    caps = np.full(len(programme.rest), programme.met) if cap is None else cap
     matrix, bound, row = _rows(programme, caps)
     found = scipy.optimize.linprog(
         programme.unit_kg,
@@ -165,7 +170,7 @@ def balanced(programme: Programme, keep: BoolArray | None = None) -> tuple[Solut
     all masses that do so these are the least. Requirements to `keep` [r] are met in any case, where that is known to be
     possible.
     """
-    met = 1.0 - programme.margin
+    met = programme.met
     cap, blocking = np.full(len(programme.rest), met), np.zeros(len(programme.rest))
     conflicts: list[Conflict] = []
     free = programme.reached if keep is None else programme.reached & ~keep
@@ -173,7 +178,7 @@ def balanced(programme: Programme, keep: BoolArray | None = None) -> tuple[Solut
     while found is None:
         conflict = least_ratio(programme, cap, free)
         if conflict.ratio <= met:  # rounding of the solver: it is at the edge
-            cap[free] = met * (1.0 + _SAME)
+            cap[free] = min(met * (1.0 + 10.0 * _TOLERANCE), _WITHIN)
             found = least_mass(programme, cap)
             if found is None:
                 raise PhysicsError("the programme of the masses is too near to singular to be solved")
@@ -181,9 +186,11 @@ def balanced(programme: Programme, keep: BoolArray | None = None) -> tuple[Solut
         held = free & (conflict.weight > 0.0)
         if not held.any():
             raise PhysicsError("the programme of the masses has no price for what blocks it")
-        if not conflicts or conflict.ratio < conflicts[-1].ratio * (1.0 - _SAME):
+        if not conflicts or conflict.ratio < conflicts[-1].ratio * (1.0 - 1.5 * GIVES_WAY):
             conflicts.append(conflict)  # others are of equal requirements, such as those of two like test masses
         cap[held] = conflict.ratio * (1.0 + GIVES_WAY)
+        if conflict.ratio <= _WITHIN:  # without all of its margin, it is still met
+            cap[held] = min(cap[held].max(), _WITHIN)
         blocking[held] = len(conflicts)
         free = free & ~held
         found = least_mass(programme, cap)
@@ -199,7 +206,7 @@ def most_met(programme: Programme, time_limit_s: float) -> BoolArray:
     ------
     PhysicsError : it was not solved within the time limit.
     """
-    cap = np.full(len(programme.rest), 1.0 - programme.margin)
+    cap = np.full(len(programme.rest), programme.met)
     matrix, bound, row = _rows(programme, cap)
     reached = np.flatnonzero(programme.reached)
     count, rows, all_kg = len(programme.most), len(reached), float(programme.unit_kg @ programme.most)
