@@ -13,6 +13,7 @@ from tedm_cli.gravity.compensation import CompensationMass, Tie
 from tedm_cli.symmetry_plane import SymmetryPlane
 
 _DIGITS = 12  # of lengths in m and masses in kg: what a drawing says is not 0.13424999999999998
+_FREE_M = 1e-7  # a block that is smaller than its box by less fills it
 _WHOLE = 1e-9  # of a shim: a box that is this little short of a whole number of them holds that number
 
 
@@ -56,6 +57,8 @@ class Box:
     step_kg, least_kg : see `Column`; 0 where the mass of a block may be any.
     most_kg : the largest mass of each block, infinite where only size and density limit it.
     images : the block itself, and its images; all have one mass.
+    inner_m : [3], of a box in which the block is smaller and its place is sought: its size, or, where the size is
+        sought too (`vary_size`), the least.
     """
 
     name: str
@@ -71,6 +74,27 @@ class Box:
     most_kg: float = np.inf
     images: tuple[Image, ...] = field(default_factory=lambda: (Image(),))
     tie: Tie | None = None
+    inner_m: FloatArray | None = None
+    vary_size: bool = False
+
+    @property
+    def sought(self) -> int:
+        """Numbers that say where the block is and how large: along each edge where there is room."""
+        if self.inner_m is None:
+            return 0
+        free = int((self.size_m - self.inner_m > _FREE_M).sum())
+        return free * (1 + self.vary_size)
+
+    def placed(self, number: FloatArray) -> Box:
+        """The box with the block that `sought` numbers from 0 to 1 say: places, then sizes, along each free edge."""
+        assert self.inner_m is not None
+        free = np.flatnonzero(self.size_m - self.inner_m > _FREE_M)
+        size = self.inner_m.copy()
+        if self.vary_size:
+            size[free] += number[len(free) :] * (self.size_m - self.inner_m)[free]
+        local = np.zeros(3)
+        local[free] = (number[: len(free)] - 0.5) * (self.size_m - size)[free]
+        return replace(self, centre_m=self.centre_m + local @ self.axes, size_m=size, inner_m=None, vary_size=False)
 
     @property
     def shims(self) -> int:

@@ -38,6 +38,7 @@ from tedm_cli.quantities import (
     LIMIT_MARGIN,
     POSITION_DEVIATION,
     RELATIVE_DEVIATION,
+    SEARCH_STEPS,
     SEED,
     SIGMAS,
     TIED_GRIDS,
@@ -136,6 +137,14 @@ class BoxTable(CuboidTable):
         default=False,
         description="Whether each block has an image of the same mass at the other test mass, behind the plane midway.",
     )
+    block_m: Edges | None = Field(
+        default=None,
+        description="Full edge lengths of the block, along the edges of the box, where it is smaller than the box: its "
+        "place in the box is sought. Not with parts or shims.",
+    )
+    search_size: bool = Field(
+        default=False, description="Whether the size is sought too, between `block_m` and that of the box."
+    )
     around: bool = Field(
         default=False,
         description="Whether parts that meet a test mass, the structure or a keep-out are left out. Otherwise they are "
@@ -173,6 +182,10 @@ class BoxTable(CuboidTable):
         if self.grid is not None and (self.nearest_grids is not None or self.mirror or self.alike):
             other = "nearest_grids" if self.nearest_grids is not None else "images"
             raise ValueError(f"has both grid and {other}; nearest_grids ties blocks with images")
+        if self.search_size and self.block_m is None:
+            raise ValueError("search_size needs block_m, the least size")
+        if self.block_m is not None and (self.shim_m is not None or self.parts != [1, 1, 1]):
+            raise ValueError(f"has both block_m and {'shim_m' if self.shim_m is not None else 'parts'}")
         if self.least_kg is not None and self.most_kg is not None and self.least_kg > self.most_kg:
             raise ValueError(f"least_kg ({self.least_kg:g}) is above most_kg ({self.most_kg:g})")
         return self
@@ -182,9 +195,30 @@ class BoxTable(CuboidTable):
         """The way of the stack, "+x" where there is none."""
         return self.stack or "+x"
 
+    def inner(self, size: FloatArray) -> FloatArray | None:
+        """Size of the block [3] in a box of this size, m; `ValueError` where it is larger."""
+        if self.block_m is None:
+            return None
+        inner = np.array(self.block_m if isinstance(self.block_m, list) else [self.block_m] * 3)
+        if (inner > size * (1.0 + 1e-9)).any():
+            raise ValueError(f"block_m {inner.tolist()} is larger than the box {size.round(9).tolist()}")
+        return np.minimum(inner, size)
+
     def tie(self) -> Tie | None:
         """The grids that are named."""
         return None if self.grid is None else Tie("grid", tuple(id_ranges(self.grid)))
+
+
+class SearchTable(Strict):
+    """How places and sizes of blocks are sought that are smaller than their boxes (`block_m`)."""
+
+    generations: Annotated[int, Bounded(SEARCH_STEPS)] = Field(
+        default=30, description="Most generations of the differential evolution."
+    )
+    population: Annotated[int, Bounded(SEARCH_STEPS)] = Field(
+        default=8, description="Members of the population for each number that is sought."
+    )
+    seed: Annotated[int, Bounded(SEED)] = Field(default=1, description="Seed of the random start.")
 
 
 class ToleranceTable(Strict):
@@ -241,6 +275,7 @@ class BalanceConfig(Strict):
     tolerance: ToleranceTable | None = Field(
         default=None, description="Tolerances of blocks and parts. Without it none has any, and no yield is drawn."
     )
+    search: SearchTable = Field(default=SearchTable(), description="The search for places and sizes.")
     box: list[BoxTable] = Field(min_length=1, description="Boxes where mass may be.")
     keep_out: list[KeepOutTable] = Field(default_factory=list, description="Cuboids where no mass may be.")
 

@@ -29,7 +29,7 @@ _PREFACE = """\
 A project is a folder of TOML files ([projects](../how-to/project.md)). This page has all of their keys. The shipped
 files have comments: [tedm.toml](../../configs/tedm.toml), [model.toml](../../configs/model.toml),
 [optics.toml](../../configs/optics.toml), [cases.toml](../../configs/cases.toml),
-[dynamics.toml](../../configs/dynamics.toml).
+[dynamics.toml](../../configs/dynamics.toml), [balance.toml](../../configs/balance.toml).
 
 Unknown keys are errors, and so are numbers outside the bounds, which a slip of unit or exponent makes. All problems of
 a file are reported at once. Units are in the names of the keys. The basic frame is that of the Nastran deck. A table in

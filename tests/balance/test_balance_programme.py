@@ -171,7 +171,7 @@ def test_the_most_that_can_be_met_together() -> None:
 
 
 def test_what_can_be_met_without_its_margin_is_met() -> None:
-    """A hundredth is given away of what cannot be met; of a ratio that is just below 1 only as much as keeps it there."""
+    """A hundredth is given away of what cannot be met; of a ratio just below 1 only as much as keeps it there."""
     p = programme([2.995], [[-1.0]], most=np.array([2.0]), margin=0.1)
     found, (conflict,) = balanced(p)
     assert conflict.ratio == pytest.approx(0.995)

@@ -28,6 +28,15 @@ def balance_lines(done: BalanceSummary, most: int | None) -> list[str]:
     for box, parts in done.left_out.items():
         if parts:
             lines.append(f"{box}: {count(parts, 'part')} left out, as they are in the way of something")
+    if done.sought is not None:
+        lines.append(
+            f"places and sizes: {count(done.sought.numbers, 'number')} sought, by {done.sought.programmes:,} programmes"
+        )
+    if done.turning:
+        lines.append(
+            f"not in S_SG with blocks: {', '.join(done.turning[:8])}, whose grids do not define how they turn; the"
+            " chain has them"
+        )
     lines.append(
         f"{done.csv}: {count(len(r.block), 'block')}"
         + (f", and {done.kept} that the model has already" if done.kept else "")

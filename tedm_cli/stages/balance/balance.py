@@ -26,6 +26,7 @@ from tedm_cli.results.balance import BalanceResults, read_balance
 from tedm_cli.stages.area_drawing import require_format
 from tedm_cli.stages.balance.candidates import candidates, with_ties
 from tedm_cli.stages.balance.draw import draw_balance
+from tedm_cli.stages.balance.places import Sought, with_places
 from tedm_cli.stages.balance.price import thermal_price, write_price
 from tedm_cli.stages.balance.rest import read_rest
 from tedm_cli.stages.balance.solve import could_be_met, programme_of, solved, tied, verdicts_of
@@ -48,7 +49,7 @@ class BalanceSummary:
     """The files, what the first says, parts of boxes that were left out, compensation masses that stay, and the time.
 
     csv : the compensation masses of a balanced model. kept : how many of them are not of the balance. turning : tied
-    blocks that are not in the thermal price.
+    blocks that are not in the thermal price. sought : what there was to seek of places and sizes.
     """
 
     path: Path
@@ -58,6 +59,7 @@ class BalanceSummary:
     kept: int
     replaced: bool
     turning: list[str]
+    sought: Sought | None
     seconds: float
 
 
@@ -87,6 +89,7 @@ def balance(
         require_input(sensitivity, trace.inputs[2])
         rest = read_rest(project, model, sensitivity, config.subsystems, keep=config.existing == "keep", where=path)
         found = candidates(project, model, config, unit, rest.kept, path)
+        found, sought = with_places(rest, found, config, step)
         programme, effects = programme_of(rest, found, config, step)
         tolerances = read_all(parts, config, unit, rest, step)
         off = None if tolerances is None else deviations(tolerances, rest, found, effects, step)
@@ -117,4 +120,4 @@ def balance(
     replaced = config.existing == "replace" and bool(model.compensation_mass or model.gravity.compensation_masses)
     turning = [] if price is None else price.left_out
     seconds = time.perf_counter() - begin
-    return BalanceSummary(out, table, results, found.left_out, len(rest.kept), replaced, turning, seconds)
+    return BalanceSummary(out, table, results, found.left_out, len(rest.kept), replaced, turning, sought, seconds)

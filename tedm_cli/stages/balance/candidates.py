@@ -73,7 +73,11 @@ def candidates(
     left_out: dict[str, int] = {}
     problems: list[tuple[str, str]] = []
     for number, table in enumerate(config.box):
-        box = _box(table, test_masses, plane)
+        try:
+            box = _box(table, test_masses, plane)
+        except ValueError as error:
+            problems.append((f"box[{number}]", str(error)))
+            continue
         facts, clear = [], []
         if (empty := _holds_nothing(box)) is not None:
             problems.append((f"box[{number}]", empty))
@@ -125,6 +129,8 @@ def _box(table: BoxTable, test_masses: Sequence[TestMass], plane: SymmetryPlane)
         most_kg=np.inf if table.most_kg is None else table.most_kg,
         images=tuple(images),
         tie=table.tie(),
+        inner_m=table.inner(size),
+        vary_size=table.search_size,
     )
 
 

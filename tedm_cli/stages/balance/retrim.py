@@ -86,7 +86,7 @@ def retrim(project: Project, table: Path, output: Path | None, csv: Path | None,
         require_configuration(balance_file, path)
         old = read_balance(balance_file)
         rest = read_rest(project, model, sensitivity, config.subsystems, keep=config.existing == "keep", where=path)
-        found = _single(candidates(project, model, config, unit, rest.kept, path))
+        found = _single(_where_they_are(candidates(project, model, config, unit, rest.kept, path), old))
         of_blocks = _measured_blocks(measured, old)
         change = _change_of_parts(Parts(unit, rest), [m for m in measured if m.part.kind != "block"], step)
         programme, _ = programme_of(rest, _at_their_places(found, of_blocks), config, step)
@@ -134,6 +134,21 @@ class MeasuredBlock:
 def as_built(blocks: Sequence[CompensationMass], measured: Mapping[str, MeasuredBlock]) -> list[CompensationMass]:
     """Blocks as they were measured; others as they are meant to be."""
     return [measured[b.name].of(b) if b.name in measured else b for b in blocks]
+
+
+def _where_they_are(found: Candidates, old: BalanceResults) -> Candidates:
+    """Blocks whose places and sizes were sought, as the balance has found them; others of them are gone."""
+    parts, box = [], []
+    for part, number in zip(found.parts, found.box, strict=True):
+        there = part
+        if part.inner_m is not None:
+            if part.name not in old.block:
+                continue
+            row = old.block.index(part.name)
+            there = replace(part, centre_m=old.centre[row], size_m=old.size[row], inner_m=None, vary_size=False)
+        parts.append(there)
+        box.append(number)
+    return Candidates(parts, box, columns_of(parts), found.left_out)
 
 
 def _single(found: Candidates) -> Candidates:
