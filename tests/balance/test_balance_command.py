@@ -277,3 +277,20 @@ def test_a_project_without_boxes(built: Path) -> None:
     done = tedm("balance", "-c", built / "tedm.toml", "-d", built / "build")
     assert done.code == 3
     assert 'name it: balance = "balance.toml"' in done.err
+
+
+def test_the_figure_shows_blocks_and_limits(project_of: Make, tmp_path: Path) -> None:
+    """A section along each axis of every test mass, and a row for each limit that is near; what is not met is marked."""
+    project = project_of(ONE)
+    path = tmp_path / "balance.svg"
+    r = balance(project, None, None, silent, path).results
+    text = path.read_text(encoding="utf-8")
+    for words in ("TM1, cut at its z", "TM2, cut at its x", "TM2 − TM1 a_x IS+LTP", "FAIL", "CM, "):
+        assert words in text
+    near = sum(max(b.ratio, a.ratio) > 0.01 for b, a in zip(r.before, r.after, strict=True))
+    assert text.count("Γ_xx") == sum(
+        max(b.ratio, a.ratio) > 0.01 for b, a in zip(r.before, r.after, strict=True) if a.quantity == "gamma_xx"
+    )
+    assert near >= 10
+    done = tedm("balance", "-c", project.file.path, "-d", project.build_dir, "--figure", "balance.jpeg")
+    done.refused(2, "--figure balance.jpeg: must end in .svg or .png")
