@@ -22,6 +22,8 @@ from tedm_cli.results.field import dc_verdicts
 from tedm_cli.stages.balance.balance import balance
 from tedm_cli.stages.balance.retrim import retrim
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
+from tedm_cli.stages.model.distortion import build_distortion
+from tedm_cli.stages.model.ingest import ingest
 
 Make = Callable[..., Project]
 HEAD = "margin = 0.1\nclearance_m = 0.003\n"
@@ -280,7 +282,7 @@ def test_a_project_without_boxes(built: Path) -> None:
 
 
 def test_the_figure_shows_blocks_and_limits(project_of: Make, tmp_path: Path) -> None:
-    """A section along each axis of every test mass, and a row for each limit that is near; what is not met is marked."""
+    """A section along each axis of every test mass, a row for each limit that is near, and what is not met."""
     project = project_of(ONE)
     path = tmp_path / "balance.svg"
     r = balance(project, None, None, silent, path).results
@@ -294,3 +296,25 @@ def test_the_figure_shows_blocks_and_limits(project_of: Make, tmp_path: Path) ->
     assert near >= 10
     done = tedm("balance", "-c", project.file.path, "-d", project.build_dir, "--figure", "balance.jpeg")
     done.refused(2, "--figure balance.jpeg: must end in .svg or .png")
+
+
+def test_the_price_of_tied_blocks_is_what_the_chain_finds(project_of: Make) -> None:
+    """S_SG of the model with blocks that follow the nearest grids, against S_SG without them and what they add."""
+    project = project_of(ONE.replace("alike = true", "alike = true\nnearest_grids = 3"))
+    done = balance(project, None, None, silent)
+    price = done.results.thermal
+    assert price is not None
+    assert all(tie.startswith("grids ") for tie in done.results.tie)
+    assert done.turning == []
+    text = project.model.read_text(encoding="utf-8")
+    named = text.replace("[gravity]\n", f'[gravity]\ncompensation_masses = "{done.csv}"\n')
+    project.model.write_text(named, encoding="utf-8")
+    ingest(project, None, silent)
+    build_distortion(project, None, silent)
+    build_sensitivity(project, None, silent)
+    with open_checked(project.build_dir / "sensitivity.h5", SENSITIVITY) as file:
+        found = file.array(SENSITIVITY.S)
+    np.testing.assert_allclose(price.without + price.added, found, rtol=0, atol=1e-12 * np.abs(found).max())
+    assert np.abs(price.added).max() > 1e-3 * np.abs(found).max()
+    apart = price.root_sum_squares
+    np.testing.assert_allclose(apart[1], np.sqrt((found**2).sum(axis=1)), rtol=1e-9)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tedm_cli.balance.programme import Programme, balanced, least_mass, most_met, on_each_other, whole_units
+from tedm_cli.balance.retrim import least_change
 
 
 def programme(rest: Any, effect: Any, **changed: Any) -> Programme:
@@ -176,3 +177,14 @@ def test_what_can_be_met_without_its_margin_is_met() -> None:
     found, (conflict,) = balanced(p)
     assert conflict.ratio == pytest.approx(0.995)
     assert 0.995 <= p.ratios(found.units)[0] <= 1.0
+
+
+@pytest.mark.parametrize(("rest", "units", "change"), [(5.0, 4.0, 0.0), (7.5, 6.5, 2.5), (0.5, 1.5, 2.5)])
+def test_the_least_change_adds_or_takes_away(rest: float, units: float, change: float) -> None:
+    """There are 3 and 1 units, of which each takes off 1; the second weighs twice as much, so the first changes."""
+    p = programme([rest], [[-1.0, -1.0]], unit_kg=np.array([1.0, 2.0]))
+    extended = least_change(p, np.array([3.0, 1.0]))
+    found, conflicts = balanced(extended)
+    assert not conflicts
+    assert found.mass_kg(extended) == pytest.approx(change, abs=1e-5)
+    np.testing.assert_allclose(found.units[:2], [units - 1.0, 1.0], atol=1e-5)
