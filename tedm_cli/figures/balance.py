@@ -18,13 +18,26 @@ from scipy.spatial import ConvexHull
 from tedm_cli.arrays import FloatArray, IndexArray
 from tedm_cli.figures.fit import text_width
 from tedm_cli.figures.key import key
-from tedm_cli.figures.style import BLUE, COLOURS, SMALL, VERMILION, WIDTH, grid, heading, ratio_axis, style
+from tedm_cli.figures.style import (
+    BLUE,
+    COLOURS,
+    SMALL,
+    VERMILION,
+    WIDTH,
+    grid,
+    heading,
+    heading_lines,
+    ratio_axis,
+    style,
+)
 from tedm_cli.results.balance import BalanceResults
 from tedm_cli.results.field import place_text, symbol
 from tedm_cli.results.wording import ratio_text
 
 _VIEWS = (("x", "y", 2), ("x", "z", 1), ("y", "z", 0))  # axes to the right and up, and the one that is cut across
 _ROW, _LISTED, _LEAST = 0.2, 0.01, 1e-3
+_FILLS = COLOURS[:-1]  # black is for edges
+_ROUNDING_M = 1e-9
 _STRUCTURE = "#C9C9C9"
 _MARGIN_M, _BETWEEN, _LEFT = 0.008, 0.55, 0.62
 
@@ -54,9 +67,10 @@ def balance_figure(r: BalanceResults, around: Surroundings, title: str) -> Figur
         wide = (WIDTH - 0.12 - 3 * _LEFT) / 3
         legend = key(_handles(r), WIDTH - 0.3)
         ratios = _ROW * max(len(shown), 1)
-        total = 0.45 + len(masses) * (wide + _BETWEEN) + 0.35 + ratios + 0.5 + legend.height + 0.1
+        head = heading_lines(title, "")[2] + 0.3
+        total = head - 0.1 + len(masses) * (wide + _BETWEEN) + 0.35 + ratios + 0.5 + legend.height + 0.1
         figure = Figure(figsize=(WIDTH, total))
-        top = 0.55
+        top = head
         for t in masses:
             for number, view in enumerate(_VIEWS):
                 x = _LEFT + number * (wide + _LEFT)
@@ -103,7 +117,8 @@ def _section(
     points = np.concatenate([corner[blocks].reshape(-1, 3), box])[:, flat]
     low, high = points.min(axis=0) - _MARGIN_M, points.max(axis=0) + _MARGIN_M
     middle, half = (low + high) / 2.0, float((high - low).max()) / 2.0
-    cut = (around.low[:, across] < at) & (around.high[:, across] > at)
+    # Planes of meshes are often those of the test mass: what begins at the plane is cut, what ends there is not.
+    cut = (around.low[:, across] <= at + _ROUNDING_M) & (around.high[:, across] > at + _ROUNDING_M)
     rectangles = [
         [(a[0], a[1]), (b[0], a[1]), (b[0], b[1]), (a[0], b[1])]
         for a, b in zip(around.low[cut][:, flat], around.high[cut][:, flat], strict=True)
@@ -111,15 +126,18 @@ def _section(
     axes.add_collection(
         PolyCollection(rectangles, facecolor=_STRUCTURE, edgecolor=_STRUCTURE, linewidth=0.3, antialiased=False)
     )
-    names = list(dict.fromkeys(r.box))
+    names = _used(r)
     for b in blocks:
         is_cut = corner[b][:, across].min() < at < corner[b][:, across].max()
-        colour = COLOURS[names.index(r.box[r.block_candidate[b]]) % len(COLOURS)]
+        colour, hatch = _look(names.index(r.box[r.block_candidate[b]]))
         outline = corner[b][:, flat]
         outline = outline[ConvexHull(outline).vertices]
-        look: dict[str, Any] = {"linestyle": "-" if is_cut else (0, (2, 1.5)), "edgecolor": colour, "linewidth": 1.0}
-        fill = colour if is_cut else "none"
-        axes.add_collection(PolyCollection([outline], facecolor=fill, alpha=0.85, zorder=3.0 + is_cut, **look))
+        look: dict[str, Any] = {"linestyle": "-" if is_cut else (0, (2, 1.5)), "linewidth": 0.8}
+        if is_cut:
+            look |= {"facecolor": colour, "edgecolor": "black", "hatch": hatch}
+        else:
+            look |= {"facecolor": "none", "edgecolor": colour}
+        axes.add_collection(PolyCollection([outline], zorder=3.0 + is_cut, **look))
     hull = box[:, flat]
     axes.add_collection(
         PolyCollection([hull[ConvexHull(hull).vertices]], facecolor="#F4E9B5", edgecolor="black", linewidth=0.8)
@@ -155,14 +173,23 @@ def _ratios(axes: Axes, r: BalanceResults, shown: Sequence[int], names: Sequence
     axes.grid(False, axis="y")
 
 
+def _used(r: BalanceResults) -> list[str]:
+    """Boxes that have blocks."""
+    there = {r.box[row] for row in r.block_candidate}
+    return [name for name in dict.fromkeys(r.box) if name in there]
+
+
+def _look(number: int) -> tuple[str, str]:
+    """Colour and hatch of a box."""
+    return _FILLS[number % len(_FILLS)], ("", "////", "....", "xxxx")[number // len(_FILLS) % 4]
+
+
 def _handles(r: BalanceResults) -> list[Any]:
-    names = list(dict.fromkeys(r.box))
-    used = {r.box[row] for row in r.block_candidate}
-    handles: list[Any] = [
-        Patch(facecolor=COLOURS[n % len(COLOURS)], alpha=0.85, label=f"{name}, {r.by_box()[name][0]:.3g} kg")
-        for n, name in enumerate(names)
-        if name in used
-    ]
+    handles: list[Any] = []
+    for n, name in enumerate(_used(r)):
+        colour, hatch = _look(n)
+        label = f"{name}, {r.by_box()[name][0]:.3g} kg"
+        handles.append(Patch(facecolor=colour, edgecolor="black", linewidth=0.8, hatch=hatch, label=label))
     handles += [
         Patch(facecolor="none", edgecolor="black", linestyle=(0, (2, 1.5)), label="before or behind the cut"),
         Patch(facecolor=_STRUCTURE, label="structure that is cut"),
