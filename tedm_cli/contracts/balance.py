@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tedm_cli.contracts.sensitivity import AT_REST
-from tedm_cli.contracts.spec import BASIC, COUNT, FLAG, NAMES, TM_FRAME, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import BASIC, COUNT, FLAG, ID, NAMES, TM_FRAME, Dataset, FileKind, Values
 
 
 class BalanceFile(FileKind):
@@ -260,8 +260,12 @@ class BalanceFile(FileKind):
     TOLERANCE_SIGMAS = Dataset(
         "/tolerance/sigmas", (), "float", "1", "standard deviations that there is room for", optional=True
     )
-    YIELD_DRAWS = Dataset("/yield/draws", (), "int", "1", "builds drawn from their tolerances", optional=True)
-    YIELD_MET = Dataset("/yield/met", (), "int", "1", "those of them that meet every requirement", optional=True)
+    YIELD_DRAWS = Dataset(
+        "/yield/draws", (), "int", "1", "builds drawn from their tolerances", optional=True, values=ID
+    )
+    YIELD_MET = Dataset(
+        "/yield/met", (), "int", "1", "those of them that meet every requirement", optional=True, values=COUNT
+    )
     YIELD_INTERVAL = Dataset(
         "/yield/interval",
         ("band_edge",),

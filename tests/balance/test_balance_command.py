@@ -31,7 +31,7 @@ STACK = """
 [[box]]
 name = "{name}"
 frame = "TM1"
-low_m = [-0.064, 0.016, {low}]
+low_m = [-0.046, 0.016, {low}]
 high_m = [-0.034, 0.060, {high}]
 density_kg_m3 = 18500.0
 shim_m = 3e-3
