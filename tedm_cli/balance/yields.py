@@ -18,7 +18,7 @@ _POINTS = 1 << 17  # at once
 
 @dataclass(frozen=True, eq=False)
 class Yield:
-    """Of so many `draws` these `met` everything: their share, and its 95 % interval of Clopper and Pearson.
+    """Of so many `draws` these `met` everything, and the 95 % interval of their share by Clopper and Pearson.
 
     each : [r], the share that meets each requirement. ratio : [3, r], ratios of each that 5, 50 and 95 % stay below.
     error : largest difference from the exact field of those builds that were compared with it, over the range.
@@ -26,7 +26,6 @@ class Yield:
 
     draws: int
     met: int
-    share: float
     low: float
     high: float
     each: FloatArray
@@ -40,7 +39,7 @@ def judged_draws(ratios: FloatArray, error: float) -> Yield:
     met = int(passed.all(axis=1).sum())
     low, high = interval(met, len(ratios))
     quantiles = np.quantile(ratios, [0.05, 0.5, 0.95], axis=0)
-    return Yield(len(ratios), met, met / len(ratios), low, high, passed.mean(axis=0), np.asarray(quantiles), error)
+    return Yield(len(ratios), met, low, high, passed.mean(axis=0), np.asarray(quantiles), error)
 
 
 def interval(met: int, draws: int) -> tuple[float, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,10 +142,9 @@ class BalanceResults:
         return sums
 
     def helpful(self, row: int, most: int = 3) -> list[tuple[str, float]]:
-        """The boxes that bring a requirement nearer to its range, by how much of the limit a gram of each moves it."""
+        """The boxes whose mass brings a value nearer to 0, by how much of its limit a gram of each moves it."""
         v = self.after[row]
         way = -np.sign(v.value) * self.effect[row] / abs(v.limit) * 1e-3
-        best: Mapping[str, float] = {}
         best = {box: max(float(way[i]) for i, b in enumerate(self.box) if b == box) for box in dict.fromkeys(self.box)}
         ranked = sorted(best.items(), key=lambda item: -item[1])
         return [(box, gain) for box, gain in ranked[:most] if gain > 0.0]

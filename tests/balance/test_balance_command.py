@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -144,6 +145,7 @@ def test_a_box_that_is_too_small_is_named_with_what_it_blocks(project_of: Make) 
     assert done.code == 5
     assert "blocked: TM2 − TM1 a_x of LTP (100 %) cannot be met" in done.out
     assert "full boxes that would help if they held more: CM (a kilogram more" in done.out
+    assert re.search(r"TM2 − TM1 a_x of LTP is brought nearer by CM \(\d\S* % of its limit by a gram\)", done.out)
 
 
 def test_builds_within_tolerances_meet_everything_and_others_do_not(project_of: Make) -> None:

@@ -189,6 +189,9 @@ def _blocking_lines(r: BalanceResults) -> list[str]:
             f'{r.could_be_met + idle} of {len(r.after)} could be met, with others worse: goal = "most met" does that'
         )
     for i, (v, reached) in enumerate(zip(r.after, r.reached, strict=True)):
+        if not v.passed and reached:
+            nearer = [f"{box} ({100 * gain:.2g} % of its limit by a gram)" for box, gain in r.helpful(i)]
+            lines.append(f"{name_of(v)} is brought nearer by {and_text(nearer) or 'no box'}")
         if not v.passed and not reached:
             lines.append(
                 f"not reached: {name_of(v)}, ratio {ratio_text(r.after[i].ratio)}: no box has mass that changes it"

@@ -41,10 +41,6 @@ class Candidates:
     columns: list[Column]
     left_out: dict[str, int]
 
-    def full(self) -> list[CompensationMass]:
-        """All blocks at their largest, with images."""
-        return [block for part in self.parts for block in part.with_images(part.full())]
-
 
 def candidates(
     project: Project, model: ModelConfig, config: BalanceConfig, unit: Reader, kept: Sequence[CompensationMass],
