@@ -4,6 +4,7 @@
 from tedm_cli.cli import (  # noqa: F401
     adjoint,
     areas,
+    balance,
     chain,
     dynamics,
     explain,

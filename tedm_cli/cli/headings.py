@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 HEADINGS = {
     "Begin": ("init", "run", "check"),
     "Model": ("areas", "write-deck", "solve", "ingest", "build-distortion"),
-    "Gravity": ("build-sensitivity", "audit-mesh", "self-gravity", "accuracy"),
+    "Gravity": ("build-sensitivity", "balance", "audit-mesh", "self-gravity", "accuracy"),
     "Optics": ("check-layout", "build-optics"),
     "Temperatures of grids": ("build-adjoint", "suggest-areas"),
     "Thermal model": ("build-thermal", "map-temperatures"),

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from tedm_cli.config.base import ID_RANGE
 from tedm_cli.config.model import ModelConfig, axes_of_rotation
@@ -14,7 +16,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.gravity.compensation import CompensationMass, Tie
 from tedm_cli.quantities import ANGLE, COORDINATE, LENGTH, MASS
-from tedm_cli.tables.csv_table import Row, read_table
+from tedm_cli.tables.csv_table import Row, csv_line, read_table
 
 CENTRE, SIZE = ("x_m", "y_m", "z_m"), ("size_x_m", "size_y_m", "size_z_m")
 ROTATION = ("rotation_x_rad", "rotation_y_rad", "rotation_z_rad")
@@ -25,7 +27,7 @@ COLUMNS = {
     **dict.fromkeys(ROTATION, ANGLE),
     "mass_kg": MASS,
 }
-TIE = "grid"
+TIE, GROUP = "grid", "group"
 _RANGE = re.compile(ID_RANGE.strip("^$") + "|[1-9][0-9]{0,8}")
 
 
@@ -41,7 +43,7 @@ def compensation_masses(project: Project, config: ModelConfig) -> list[Compensat
     Raises
     ------
     InputError : the CSV or a line of it is wrong, or two of its lines name the same block.
-    ConfigError : a table names a block that is there already.
+    ConfigError : a table names a block that is there already; a block is of a group that no area has.
     """
     path, tables = compensation_file(project, config), config.compensation_mass
     blocks = [] if path is None else _listed(path)
@@ -51,14 +53,39 @@ def compensation_masses(project: Project, config: ModelConfig) -> list[Compensat
         ("compensation_mass", f"two blocks have the name {name!r}")
         for name in sorted({n for n in names if names.count(n) > 1})
     ]
+    groups = sorted({rule.group for rule in config.areas.rule})
+    problems += [
+        ("compensation_mass", f"block {block.name!r}: no rule of [areas] has the group {block.group!r};"
+         f" there are: {', '.join(groups) or 'none'}")
+        for block in blocks
+        if block.group and block.group not in groups
+    ]  # fmt: skip
     if problems:
         raise ConfigError(problems, where=str(project.model))
     return blocks
 
 
+def csv_text(blocks: Sequence[CompensationMass]) -> str:
+    """Blocks as a CSV that `compensation_masses` of the model may name: read again, they are the same to the last digit
+    but for their axes, which are rounded."""
+    more = [TIE] * any(b.tie is not None for b in blocks) + [GROUP] * any(b.group for b in blocks)
+    lines = [csv_line([*COLUMNS, *more])]
+    for b in blocks:
+        turn = scipy.spatial.transform.Rotation.from_matrix(b.axes.T).as_rotvec()
+        numbers = [repr(float(v) + 0.0) for v in (*b.centre_m, *b.size_m, *turn, b.mass_kg)]
+        last = {TIE: "" if b.tie is None else _tie_cell(b.tie), GROUP: b.group}
+        lines.append(csv_line([b.name, *numbers, *(last[name] for name in more)]))
+    return "".join(lines)
+
+
+def _tie_cell(tie: Tie) -> str:
+    ids = " ".join(f"{low}" if low == high else f"{low}:{high}" for low, high in tie.ids)
+    return f"set {ids}" if tie.kind == "set" else ids
+
+
 def _listed(path: Path) -> list[CompensationMass]:
     """The blocks of a CSV."""
-    rows = read_table(path, COLUMNS, [TIE])
+    rows = read_table(path, COLUMNS, [TIE, GROUP])
     first: dict[str, int] = {}
     for row in rows:
         name = row.text["name"]
@@ -83,6 +110,7 @@ def _block(row: Row, where: str) -> CompensationMass:
         mass_kg=row.number["mass_kg"],
         axes=axes_of_rotation([row.number[c] for c in ROTATION]),
         tie=_tie(row.text.get(TIE, ""), where),
+        group=row.text.get(GROUP, ""),
     )
 
 

@@ -26,6 +26,7 @@ from tedm_cli.config.base import (
     FileName,
     Id,
     Mass,
+    OneLine,
     OrthonormalAxes,
     Place,
     Strict,
@@ -125,6 +126,11 @@ class CompensationMassTable(Strict):
     set: Ids | None = Field(
         default=None, description="Sets of the deck whose members the block follows, in place of `grid`."
     )
+    group: OneLine | None = Field(
+        default=None,
+        description="Group of thermal areas whose subsystem the field of the block counts to, as if it were a part of "
+        'it. Left out: that of "compensation masses".',
+    )
 
     _order = field_validator("grid", "set")(ranges_increase)
 
@@ -151,6 +157,7 @@ class CompensationMassTable(Strict):
             mass_kg=mass,
             axes=axes,
             tie=Tie("grid" if self.set is None else "set", ids) if ids else None,
+            group=self.group or "",
         )
 
 

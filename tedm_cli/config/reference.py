@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from tedm_cli.config.balance import BalanceConfig
 from tedm_cli.config.base import PATTERNS, Bounded, Form, Strict, models_in
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.controller_file import ControllerFile
@@ -29,7 +30,7 @@ _PREFACE = """\
 A project is a folder of TOML files ([projects](../how-to/project.md)). This page has all of their keys. The shipped
 files have comments: [tedm.toml](../../configs/tedm.toml), [model.toml](../../configs/model.toml),
 [optics.toml](../../configs/optics.toml), [cases.toml](../../configs/cases.toml),
-[dynamics.toml](../../configs/dynamics.toml).
+[dynamics.toml](../../configs/dynamics.toml), [balance.toml](../../configs/balance.toml).
 
 Unknown keys are errors, and so are numbers outside the bounds, which a slip of unit or exponent makes. All problems of
 a file are reported at once. Units are in the names of the keys. The basic frame is that of the Nastran deck. A table in
@@ -58,6 +59,7 @@ FILES = (
     File("cases.toml", CasesConfig),
     File("dynamics.toml", DynamicsConfig),
     File("thermal.toml", ThermalConfig),
+    File("balance.toml", BalanceConfig),
     File("variants.toml, of a trade", TradeConfig),
     File("S_BW.csv.toml, beside an imported S_BW", SensitivityTable, "S_BW"),
     File("P.csv.toml, beside an imported P", LawTable, "P"),

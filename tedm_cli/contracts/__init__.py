@@ -10,6 +10,7 @@ Changing one in a way that older files do not fit raises the kind's `version`.
 from __future__ import annotations
 
 from tedm_cli.contracts.adjoint import ADJOINT
+from tedm_cli.contracts.balance import BALANCE
 from tedm_cli.contracts.case import CASE
 from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.document import document
@@ -28,6 +29,7 @@ from tedm_cli.contracts.unit_loads import UNIT_LOADS
 
 __all__ = [
     "ADJOINT",
+    "BALANCE",
     "CASE",
     "DISTORTION",
     "DYNAMICS",
@@ -56,7 +58,7 @@ KINDS = {
     kind.name: kind
     for kind in (
         UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, ADJOINT, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES,
-        RELEASE, IMPOSED, THERMAL, TEMPERATURES, TRADE,
+        RELEASE, IMPOSED, THERMAL, TEMPERATURES, BALANCE, TRADE,
     )
 }  # fmt: skip
 

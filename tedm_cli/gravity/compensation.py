@@ -60,6 +60,7 @@ class CompensationMass:
     mass_kg : mass [kg].
     axes : [3, 3], rows are the unit vectors of its edges in the basic frame; the identity by default.
     tie : what it follows.
+    group : group of thermal areas whose field it counts to, or "" where it counts to the compensation masses.
 
     Raises
     ------
@@ -73,6 +74,7 @@ class CompensationMass:
     mass_kg: float
     axes: FloatArray = field(default_factory=lambda: np.eye(3))
     tie: Tie | None = None
+    group: str = ""
 
     def __post_init__(self) -> None:
         for attribute, shape in (("centre_m", (3,)), ("size_m", (3,)), ("axes", (3, 3))):

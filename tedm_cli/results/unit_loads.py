@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tedm_cli.arrays import IntArray
+from tedm_cli.arrays import BoolArray, IntArray
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.masses import ElementMasses, MassDistribution, PointMasses, lever_nodes, mass_distribution
@@ -89,21 +89,35 @@ def lever_nodes_of(unit: Reader) -> IntArray:
     return np.union1d(own, turning_grids(unit))
 
 
-def mass_of(unit: Reader, *, lumped: bool = False) -> MassDistribution:
-    """The mass of the model in unit_loads.h5, over its elements or lumped to its grids; levers as `lever_nodes_of`."""
+def mass_of(
+    unit: Reader,
+    *,
+    lumped: bool = False,
+    elements: BoolArray | None = None,
+    concentrated: BoolArray | None = None,
+) -> MassDistribution:
+    """The mass of the model in unit_loads.h5, over its elements or lumped to its grids; levers as `lever_nodes_of`.
+
+    `elements` [E] and `concentrated` [C] : those that count; all by default.
+    """
+    heavy, points = unit.array(UNIT_LOADS.ELEMENT_MASS), _concentrated(unit)
+    if elements is not None:
+        heavy = np.where(elements, heavy, 0.0)
+    if concentrated is not None:
+        points = replace(points, mass=np.where(concentrated, points.mass, 0.0))
     masses = mass_distribution(
         unit.array(UNIT_LOADS.GRID_POSITION),
         ElementMasses(
             id=unit.array(UNIT_LOADS.ELEMENT_ID),
             card=unit.strings(UNIT_LOADS.ELEMENT_TYPE),
-            mass=unit.array(UNIT_LOADS.ELEMENT_MASS),
+            mass=heavy,
             node_offset=unit.array(UNIT_LOADS.ELEMENT_NODE_OFFSET),
             node_index=unit.array(UNIT_LOADS.ELEMENT_NODE_INDEX),
             lever=unit.array(UNIT_LOADS.ELEMENT_LEVER),
             section=unit.array(UNIT_LOADS.ELEMENT_SECTION),
             weight=unit.array(UNIT_LOADS.ELEMENT_WEIGHT),
         ),
-        _concentrated(unit),
+        points,
         lumped=lumped,
         grid_id=unit.array(UNIT_LOADS.GRID_ID),
     )

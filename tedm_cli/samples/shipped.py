@@ -57,7 +57,11 @@ SAMPLES = {
     ),
     "ltp": Sample(
         tuple(
-            f"{_LTP}/{name}" for name in (PROJECT, "model.toml", LAYOUT, "cases.toml", "dynamics.toml", "thermal.toml")
+            f"{_LTP}/{name}"
+            for name in (
+                *(PROJECT, "model.toml", LAYOUT, "cases.toml", "dynamics.toml", "thermal.toml"),
+                *("balance.toml", "balance_parts.csv"),
+            )
         ),
         Script(f"{_SCRIPTS}/ltp_like.py", "ltp.bdf", (*_SOLIDS, *_NETWORK)),
     ),

@@ -30,6 +30,7 @@ from tedm_cli.stages.chain.project_files import chain_files
 COMMANDS: dict[str, Any] = {name: c for name, c in command_line().commands.items() if not c.hidden}
 RANKED = {
     "audit-mesh",
+    "balance",
     "build-adjoint",
     "build-optics",
     "explain",

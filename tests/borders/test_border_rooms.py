@@ -16,6 +16,7 @@ PACKAGE = ROOT / "tedm_cli"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 PURE_ROOMS = {
     "adjoint",
+    "balance",
     "gravity",
     "optics",
     "noise",
@@ -115,6 +116,7 @@ WINGS = sorted(p.name for p in (PACKAGE / "stages").iterdir() if (p / "__init__.
 def test_there_are_wings() -> None:
     assert WINGS == [
         "adjoint",
+        "balance",
         "chain",
         "dynamics",
         "explain",

@@ -206,12 +206,12 @@ def test_a_cell_that_names_no_grids(small: Project, tmp_path: Path, cell: str) -
 @pytest.mark.parametrize(
     ("header", "fact"),
     [
-        (f"{HEADER},node", "mass_kg, which grid may follow; has 'node' besides$"),
-        (HEADER.replace("y_m", "y_mm", 1), "which grid may follow; misses y_m, has 'y_mm'$"),
-        (HEADER.replace("mass_kg", "node"), "which grid may follow; misses mass_kg, has 'node'$"),
+        (f"{HEADER},node", "mass_kg, which grid, group may follow; has 'node' besides$"),
+        (HEADER.replace("y_m", "y_mm", 1), "which grid, group may follow; misses y_m, has 'y_mm'$"),
+        (HEADER.replace("mass_kg", "node"), "which grid, group may follow; misses mass_kg, has 'node'$"),
         (HEADER.replace("x_m,y_m", "y_m,x_m", 1), "column 2 is 'y_m'$"),
-        (f"{HEADER},grid,grid", "mass_kg,grid; column 13 is 'grid'$"),
-        (f"grid,{HEADER}", "mass_kg,grid; column 1 is 'grid'$"),
+        (f"{HEADER},grid,grid", "mass_kg,grid, which group may follow; column 13 is 'grid'$"),
+        (f"grid,{HEADER}", "mass_kg,grid, which group may follow; column 1 is 'grid'$"),
     ],
 )
 def test_a_header_of_a_csv_that_is_another(small: Project, tmp_path: Path, header: str, fact: str) -> None:

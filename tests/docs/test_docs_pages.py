@@ -14,6 +14,7 @@ from pages_run import agrees, begin, build_sample, changed, pages_with_sessions,
 from shared_folder import shared
 
 from tedm_cli.cli.commands import command_line
+from tedm_cli.config.balance import BalanceConfig
 from tedm_cli.config.base import validate
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.dynamics import DynamicsConfig
@@ -174,6 +175,7 @@ WHOLE: list[tuple[type[Any], Path]] = [
     (DynamicsConfig, ROOT / "configs" / "dynamics.toml"),
     (TradeConfig, ROOT / "configs" / "trade" / "variants.toml"),
     (ThermalConfig, ROOT / "tests" / "docs" / "thermal.toml"),
+    (BalanceConfig, ROOT / "configs" / "balance.toml"),
 ]
 
 

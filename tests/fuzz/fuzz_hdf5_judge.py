@@ -47,6 +47,7 @@ MADE = {
     "release.h5": ["simulate", "--release", "TM1_x=1e-6"],
     "figure_6_2.h5": ["simulate", "--figure-6.2"],
     "thermal.h5": ["build-thermal"],
+    "balance.h5": ["balance"],
     "temperatures.h5": ["map-temperatures", "tau.csv", "-o", "build/temperatures.h5"],
 }
 #: By file: the commands that read it.
@@ -69,6 +70,7 @@ READERS: dict[str, tuple[str, ...]] = {
     "release.h5": ("show release.h5",),
     "figure_6_2.h5": ("show figure_6_2.h5", "view"),
     "thermal.h5": ("show thermal.h5",),
+    "balance.h5": ("show balance.h5",),
     "temperatures.h5": ("show temperatures.h5",),
     "trade.h5": ("show trade.h5",),
 }

@@ -24,7 +24,7 @@ from fuzz_binary import BINARY
 from fuzz_judge import HangError, Verdict, limits
 from fuzz_meaning import meaning, written
 from fuzz_text import Mutation
-from fuzz_users_project import Ran, UserProject, bricks, loop, network
+from fuzz_users_project import Ran, UserProject, balanced, bricks, loop, network
 from fuzz_users_text import USERS_BINARY, USERS_TEXT
 from label_scales import is_scale_alone
 
@@ -67,10 +67,14 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "thermal_powers.csv": ("thermal_powers.csv", THERMAL),
     "bus.csv": ("bus.csv", THERMAL),
     "MODEL.TMD": ("MODEL.TMD", THERMAL),
+    "balance.toml": ("balance.toml", [["balance"]]),
+    "parts.csv": ("parts.csv", [["balance"]]),
+    "measured.csv": ("measured.csv", [["balance", "--retrim", "measured.csv"]]),
 }
 ARCHIVES = ("r.npz", "optics.npz", "optics.mat", "controller.npz", "MODEL.TMD")
 LOOPS = ("dynamics.toml", "magnetic.csv", "controller.npz")
 NETWORKS = ("thermal.toml", "thermal_nodes.csv", "thermal_conductors.csv", "thermal_powers.csv", "bus.csv", "MODEL.TMD")
+BALANCED = ("balance.toml", "parts.csv", "measured.csv")
 #: What a kind needs in a configuration that it is not about: the file, a text in it, and what takes its place.
 NAMED = {
     kind: ("optics.toml", "[frame]", f'[imported]\nS_BW = "matrices/{source}"\n\n[frame]')
@@ -96,7 +100,7 @@ _READ = {
 LABELS = {
     "budget.csv": 0, "spectra.csv": 0, "series.csv": 0, "points.csv": 0, "magnetic.csv": 0, "blocks.csv": 1, "r.csv": 1,
     "S_BW.csv": 2, "nodes.csv": 2, "thermal_conductors.csv": 2, "thermal_powers.csv": 1, "bus.csv": 0,
-    "map.csv": 1, "tau.csv": 1,
+    "map.csv": 1, "tau.csv": 1, "parts.csv": 1, "measured.csv": 1,
 }  # fmt: skip
 Numbers = dict[str, np.ndarray]
 
@@ -114,7 +118,12 @@ class Users:
     """Projects with every kind of file, and the judge of what becomes of damage."""
 
     def __init__(self, folder: Path, kinds: tuple[str, ...] = tuple(READERS)) -> None:
-        makers: dict[str, Callable[[Path], UserProject]] = {"bricks": bricks, "loop": loop, "network": network}
+        makers: dict[str, Callable[[Path], UserProject]] = {
+            "bricks": bricks,
+            "loop": loop,
+            "network": network,
+            "balanced": balanced,
+        }
         wanted = {_home(kind) for kind in kinds}
         self.projects = {name: make(folder / name) for name, make in makers.items() if name in wanted}
         self.kept = {p: p.read_bytes() for project in self.projects.values() for p in project.build.glob("*.h5")}
@@ -297,7 +306,8 @@ def _no_table(rows: object, labels: int) -> str:
 
 
 def _home(kind: str) -> str:
-    return "loop" if kind in LOOPS else "network" if kind in NETWORKS else "bricks"
+    homes = {"loop": LOOPS, "network": NETWORKS, "balanced": BALANCED}
+    return next((home for home, kinds in homes.items() if kind in kinds), "bricks")
 
 
 def unclear(ran: Ran) -> str:

@@ -96,6 +96,43 @@ TEXTS = {
     "tau.csv": "set,NEAR,FAR\nwarm,0.25,0.75\nwarmer,1.5,1.25\n",
     "nodes.csv": "node,area,weight\nN1,ROOT,0.25\nN2,ROOT,0.75\nN2,WAIST,1.0\nN1,TIP,0.5\nN2,TIP,0.5\n",
 }
+#: Boxes at the small sample, tolerances of parts of it, and what was measured of them.
+BALANCE = """
+clearance_m = 0.003
+
+[tolerance]
+block_mass = 1e-3
+block_position_m = 1e-5
+parts = "parts.csv"
+draws = 100
+
+[[box]]
+name = "OUTER"
+frame = "TM1"
+low_m = [-0.064, 0.016, -0.030]
+high_m = [-0.034, 0.060, 0.030]
+density_kg_m3 = 18500.0
+mirror = true
+alike = true
+
+[[box]]
+name = "TRIM"
+centre_m = [-0.23, 0.0, 0.0]
+size_m = 0.012
+rotation_rad = [0.0, 0.0, 0.1]
+density_kg_m3 = 18500.0
+step_kg = 0.005
+alike = true
+group = "IS1"
+alike_group = "IS2"
+
+[[keep_out]]
+name = "BEAM"
+low_m = [-0.1, -0.01, -0.01]
+high_m = [0.1, 0.01, 0.01]
+"""
+PARTS = "part,sigma_mass,sigma_position_m\narea IS1_EH_OUTER,1e-3,1e-5\nproperty 1,1e-3,0\n"
+MEASURED = "part,mass_kg,dx_m,dy_m,dz_m\narea IS1_EH_OUTER,0,1e-4,0,0\nblock OUTER,0,0,1e-4,0\n"
 LOOP = """
 [spacecraft]
 mass_kg = 430.0
@@ -247,7 +284,10 @@ def small_chain(folder: Path, cases: str, dynamics: str) -> UserProject:
     areas = dict.fromkeys(line.split(",")[1] for line in (folder / "ltp_small_areas.csv").read_text().split()[1:])
     numbers = ",".join(f"{0.1 * k:.1f}" for k in range(len(areas)))
     (folder / "tau.csv").write_text(f"set,{','.join(areas)}\nrising,{numbers}\n")
-    (folder / "tedm.toml").write_text('title = "small sample"\ndynamics = "dynamics.toml"\nthermal = "thermal.toml"\n')
+    (folder / "balance.toml").write_text(BALANCE)
+    (folder / "parts.csv").write_text(PARTS)
+    named = "".join(f'{name} = "{name}.toml"\n' for name in ("dynamics", "thermal", "balance"))
+    (folder / "tedm.toml").write_text(f'title = "small sample"\n{named}')
     project = UserProject(folder)
     for args in (["ingest"], ["build-distortion"], ["build-sensitivity"], ["build-optics"]):
         project.sound(args)
@@ -261,6 +301,14 @@ def loop(folder: Path) -> UserProject:
     _controller(project)
     (folder / "dynamics.toml").write_text(LOOP)
     project.sound(["build-dynamics"])
+    return project
+
+
+def balanced(folder: Path) -> UserProject:
+    """The small sample, balanced, and a table of what was measured of it."""
+    project = small_chain(folder, "", "")
+    (folder / "measured.csv").write_text(MEASURED)
+    project.sound(["balance"])
     return project
 
 

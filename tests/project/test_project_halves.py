@@ -218,6 +218,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "areas": (),
     "write-deck": ("-o", "{out}/deck.bdf"),
     "solve": ("-o", "{out}/loads.op2"),
+    "balance": (),
     "audit-mesh": (),
     "self-gravity": ("--points", "{out}/points.csv"),
     "accuracy": ("8.1", "-o", "{out}"),
@@ -247,15 +248,16 @@ OF_THE_FOLDER: dict[str, tuple[str, ...]] = {
     "export-extremal": ("3", "-d", "{build}", "-o", "{out}"),
     "export-vtu": ("-d", "{build}", "-o", "{out}/mesh.vtu"),
 }
-NO_THERMAL = {
+NOT_NAMED = {
+    "balance": "the project does not say where compensation masses may be",
     "build-thermal": "the project has no thermal model",
     "map-temperatures": "the project has no thermal model",
 }
 NO_OPTICS, NO_MASSES = "tedm.toml: optics: the project has no optics", "model.toml: test_mass: "
 REFUSED = {
-    GRAVITY: NO_THERMAL
+    GRAVITY: NOT_NAMED
     | dict.fromkeys(("check-layout", "build-optics", "explain", "build-dynamics", "simulate", "plot"), NO_OPTICS),
-    READ_OUT: NO_THERMAL
+    READ_OUT: NOT_NAMED
     | dict.fromkeys(
         (
             "build-sensitivity",

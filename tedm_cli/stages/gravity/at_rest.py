@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.at_rest import members, rest_of
+from tedm_cli.config.at_rest import rest_of
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.contracts import SENSITIVITY
 from tedm_cli.files.store import Writer
-from tedm_cli.gravity.requirements import ALL, DcVerdict, dc_quantities, judge_at_rest
-
-BY_AREA = ("acceleration", "angular_acceleration", "gamma_lin")  # in the order of `dc_quantities`
+from tedm_cli.gravity.requirements import DcVerdict, judge_at_rest
+from tedm_cli.results.at_rest import fields_at_rest
 
 
 def verdicts_at_rest(
@@ -22,28 +21,11 @@ def verdicts_at_rest(
     pulls: Mapping[str, FloatArray],
     by_area: Mapping[str, FloatArray],
     groups: Sequence[str],
+    of_blocks: Mapping[str, Mapping[str, FloatArray]],
 ) -> list[DcVerdict]:
-    """Judge the field at rest.
-
-    Parameters
-    ----------
-    sources, pulls : names, and each of `BY_AREA` by [test mass, source, ...].
-    by_area, groups : each of `BY_AREA` by [test mass, area, ...], and the group of every area.
-    """
-    subsystems = config.gravity.subsystems
-    rest = rest_of(subsystems)
-    fields = {}
-    for t, test_mass in enumerate(config.test_mass):
-        field = {ALL: dc_quantities(*(pulls[name][t].sum(axis=0) for name in BY_AREA))}
-        for name, subsystem in subsystems.items():
-            chosen = members(subsystem, test_mass.name)
-            areas, pointlike = np.isin(groups, chosen), np.isin(sources, chosen)
-            parts = [by_area[n][t, areas].sum(axis=0) + pulls[n][t, pointlike].sum(axis=0) for n in BY_AREA]
-            field[name] = dc_quantities(*parts)
-        if rest:
-            field[rest] = field[ALL] - sum(field[name] for name in subsystems if name != rest)
-        fields[test_mass.name] = field
-    return judge_at_rest(config.limits_at_rest(), fields, rest)
+    """Judge the field at rest; parameters as `fields_at_rest` has them."""
+    fields = fields_at_rest(config, sources, pulls, by_area, groups, of_blocks)
+    return judge_at_rest(config.limits_at_rest(), fields, rest_of(config.gravity.subsystems))
 
 
 def write_verdicts(writer: Writer, verdicts: Sequence[DcVerdict]) -> None:

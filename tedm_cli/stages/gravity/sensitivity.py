@@ -33,11 +33,12 @@ from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
+from tedm_cli.results.at_rest import BY_AREA, by_group
 from tedm_cli.results.sides import require_plane
 from tedm_cli.results.ties import Ties, require_ties
 from tedm_cli.results.unit_loads import area_of_grids, mass_of
 from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
-from tedm_cli.stages.gravity.at_rest import BY_AREA, verdicts_at_rest, write_verdicts
+from tedm_cli.stages.gravity.at_rest import verdicts_at_rest, write_verdicts
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity
 from tedm_cli.stages.gravity.positions import position_sensitivity
 from tedm_cli.stages.gravity.tied_blocks import tied_operators, write_blocks
@@ -76,6 +77,12 @@ class Sources:
     def stack(self, name: str) -> FloatArray:
         """One quantity of all fields, [test mass, source, ...]."""
         return np.array([[getattr(f, name) for f in row] for row in self.fields], dtype=float).swapaxes(0, 1)
+
+    def of_blocks(self, blocks: list[CompensationMass]) -> list[list[SelfGravity]]:
+        """The field of each block, [test mass][block]."""
+        count = max(len(blocks), 1)
+        found = [how.field for how in self.block_quadrature]
+        return [found[start : start + count] for start in range(0, len(found), count)]
 
 
 def build_sensitivity(project: Project, output: Path | None, step: Step) -> SensitivitySummary:
@@ -164,7 +171,8 @@ def _build(
     writer.write(SENSITIVITY.AREA_CONTRIBUTION_ANGULAR_ACCELERATION, by_area["angular_acceleration"])
     writer.write(SENSITIVITY.AREA_CONTRIBUTION_GAMMA_LIN, by_area["gamma_lin"])
     pulls = {name: sources.stack(name) for name in BY_AREA}
-    verdicts = verdicts_at_rest(config, sources.names, pulls, by_area, distortion.strings(DISTORTION.AREA_GROUP))
+    groups, of_blocks = distortion.strings(DISTORTION.AREA_GROUP), by_group(blocks, sources.of_blocks(blocks))
+    verdicts = verdicts_at_rest(config, sources.names, pulls, by_area, groups, of_blocks)
     write_verdicts(writer, verdicts)
     labels, units = sensitivity_row_labels(test_masses), sensitivity_row_units(test_masses)
     writer.write(SENSITIVITY.ROW_LABEL, labels)

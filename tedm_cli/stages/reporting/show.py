@@ -10,6 +10,7 @@ import numpy as np
 
 from tedm_cli.contracts import (
     ADJOINT,
+    BALANCE,
     CASE,
     DISTORTION,
     DYNAMICS,
@@ -23,6 +24,7 @@ from tedm_cli.contracts import (
 )
 from tedm_cli.files.store import Reader, kind_of, open_checked
 from tedm_cli.results.adjoint import read_adjoint
+from tedm_cli.results.balance import read_balance
 from tedm_cli.results.dynamics import read_stability
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import read_imposed
@@ -65,6 +67,17 @@ def _judgement(file: Reader) -> dict[str, Any]:
                 "passed": v.passed,
             }
             for v in dc_verdicts(file)
+        ]
+    elif file.kind is BALANCE:
+        found = read_balance(file)
+        verdicts = [
+            {
+                "output": f"{v.place} {v.quantity}, {v.subsystem}",
+                "requirement": v.requirement,
+                "ratio": v.ratio,
+                "passed": v.passed,
+            }
+            for v in found.after
         ]
     elif file.has(CASE.VERDICT_OUTPUT):
         columns = (CASE.VERDICT_RATIO, CASE.VERDICT_PASSED)
@@ -109,6 +122,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
             label: f"peak {peak:.4g} {unit}, " + (f"small after {s:.6g} s" if np.isfinite(s) else "large at the end")
             for label, unit, (peak, s) in zip(labels, units, numbers, strict=True)
         }
+    if file.kind is BALANCE:
+        return _balance(file)
     if file.kind is THERMAL:
         return _thermal(file)
     if file.kind is TRADE:
@@ -133,6 +148,20 @@ def _adjoint(file: Reader) -> dict[str, Any]:
         "largest_difference": float(found.difference.max()),
         "largest_over_allowed": float((found.difference / found.allowed).max()),
     }
+
+
+def _balance(file: Reader) -> dict[str, Any]:
+    """The mass of the blocks, by box, and what became of drawn builds."""
+    found = read_balance(file)
+    main: dict[str, Any] = {
+        "met": f"{found.met} of {len(found.after)}, without the blocks {sum(v.passed for v in found.before)}",
+        "mass_kg": found.total_kg,
+        "relaxed_mass_kg": found.total_relaxed_kg,
+        **{f"mass_kg {box}": float(mass) for box, (mass, _, _) in found.by_box().items()},
+    }
+    if (drawn := found.drawn) is not None:
+        main["yield"] = f"{drawn.met} of {drawn.draws} builds, 95 % interval {drawn.low:.4g} to {drawn.high:.4g}"
+    return main
 
 
 def _thermal(file: Reader) -> dict[str, Any]:

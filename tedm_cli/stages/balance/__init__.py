@@ -1,0 +1,1 @@
+"""Stages on the balance of the field at rest."""
