@@ -14,14 +14,13 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.adjoint import TemperatureSensitivity, ThermalForces
 from tedm_cli.fem.assembly import Operators, assemble
-from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.bending import bending_change
-from tedm_cli.fem.constraints import eliminate, to_basic
 from tedm_cli.fem.drilling import DrillingChange, drilling_change
 from tedm_cli.fem.element_loads import ElementLoads, element_loads
 from tedm_cli.fem.linear import SolverName
 from tedm_cli.fem.mass import weight_per_acceleration
 from tedm_cli.fem.other_elements import BatchLoads, RandomSums
+from tedm_cli.fem.reduced import reduced_stiffness
 from tedm_cli.fem.stability import factorise_supported, require_supported
 from tedm_cli.fem.structure import LoadCase, Structure
 from tedm_cli.fem.supports import Supports
@@ -96,22 +95,18 @@ class StaticSolution:
         self._expansion_residual = _expansion_residual(structure, operators)
 
         self._progress(1, 3, "constrain")
-        elimination = eliminate(structure)
-        transform = to_basic(structure) @ elimination.transform
-        reduced = (transform.T @ operators.stiffness @ transform).tocsr()
+        reduced = reduced_stiffness(structure, operators.stiffness)
         self._thermal, self._warming = operators.thermal, operators.warming
         self._element_loads: ElementLoads | None = None  # made for the first case that needs them
         del operators  # the unconstrained stiffness is as large as the constrained one
-        constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
-        active, measure = stiff_components(reduced, elimination.dependent, constrained)
-        require_supported(structure, reduced, active, constrained, measure)
-        free = np.setdiff1d(active, constrained)
-        rows = reduced[free]
+        require_supported(structure, reduced.matrix, reduced.active, reduced.constrained, reduced.measure)
+        free, held = reduced.free, reduced.constrained
+        rows = reduced.matrix[free]
         self._stiffness = rows[:, free]
-        self._transform = transform[:, free]
-        self._supports = Supports(constrained, rows[:, constrained], transform[:, constrained])
+        self._transform = reduced.transform[:, free]
+        self._supports = Supports(held, rows[:, held], reduced.transform[:, held])
         self._weight = None if mass is None else weight_per_acceleration(mass)
-        attached = np.unique(np.concatenate([active, elimination.dependent]) // 6)
+        attached = np.unique(np.concatenate([reduced.active, reduced.dependent]) // 6)
         self._unattached = np.delete(structure.grid_id, attached)
         self._assemble_seconds = time.perf_counter() - start
 
