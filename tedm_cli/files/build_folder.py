@@ -22,6 +22,7 @@ from tedm_cli.files.store import Reader, open_checked
     IMPOSED_FILE,
     RELEASE_FILE,
     THERMAL_FILE,
+    LOADS_FILE,
 ) = (
     "unit_loads.h5",
     "distortion.h5",
@@ -32,6 +33,7 @@ from tedm_cli.files.store import Reader, open_checked
     "figure_6_2.h5",
     "release.h5",
     "thermal.h5",
+    "loads.h5",
 )
 _AREAS = tuple(d for d in vars(AreaDatasets).values() if isinstance(d, Dataset))
 

@@ -13,6 +13,7 @@ from tedm_cli.contracts import (
     CASE,
     DISTORTION,
     DYNAMICS,
+    LOADS,
     OPTICS,
     RELEASE,
     SENSITIVITY,
@@ -25,6 +26,7 @@ from tedm_cli.results.adjoint import read_adjoint
 from tedm_cli.results.dynamics import read_stability
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import read_imposed
+from tedm_cli.results.loads import read_loads
 from tedm_cli.results.thermal import read_thermal
 from tedm_cli.results.uncertainty import as_dict, read_uncertainty
 
@@ -107,6 +109,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
             label: f"peak {peak:.4g} {unit}, " + (f"small after {s:.6g} s" if np.isfinite(s) else "large at the end")
             for label, unit, (peak, s) in zip(labels, units, numbers, strict=True)
         }
+    if file.kind is LOADS:
+        return _loads(file)
     if file.kind is THERMAL:
         return _thermal(file)
     if file.kind is TEMPERATURES:
@@ -129,6 +133,18 @@ def _adjoint(file: Reader) -> dict[str, Any]:
         "largest_difference": float(found.difference.max()),
         "largest_over_allowed": float((found.difference / found.allowed).max()),
     }
+
+
+def _loads(file: Reader) -> dict[str, Any]:
+    """How much each load distorts, and the first frequency."""
+    found = read_loads(file)
+    main: dict[str, Any] = {
+        name: f"distorts by {distortion:.4g} m" + ("" if unit == "1" else f" per {unit}")
+        for name, unit, distortion in zip(found.name, found.unit, found.distortion, strict=True)
+    }
+    if found.modes is not None and len(found.modes.frequency_hz):
+        main["first_frequency_Hz"] = float(found.modes.frequency_hz[0])
+    return main
 
 
 def _thermal(file: Reader) -> dict[str, Any]:
