@@ -75,8 +75,8 @@ class ProjectTable(Strict):
 class Project:
     """A project as the stages see it: its configuration files and the folder that holds their results.
 
-    `optics` is None where the project has self-gravity alone, `thermal` where it has no thermal model, `loads` where its
-    loads are temperatures alone.
+    `optics` is None where the project has self-gravity alone, `thermal` where it has no thermal model, `loads` where it
+    has temperatures alone.
     """
 
     file: ConfigFile

@@ -27,7 +27,7 @@ def _read_out(path: str, dims: tuple[str, ...], dtype: str, units: str | None, l
 
 def _judged(path: str, dims: tuple[str, ...], dtype: str, units: str | None, long_name: str) -> Dataset:
     """Of layouts whose beams can be traced."""
-    return Dataset(path, dims, dtype, units, long_name, optional=True, group="layout", open_ended=dtype == "float")
+    return Dataset(path, dims, dtype, units, long_name, optional=True, group="layout", open_ended="load" in dims)
 
 
 class LoadsFile(GridIds, FileKind):

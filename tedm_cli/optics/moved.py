@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -31,9 +33,18 @@ def moved_layout(layout: OpticalLayout, motion: FloatArray) -> OpticalLayout:
 
 def findings_after(layout: OpticalLayout, motion: FloatArray, before: tuple[Finding, ...]) -> FloatArray:
     """Values of the checks `before`, in their order, after motions [n_elements, 6]; NaN where a beam is lost."""
-    after = {(f.check, f.where, f.element): f.value for f in check_layout(moved_layout(layout, motion))}
-    values = [after.get((f.check, f.where, f.element)) for f in before]
+    after = {key: f.value for key, f in _by_place(check_layout(moved_layout(layout, motion)))}
+    values = [after.get(key) for key, _ in _by_place(before)]
     return np.array([np.nan if value is None else value for value in values])
+
+
+def _by_place(findings: Iterable[Finding]) -> Iterator[tuple[tuple[str, ...], Finding]]:
+    """Findings with what names them: a beam may meet the same face twice."""
+    seen: Counter[tuple[str, ...]] = Counter()
+    for finding in findings:
+        key = (finding.check, finding.where, finding.element)
+        yield (*key, str(seen[key])), finding
+        seen[key] += 1
 
 
 def _vector(values: AnyArray) -> Vec3:

@@ -55,7 +55,8 @@ SAMPLES = {
     ),
     "ltp": Sample(
         tuple(
-            f"{_LTP}/{name}" for name in (PROJECT, "model.toml", LAYOUT, "cases.toml", "dynamics.toml", "thermal.toml")
+            f"{_LTP}/{name}"
+            for name in (PROJECT, "model.toml", LAYOUT, "cases.toml", "dynamics.toml", "thermal.toml", "loads.toml")
         ),
         Script(f"{_SCRIPTS}/ltp_like.py", "ltp.bdf", (*_SOLIDS, *_NETWORK)),
     ),

@@ -31,6 +31,7 @@ COMMANDS: dict[str, Any] = {name: c for name, c in command_line().commands.items
 RANKED = {
     "audit-mesh",
     "build-adjoint",
+    "build-loads",
     "build-optics",
     "explain",
     "map-temperatures",

@@ -16,6 +16,7 @@ from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.mass import weight_per_acceleration
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.fem.structure import LoadCase, OnFreedoms, Structure
+from tedm_cli.fem.supports import carried
 from tedm_cli.nastran.geometry import model_geometry
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.structure.deck import read_solver_deck
@@ -109,6 +110,66 @@ def test_fem_supports_that_move_as_one_carry_the_structure(tmp_path: Path) -> No
         np.testing.assert_allclose(found[:, :3], motion[:, :3, k], atol=2e-10)
         plate = structure.grid_id[stiff] < 21  # whose rotation about the normal has no stiffness here
         np.testing.assert_allclose(found[stiff][~plate, 3:], motion[stiff][~plate, 3:, k], atol=1e-9)
+
+
+def mounted(rods: int) -> list[str]:
+    """A plate on pinned rods from three of its corners to six places, or more: statically determinate with six."""
+    cards = [f"GRID,{1 + 5 * i + j},,{0.1 * i:.1f},{0.1 * j:.1f},0." for i in range(5) for j in range(5)]
+    for i in range(4):
+        for j in range(4):
+            a = 1 + 5 * i + j
+            cards.append(f"CQUAD4,{1 + 4 * i + j},1,{a},{a + 5},{a + 6},{a + 1}")
+    feet = [(1, (-0.2, 0.1, -0.3)), (1, (0.1, -0.2, -0.3)), (21, (0.5, -0.2, -0.3)), (21, (0.6, 0.2, -0.3))]
+    feet += [(13, (0.3, 0.5, -0.3)), (13, (0.0, 0.4, -0.3)), (25, (0.6, 0.6, -0.3))]
+    for number, (corner, (x, y, z)) in enumerate(feet[:rods]):
+        foot = 101 + number
+        cards += [f"GRID,{foot},,{x},{y},{z}", f"CROD,{foot},2,{foot},{corner}", f"SPC1,1,123,{foot}"]
+    return [
+        *cards,
+        *("PSHELL,1,1,.005,1,,1", "PROD,2,1,1.-5", "MAT1,1,7.+10,,.3,2700.", "FORCE,11,1,,1.,1.,0.,0."),
+    ]
+
+
+@pytest.mark.parametrize(("rods", "rigid"), [(6, True), (7, False)])
+def test_fem_an_isostatic_mount_transmits_rigid_motion_alone(tmp_path: Path, rods: int, rigid: bool) -> None:
+    """Each foot along each axis: the plate moves as one, to rounding; a seventh rod bends it."""
+    structure, _ = read_solver_deck(deck(tmp_path, mounted(rods), (11,)))
+    plate = np.arange(25)
+    cases: list[LoadCase] = []
+    for foot in range(25, 25 + rods):
+        for axis in range(3):
+            enforced = carried(structure, np.array([foot]), structure.position[foot], axis)
+            cases.append(LoadCase(id=len(cases) + 1, label="", enforced=enforced))
+    bent = []
+    for _, motion in StaticSolution(structure).solve(cases):
+        modes = rigid_body_matrix(structure.position[plate])[:, :3].reshape(-1, 6)
+        moved = motion[plate, :3].reshape(-1)
+        bent.append(np.abs(moved - modes @ np.linalg.lstsq(modes, moved, rcond=None)[0]).max())
+        assert rigid or np.abs(moved).max() > 0.0
+    print("distortion by 1 m of a foot", max(bent))
+    assert (max(bent) < 1e-9) if rigid else (max(bent) > 1e-3)
+
+
+def test_fem_a_foot_moves_in_what_it_is_held_in() -> None:
+    """Of a turned frame: one component of three is held, and takes its share; rotations need the size of a foot."""
+    turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # columns: own x is along y
+    structure = Structure(
+        grid_id=np.array([1, 2]),
+        position=np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]),
+        displacement_frame=np.stack([turned, np.eye(3)]),
+        spc_grid=np.array([0, 1, 1]),
+        spc_component=np.array([1, 2, 3]),
+    )
+    both, middle = np.array([0, 1]), np.array([1.0, 0.0, 0.0])
+    found = [carried(structure, both, middle, motion) for motion in range(6)]
+    assert [dict(zip(f.dof.tolist(), f.value.tolist(), strict=True)) for f in found] == [
+        {},
+        {0: 1.0, 7: 1.0},
+        {8: 1.0},
+        {},
+        {8: -1.0},
+        {0: -1.0, 7: 1.0},
+    ]
 
 
 def test_fem_sums_of_sets_are_sums_of_motions(tmp_path: Path) -> None:

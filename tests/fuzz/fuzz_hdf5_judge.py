@@ -44,6 +44,7 @@ MADE = {
     "release.h5": ["simulate", "--release", "TM1_x=1e-6"],
     "figure_6_2.h5": ["simulate", "--figure-6.2"],
     "thermal.h5": ["build-thermal"],
+    "loads.h5": ["build-loads"],
     "temperatures.h5": ["map-temperatures", "tau.csv", "-o", "build/temperatures.h5"],
 }
 #: By file: the commands that read it.
@@ -66,6 +67,7 @@ READERS: dict[str, tuple[str, ...]] = {
     "release.h5": ("show release.h5",),
     "figure_6_2.h5": ("show figure_6_2.h5", "view"),
     "thermal.h5": ("show thermal.h5",),
+    "loads.h5": ("show loads.h5",),
     "temperatures.h5": ("show temperatures.h5",),
 }
 NO_CONFIG = ("show", "export-case")

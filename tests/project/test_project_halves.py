@@ -215,6 +215,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         name: ("-o", "{out}/file.h5")
         for name in ("ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
     },
+    "build-loads": ("-o", "{out}/file.h5"),
     "areas": (),
     "write-deck": ("-o", "{out}/deck.bdf"),
     "solve": ("-o", "{out}/loads.op2"),
@@ -245,15 +246,16 @@ OF_THE_FOLDER: dict[str, tuple[str, ...]] = {
     "export-extremal": ("3", "-d", "{build}", "-o", "{out}"),
     "export-vtu": ("-d", "{build}", "-o", "{out}/mesh.vtu"),
 }
-NO_THERMAL = {
+NO_TABLES = {
+    "build-loads": "the project has no loads but temperatures",
     "build-thermal": "the project has no thermal model",
     "map-temperatures": "the project has no thermal model",
 }
 NO_OPTICS, NO_MASSES = "tedm.toml: optics: the project has no optics", "model.toml: test_mass: "
 REFUSED = {
-    GRAVITY: NO_THERMAL
+    GRAVITY: NO_TABLES
     | dict.fromkeys(("check-layout", "build-optics", "explain", "build-dynamics", "simulate", "plot"), NO_OPTICS),
-    READ_OUT: NO_THERMAL
+    READ_OUT: NO_TABLES
     | dict.fromkeys(
         (
             "build-sensitivity",
