@@ -45,6 +45,14 @@ def write_deck(
             " forces for each output of sensitivity.h5 and optics.h5.",
         ),
     ] = False,
+    loads: Annotated[
+        bool,
+        typer.Option(
+            "--loads",
+            help="Write the deck of the loads of loads.toml instead, other_loads.bdf beside the unit-load deck: one"
+            " subcase of SPCD, GRAV, FORCE and MOMENT for each.",
+        ),
+    ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -53,8 +61,17 @@ def write_deck(
 
     One subcase of +1 K per thermal area (+1 K/m of one under a gradient), and one that warms all areas together, on the
     model's own bulk data and constraints. What it drops from the case control is listed. With --adjoint the results of
-    the deck go to `build-adjoint --op2`.
+    the deck go to `build-adjoint --op2`, with --loads to `build-loads --op2`.
     """
+    if adjoint and loads:
+        raise UsageError("--adjoint and --loads are two decks", hint="write one after the other")
+    if loads:
+        from tedm_cli.cli.printing.loads import loads_deck_dict, loads_deck_lines
+        from tedm_cli.stages.loads.deck import write_loads_deck
+
+        of_loads = write_loads_deck(open_project(config, build_dir, verbose), output)
+        answer(as_json, quiet, lambda: loads_deck_lines(of_loads), lambda: loads_deck_dict(of_loads))
+        return
     if adjoint:
         from tedm_cli.cli.printing.adjoint import adjoint_deck_dict, adjoint_deck_lines
         from tedm_cli.stages.adjoint.deck import write_adjoint_deck

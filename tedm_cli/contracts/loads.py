@@ -189,7 +189,14 @@ class LoadsFile(GridIds, FileKind):
         "largest distortion by motions of all supports as one, over the displacement; rounding, unless something else"
         " holds the structure; 0 without feet",
     )
-    CHECK_RESIDUAL = Dataset("/check/residual", (), "float", "1", "largest relative residual |K u - f| / |f|")
+    CHECK_RESIDUAL = Dataset(
+        "/check/residual",
+        (),
+        "float",
+        "1",
+        "largest relative residual |K u - f| / |f|; NaN of another solver's results",
+        open_ended=True,
+    )
 
 
 LOADS = LoadsFile("loads", 1, "tedm build-loads", fixed_dims={"xyz": 3, "motion": 6})

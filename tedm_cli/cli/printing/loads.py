@@ -13,9 +13,22 @@ if TYPE_CHECKING:
     from tedm_cli.arrays import FloatArray
     from tedm_cli.results.loads import LoadResults, Margins, Modes
     from tedm_cli.stages.loads.build import LoadsSummary
+    from tedm_cli.stages.loads.deck import LoadsDeckSummary
 
 _RIGID = 1e-6  # share of distortion above which supports that move as one do not carry the structure as one
 _SHARE = 1e-3  # of the mass: what a mode moves less of along an axis is not shown
+
+
+def loads_deck_lines(done: LoadsDeckSummary) -> list[str]:
+    """Size of the deck, and what to know."""
+    return [
+        f"{done.path}: {count(len(done.loads), 'load')} of {done.cards:,} cards on {done.grids:,} grids",
+        *(f"note: {note}" for note in done.notes),
+    ]
+
+
+def loads_deck_dict(done: LoadsDeckSummary) -> dict[str, Any]:
+    return {"file": done.path, "grids": done.grids, "cards": done.cards, "loads": done.loads, "notes": done.notes}
 
 
 def loads_lines(done: LoadsSummary, most: int | None) -> list[str]:

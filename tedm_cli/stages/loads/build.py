@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.loads import INTERFACE, LoadsConfig, load_loads
+from tedm_cli.config.loads import INTERFACE, load_loads
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import LOADS, UNIT_LOADS
 from tedm_cli.distortion import RigidFit
@@ -22,16 +20,12 @@ from tedm_cli.fem.static import StaticSolution
 from tedm_cli.fem.structure import Structure
 from tedm_cli.files.build_folder import LOADS_FILE
 from tedm_cli.files.store import Reader, Writer, create, open_checked
-from tedm_cli.nastran.geometry import model_geometry
-from tedm_cli.nastran.membership import membership
-from tedm_cli.nastran.reading import cross_reference
-from tedm_cli.nastran.structure.deck import solver_structure
-from tedm_cli.nastran.structure.masses import model_mass
-from tedm_cli.nastran.structure.material_use import material_use
+from tedm_cli.nastran.loads.loads_results import load_motions
+from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.progress import Step
 from tedm_cli.results.loads import LoadResults, read_loads
 from tedm_cli.stages.common import out_path
-from tedm_cli.stages.loads.columns import Column, columns
+from tedm_cli.stages.loads.model import LoadedModel, loaded_model
 from tedm_cli.stages.loads.optics import Bench, write_optics
 from tedm_cli.stages.output_inputs import OutputInputs, output_inputs
 from tedm_cli.stages.outputs import Outputs
@@ -48,35 +42,33 @@ class LoadsSummary:
     no_read_outs: str
 
 
-@dataclass(frozen=True, eq=False)
-class _Model:
-    """The structure of a deck, its mass matrix, and the loads on it."""
-
-    structure: Structure
-    mass: sp.csr_matrix
-    loads: list[Column]
-
-
-def build_loads(project: Project, output: Path | None, step: Step) -> LoadsSummary:
+def build_loads(project: Project, output: Path | None, step: Step, *, results: Sequence[Path] = ()) -> LoadsSummary:
     """Solve the loads of the project with one factorisation, and find what they do to outputs and beams.
+
+    Parameters
+    ----------
+    results : of the deck of `write-deck --loads`, solved elsewhere; where none are given, the embedded solver solves.
 
     Raises
     ------
     ConfigError : the project names no loads, or what the deck has not; the model has no test masses.
-    InputError : a file that is missing or stale; cards that the embedded solver does not model.
+    InputError : a file that is missing or stale; cards that the embedded solver does not model; results of other
+        loads or of another model.
     PhysicsError : the structure is not held; it has no mass.
     """
     path = project.required_loads()
     file, config = load_loads(path)
     out = out_path(project, LOADS_FILE, output)
-    with output_inputs(project, more=[file]) as given:
-        model = _model(given, config, path)
+    for name in results:
+        require_whole(name)
+    with output_inputs(project, results, more=[file]) as given:
+        model = loaded_model(project, config, path, given.raw)
         if not model.loads and not config.modes.number:
             raise ConfigError([("", "has no load, and asks for no modes")], where=str(path))
         outputs = given.outputs(model.structure.grid_id)
         with create(out, LOADS, given.trace) as writer:
             try:
-                _write(writer, given, model, outputs, step)
+                _write(writer, given, model, outputs, _Solved(model, results, step))
                 if config.modes.number:
                     _write_modes(writer, natural_modes(model.structure, model.mass, config.modes.number))
             except PhysicsError as exc:  # the solver knows elements and grids, and no file
@@ -86,24 +78,13 @@ def build_loads(project: Project, output: Path | None, step: Step) -> LoadsSumma
         return LoadsSummary(out, read_loads(written), no_read_outs)
 
 
-def _model(given: OutputInputs, config: LoadsConfig, where: Path) -> _Model:
-    raw: Any = given.raw
-    structure, _ = solver_structure(raw, given.deck)
-    use = material_use(raw)
-    cross_reference(raw, given.deck)
-    geometry = model_geometry(raw, given.files)
-    members = membership(raw, geometry, positions=True)
-    return _Model(structure, model_mass(geometry), columns(config, structure, members, use, where))
-
-
-def _write(writer: Writer, given: OutputInputs, model: _Model, outputs: Outputs, step: Step) -> None:
+def _write(writer: Writer, given: OutputInputs, model: LoadedModel, outputs: Outputs, solved: _Solved) -> None:
     structure, loads = model.structure, model.loads
     writer.write(LOADS.GRID_ID, structure.grid_id)
     writer.write(LOADS.LOAD_NAME, [c.name for c in loads])
     writer.write(LOADS.LOAD_KIND, [c.kind for c in loads])
     writer.write(LOADS.LOAD_UNIT, [c.unit for c in loads])
     writer.write(LOADS.LOAD_FOOT, [c.foot for c in loads])
-    solution = StaticSolution(structure, mass=model.mass, progress=step)
     fit = _Fit(structure, given.unit)
     target = writer.allocate(
         LOADS.TRANSLATION, (len(loads), structure.n_grids, 3), units=_PER.format("m"), single=False
@@ -112,7 +93,7 @@ def _write(writer: Writer, given: OutputInputs, model: _Model, outputs: Outputs,
     whole, as_one = np.zeros((2, len(outputs.label), len(loads)))
     bench = None if given.read_out is None else Bench.on(given.read_out, structure)
     optical = np.zeros((len(loads), 0 if bench is None else len(bench.node), 6))
-    for k, motion in enumerate(_solved(solution, loads)):
+    for k, motion in solved.motions():
         rigid[k] = fit.of(motion)
         moved = fit.motion(rigid[k])
         target[k] = motion[:, :3]
@@ -136,13 +117,29 @@ def _write(writer: Writer, given: OutputInputs, model: _Model, outputs: Outputs,
     together = np.array([column.foot == INTERFACE for column in loads], dtype=bool)
     share = distortion[together] / largest[together]
     writer.write(LOADS.CHECK_INTERFACE, float(share.max(initial=0.0)))
-    writer.write(LOADS.CHECK_RESIDUAL, solution.report.max_relative_residual)
+    writer.write(LOADS.CHECK_RESIDUAL, solved.residual)
 
 
-def _solved(solution: StaticSolution, loads: list[Column]) -> Iterator[FloatArray]:
-    """Motions [N, 6] of each load, in order."""
-    for _, motion in solution.solve([column.case for column in loads]):
-        yield motion
+class _Solved:
+    """Motions [N, 6] of the loads by their places: by the embedded solver, or from the results of another."""
+
+    def __init__(self, model: LoadedModel, results: Sequence[Path], step: Step) -> None:
+        self._model, self._results = model, results
+        self._solution = None if results else StaticSolution(model.structure, mass=model.mass, progress=step)
+
+    def motions(self) -> Iterator[tuple[int, FloatArray]]:
+        """Raises what `load_motions` or `StaticSolution.solve` do."""
+        m = self._model
+        if self._solution is None:
+            yield from load_motions(self._results, [c.name for c in m.loads], m.geometry, m.scalar_points)
+            return
+        for k, (_, motion) in enumerate(self._solution.solve([column.case for column in m.loads])):
+            yield k, motion
+
+    @property
+    def residual(self) -> float:
+        """Largest relative residual; NaN of another solver's results, whose stiffness is not known here."""
+        return np.nan if self._solution is None else self._solution.report.max_relative_residual
 
 
 class _Fit:
