@@ -16,6 +16,7 @@ from tedm_cli.contracts import LOADS, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError, InputError, UsageError
 from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.files.store import open_checked
+from tedm_cli.optics.common_mode import common_mode
 from tedm_cli.optics.exaggerated import motion_of_elements
 from tedm_cli.optics.layout_checks import check_layout
 from tedm_cli.optics.trace import nominal_poses, trace
@@ -99,6 +100,30 @@ def test_chain_a_bench_that_moves_as_one_reads_as_the_opposite_motion(loads: Loa
     for row, label in enumerate(loads.label):
         if loads.row_unit[row] in ("m", "rad"):
             assert loads.output[row, k] == pytest.approx(-1.0 if label.endswith("_x") else 0.0, abs=1e-6)
+
+
+def test_chain_read_outs_by_distortion_are_without_the_bench_that_moves_as_one(
+    made: LoadsSummary, loads: LoadResults, small: Project
+) -> None:
+    """Of every load: O⁻¹ P S_BW of what is left of the motions once that of the bench is taken off."""
+    assert small.optics is not None
+    _, layout = load_layout(small.optics)
+    with open_checked(made.path, LOADS) as file, open_checked(small.build_dir / "unit_loads.h5", UNIT_LOADS) as unit:
+        moved = file.array(LOADS.MOTION)
+        position, ids = unit.array(UNIT_LOADS.GRID_POSITION), unit.array(UNIT_LOADS.GRID_ID)
+        bench = file.array(LOADS.BENCH_DISTORTION)
+    with open_checked(small.build_dir / "optics.h5", OPTICS) as file:
+        gain = np.concatenate([file.array(OPTICS.GAIN.of(name)) for name in file.strings(OPTICS.SET_NAME)])
+    at = position[np.searchsorted(ids, [int(e.grid or 0) for e in layout.bench])]
+    left = moved - common_mode(layout, moved, at).motion
+    rows = loads.of_unit("m") + loads.of_unit("rad")
+    order = np.argsort(rows)
+    wanted, whole = gain @ left, np.abs(gain) @ np.abs(moved)
+    found = loads.by_distortion[np.array(rows)[order]]
+    assert (np.abs(found - wanted) <= 1e-9 * whole).all()
+    assert (np.abs(wanted) > 1e-4 * whole).any()
+    along = left.reshape(len(layout.elements), 2, 3, -1)[:, 0]
+    np.testing.assert_allclose(bench, np.linalg.norm(along, axis=1).max(axis=0), rtol=1e-9)
 
 
 def test_chain_a_strain_is_that_of_a_temperature(loads: LoadResults, small: Project) -> None:
@@ -340,3 +365,13 @@ def test_chain_solve_refuses_other_loads_in_the_unit_load_deck(elsewhere: Elsewh
         solve(project, tmp_path / "out.op2", silent)
     with pytest.raises(UsageError, match="is no OP2"):
         solve_other(project, elsewhere.deck, tmp_path / "out.h5", silent)
+
+
+def test_chain_loads_are_in_the_library_by_name(made: LoadsSummary, loads: LoadResults, tmp_path: Path) -> None:
+    tedm = pytest.importorskip("tedm")
+    pytest.importorskip("xarray")
+    shutil.copy(made.path, tmp_path / "loads.h5")
+    found = tedm.Build(tmp_path).read("loads.h5")
+    k, row = loads.name.index("STRUT_3_uz"), loads.label.index("TM1_a_y")
+    assert float(found.output_distortion.sel(load="STRUT_3_uz", row="TM1_a_y")) == loads.by_distortion[row, k]
+    assert list(found.mode_frequency.values) == list(loads.modes.frequency_hz if loads.modes else [])

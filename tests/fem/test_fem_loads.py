@@ -11,6 +11,7 @@ from fem_models import block_mesh, hexes
 from load_models import CASES, bulk, deck
 from pyNastran.op2.op2 import read_op2
 
+from tedm_cli.deck_units import SYSTEMS, DeckUnits
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.mass import weight_per_acceleration
@@ -18,6 +19,8 @@ from tedm_cli.fem.static import StaticSolution
 from tedm_cli.fem.structure import LoadCase, OnFreedoms, Structure
 from tedm_cli.fem.supports import carried
 from tedm_cli.nastran.geometry import model_geometry
+from tedm_cli.nastran.loads.loads_deck import loads_deck, verify_loads_deck
+from tedm_cli.nastran.loads.unit_deck import read_source
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.structure.deck import read_solver_deck
 from tedm_cli.nastran.structure.masses import model_mass
@@ -221,8 +224,6 @@ def test_fem_what_bubbles_change_is_told_under_forces_and_motions_too() -> None:
 
 
 def test_fem_loads_in_millimetres_and_tonnes_move_the_same(tmp_path: Path) -> None:
-    from tedm_cli.deck_units import SYSTEMS, DeckUnits
-
     metres = [*cantilever(2), "FORCE,11,3,,10.,0.,1.,0.", "MOMENT,11,3,,2.,1.,0.,0.", "GRAV,11,,9.8,0.,0.,1."]
     metres += ["SPCD,11,1,1,1.-3,1,4,1.-3"]
     text = {
@@ -247,6 +248,39 @@ def test_fem_loads_in_millimetres_and_tonnes_move_the_same(tmp_path: Path) -> No
         found.append(motion / np.repeat([size, 1.0], 3))
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
     assert (np.abs(found[0][-1]) > 0.0).all()
+
+
+def test_fem_loads_are_written_in_the_units_of_their_deck(tmp_path: Path) -> None:
+    """Forces, moments, an acceleration, and motions along and about axes, of a deck in mm and t; read again in SI."""
+    units = DeckUnits(*SYSTEMS["mm-t-s"])
+    cards = [c.replace("0.400000", "400.").replace("0.800000", "800.") for c in cantilever(2, "TEMPD,1,20.")]
+    cards = [c.replace("1.-4,2.-9,5.-9,6.-9", "100.,2000.,5000.,6000.") for c in cards]
+    cards = [c.replace("7.+10,,.3,2700.", "7.+4,,.3,2.7-9") for c in cards]
+    path = tmp_path / "model.bdf"
+    path.write_text("SOL 101\nCEND\nSPC = 1\nBEGIN BULK\n" + "\n".join(cards) + "\nENDDATA\n")
+    source = read_source(path, tmp_path / "scratch.bdf", units=units)
+    wanted = [
+        LoadCase(id=1, label="A", force=OnFreedoms(np.array([12, 13, 17]), np.array([3.0, -5.0, 0.25]))),
+        LoadCase(id=2, label="B", acceleration=np.array([1.0, -2.0, 9.8])),
+        LoadCase(id=3, label="C", enforced=OnFreedoms(np.array([0, 4]), np.array([1e-3, 2e-3]))),
+    ]
+    deck = loads_deck(source, wanted)
+    out = tmp_path / "loads.bdf"
+    out.write_text(deck.text)
+    verify_loads_deck(out, out, source, deck, np.arange(6))
+    _, found = read_solver_deck(out, units)
+    assert [case.label for case in found] == ["A", "B", "C"]
+    for one, other in zip(found, wanted, strict=True):
+        for a, b in ((one.force, other.force), (one.enforced, other.enforced)):
+            held = {} if b is None else dict(zip(b.dof.tolist(), b.value.tolist(), strict=True))
+            seen = {} if a is None else {d: v for d, v in zip(a.dof.tolist(), a.value.tolist(), strict=True) if v}
+            assert seen == pytest.approx(held, rel=1e-8)
+        assert (one.acceleration is None) == (other.acceleration is None)
+    assert found[1].acceleration == pytest.approx(wanted[1].acceleration, rel=1e-8)
+    spoiled = out.read_text().replace("9.", "8.")
+    out.write_text(spoiled)
+    with pytest.raises(InputError, match=r"does not read back as it was meant"):
+        verify_loads_deck(out, out, source, deck, np.arange(6))
 
 
 @pytest.mark.parametrize(

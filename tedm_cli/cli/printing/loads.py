@@ -55,7 +55,7 @@ def _motion_lines(r: LoadResults, most: int | None) -> list[str]:
         head = ("load", *_motion_heads(r, "m"), *_heads(r))
         rows = [(r.name[k], *_motions(r, k, 1.0), *_outputs(r, r.by_distortion, k)) for k in chosen[:most]]
         if rows:
-            lines += [f"{words}; outputs are by distortion; largest first", *table(head, rows, right=(1, 2, 3))]
+            lines += [f"{words} (outputs: by distortion), largest first", *table(head, rows, right=(1, 2, 3))]
             more = len(chosen) - len(rows)
             lines += [f"and {more} more (--top 0: all)"] if more else []
     if r.interface > _RIGID:
