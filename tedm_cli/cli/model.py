@@ -60,8 +60,8 @@ def write_deck(
     """Write the unit-load deck for any Nastran.
 
     One subcase of +1 K per thermal area (+1 K/m of one under a gradient), and one that warms all areas together, on the
-    model's own bulk data and constraints. What it drops from the case control is listed. The results of a deck of --adjoint
-    or --loads are taken by --op2 of `build-adjoint` or `build-loads`.
+    model's own bulk data and constraints. What it drops from the case control is listed. The results of a deck of
+    --adjoint or --loads are taken by --op2 of `build-adjoint` or `build-loads`.
     """
     if adjoint and loads:
         raise UsageError("--adjoint and --loads are two decks", hint="write one after the other")

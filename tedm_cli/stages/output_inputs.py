@@ -81,9 +81,11 @@ class OutputInputs:
 
 @contextlib.contextmanager
 def output_inputs(
-    project: Project, results: Sequence[Path] = (), more: Sequence[ConfigFile] = ()
+    project: Project, what: str, results: Sequence[Path] = (), more: Sequence[ConfigFile] = ()
 ) -> Iterator[OutputInputs]:
     """Open what outputs are made of; `results` of another solver and `more` configurations are in its trace as well.
+
+    `what` is made of them, for messages.
 
     Raises
     ------
@@ -91,7 +93,7 @@ def output_inputs(
     InputError : a file that is missing or stale.
     """
     config_file, config = load_model(project.model)
-    config.require_adjoint(project.model)
+    config.require_outputs(project.model, what)
     table, build = config.model, project.build_dir
     deck = project.resolve(table.deck)
     raw = read_deck(

@@ -234,6 +234,10 @@ def test_chain_loads_as_text_and_for_programs(made: LoadsSummary) -> None:
             '[[foot]]\nname = "A"\ngrid = 800104\n[[gravity_release]]\nname = "a"\nground_m_s2 = [0.0, 0.0, 1.0]\n',
             "two loads have the same name: A",
         ),
+        (
+            '[[foot]]\nname = "A"\ngrid = 800104\n[[gravity_release]]\nname = "a_UX"\nground_m_s2 = [0.0, 0.0, 1.0]\n',
+            "two loads are called A_UX",
+        ),
         ('[[gravity_release]]\nname = "A"\nground_m_s2 = [0.0, 0.0, 0.0]\n', "has no field of gravity to release"),
         (
             '[[moisture_release]]\nname = "A"\n[[moisture_release.swelling]]\nmaterial = 77\n'
@@ -348,6 +352,9 @@ def test_chain_results_of_other_loads_are_refused(elsewhere: Elsewhere, small: P
         build_loads(elsewhere.project, out, silent, results=[elsewhere.op2] * 2)
     with pytest.raises(InputError):
         build_loads(elsewhere.project, out, silent, results=[tmp_path / "none.op2"])
+    long = with_loads(small, tmp_path, SOME.replace('"A"', f'"{64 * "A"}"'))
+    with pytest.raises(InputError, match="has a name of 67 characters, and a LABEL has room for"):
+        write_loads_deck(long, tmp_path / "loads.bdf")
     with pytest.raises(ConfigError, match="has no load"):
         write_loads_deck(with_loads(small, tmp_path, ""), tmp_path / "loads.bdf")
     with pytest.raises(InputError, match="is a file of the model itself"):
@@ -375,3 +382,10 @@ def test_chain_loads_are_in_the_library_by_name(made: LoadsSummary, loads: LoadR
     k, row = loads.name.index("STRUT_3_uz"), loads.label.index("TM1_a_y")
     assert float(found.output_distortion.sel(load="STRUT_3_uz", row="TM1_a_y")) == loads.by_distortion[row, k]
     assert list(found.mode_frequency.values) == list(loads.modes.frequency_hz if loads.modes else [])
+
+
+def test_chain_loads_are_of_projects_with_test_masses(small: Project, tmp_path: Path) -> None:
+    model = tmp_path / "model.toml"
+    model.write_text(small.model.read_text(encoding="utf-8").partition("[[test_mass]]")[0], encoding="utf-8")
+    with pytest.raises(ConfigError, match="the model has none, and the effect of loads, also that of read-outs"):
+        build_loads(with_loads(replace(small, model=model), tmp_path, TOML), tmp_path / "loads.h5", silent)

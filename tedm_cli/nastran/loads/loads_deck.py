@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from tedm_cli import deck_units as u
+from tedm_cli.area_names import LONGEST
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.deck_units import DeckUnits
+from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import LoadCase, OnFreedoms
 from tedm_cli.nastran.loads.adjoint_deck import load_cards
 from tedm_cli.nastran.loads.temperature_sets import free_set_ids
@@ -39,7 +41,15 @@ def loads_deck(source: SourceModel, cases: Sequence[LoadCase]) -> LoadsDeck:
     Parameters
     ----------
     cases : in SI, of the structure of that deck, without temperatures.
+
+    Raises
+    ------
+    InputError : a name that is too long for a LABEL.
     """
+    long = [case.label for case in cases if len(case.label) > LONGEST]
+    if long:
+        fact = f"load {long[0]} has a name of {len(long[0])} characters, and a LABEL has room for {LONGEST}"
+        raise InputError(fact, where=source.where, hint="give it a shorter one")
     sections, grid_id, units = source.sections, source.grids.grid_id, units_of(source.model)
     sids = free_set_ids(source.model, len(cases), source.where)
     held = [line for line in source.control.lines if not line.startswith("TEMPERATURE")]

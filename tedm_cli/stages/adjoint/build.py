@@ -106,7 +106,7 @@ def build_adjoint(
     """
     out = out_path(project, ADJOINT_FILE, output)
     files = adjoint_results(project, results, out)
-    with output_inputs(project, files) as given:
+    with output_inputs(project, "the adjoint", files) as given:
         found = _found(given, files, step, area_error=area_error)
         if isinstance(found, TedmError) and not or_say_why:
             raise found

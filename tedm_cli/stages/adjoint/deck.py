@@ -40,7 +40,7 @@ def write_adjoint_deck(project: Project, output: Path | None) -> AdjointDeckSumm
     ConfigError, InputError : what `output_inputs` refuses; something without a thermal coupling here, before anything
         is solved; a name that is too long for a label.
     """
-    with output_inputs(project) as given:
+    with output_inputs(project, "the adjoint") as given:
         structure = coupled_structure(given.raw, given.deck)
         outputs = given.outputs(structure.grid_id)
         table, deck = given.config.model, given.deck

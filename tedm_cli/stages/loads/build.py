@@ -61,7 +61,7 @@ def build_loads(project: Project, output: Path | None, step: Step, *, results: S
     out = out_path(project, LOADS_FILE, output)
     for name in results:
         require_whole(name)
-    with output_inputs(project, results, more=[file]) as given:
+    with output_inputs(project, "the effect of loads", results, [file]) as given:
         model = loaded_model(project, config, path, given.raw)
         if not model.loads and not config.modes.number:
             raise ConfigError([("", "has no load, and asks for no modes")], where=str(path))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,6 +58,10 @@ def columns(
         work.moisture(f"moisture_release[{number}]", moisture)
     if work.problems:
         raise ConfigError(work.problems, where=str(where))
+    names = Counter(column.name.upper() for column in work.found)
+    twice = [("", f"two loads are called {name}") for name, number in names.items() if number > 1]
+    if twice:  # a release may have the name of a foot's motion
+        raise ConfigError(twice, where=str(where), hint="the motions of a foot are NAME_ux to NAME_rz")
     return work.found
 
 
