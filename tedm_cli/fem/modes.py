@@ -26,6 +26,9 @@ from tedm_cli.fem.structure import Structure
 _DENSE = 200
 # Of the largest ratio of a stiffness to a mass: far above rounding, far below any frequency that is asked for.
 _SHIFT = 1e-9
+# Of the sum of masses times squares: what is left of a motion about a centre of gravity, which has no mass of its own.
+_CANCELS = 1e-6
+_APART = 1e-8  # relative, of values of one mode in two searches
 _MASSLESS = 1e-12  # of the largest 1/(ω² + s), which motions without mass have as rounding
 
 
@@ -73,12 +76,12 @@ def natural_modes(
     shift = 0.0
     if rigid:
         shift = _SHIFT * float((stiffness.diagonal()[heavy > 0.0] / heavy[heavy > 0.0]).max())
-    wanted = min(number + len(rigid), len(free))
+    wanted = min(number + len(rigid), int(np.count_nonzero(heavy)))
     try:
         inverse, shape = _largest(moved, (stiffness + shift * moved).tocsr(), wanted, solver)
     except np.linalg.LinAlgError as exc:
         raise _mechanism(rigid) from exc
-    some = inverse > _MASSLESS * inverse[0]
+    some = (inverse > _MASSLESS * inverse[0]) & (inverse > _CANCELS * (heavy @ shape**2))
     square = (1.0 / inverse[some] - shift)[len(rigid) :]
     if square.size and not square[0] > 0.0:
         raise _mechanism(rigid)
@@ -107,10 +110,31 @@ def _largest(
     inverse = scipy.sparse.linalg.LinearOperator(
         (size, size), matvec=lambda x: factors.solve(x.reshape(-1, 1))[:, 0], dtype=np.float64
     )
-    start = np.random.default_rng(0).standard_normal(size)  # the same modes in every run
-    values, vectors = scipy.sparse.linalg.eigsh(mass, number, M=stiffness, Minv=inverse, which="LA", v0=start)
-    order = np.argsort(-values)
+    random = np.random.default_rng(0)  # the same modes in every run
+    values, vectors = np.zeros(0), np.zeros((size, 0))
+    # Lanczos' method may miss one of several equal frequencies: what it has found is taken out of M, and it looks again
+    # until nothing is left that is as large.
+    while len(values) < size - 1:
+        some = 1 if values.size else number
+        left, start = _without(mass, values, vectors), random.standard_normal(size)
+        new, shape = scipy.sparse.linalg.eigsh(left, some, M=stiffness, Minv=inverse, which="LA", v0=start)
+        least = max((1.0 + _APART) * values.min(initial=np.inf), _MASSLESS * values.max(initial=0.0))
+        if values.size and not new[0] > least:
+            break
+        values, vectors = np.concatenate([values, new]), np.concatenate([vectors, shape], axis=1)
+    order = np.argsort(-values)[:number]
     return values[order], vectors[:, order]
+
+
+def _without(mass: sp.csr_matrix, values: FloatArray, vectors: FloatArray) -> scipy.sparse.linalg.LinearOperator:
+    """M without the modes that are known, M φ = μ K φ with φᵀ K φ = 1."""
+    kept = values > _MASSLESS * values.max(initial=0.0)  # the others are not in it
+    weighed = np.asarray(mass @ vectors[:, kept])
+
+    def product(x: FloatArray) -> FloatArray:
+        return np.asarray(mass @ x - weighed @ ((weighed.T @ x) / values[kept]))
+
+    return scipy.sparse.linalg.LinearOperator(mass.shape, matvec=product, dtype=np.float64)
 
 
 def _mechanism(rigid: list[str]) -> PhysicsError:

@@ -212,7 +212,7 @@ def test_chain_loads_as_text_and_for_programs(made: LoadsSummary) -> None:
     assert told["loads"][0]["margins"] is None
     main = show_dict(made.path)["main"]
     assert main["first_frequency_Hz"] == told["modes"]["frequency_hz"][0]
-    assert main["DRY"].startswith("distorts by")
+    assert main["DRY"].startswith("distorts the benches by")
     assert main["STRUT_1_rx"].endswith("per rad")
 
 

@@ -72,6 +72,37 @@ def test_fem_a_free_beam_sounds_once_its_rigid_motions_are_left_out(tmp_path: Pa
         assert np.abs(found.effective_mass / np.maximum(found.mass, 1e-3 * found.mass[0])).max() < 1e-6
 
 
+def test_fem_modes_of_one_frequency_are_all_found(tmp_path: Path) -> None:
+    """Five equal beams that do not touch, each of a round section: every frequency ten times, held and free."""
+    cards = ["PBAR,1,1,1.-4,2.-9,2.-9,6.-9", "MAT1,1,7.+10,,.3,2700.", "FORCE,1,1,,1.,1.,0.,0."]
+    for k in range(5):
+        x = np.linspace(0.0, LENGTH, 25)
+        cards += [f"GRID,{100 * k + n},,{at:.6f},{k}.,0." for n, at in enumerate(x, 1)]
+        cards += [f"CBAR,{100 * k + n},1,{100 * k + n},{100 * k + n + 1},0.,1.,0." for n in range(1, 25)]
+    held = [f"SPC1,1,123456,{100 * k + 1}" for k in range(5)]
+    found = modes(tmp_path, [*cards, *held], 20).frequency_hz
+    rigidity = np.sqrt(YOUNG * 2e-9 / (DENSITY * AREA))
+    wanted = rigidity * (CLAMPED / LENGTH) ** 2 / (2.0 * np.pi)
+    np.testing.assert_allclose(found, np.repeat(wanted, 10), rtol=0.01)
+    turning = [f"CONM2,{900 + k},{100 * k + 1},,1.-9\n,1.-5,0.,1.-12,0.,0.,1.-12" for k in range(5)]
+    loose = modes(tmp_path, [*cards, *turning, "SPC1,1,0,1"], 20)
+    assert len(loose.rigid) == 30
+    wanted = rigidity * (FREE / LENGTH) ** 2 / (2.0 * np.pi)
+    np.testing.assert_allclose(loose.frequency_hz, np.repeat(wanted, 10), rtol=0.02)
+
+
+def test_fem_a_mass_on_a_spring_of_many_bars_has_three_frequencies(tmp_path: Path) -> None:
+    """All other motions have no mass: √(k/m) along and across, and no more modes than these."""
+    cards = [c.replace("2700.", "") for c in beam(64, "SPC1,1,123456,1", "CONM2,99,65,,5.")]
+    found = modes(tmp_path, cards, 10)
+    stiffness = np.array([3.0 * YOUNG * INERTIA[0], 3.0 * YOUNG * INERTIA[1], YOUNG * AREA * LENGTH**2]) / LENGTH**3
+    np.testing.assert_allclose(found.frequency_hz, np.sqrt(stiffness / 5.0) / (2.0 * np.pi), rtol=1e-6)
+    np.testing.assert_allclose(found.effective_mass[:, :3].sum(axis=0), 5.0)
+    lever = modes(tmp_path, [*cards[:-1], "CONM2,99,65,,5.,0.,.05,.1"], 10)  # turning about its middle moves no mass
+    assert len(lever.frequency_hz) == 3
+    np.testing.assert_allclose(lever.effective_mass[:, :3].sum(axis=0), 5.0)
+
+
 def test_fem_consistent_solids_come_down_to_a_beam(tmp_path: Path) -> None:
     """A slender cantilever of quadratic hexahedra, against Euler and Bernoulli less the shear of Timoshenko."""
     size = (1.0, 0.04, 0.02)

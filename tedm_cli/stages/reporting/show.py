@@ -138,9 +138,10 @@ def _adjoint(file: Reader) -> dict[str, Any]:
 def _loads(file: Reader) -> dict[str, Any]:
     """How much each load distorts, and the first frequency."""
     found = read_loads(file)
+    what = "the structure" if found.bench is None else "the benches"
     main: dict[str, Any] = {
-        name: f"distorts by {distortion:.4g} m" + ("" if unit == "1" else f" per {unit}")
-        for name, unit, distortion in zip(found.name, found.unit, found.distortion, strict=True)
+        name: f"distorts {what} by {distortion:.4g} m" + ("" if unit == "1" else f" per {unit}")
+        for name, unit, distortion in zip(found.name, found.unit, found.ranked, strict=True)
     }
     if found.modes is not None and len(found.modes.frequency_hz):
         main["first_frequency_Hz"] = float(found.modes.frequency_hz[0])
