@@ -32,8 +32,8 @@ from tedm_cli.cli import main
 #: In the order of the chain.
 COMMANDS = (
     "write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint",
-    "build-loads", "write-deck --adjoint", "run-case 3", "run-series warm", "build-dynamics", "simulate 3",
-    "build-thermal", "export --format npz", "export-case 3 --format csv", "export-vtu", "view",
+    "build-loads", "write-deck --adjoint", "write-deck --loads", "run-case 3", "run-series warm", "build-dynamics",
+    "simulate 3", "build-thermal", "export --format npz", "export-case 3 --format csv", "export-vtu", "view",
     "map-temperatures tau.csv -o grids.h5",
 )  # fmt: skip
 NO_CONFIG = ("export", "export-case", "export-vtu")
