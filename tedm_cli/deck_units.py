@@ -30,6 +30,7 @@ class Dimension:
 NUMBER = Dimension()
 LENGTH, AREA, AREA_MOMENT = Dimension(length=1), Dimension(length=2), Dimension(length=4)
 MASS, INERTIA, DENSITY = Dimension(mass=1), Dimension(mass=1, length=2), Dimension(mass=1, length=-3)
+ACCELERATION, FORCE = Dimension(length=1, time=-2), Dimension(length=1, mass=1, time=-2)
 STRESS = Dimension(mass=1, length=-1, time=-2)
 FORCE_PER_LENGTH, MOMENT = Dimension(mass=1, time=-2), Dimension(mass=1, length=2, time=-2)
 TEMPERATURE, EXPANSION = Dimension(temperature=1), Dimension(temperature=-1)

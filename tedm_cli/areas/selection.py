@@ -53,7 +53,7 @@ class Selector:
         met, elements = m.structural.copy(), np.ones(len(m.element_id), dtype=bool)
         by_elements = not (s.property is None and s.material is None and s.element is None)
         if s.set is not None:
-            members, chosen = self._sets(s.set, f"{at}.set", name)
+            members, chosen = self.sets(s.set, f"{at}.set", name)
             met &= members
             elements &= chosen | m.mesh.within(members)
             by_elements |= bool(chosen.any())
@@ -71,8 +71,7 @@ class Selector:
         boxes = s.boxes()
         if boxes:
             place = f"{at}.box" if not isinstance(s.box, list) else f"{at}.box[{{}}]"
-            places = np.concatenate([m.position_m, m.centres()])
-            inside = np.any([self._box(box, place.format(i), places) for i, box in enumerate(boxes)], axis=0)
+            inside = self.inside(boxes, place, np.concatenate([m.position_m, m.centres()]))
             met &= inside[: len(met)]
             elements &= inside[len(met) :]
         return Met(met, elements, by_elements)
@@ -89,7 +88,12 @@ class Selector:
             chosen.append(ids)
         return np.concatenate(chosen)
 
-    def _sets(self, wanted: Ids, at: str, name: str) -> tuple[BoolArray, BoolArray]:
+    def inside(self, boxes: Sequence[BoxTable], place: str, position_m: FloatArray) -> BoolArray:
+        """Which of these places [n, 3] lie in any of the boxes, [n]; `place` is theirs, with {} for their numbers."""
+        found = [self._box(box, place.format(i), position_m) for i, box in enumerate(boxes)]
+        return np.asarray(np.any(found, axis=0))
+
+    def sets(self, wanted: Ids, at: str, name: str) -> tuple[BoolArray, BoolArray]:
         """Grids that are in any of these sets, and the elements that stand in them as such."""
         m = self.members
         met, elements = np.zeros(len(m.grid_id), dtype=bool), np.zeros(len(m.element_id), dtype=bool)

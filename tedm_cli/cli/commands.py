@@ -10,6 +10,7 @@ from tedm_cli.cli import (  # noqa: F401
     explain,
     exports,
     gravity,
+    loads,
     model,
     noise,
     optics,

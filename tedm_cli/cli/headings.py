@@ -13,6 +13,7 @@ HEADINGS = {
     "Gravity": ("build-sensitivity", "balance", "audit-mesh", "self-gravity", "accuracy"),
     "Optics": ("check-layout", "build-optics"),
     "Temperatures of grids": ("build-adjoint", "suggest-areas"),
+    "Other loads": ("build-loads",),
     "Thermal model": ("build-thermal", "map-temperatures"),
     "Correlation cases and time series": ("run-case", "run-series"),
     "Drag-free loop": ("build-dynamics", "simulate"),

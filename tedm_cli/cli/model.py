@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -19,6 +20,7 @@ from tedm_cli.cli.options import (
     Verbose,
 )
 from tedm_cli.cli.streams import tell
+from tedm_cli.errors import UsageError
 
 Run = Annotated[
     str | None,
@@ -43,6 +45,14 @@ def write_deck(
             " forces for each output of sensitivity.h5 and optics.h5.",
         ),
     ] = False,
+    loads: Annotated[
+        bool,
+        typer.Option(
+            "--loads",
+            help="Write the deck of the loads of loads.toml instead, other_loads.bdf beside the unit-load deck: one"
+            " subcase of SPCD, GRAV, FORCE and MOMENT for each.",
+        ),
+    ] = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -50,9 +60,18 @@ def write_deck(
     """Write the unit-load deck for any Nastran.
 
     One subcase of +1 K per thermal area (+1 K/m of one under a gradient), and one that warms all areas together, on the
-    model's own bulk data and constraints. What it drops from the case control is listed. With --adjoint the results of
-    the deck go to `build-adjoint --op2`.
+    model's own bulk data and constraints. What it drops from the case control is listed. The results of a deck of
+    --adjoint or --loads are taken by --op2 of `build-adjoint` or `build-loads`.
     """
+    if adjoint and loads:
+        raise UsageError("--adjoint and --loads are two decks", hint="write one after the other")
+    if loads:
+        from tedm_cli.cli.printing.loads import loads_deck_dict, loads_deck_lines
+        from tedm_cli.stages.loads.deck import write_loads_deck
+
+        of_loads = write_loads_deck(open_project(config, build_dir, verbose), output)
+        answer(as_json, quiet, lambda: loads_deck_lines(of_loads), lambda: loads_deck_dict(of_loads))
+        return
     if adjoint:
         from tedm_cli.cli.printing.adjoint import adjoint_deck_dict, adjoint_deck_lines
         from tedm_cli.stages.adjoint.deck import write_adjoint_deck
@@ -67,12 +86,26 @@ def write_deck(
     answer(as_json, quiet, lambda: deck_lines(done), lambda: deck_dict(done))
 
 
-@app.command(epilog=examples("tedm solve", 'tedm solve --run "nastran {deck} scr=yes batch=no"'))
+@app.command(
+    epilog=examples(
+        "tedm solve", 'tedm solve --run "nastran {deck} scr=yes batch=no"', "tedm solve --deck loads.bdf -o loads.op2"
+    )
+)
 def solve(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,
     run: Run = None,
+    deck: Annotated[
+        Path | None,
+        typer.Option(
+            "--deck",
+            metavar="FILE",
+            help="Solve this SOL 101 deck instead, in the units of the model. Its subcases may have forces, moments,"
+            " accelerations and motions of supports (FORCE, MOMENT, GRAV, SPCD, LOAD) as well as temperatures. The OP2"
+            " goes beside it.",
+        ),
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -87,8 +120,10 @@ def solve(
     from tedm_cli.cli.printing.model import elsewhere_dict, elsewhere_lines, solve_dict, solve_lines
     from tedm_cli.progress import progress, waiting
     from tedm_cli.stages.model.solve import solve as stage
-    from tedm_cli.stages.model.solve import solve_elsewhere
+    from tedm_cli.stages.model.solve import solve_elsewhere, solve_other
 
+    if run is not None and deck is not None:
+        raise UsageError("--run is for the unit-load deck, and --deck is another one", hint="run your Nastran on it")
     project = open_project(config, build_dir, verbose)
     if run is not None:
         with waiting(quiet, run):
@@ -96,7 +131,7 @@ def solve(
         answer(as_json, quiet, lambda: elsewhere_lines(*found, run), lambda: elsewhere_dict(*found, run))
         return
     with progress(quiet) as step:
-        path, done = stage(project, output, step)
+        path, done = stage(project, output, step) if deck is None else solve_other(project, deck, output, step)
     answer(as_json, quiet, lambda: solve_lines(path, done), lambda: solve_dict(path, done))
 
 

@@ -278,7 +278,11 @@ class ModelConfig(Strict):
 
     def require_adjoint(self, where: Path) -> None:
         """`ConfigError` for a project that has no adjoint, as it has no test masses."""
-        self.required_test_masses(where, "the adjoint, also that of read-outs, is of projects that have")
+        self.require_outputs(where, "the adjoint")
+
+    def require_outputs(self, where: Path, what: str) -> None:
+        """`ConfigError` for a project without test masses, of whose outputs `what` cannot be made."""
+        self.required_test_masses(where, f"{what}, also that of read-outs, is of projects that have")
 
     def limits_at_rest(self) -> list[AtRestLimit]:
         """What the field at rest is judged by."""

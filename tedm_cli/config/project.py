@@ -66,6 +66,11 @@ class ProjectTable(Strict):
         description="The file that says where compensation masses may be, for `tedm balance`. No step of the chain "
         "reads it.",
     )
+    loads: FileName | None = Field(
+        default=None,
+        description="The file that describes loads other than temperature, for `tedm build-loads`. Without it the "
+        "project has none.",
+    )
     report: ReportTable = Field(
         default=ReportTable(), description="Title block of the report. It shows a missing issue or date as not given."
     )
@@ -76,7 +81,7 @@ class Project:
     """A project as the stages see it: its configuration files and the folder that holds their results.
 
     `optics` is None where the project has self-gravity alone, `thermal` where it has no thermal model, `balance` where
-    it does not say where compensation masses may be.
+    it does not say where compensation masses may be, `loads` where it has temperatures alone.
     """
 
     file: ConfigFile
@@ -87,6 +92,7 @@ class Project:
     dynamics: Path | None
     thermal: Path | None
     balance: Path | None
+    loads: Path | None
     build_dir: Path
     report: ReportTable
 
@@ -113,6 +119,13 @@ class Project:
             hint = 'name it: thermal = "thermal.toml"'
             raise ConfigError([("thermal", fact)], where=str(self.file.path), hint=hint)
         return self.thermal
+
+    def required_loads(self) -> Path:
+        """The file of loads other than temperature; `ConfigError` where the project names none."""
+        if self.loads is None:
+            fact = "the project has no loads but temperatures: its file names none"
+            raise ConfigError([("loads", fact)], where=str(self.file.path), hint='name them: loads = "loads.toml"')
+        return self.loads
 
     def required_balance(self) -> Path:
         """The file on where compensation masses may be; `ConfigError` where the project names none."""
@@ -148,6 +161,7 @@ def load_project(path: Path, build_dir: Path) -> Project:
         dynamics=None if table.dynamics is None else folder / table.dynamics,
         thermal=None if table.thermal is None else folder / table.thermal,
         balance=None if table.balance is None else folder / table.balance,
+        loads=None if table.loads is None else folder / table.loads,
         build_dir=build_dir,
         report=table.report,
     )
@@ -156,12 +170,12 @@ def load_project(path: Path, build_dir: Path) -> Project:
 def _require_named(table: ProjectTable, path: Path) -> None:
     """Refuse names of files that are not there, all at once; what nothing names is missed where it is needed."""
     problems = []
-    for key in ("model", "optics", "cases", "dynamics", "thermal", "balance"):
+    for key in ("model", "optics", "cases", "dynamics", "thermal", "balance", "loads"):
         name = getattr(table, key) if key in table.model_fields_set else None
         if name is not None and not _is_there(path.parent / name):
             problems.append((key, f"names {name!r}, but there is no file {path.parent / name}"))
     if problems:
-        optional = [key for key, _ in problems if key in ("optics", "dynamics", "thermal", "balance")]
+        optional = [key for key, _ in problems if key in ("optics", "dynamics", "thermal", "balance", "loads")]
         without = f"; a project without {' and '.join(optional)} leaves the key out" if optional else ""
         raise ConfigError(problems, where=str(path), hint=f"names are relative to the project file{without}")
 

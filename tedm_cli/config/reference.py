@@ -18,6 +18,7 @@ from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.controller_file import ControllerFile
 from tedm_cli.config.dynamics import DynamicsConfig
 from tedm_cli.config.imported import LawTable, SensitivityTable
+from tedm_cli.config.loads import LoadsConfig
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
@@ -59,6 +60,7 @@ FILES = (
     File("cases.toml", CasesConfig),
     File("dynamics.toml", DynamicsConfig),
     File("thermal.toml", ThermalConfig),
+    File("loads.toml", LoadsConfig),
     File("balance.toml", BalanceConfig),
     File("variants.toml, of a trade", TradeConfig),
     File("S_BW.csv.toml, beside an imported S_BW", SensitivityTable, "S_BW"),

@@ -16,6 +16,7 @@ from tedm_cli.contracts.distortion import DISTORTION
 from tedm_cli.contracts.document import document
 from tedm_cli.contracts.dynamics import DYNAMICS
 from tedm_cli.contracts.imposed import IMPOSED
+from tedm_cli.contracts.loads import LOADS
 from tedm_cli.contracts.optics import OPTICS
 from tedm_cli.contracts.release import RELEASE
 from tedm_cli.contracts.sensitivity import SENSITIVITY
@@ -35,6 +36,7 @@ __all__ = [
     "DYNAMICS",
     "IMPOSED",
     "KINDS",
+    "LOADS",
     "OPTICS",
     "RELEASE",
     "SENSITIVITY",
@@ -58,7 +60,7 @@ KINDS = {
     kind.name: kind
     for kind in (
         UNIT_LOADS, DISTORTION, SENSITIVITY, OPTICS, ADJOINT, CASE, SERIES, DYNAMICS, SIMULATION, SIMULATED_SERIES,
-        RELEASE, IMPOSED, THERMAL, TEMPERATURES, BALANCE, TRADE,
+        RELEASE, IMPOSED, THERMAL, TEMPERATURES, LOADS, BALANCE, TRADE,
     )
 }  # fmt: skip
 

@@ -23,6 +23,22 @@ _SUMS = 2
 _ITERATIONS = 200
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BatchLoads:
+    """Loads of m cases side by side.
+
+    temperature : [N, m], K, zero of cases without. amount : [m], one of cases with temperatures, else zero.
+    own : [5 L, m], as in `ElementLoads.own`. force : [6 N, m], of forces and accelerations. held : [6 N, m], the motion
+    that the supports alone make of all grids, those of rigid elements included. None where no case has any.
+    """
+
+    temperature: FloatArray
+    amount: FloatArray
+    own: FloatArray | None
+    force: FloatArray | None
+    held: FloatArray | None
+
+
 @dataclass(eq=False)
 class RandomSums:
     """Sums of load cases with random signs.
@@ -31,6 +47,8 @@ class RandomSums:
     temperature : [N, 2], K.
     amount : [2], how often the strain-free temperatures are contained.
     own : [5 L, 2], temperatures of elements (`ElementLoads.own`); None as long as no case has any.
+    force, held : [6 N, 2], forces that do not depend on the elements, and motions that the supports alone make; None as
+        long as no case has any.
     """
 
     unknown: FloatArray
@@ -38,20 +56,30 @@ class RandomSums:
     amount: FloatArray
     random: np.random.Generator
     own: FloatArray | None = None
+    force: FloatArray | None = None
+    held: FloatArray | None = None
 
     @classmethod
     def none(cls, n_unknowns: int, n_grids: int) -> RandomSums:
         """Sums of no load case yet."""
         return cls(np.zeros((n_unknowns, _SUMS)), np.zeros((n_grids, _SUMS)), np.zeros(_SUMS), np.random.default_rng(0))
 
-    def add(self, unknown: FloatArray, temperature: FloatArray, own: FloatArray | None = None) -> None:
-        """Add load cases with solutions [n, m], temperatures [N, m] and those of elements [5 L, m]."""
+    def add(self, unknown: FloatArray, loads: BatchLoads) -> None:
+        """Add m load cases with solutions [n, m]."""
         sign = self.random.choice([-1.0, 1.0], size=(unknown.shape[1], _SUMS))
         self.unknown += unknown @ sign
-        self.temperature += temperature @ sign
-        self.amount += sign.sum(axis=0)
-        if own is not None:
-            self.own = own @ sign + (0.0 if self.own is None else self.own)
+        self.temperature += loads.temperature @ sign
+        self.amount += loads.amount @ sign
+        self.own = _added(self.own, loads.own, sign)
+        self.force = _added(self.force, loads.force, sign)
+        self.held = _added(self.held, loads.held, sign)
+
+
+def _added(total: FloatArray | None, part: FloatArray | None, sign: FloatArray) -> FloatArray | None:
+    if part is None:
+        return total
+    signed = part @ sign
+    return signed if total is None else total + signed
 
 
 def displacements_with(
@@ -73,6 +101,10 @@ def displacements_with(
     force = operators.thermal.forces(sums.temperature, sums.amount)
     if sums.own is not None:
         force += element_loads(other).forces(sums.own)
+    if sums.force is not None:
+        force += sums.force
+    if sums.held is not None:
+        force -= operators.stiffness @ sums.held
     load = transform.T @ force
     unknown = sums.unknown.copy()
 
@@ -93,5 +125,6 @@ def displacements_with(
         solved = factors.solve(residual)
         former, power = power, (residual * solved).sum(axis=0)
         step = solved + power / np.where(former > 0.0, former, 1.0) * step
-    before, after = (np.asarray(transform @ x).reshape(-1, 3, _SUMS) for x in (sums.unknown, unknown))
+    still = 0.0 if sums.held is None else sums.held
+    before, after = (np.asarray(transform @ x + still).reshape(-1, 3, _SUMS) for x in (sums.unknown, unknown))
     return before, after

@@ -35,6 +35,29 @@ def require_supported(
     PhysicsError
         Naming every part that is not held, and its free motions.
     """
+    loose = [
+        f"the {len(grids)} grid(s) from {grids[0]} to {grids[-1]} keep {_count(motions)}"
+        for grids, motions in _loose_parts(structure, stiffness, active, constrained, measure)
+    ]
+    if loose:
+        raise PhysicsError(
+            "the structure is not held: " + "; ".join(loose),
+            hint="add single-point constraints or the missing connection; free-free structures have no static solution",
+        )
+
+
+def free_motions(
+    structure: Structure, stiffness: sp.csr_matrix, active: IntArray, constrained: IntArray, measure: FloatArray
+) -> list[str]:
+    """Names of the rigid motions of all connected parts that nothing holds; parameters as of `require_supported`."""
+    parts = _loose_parts(structure, stiffness, active, constrained, measure)
+    return [motion for _, motions in parts for motion in motions]
+
+
+def _loose_parts(
+    structure: Structure, stiffness: sp.csr_matrix, active: IntArray, constrained: IntArray, measure: FloatArray
+) -> list[tuple[IntArray, list[str]]]:
+    """Ids of the grids of each connected part that is not held, and its free motions."""
     entries = stiffness.tocoo()
     links = (np.ones(entries.nnz, dtype=np.float32), (entries.row // 6, entries.col // 6))
     _, part_of = connected_components(
@@ -49,13 +72,8 @@ def require_supported(
     for dofs in np.split(active[order], bounds) if len(active) else []:
         motions = _free_motions(structure, dofs, held[dofs], measure[dofs])
         if motions:
-            grids = np.unique(structure.grid_id[dofs // 6])
-            loose.append(f"the {len(grids)} grid(s) from {grids[0]} to {grids[-1]} keep {_count(motions)}")
-    if loose:
-        raise PhysicsError(
-            "the structure is not held: " + "; ".join(loose),
-            hint="add single-point constraints or the missing connection; free-free structures have no static solution",
-        )
+            loose.append((np.unique(structure.grid_id[dofs // 6]), motions))
+    return loose
 
 
 def _count(motions: list[str]) -> str:

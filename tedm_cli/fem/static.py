@@ -1,4 +1,4 @@
-"""Linear-static thermo-elastic displacements: one factorisation, any number of temperature fields."""
+"""Linear-static displacements: one factorisation, any number of temperature fields and other loads."""
 
 from __future__ import annotations
 
@@ -8,20 +8,22 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
+import scipy.sparse as sp
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.adjoint import TemperatureSensitivity, ThermalForces
 from tedm_cli.fem.assembly import Operators, assemble
-from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.bending import bending_change
-from tedm_cli.fem.constraints import eliminate, to_basic
 from tedm_cli.fem.drilling import DrillingChange, drilling_change
 from tedm_cli.fem.element_loads import ElementLoads, element_loads
 from tedm_cli.fem.linear import SolverName
-from tedm_cli.fem.other_elements import RandomSums
+from tedm_cli.fem.mass import weight_per_acceleration
+from tedm_cli.fem.other_elements import BatchLoads, RandomSums
+from tedm_cli.fem.reduced import reduced_stiffness
 from tedm_cli.fem.stability import factorise_supported, require_supported
 from tedm_cli.fem.structure import LoadCase, Structure
+from tedm_cli.fem.supports import Supports
 
 Progress = Callable[[int, int, str], None]
 
@@ -65,6 +67,7 @@ class StaticSolution:
     Parameters
     ----------
     structure : the structure.
+    mass : sparse [6 N, 6 N] (see `tedm_cli.fem.mass`), which accelerations pull on; None where no load case has any.
     progress : called as (done, total, what), or None.
     solver : see `tedm_cli.fem.linear.factorise`.
 
@@ -76,7 +79,14 @@ class StaticSolution:
         If the structure is not held, is a mechanism, or holds an impossible element.
     """
 
-    def __init__(self, structure: Structure, *, progress: Progress | None = None, solver: SolverName = "auto") -> None:
+    def __init__(
+        self,
+        structure: Structure,
+        *,
+        mass: sp.csr_matrix | None = None,
+        progress: Progress | None = None,
+        solver: SolverName = "auto",
+    ) -> None:
         self._progress = progress or (lambda done, total, what: None)
         self._progress(0, 3, "assemble")
         start = time.perf_counter()
@@ -85,19 +95,18 @@ class StaticSolution:
         self._expansion_residual = _expansion_residual(structure, operators)
 
         self._progress(1, 3, "constrain")
-        elimination = eliminate(structure)
-        transform = to_basic(structure) @ elimination.transform
-        reduced = (transform.T @ operators.stiffness @ transform).tocsr()
+        reduced = reduced_stiffness(structure, operators.stiffness)
         self._thermal, self._warming = operators.thermal, operators.warming
         self._element_loads: ElementLoads | None = None  # made for the first case that needs them
         del operators  # the unconstrained stiffness is as large as the constrained one
-        constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
-        active, measure = stiff_components(reduced, elimination.dependent, constrained)
-        require_supported(structure, reduced, active, constrained, measure)
-        free = np.setdiff1d(active, constrained)
-        self._stiffness = reduced[free][:, free]
-        self._transform = transform[:, free]
-        attached = np.unique(np.concatenate([active, elimination.dependent]) // 6)
+        require_supported(structure, reduced.matrix, reduced.active, reduced.constrained, reduced.measure)
+        free, held = reduced.free, reduced.constrained
+        rows = reduced.matrix[free]
+        self._stiffness = rows[:, free]
+        self._transform = reduced.transform[:, free]
+        self._supports = Supports(held, rows[:, held], reduced.transform[:, held])
+        self._weight = None if mass is None else weight_per_acceleration(mass)
+        attached = np.unique(np.concatenate([reduced.active, reduced.dependent]) // 6)
         self._unattached = np.delete(structure.grid_id, attached)
         self._assemble_seconds = time.perf_counter() - start
 
@@ -121,7 +130,8 @@ class StaticSolution:
         Raises
         ------
         PhysicsError
-            If the relative residual of a case exceeds 1e-6, or elements have temperatures that the structure lacks.
+            If the relative residual of a case exceeds 1e-6, elements have temperatures that the structure lacks,
+            motions are enforced that no constraint holds, or an acceleration pulls where no mass was given.
         """
         total = len(load_cases) if isinstance(load_cases, list | tuple) else 0
         cases, done = iter(load_cases), 0
@@ -134,19 +144,53 @@ class StaticSolution:
 
     def _solve_batch(self, batch: list[LoadCase]) -> FloatArray:
         start = time.perf_counter()
-        temperature = np.stack([case.temperature for case in batch], axis=1)
-        force, own = self._thermal.forces(temperature), self._own(batch)
-        if own is not None and self._element_loads is not None:
-            force += self._element_loads.forces(own)
-        unknown = self._unknowns(force, [f"load case {case.id} ({case.label})" for case in batch])
-        self._sums.add(unknown, temperature, own)
+        loads, moved = self._loads(batch)
+        force = self._thermal.forces(loads.temperature, loads.amount)
+        if loads.own is not None and self._element_loads is not None:
+            force += self._element_loads.forces(loads.own)
+        if loads.force is not None:
+            force += loads.force
+        load = self._transform.T @ force
+        if moved is not None:
+            load -= self._supports.stiffness @ moved
+        unknown = self._unknowns(load, [f"load case {case.id} ({case.label})" for case in batch])
+        self._sums.add(unknown, loads)
         motion = np.asarray(self._transform @ unknown)
+        if loads.held is not None:
+            motion += loads.held
         self._solve_seconds += time.perf_counter() - start
         return motion
 
-    def _unknowns(self, force: FloatArray, names: Sequence[str]) -> FloatArray:
-        """Unknowns under nodal forces [6 N, m], which have the `names` [m]."""
-        load = self._transform.T @ force
+    def _loads(self, batch: list[LoadCase]) -> tuple[BatchLoads, FloatArray | None]:
+        """The loads of some cases, and the motions [S, m] of the supports, None where none moves."""
+        still = np.zeros(self._structure.n_grids)
+        moved = self._supports.motions(batch)
+        loads = BatchLoads(
+            temperature=np.stack([still if c.temperature is None else c.temperature for c in batch], axis=1),
+            amount=np.array([float(c.temperature is not None) for c in batch]),
+            own=self._own(batch),
+            force=self._forces(batch),
+            held=None if moved is None else np.asarray(self._supports.transform @ moved),
+        )
+        return loads, moved
+
+    def _forces(self, batch: list[LoadCase]) -> FloatArray | None:
+        """Forces and moments [6 N, m] of forces and accelerations."""
+        if all(case.force is None and case.acceleration is None for case in batch):
+            return None
+        out = np.zeros((6 * self._structure.n_grids, len(batch)))
+        for column, case in enumerate(batch):
+            if case.force is not None:
+                np.add.at(out[:, column], case.force.dof, case.force.value)
+            if case.acceleration is not None:
+                if self._weight is None:
+                    fact = f"load case {case.id} ({case.label}): an acceleration pulls on mass, and there is none"
+                    raise PhysicsError(fact, hint="give the materials densities")
+                out[:, column] += self._weight @ case.acceleration
+        return out
+
+    def _unknowns(self, load: FloatArray, names: Sequence[str]) -> FloatArray:
+        """Unknowns under forces [n, m] on them, which have the `names` [m]."""
         unknown = self._factors.solve(load)
         size = np.linalg.norm(load, axis=0)
         error = np.linalg.norm(self._stiffness @ unknown - load, axis=0)
@@ -178,7 +222,7 @@ class StaticSolution:
         motions = np.empty((6 * self._structure.n_grids, len(names)))
         for first in range(0, len(names), _BATCH):
             some = slice(first, first + _BATCH)
-            motions[:, some] = self._transform @ self._unknowns(outputs[:, some], names[some])
+            motions[:, some] = self._transform @ self._unknowns(self._transform.T @ outputs[:, some], names[some])
             self._progress(min(first + _BATCH, len(names)), len(names), "solve")
         found = ThermalForces.of(self._structure, self._thermal.coupling, self._warming).sensitivity(motions)
         self._solve_seconds += time.perf_counter() - start
@@ -191,7 +235,10 @@ class StaticSolution:
         if self._element_loads is None:
             self._element_loads = element_loads(self._structure)
         loads = self._element_loads
-        return np.stack([loads.own(case.temperature, case.elements) for case in batch], axis=1)
+        still = np.zeros(self._structure.n_grids)
+        return np.stack(
+            [loads.own(still if c.temperature is None else c.temperature, c.elements) for c in batch], axis=1
+        )
 
     def bending_change(self) -> float | None:
         """How much bubble functions would change the cases solved so far; see `tedm_cli.fem.bending`."""

@@ -250,14 +250,32 @@ class ElementTemperatures:
     gradient: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class OnFreedoms:
+    """Values [n] on some degrees of freedom [n], 6 row + component - 1; of one that is named twice they add up."""
+
+    dof: IntArray
+    value: FloatArray
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LoadCase:
-    """One temperature field: `temperature` [N] in K on the grids of the structure, in their order.
+    """One load of a structure of N grids: temperatures, forces, an acceleration and motions of its supports.
 
-    `elements` have their own temperatures, whatever those of their grids; None where all elements follow the grids.
+    Attributes
+    ----------
+    temperature : [N], K, on the grids, in their order; None where everything is free of thermal strain.
+    elements : those with their own temperatures, whatever those of their grids; None where all follow the grids.
+    force : N and N·m, in the frame of the positions.
+    acceleration : [3], m/s², in the frame of the positions, which pulls on all mass as a field of gravity would.
+    enforced : m and rad, of degrees of freedom that single-point constraints hold, along and about the axes of the
+        grid's displacement frame; all others are held at zero.
     """
 
     id: int
     label: str
-    temperature: FloatArray
+    temperature: FloatArray | None = None
     elements: ElementTemperatures | None = None
+    force: OnFreedoms | None = None
+    acceleration: FloatArray | None = None
+    enforced: OnFreedoms | None = None

@@ -24,6 +24,7 @@ from tedm_cli.files.store import Reader, open_checked
     THERMAL_FILE,
     BALANCE_FILE,
     RETRIM_FILE,
+    LOADS_FILE,
 ) = (
     "unit_loads.h5",
     "distortion.h5",
@@ -36,6 +37,7 @@ from tedm_cli.files.store import Reader, open_checked
     "thermal.h5",
     "balance.h5",
     "retrim.h5",
+    "loads.h5",
 )
 _AREAS = tuple(d for d in vars(AreaDatasets).values() if isinstance(d, Dataset))
 

@@ -14,6 +14,7 @@ from tedm_cli.contracts import (
     CASE,
     DISTORTION,
     DYNAMICS,
+    LOADS,
     OPTICS,
     SENSITIVITY,
     SERIES,
@@ -28,6 +29,7 @@ from tedm_cli.files.build_folder import (
     ADJOINT_FILE,
     DISTORTION_FILE,
     DYNAMICS_FILE,
+    LOADS_FILE,
     OPTICS_FILE,
     SENSITIVITY_FILE,
     THERMAL_FILE,
@@ -135,6 +137,12 @@ class Build:
         Of a model that has none `refusal` says why.
         """
         return self._read(ADJOINT_FILE, ADJOINT)
+
+    @property
+    def loads(self) -> xr.Dataset:
+        """Loads other than temperature: `output_whole` and `output_distortion` (row, load), per `load_unit`;
+        `D_translation` (load, node, xyz), m; `mode_frequency` (mode), Hz; basic frame."""
+        return self._read(LOADS_FILE, LOADS)
 
     @property
     def dynamics(self) -> xr.Dataset:

@@ -20,6 +20,7 @@ from tedm_cli.fem.structure import (
     ElementTemperatures,
     LoadCase,
     Mpc,
+    OnFreedoms,
     RodBlock,
     ShellBlock,
     SolidMaterials,
@@ -88,7 +89,8 @@ DIMENSIONS: dict[type, dict[str, Dimension]] = {
     LoadCase: {
         **dict.fromkeys(("id", "label"), _SAME),
         "temperature": u.TEMPERATURE,
-        "elements": _SAME,  # see `load_case_in_si`
+        **dict.fromkeys(("elements", "force", "enforced"), _SAME),  # see `load_case_in_si`
+        "acceleration": u.ACCELERATION,
     },
     ElementTemperatures: {"element_id": _SAME, "mean": u.TEMPERATURE, "gradient": u.TEMPERATURE_GRADIENT},
 }
@@ -143,9 +145,16 @@ def structure_in_si(structure: Structure, units: DeckUnits) -> Structure:
 
 
 def load_case_in_si(case: LoadCase, units: DeckUnits) -> LoadCase:
-    """A load case in SI, with the temperatures of its elements."""
+    """A load case in SI, with the temperatures of its elements, forces and motions."""
     own = None if case.elements is None else in_si(case.elements, units)
-    return replace(in_si(case, units), elements=own)
+    force = _on_freedoms_in_si(case.force, units.factor(u.FORCE), units.factor(u.MOMENT))
+    enforced = _on_freedoms_in_si(case.enforced, units.length_m, 1.0)
+    return replace(in_si(case, units), elements=own, force=force, enforced=enforced)
+
+
+def _on_freedoms_in_si(given: OnFreedoms | None, along: float, about: float) -> OnFreedoms | None:
+    """Values along axes and about axes, each with its factor."""
+    return given and replace(given, value=np.where(given.dof % 6 < 3, along, about) * given.value)
 
 
 def _equation_in_si(mpc: Mpc, units: DeckUnits) -> Mpc:

@@ -90,7 +90,7 @@ def optics_chain(
     PhysicsError : the read-out matrix of a set is singular, or a nominal ray misses.
     """
     check_shape(S_BW, layout)
-    motion = _motion(layout, D_opt, face_m)
+    motion = element_motion(layout, D_opt, face_m)
     rigid = common_mode(layout, motion, node_positions_m)
     P = law_matrix(layout) if P is None else P
     PS = P @ S_BW
@@ -110,7 +110,7 @@ def optics_chain(
     return OpticsChain(P, O_ideal, values, rank, motion, PS @ motion + by_plates, rigid, tuple(sets))
 
 
-def _motion(layout: OpticalLayout, D_opt: FloatArray, face_m: FloatArray | None) -> FloatArray:
+def element_motion(layout: OpticalLayout, D_opt: FloatArray, face_m: FloatArray | None = None) -> FloatArray:
     """Motions of all elements, [6 * n_elements, k] in the layout frame.
 
     A plane that moves along its normal reflects as if its body had moved, so a test mass that expands stands here with

@@ -60,7 +60,7 @@ SAMPLES = {
             f"{_LTP}/{name}"
             for name in (
                 *(PROJECT, "model.toml", LAYOUT, "cases.toml", "dynamics.toml", "thermal.toml"),
-                *("balance.toml", "balance_parts.csv"),
+                *("loads.toml", "balance.toml", "balance_parts.csv"),
             )
         ),
         Script(f"{_SCRIPTS}/ltp_like.py", "ltp.bdf", (*_SOLIDS, *_NETWORK)),

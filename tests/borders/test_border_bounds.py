@@ -23,6 +23,7 @@ from tedm_cli.config.base import Bounded, Strict, load, validate
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.dynamics import DynamicsConfig
 from tedm_cli.config.imported import LawTable, SensitivityTable
+from tedm_cli.config.loads import LoadsConfig
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
@@ -269,6 +270,7 @@ FULL: dict[str, tuple[type[Strict], dict[str, Any]]] = {
             """
         ),
     ),
+    "loads": (LoadsConfig, tomllib.loads((CONFIGS / "loads.toml").read_text(encoding="utf-8"))),
     "thermal": (
         ThermalConfig,
         tomllib.loads(

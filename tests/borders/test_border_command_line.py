@@ -32,6 +32,7 @@ RANKED = {
     "audit-mesh",
     "balance",
     "build-adjoint",
+    "build-loads",
     "build-optics",
     "explain",
     "map-temperatures",

@@ -122,6 +122,7 @@ def test_there_are_wings() -> None:
         "explain",
         "exports",
         "gravity",
+        "loads",
         "model",
         "noise",
         "optics",

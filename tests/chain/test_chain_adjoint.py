@@ -137,7 +137,9 @@ def test_unit_loads_and_any_field_solved_in_memory(small: Project, adjoint: Path
     found = arrays(adjoint)
     structure, cases = read_solver_deck(Path(small.resolve("unit_loads.bdf")))
     rng = np.random.default_rng(11)
-    rest = cases[0].temperature.min()
+    first = cases[0].temperature
+    assert first is not None
+    rest = first.min()
     steps = rng.uniform(-1.0, 1.0, (10, structure.n_grids))
     fields = [LoadCase(id=900 + k, label="", temperature=rest + step) for k, step in enumerate(steps)]
     motion = np.array([u for _, u in StaticSolution(structure).solve([*cases, *fields])])

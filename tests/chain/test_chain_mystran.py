@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from tedm_cli.progress import silent
 from tedm_cli.stages.adjoint.build import build_adjoint
 from tedm_cli.stages.adjoint.deck import write_adjoint_deck
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
+from tedm_cli.stages.loads.build import build_loads
+from tedm_cli.stages.loads.deck import write_loads_deck
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.distortion import build_distortion
 from tedm_cli.stages.model.ingest import ingest
@@ -128,3 +131,27 @@ def test_the_adjoint_by_mystran_is_the_embedded_one(
 
 def test_the_adjoint_of_the_independently_solved_model(mini: Project, mystran: str, tmp_path: Path) -> None:
     compare_adjoints(mini, mystran, tmp_path)
+
+
+def test_gravity_and_moisture_that_go_by_mystran_do_what_they_do_here(
+    solved: dict[tuple[str, str], Any], mystran: str, tmp_path: Path
+) -> None:
+    """The deck of loads, of which MYSTRAN reads all but the motions of supports: it has no SPCD."""
+    (tmp_path / "loads.toml").write_text(
+        '[[gravity_release]]\nname = "UP"\nground_m_s2 = [1.0, -2.0, -9.80665]\n\n[[moisture_release]]\nname = "DRY"\n'
+        "[[moisture_release.swelling]]\nmaterial = [1, 2, 6]\nexpansion_per_percent = 2e-4\nchange_percent = -0.5\n"
+    )
+    project = replace(solved["mystran", "project"], loads=tmp_path / "loads.toml")
+    deck, op2 = tmp_path / "loads.bdf", tmp_path / "loads.op2"
+    assert write_loads_deck(project, deck).loads == ["UP", "DRY"]
+    assert run_nastran(f"{mystran} {{deck}}", deck, op2, lambda line: None) == 2
+    build_loads(project, tmp_path / "embedded.h5", silent)
+    build_loads(project, tmp_path / "mystran.h5", silent, results=[op2])
+    with h5py.File(tmp_path / "embedded.h5") as embedded, h5py.File(tmp_path / "mystran.h5") as other:
+        wanted, found = (file["D/translation"][()] for file in (embedded, other))
+        read_outs = [file["output/distortion"][()] for file in (embedded, other)]
+    apart = np.abs(found - wanted).max(axis=(1, 2)) / np.abs(wanted).max(axis=(1, 2))
+    print("displacements apart, of the largest", apart)
+    assert apart.max() < 3e-7
+    for row in range(len(read_outs[0])):
+        assert np.abs(read_outs[1][row] - read_outs[0][row]).max() < 2e-3 * np.abs(read_outs[0][row]).max()

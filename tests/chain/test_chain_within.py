@@ -106,9 +106,10 @@ def explicit(project: Project) -> tuple[np.ndarray, np.ndarray]:
     grids = np.concatenate([members[names.index(name)] for name in BODY])
     middle = volume[grids] @ position[grids] / volume[grids].sum()
     structure, loads = read_solver_deck(Path(project.resolve("unit_loads.bdf")))
-    fields = []
+    fields, first = [], loads[0].temperature
+    assert first is not None
     for axis in range(3):
-        temperature = np.full(structure.n_grids, loads[0].temperature.min())
+        temperature = np.full(structure.n_grids, first.min())
         temperature[grids] += position[grids, axis] - middle[axis]
         fields.append(LoadCase(id=900 + axis, label="", temperature=temperature))
     motion = np.array([u for _, u in StaticSolution(structure).solve(fields)])

@@ -19,6 +19,7 @@ from tedm_cli.config.base import validate
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.dynamics import DynamicsConfig
 from tedm_cli.config.imported import LawTable, SensitivityTable
+from tedm_cli.config.loads import LoadsConfig
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import ProjectTable
@@ -174,6 +175,7 @@ WHOLE: list[tuple[type[Any], Path]] = [
     (ProjectTable, MINIMAL / "tedm.toml"),
     (DynamicsConfig, ROOT / "configs" / "dynamics.toml"),
     (TradeConfig, ROOT / "configs" / "trade" / "variants.toml"),
+    (LoadsConfig, ROOT / "configs" / "loads.toml"),
     (ThermalConfig, ROOT / "tests" / "docs" / "thermal.toml"),
     (BalanceConfig, ROOT / "configs" / "balance.toml"),
 ]

@@ -165,6 +165,7 @@ def test_fem_solve_tells_how_many_elements_have_their_own_temperatures(tmp_path:
 def test_fem_grids_of_elements_with_their_own_temperature_need_none(tmp_path: Path) -> None:
     """Set 3 gives one to every element; without one of them, its grids lack theirs."""
     _, cases = read_solver_deck(deck(tmp_path, [*mesh(), *loads()]))
+    assert cases[2].temperature is not None
     assert (cases[2].temperature == 22.0).all()
     cards = [card.replace("3,1,22.\n,2,THRU,18", "3,1,22.\n,2,THRU,17") for card in loads()]
     error = refused(tmp_path, [*mesh(), *cards], r"3 grid\(s\) of elements have no temperature, the first is 15")

@@ -30,7 +30,7 @@ FAMILIES: dict[str, dict[str, int]] = {
     "OP2": {"op2": 190, "adjoint.op2": 20},
     "HDF5 of MSC Nastran": {"msc.h5": 40},
     "TOML": {"tedm.toml": 15, "model.toml": 40, "optics.toml": 40, "cases.toml": 45, "dynamics.toml": 40,
-             "thermal.toml": 25, "balance.toml": 15, "S_BW.csv.toml": 10},
+             "thermal.toml": 25, "loads.toml": 15, "balance.toml": 15, "S_BW.csv.toml": 10},
     "CSV": {
         "areas.csv": 25, "blocks.csv": 20, "points.csv": 20, "budget.csv": 15, "spectra.csv": 15, "series.csv": 20,
         "nodes.csv": 15, "r.csv": 20, "S_BW.csv": 15, "magnetic.csv": 10,

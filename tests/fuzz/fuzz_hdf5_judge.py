@@ -48,6 +48,7 @@ MADE = {
     "figure_6_2.h5": ["simulate", "--figure-6.2"],
     "thermal.h5": ["build-thermal"],
     "balance.h5": ["balance"],
+    "loads.h5": ["build-loads"],
     "temperatures.h5": ["map-temperatures", "tau.csv", "-o", "build/temperatures.h5"],
 }
 #: By file: the commands that read it.
@@ -71,6 +72,7 @@ READERS: dict[str, tuple[str, ...]] = {
     "figure_6_2.h5": ("show figure_6_2.h5", "view"),
     "thermal.h5": ("show thermal.h5",),
     "balance.h5": ("show balance.h5",),
+    "loads.h5": ("show loads.h5",),
     "temperatures.h5": ("show temperatures.h5",),
     "trade.h5": ("show trade.h5",),
 }

@@ -62,6 +62,7 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "body.stl": ("body.stl", [["build-sensitivity"]]),
     "adjoint.op2": ("adjoint.op2", [["build-adjoint", "--op2", "adjoint.op2"]]),
     "thermal.toml": ("thermal.toml", THERMAL),
+    "loads.toml": ("loads.toml", [["build-loads", "-q"]]),
     "thermal_nodes.csv": ("thermal_nodes.csv", THERMAL),
     "thermal_conductors.csv": ("thermal_conductors.csv", THERMAL),
     "thermal_powers.csv": ("thermal_powers.csv", THERMAL),

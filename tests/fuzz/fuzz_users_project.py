@@ -84,7 +84,29 @@ BLOCKS = (
     "name,x_m,y_m,z_m,size_x_m,size_y_m,size_z_m,rotation_x_rad,rotation_y_rad,rotation_z_rad,mass_kg\n"
     "CM1,0.1,-0.2,0.0,0.02,0.03,0.04,0.1,0.2,0.3,0.5\nCM2,0.3,-0.2,0.1,0.02,0.03,0.04,0,0,0,1.5\n"
 )
+LOADS = """
+[[foot]]
+name = "ROOT"
+box = { x_m = [-0.01, 0.01] }
+motions = ["ux", "rz"]
+
+[[gravity_release]]
+name = "G"
+ground_m_s2 = [0.0, 1.0, -9.8]
+
+[[moisture_release]]
+name = "DRY"
+
+[[moisture_release.swelling]]
+material = 2
+expansion_per_percent = 2e-4
+change_percent = -0.5
+
+[modes]
+number = 3
+"""
 TEXTS = {
+    "loads.toml": LOADS,
     "budget.csv": "frequency_hz,amplitude\n1e-3,1e-12\n5e-3,1e-12\n3e-2,1e-11\n",
     "spectra.csv": "frequency_hz,TIP\n1e-5,1e-2\n1e-3,1e-3\n1,1e-5\n",
     "r.csv": "area,ROOT,WAIST,TIP\nROOT,1,0.5,0.1-0.2j\nWAIST,0.5,1,0\nTIP,0.1+0.2j,0,1\n",
@@ -225,7 +247,7 @@ def bricks(folder: Path) -> UserProject:
     for name, text in TEXTS.items():
         (project.folder / name).write_text(text)
     file = project.folder / "tedm.toml"
-    file.write_text('thermal = "thermal.toml"\n' + file.read_text())
+    file.write_text('thermal = "thermal.toml"\nloads = "loads.toml"\n' + file.read_text())
     cube = cuboid_triangles(np.full(3, -0.023), np.full(3, 0.023))
     triangles = [[f"vertex {x} {y} {z}" for x, y, z in t] for t in cube]
     facets = ["\n".join(["facet normal 0 0 1", "outer loop", *t, "endloop", "endfacet"]) for t in triangles]
@@ -286,7 +308,10 @@ def small_chain(folder: Path, cases: str, dynamics: str) -> UserProject:
     (folder / "tau.csv").write_text(f"set,{','.join(areas)}\nrising,{numbers}\n")
     (folder / "balance.toml").write_text(BALANCE)
     (folder / "parts.csv").write_text(PARTS)
-    named = "".join(f'{name} = "{name}.toml"\n' for name in ("dynamics", "thermal", "balance"))
+    (folder / "loads.toml").write_text(
+        LOADS.replace("x_m = [-0.01, 0.01]", "y_m = [0.0, inf]").replace("= 2\n", "= 6\n")
+    )
+    named = "".join(f'{name} = "{name}.toml"\n' for name in ("dynamics", "thermal", "balance", "loads"))
     (folder / "tedm.toml").write_text(f'title = "small sample"\n{named}')
     project = UserProject(folder)
     for args in (["ingest"], ["build-distortion"], ["build-sensitivity"], ["build-optics"]):

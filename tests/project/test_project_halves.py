@@ -215,6 +215,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         name: ("-o", "{out}/file.h5")
         for name in ("ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
     },
+    "build-loads": ("-o", "{out}/file.h5"),
     "areas": (),
     "write-deck": ("-o", "{out}/deck.bdf"),
     "solve": ("-o", "{out}/loads.op2"),
@@ -250,6 +251,7 @@ OF_THE_FOLDER: dict[str, tuple[str, ...]] = {
 }
 NOT_NAMED = {
     "balance": "the project does not say where compensation masses may be",
+    "build-loads": "the project has no loads but temperatures",
     "build-thermal": "the project has no thermal model",
     "map-temperatures": "the project has no thermal model",
 }

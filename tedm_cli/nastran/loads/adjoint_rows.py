@@ -14,10 +14,9 @@ import numpy as np
 
 from tedm_cli.area_names import LONGEST
 from tedm_cli.arrays import FloatArray
-from tedm_cli.deck_units import DeckUnits, Dimension
+from tedm_cli.deck_units import FORCE, DeckUnits
 from tedm_cli.errors import InputError
 
-_FORCE = Dimension(length=1, mass=1, time=-2)
 _LABEL = re.compile(r"(\S+) SCALE (\d\.\d{5}E[+-]\d{2,3})", re.IGNORECASE)
 #: Over the largest, what is left out: solvers whose words have 32 bits take it for zero anyway.
 _SMALLEST = 1e-30
@@ -55,7 +54,7 @@ def adjoint_rows(outputs: Sequence[str], force: FloatArray, units: DeckUnits, wh
     InputError : names that are too long for a LABEL, or differ in their case alone.
     """
     rows = []
-    newton, metre = units.factor(_FORCE), units.length_m
+    newton, metre = units.factor(FORCE), units.length_m
     for output, column in zip(outputs, force.T, strict=True):
         load = column.reshape(-1, 6) / np.repeat([1.0, metre], 3)
         largest = np.abs(load).max()

@@ -1,8 +1,8 @@
-"""Case control and temperature sets of a unit-load deck, for the embedded solver."""
+"""Case control and loads of a deck, for the embedded solver."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,24 +16,35 @@ from tedm_cli.nastran.control_words import LOADS, NOT_LINEAR, check_selections, 
 from tedm_cli.nastran.deck_lines import read_head
 from tedm_cli.nastran.loads.element_temperatures import element_temperatures
 from tedm_cli.nastran.loads.unit_load_control import check_parameters
+from tedm_cli.nastran.structure.mechanical_loads import MechanicalLoads
 
 # Case control that selects a load, a constraint or a matrix that is not modelled.
-_REFUSED = (*LOADS, *NOT_LINEAR, "SUPORT1", "SUPORT", "K2GG", "BGSET")
+_REFUSED = (*(word for word in LOADS if word != "LOAD"), *NOT_LINEAR, "SUPORT1", "SUPORT", "K2GG", "BGSET")
 _REFUSED_SUBCASES = ("SUBCOM", "SUBSEQ", "SYM", "SYMCOM", "REPCASE")
+
+
+@dataclass(frozen=True)
+class SelectedLoads:
+    """A subcase with its set of temperatures (TEMPERATURE) and that of forces, accelerations and motions (LOAD); None
+    where it selects none."""
+
+    id: int
+    label: str
+    temperature: int | None
+    load: int | None
 
 
 @dataclass(frozen=True)
 class SelectedSets:
     """Set numbers that the case control selects.
 
-    `constraint` (SPC), `equations` (MPC) and `initial` are common to all subcases (None where not selected); `loads`
-    holds per subcase its id, label and temperature set.
+    `constraint` (SPC), `equations` (MPC) and `initial` are common to all subcases (None where not selected).
     """
 
     constraint: int | None
     equations: int | None
     initial: int | None
-    loads: tuple[tuple[int, str, int], ...]
+    subcases: tuple[SelectedLoads, ...]
 
 
 def selected_sets(model: Any, path: Path) -> SelectedSets:
@@ -42,8 +53,8 @@ def selected_sets(model: Any, path: Path) -> SelectedSets:
     Raises
     ------
     InputError
-        For a solution other than SOL 101, subcases without temperature load or with any other load, combined
-        subcases, and subcases whose constraints or initial temperatures differ.
+        For a solution other than SOL 101, subcases without a load or with one that is not modelled, combined subcases,
+        and subcases whose constraints or initial temperatures differ.
     """
     where = str(path)
     statements = read_statements(read_head(path).control)
@@ -63,11 +74,12 @@ def selected_sets(model: Any, path: Path) -> SelectedSets:
         if refused:
             problems.append(f"subcase {number} selects {', '.join(refused)}")
         temperature = _selected(params, "TEMPERATURE(LOAD)", "TEMPERATURE(BOTH)")
-        if temperature is None:
-            problems.append(f"subcase {number} has no TEMPERATURE(LOAD)")
+        load = _selected(params, "LOAD")
+        if temperature is None and load is None:
+            problems.append(f"subcase {number} has no TEMPERATURE(LOAD) and no LOAD")
             continue
         label = str(params["LABEL"][0]) if "LABEL" in params else ""
-        loads.append((int(number) or 1, label, temperature))
+        loads.append(SelectedLoads(int(number) or 1, label, temperature, load))
         constraints.add(_selected(params, "SPC"))
         equations.add(_selected(params, "MPC"))
         initials.add(_selected(params, "TEMPERATURE(INITIAL)"))
@@ -87,9 +99,10 @@ def read_load_cases(
     sets: SelectedSets,
     grid_id: IntArray,
     blocks: Sequence[tuple[IntArray, IntArray]],
+    mechanical: Callable[[int | None], MechanicalLoads],
     path: Path,
 ) -> tuple[FloatArray | None, list[LoadCase]]:
-    """Temperatures of all grids, and of elements that have their own, in every selected set.
+    """Temperatures of all grids, and of elements that have their own, in every selected set; forces and motions.
 
     Parameters
     ----------
@@ -98,6 +111,7 @@ def read_load_cases(
     grid_id : [N], ascending.
     blocks : ids [E] and grids [E, n], by row, of all elements. Grids of elements without a temperature of their own
         must have one in every set.
+    mechanical : the loads of a set that LOAD selects.
     path : for messages.
 
     Returns
@@ -114,10 +128,23 @@ def read_load_cases(
             )
         initial = _temperatures(model, sets.initial, None, grid_id, blocks, path)
     cases = []
-    for number, label, sid in sets.loads:
-        own = element_temperatures(model, sid)
-        temperature = _temperatures(model, sid, own, grid_id, blocks, path)
-        cases.append(LoadCase(id=number, label=label, temperature=temperature, elements=own))
+    for one in sets.subcases:
+        own = temperature = None
+        if one.temperature is not None:
+            own = element_temperatures(model, one.temperature)
+            temperature = _temperatures(model, one.temperature, own, grid_id, blocks, path)
+        found = mechanical(one.load)
+        cases.append(
+            LoadCase(
+                id=one.id,
+                label=one.label,
+                temperature=temperature,
+                elements=own,
+                force=found.force,
+                acceleration=found.acceleration,
+                enforced=found.enforced,
+            )
+        )
     return initial, cases
 
 

@@ -6,18 +6,27 @@ from typing import Any
 
 import numpy as np
 
-from tedm_cli.arrays import IntArray
+from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import Mpc
 from tedm_cli.nastran.structure.references import CardReferences
 
 
-def read_constraints(model: Any, constraint: int | None, references: CardReferences) -> tuple[IntArray, IntArray]:
-    """Constrained grid rows and components, from the selected SPC set and the GRID cards, without repetition."""
-    pairs: set[tuple[int, int]] = set()
+def read_constraints(
+    model: Any, constraint: int | None, references: CardReferences
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Constrained grid rows and components, from the selected SPC set and the GRID cards, without repetition, and the
+    displacements that its SPC cards enforce there, in the displacement frames.
+
+    Raises
+    ------
+    InputError : two different displacements of one degree of freedom.
+    """
+    held: dict[tuple[int, int], float] = {}
     for grid in model.nodes.values():
-        pairs.update((grid.nid, int(digit)) for digit in str(grid.ps or ""))
+        held.update(((grid.nid, int(digit)), 0.0) for digit in str(grid.ps or ""))
     for card in [] if constraint is None else _spc_cards(model, constraint):
-        nodes = card.nodes
+        nodes, moved = card.nodes, [0.0] * len(card.nodes)
         if card.type == "SPC1":
             components = [card.components] * len(nodes)
             # A THRU range, which pyNastran has expanded, may have gaps; a list of grids may not.
@@ -25,14 +34,25 @@ def read_constraints(model: Any, constraint: int | None, references: CardReferen
             present = [node in model.nodes for node in nodes]
             if is_range and any(present):
                 nodes = [node for node, there in zip(nodes, present, strict=True) if there]
-                components = components[: len(nodes)]
+                components, moved = components[: len(nodes)], moved[: len(nodes)]
         else:
-            components = card.components
-        for node, digits in zip(nodes, components, strict=True):
-            if node not in model.spoints:
-                pairs.update((int(node), int(digit)) for digit in str(digits) if digit != "0")
-    table = np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
-    return references.rows(table[:, 0], f"SPC set {constraint}"), table[:, 1]
+            components, moved = card.components, card.enforced
+        for node, digits, value in zip(nodes, components, moved, strict=True):
+            for digit in str(digits) if node not in model.spoints else "":
+                if digit != "0":
+                    _hold(held, (int(node), int(digit)), float(value or 0.0), references.where)
+    table = np.array(sorted(held), dtype=np.int64).reshape(-1, 2)
+    enforced = np.array([held[freedom] for freedom in sorted(held)], dtype=np.float64)
+    return references.rows(table[:, 0], f"SPC set {constraint}"), table[:, 1], enforced
+
+
+def _hold(held: dict[tuple[int, int], float], freedom: tuple[int, int], value: float, where: str) -> None:
+    before = held.get(freedom, 0.0)
+    if value and before and value != before:
+        grid, component = freedom
+        fact = f"grid {grid} component {component} has two enforced displacements, {before:g} and {value:g}"
+        raise InputError(fact, where=where, hint="leave one of the SPC cards out")
+    held[freedom] = value or before
 
 
 def read_equations(model: Any, equations: int | None, references: CardReferences) -> tuple[Mpc, ...]:

@@ -1,6 +1,7 @@
 """Read the part of Nastran that the embedded solver understands; refuse the rest by name.
 
-The deck is a SOL 101 run whose subcases each apply one temperature set. Everything that would change the displacements
+The deck is a SOL 101 run whose subcases each apply temperatures, or forces, accelerations and motions of supports, or
+both. Everything that would change the displacements
 and is not modelled is collected first and refused in one message.
 """
 
@@ -11,12 +12,13 @@ from typing import Any
 
 from tedm_cli.deck_units import SI, DeckUnits
 from tedm_cli.errors import InputError
-from tedm_cli.fem.structure import LoadCase, Structure
+from tedm_cli.fem.structure import LoadCase, OnFreedoms, Structure
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.structure.bars import read_bars
 from tedm_cli.nastran.structure.cases import read_load_cases, selected_sets
 from tedm_cli.nastran.structure.constraints import read_constraints, read_equations
 from tedm_cli.nastran.structure.frames import read_grids
+from tedm_cli.nastran.structure.mechanical_loads import MechanicalReader
 from tedm_cli.nastran.structure.references import CardReferences
 from tedm_cli.nastran.structure.refusals import refuse_unsupported
 from tedm_cli.nastran.structure.rigid import read_rigid_elements
@@ -46,7 +48,8 @@ def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]
     ------
     InputError
         If it holds cards or features that are not modelled (all are named, with counts);
-        if cards refer to what does not exist; or if subcases are not thermal or differ in their constraints.
+        if cards refer to what does not exist; or if subcases have loads that are not modelled or differ in their
+        constraints.
     """
     refuse_unsupported(model, path)
     grid_id, position, frame = read_grids(model, path)
@@ -64,14 +67,16 @@ def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]
     ):
         if selected is not None and selected not in cards:
             raise InputError(f"case control selects {name} {selected}, which is not in the bulk data", where=str(path))
-    spc_grid, spc_component = read_constraints(model, sets.constraint, references)
+    spc_grid, spc_component, moved = read_constraints(model, sets.constraint, references)
     mpc = read_equations(model, sets.equations, references)
     references.refuse_missing()
 
     blocks = [(block.element_id, block.connectivity) for block in solids]
     blocks += [(bars.element_id, bars.connectivity), (rods.element_id, rods.connectivity)]
     blocks += [(shells.element_id, shells.connectivity) for shells in (quads, trias)]
-    initial, cases = read_load_cases(model, sets, grid_id, blocks, path)
+    supports = OnFreedoms(6 * spc_grid + spc_component - 1, moved)
+    mechanical = MechanicalReader(model, grid_id, position, supports, path)
+    initial, cases = read_load_cases(model, sets, grid_id, blocks, mechanical.loads, path)
     structure = Structure(
         grid_id=grid_id,
         position=position,

@@ -10,6 +10,7 @@ from tedm_cli.errors import InputError
 from tedm_cli.nastran.card_names import ELEMENT_TEMPERATURES, WITHOUT_INFLUENCE
 from tedm_cli.nastran.parameter_values import parameter
 from tedm_cli.nastran.structure.line_shell_refusals import line_refusals, rigid_refusals, shell_refusals
+from tedm_cli.nastran.structure.mechanical_loads import LOAD_CARDS
 from tedm_cli.nastran.structure.solids import count_refused_solids
 
 _HINT = "run Nastran on the written deck instead of the embedded solver"
@@ -33,9 +34,11 @@ _MODELLED = {
     "TEMP",
     "TEMPD",
     *ELEMENT_TEMPERATURES,
+    *LOAD_CARDS,
 }
-# Cards without influence on static thermal displacements: masses, plotting, sets, scalar points (what could be on them
-# is refused), other solutions, and loads that no subcase selects (a selection is refused).
+# Cards without influence on static displacements: masses (of accelerations they are read beside the structure),
+# plotting, sets, scalar points (what could be on them is refused), other solutions, and loads that no subcase selects
+# (a selection is refused).
 _WITHOUT_INFLUENCE = {
     *WITHOUT_INFLUENCE,
     *("FREQ", "FREQ1", "FREQ2", "FREQ3", "FREQ4", "FREQ5", "TABDMP1", "TSTEP", "EIGB", "EIGC", "DTI", "MONPNT1"),
@@ -43,8 +46,7 @@ _WITHOUT_INFLUENCE = {
     *("TABLED4", "TABRND1", "RANDPS", "RANDT1", "DESVAR", "DRESP1", "DRESP2", "DCONSTR", "DOPTPRM"),
     *("ENDDATA", "PARAM", "SPOINT", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
     *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "PMASS", "NSM", "NSM1", "NSML", "NSML1", "NSMADD"),
-    *("LOAD", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4"),
-    *("GRAV", "ACCEL", "ACCEL1", "RFORCE"),
+    *("FORCE1", "FORCE2", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4", "ACCEL", "ACCEL1", "RFORCE"),
     *("MAT4", "MAT5", "MATT4", "MATT5"),  # conduction, which `map-temperatures` reads
 }
 
@@ -61,9 +63,6 @@ def refuse_unsupported(model: Any, path: Path) -> None:
     found.update(line_refusals(model, used))
     found.update(shell_refusals(model, used))
     found.update(rigid_refusals(model))
-    for constraints in model.spcs.values():
-        for one in constraints:
-            found["SPC with a displacement other than zero"] += one.type == "SPC" and any(one.enforced)
     for equations in model.mpcs.values():
         for one in equations:
             found["MPC with a scalar point"] += not model.spoints.keys().isdisjoint(one.nodes)

@@ -27,12 +27,12 @@ from tedm_cli.nastran.structure.material_use import material_cards, material_use
 from tedm_cli.progress import Step
 from tedm_cli.results.adjoint import AdjointResults, read_adjoint
 from tedm_cli.stages.adjoint.even_field import even_field_error, write_error
-from tedm_cli.stages.adjoint.inputs import AdjointInputs, adjoint_inputs
 from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model
-from tedm_cli.stages.adjoint.outputs import Outputs
 from tedm_cli.stages.adjoint.solved import Solved, adjoint_results, solved_elsewhere, solved_here
 from tedm_cli.stages.common import copy_areas, out_path
+from tedm_cli.stages.output_inputs import OutputInputs, output_inputs
+from tedm_cli.stages.outputs import Outputs
 
 _HINT = "are the results of another solver, whose elements differ from those of `tedm solve`, or of another deck?"
 _HINT_ELSEWHERE = (
@@ -106,7 +106,7 @@ def build_adjoint(
     """
     out = out_path(project, ADJOINT_FILE, output)
     files = adjoint_results(project, results, out)
-    with adjoint_inputs(project, files) as given:
+    with output_inputs(project, "the adjoint", files) as given:
         found = _found(given, files, step, area_error=area_error)
         if isinstance(found, TedmError) and not or_say_why:
             raise found
@@ -123,7 +123,7 @@ def build_adjoint(
 
 
 def _found(
-    given: AdjointInputs, results: Sequence[Path], step: Step, *, area_error: bool
+    given: OutputInputs, results: Sequence[Path], step: Step, *, area_error: bool
 ) -> Adjoint | InputError | PhysicsError:
     """The adjoint of a model that `ingest` has read; or why there is none here."""
     try:

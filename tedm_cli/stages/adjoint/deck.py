@@ -13,8 +13,8 @@ from tedm_cli.nastran.loads.adjoint_deck import adjoint_deck, verify_adjoint_dec
 from tedm_cli.nastran.loads.adjoint_rows import adjoint_rows
 from tedm_cli.nastran.loads.unit_deck import read_source
 from tedm_cli.nastran.units import units_of
-from tedm_cli.stages.adjoint.inputs import adjoint_inputs
 from tedm_cli.stages.adjoint.model import coupled_structure
+from tedm_cli.stages.output_inputs import output_inputs
 
 _NAME = "adjoint_loads.bdf"
 
@@ -37,10 +37,10 @@ def write_adjoint_deck(project: Project, output: Path | None) -> AdjointDeckSumm
 
     Raises
     ------
-    ConfigError, InputError : what `adjoint_inputs` refuses; something without a thermal coupling here, before anything
+    ConfigError, InputError : what `output_inputs` refuses; something without a thermal coupling here, before anything
         is solved; a name that is too long for a label.
     """
-    with adjoint_inputs(project) as given:
+    with output_inputs(project, "the adjoint") as given:
         structure = coupled_structure(given.raw, given.deck)
         outputs = given.outputs(structure.grid_id)
         table, deck = given.config.model, given.deck

@@ -20,9 +20,9 @@ from tedm_cli.nastran.loads.adjoint_results import adjoint_motions
 from tedm_cli.nastran.loads.adjoint_rows import adjoint_rows
 from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.progress import Step
-from tedm_cli.stages.adjoint.inputs import AdjointInputs
 from tedm_cli.stages.adjoint.model import WarmedModel
-from tedm_cli.stages.adjoint.outputs import Outputs
+from tedm_cli.stages.output_inputs import OutputInputs
+from tedm_cli.stages.outputs import Outputs
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def solved_here(outputs: Outputs, model: WarmedModel, step: Step) -> Solved:
 
 
 def solved_elsewhere(
-    results: Sequence[Path], outputs: Outputs, model: WarmedModel, given: AdjointInputs, step: Step
+    results: Sequence[Path], outputs: Outputs, model: WarmedModel, given: OutputInputs, step: Step
 ) -> Solved:
     """From the results of the deck of `write-deck --adjoint`, with the thermal forces of the elements here.
 

@@ -1,4 +1,4 @@
-"""Solve a unit-load deck with the embedded solver and write the displacements as an OP2 file."""
+"""Solve a deck with the embedded solver and write the displacements as an OP2 file."""
 
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ from tedm_cli.fem.drilling import DrillingChange
 from tedm_cli.fem.static import StaticReport, StaticSolution
 from tedm_cli.fem.structure import LoadCase, SolidBlock, Structure
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
+from tedm_cli.nastran.loads.unit_load_control import check_unit_load_control
 from tedm_cli.nastran.op2.writer import write_op2
 from tedm_cli.nastran.reading import cross_reference, passed_over, read_deck
 from tedm_cli.nastran.run import OP2, results_suffix, run_nastran
 from tedm_cli.nastran.structure.deck import solver_structure
+from tedm_cli.nastran.structure.masses import model_mass
 from tedm_cli.progress import Step
 from tedm_cli.stages.common import refuse_own_place
 from tedm_cli.stages.layout_match import require_layout_fits
@@ -80,16 +82,18 @@ def solve_deck(
     allow_missing_enddata: bool = False,
     units: DeckUnits = SI,
     fits: Callable[[ModelGeometry], None] | None = None,
+    unit_loads: bool = False,
 ) -> SolveReport:
     """Read `deck`, solve its subcases in SI and write `op2` in the units of the deck, as any Nastran would.
 
     Parameters
     ----------
-    deck : SOL 101 deck with one temperature load per subcase.
+    deck : SOL 101 deck.
     op2 : file to write; replaced only when everything succeeded.
     progress : called as (done, total, what), or None.
     units : those of the deck.
     fits : raises where the results of this model would be refused later, or None.
+    unit_loads : whether temperature has to be its one load, as `ingest` wants it.
 
     Raises
     ------
@@ -101,16 +105,19 @@ def solve_deck(
     """
     model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata, units=units)
     notes = passed_over(model)
+    if unit_loads:
+        check_unit_load_control(model, deck)
     structure, cases = solver_structure(model, deck)
     cross_reference(model, deck)
     geometry = model_geometry(model, [deck])  # a wrong unit is said before anything is solved
     if fits is not None:
         fits(geometry)
+    mass = None if all(case.acceleration is None for case in cases) else model_mass(geometry)
     del model, geometry
     labels = {case.id: case.label for case in cases}
     in_deck_units = np.repeat([1.0 / units.length_m, 1.0], 3)  # angles are in rad
     try:
-        solution = StaticSolution(structure, progress=progress)
+        solution = StaticSolution(structure, mass=mass, progress=progress)
         motions = solution.solve(cases)
         write_op2(
             op2,
@@ -193,7 +200,23 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
         allow_missing_enddata=table.allow_missing_enddata,
         units=table.deck_units(),
         fits=lambda geometry: require_layout_fits(project, config, geometry.grid_id, geometry.position_m),
+        unit_loads=True,
     )
+    return out, replace(report, turned_element=_turned_element(project, report.drilling_change))
+
+
+def solve_other(project: Project, deck: Path, output: Path | None, step: Step) -> tuple[Path, SolveReport]:
+    """Solve another deck than the configured one, with any loads of its own, in the units of the model configuration.
+
+    The results go beside the deck. Raises what `solve_deck` does, and `UsageError` for results that are no OP2.
+    """
+    table = load_model(project.model)[1].model
+    out = output if output is not None else deck.with_suffix(OP2)
+    if results_suffix(out) != OP2:
+        raise UsageError(f"{out} is no OP2, which is what the embedded solver writes", hint="name it with .op2")
+    refuse_own_place(project, [out])
+    units = table.deck_units()
+    report = solve_deck(deck, out, step, allow_missing_enddata=table.allow_missing_enddata, units=units)
     return out, replace(report, turned_element=_turned_element(project, report.drilling_change))
 
 

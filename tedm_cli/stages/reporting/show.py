@@ -14,6 +14,7 @@ from tedm_cli.contracts import (
     CASE,
     DISTORTION,
     DYNAMICS,
+    LOADS,
     OPTICS,
     RELEASE,
     SENSITIVITY,
@@ -28,6 +29,7 @@ from tedm_cli.results.balance import read_balance
 from tedm_cli.results.dynamics import read_stability
 from tedm_cli.results.field import dc_verdicts
 from tedm_cli.results.imposed import read_imposed
+from tedm_cli.results.loads import read_loads
 from tedm_cli.results.thermal import read_thermal
 from tedm_cli.results.trade import read_trade
 from tedm_cli.results.uncertainty import as_dict, read_uncertainty
@@ -124,6 +126,8 @@ def _main_numbers(file: Reader) -> dict[str, Any]:
         }
     if file.kind is BALANCE:
         return _balance(file)
+    if file.kind is LOADS:
+        return _loads(file)
     if file.kind is THERMAL:
         return _thermal(file)
     if file.kind is TRADE:
@@ -161,6 +165,19 @@ def _balance(file: Reader) -> dict[str, Any]:
     }
     if (drawn := found.drawn) is not None:
         main["yield"] = f"{drawn.met} of {drawn.draws} builds, 95 % interval {drawn.low:.4g} to {drawn.high:.4g}"
+    return main
+
+
+def _loads(file: Reader) -> dict[str, Any]:
+    """How much each load distorts, and the first frequency."""
+    found = read_loads(file)
+    what = "the structure" if found.bench is None else "the benches"
+    main: dict[str, Any] = {
+        name: f"distorts {what} by {distortion:.4g} m" + ("" if unit == "1" else f" per {unit}")
+        for name, unit, distortion in zip(found.name, found.unit, found.ranked, strict=True)
+    }
+    if found.modes is not None and len(found.modes.frequency_hz):
+        main["first_frequency_Hz"] = float(found.modes.frequency_hz[0])
     return main
 
 

@@ -1,4 +1,4 @@
-"""What the adjoint is made of: a deck, the matrices of a build folder, and their outputs, all of one state."""
+"""What outputs as nodal forces are made of: a deck, and the matrices of a build folder, all of one state."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tedm_cli.files.provenance import ConfigFile, Provenance
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.nastran.reading import deck_files, read_deck
 from tedm_cli.optics.layout import OpticalLayout
-from tedm_cli.stages.adjoint.outputs import Outputs, accelerations, read_outs
+from tedm_cli.stages.outputs import Outputs, accelerations, read_outs
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class _Optics:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class AdjointInputs:
+class OutputInputs:
     """The files of one state of a build folder, open.
 
     raw, files : the model of the unit-load deck, not cross-referenced, and its files, the deck first.
@@ -62,6 +62,11 @@ class AdjointInputs:
     def deck(self) -> Path:
         return self.files[0]
 
+    @property
+    def read_out(self) -> tuple[Reader, OpticalLayout] | None:
+        """optics.h5 and its layout, where there are read-outs."""
+        return None if self._read_out is None else (self._read_out[0], self._read_out[1].layout)
+
     def outputs(self, grid_id: IntArray) -> Outputs:
         """Accelerations, then read-outs where optics.h5 is, of a structure of the grids `grid_id` [N].
 
@@ -75,8 +80,12 @@ class AdjointInputs:
 
 
 @contextlib.contextmanager
-def adjoint_inputs(project: Project, results: Sequence[Path] = ()) -> Iterator[AdjointInputs]:
-    """Open what the adjoint is made of; `results`: of another solver, where it is made of these too.
+def output_inputs(
+    project: Project, what: str, results: Sequence[Path] = (), more: Sequence[ConfigFile] = ()
+) -> Iterator[OutputInputs]:
+    """Open what outputs are made of; `results` of another solver and `more` configurations are in its trace as well.
+
+    `what` is made of them, for messages.
 
     Raises
     ------
@@ -84,7 +93,7 @@ def adjoint_inputs(project: Project, results: Sequence[Path] = ()) -> Iterator[A
     InputError : a file that is missing or stale.
     """
     config_file, config = load_model(project.model)
-    config.require_adjoint(project.model)
+    config.require_outputs(project.model, what)
     table, build = config.model, project.build_dir
     deck = project.resolve(table.deck)
     raw = read_deck(
@@ -92,7 +101,7 @@ def adjoint_inputs(project: Project, results: Sequence[Path] = ()) -> Iterator[A
     )
     files = deck_files(raw, deck)
     optics, no_read_outs = _optics(project)
-    configs = [config_file, *([] if optics is None else [optics.file])]
+    configs = [config_file, *([] if optics is None else [optics.file]), *more]
     own = [build / name for name in (UNIT_LOADS_FILE, DISTORTION_FILE, SENSITIVITY_FILE)]
     own += [] if optics is None else [optics.path]
     trace = provenance(configs, [*own, *files, *results])
@@ -110,7 +119,7 @@ def adjoint_inputs(project: Project, results: Sequence[Path] = ()) -> Iterator[A
             require_configuration(read_out[0], read_out[1].file.path)
             require_input(read_out[0], trace.inputs[1])
         require_same_areas(sensitivity, distortion, *([] if read_out is None else [read_out[0]]))
-        yield AdjointInputs(
+        yield OutputInputs(
             config=config,
             raw=raw,
             files=files,

@@ -1,0 +1,1 @@
+"""build-loads: motions of supports, gravity and moisture that are released, and natural frequencies."""
