@@ -9,7 +9,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from test_chain_thermal import READ_OUT, ROOT, changed, command, network_case, weights_project
+from shipped_cases import cases_of_areas
+from test_chain_thermal import READ_OUT, changed, command, network_case, weights_project
 
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.project import Project, load_project
@@ -30,7 +31,7 @@ def copied(project: Project, folder: Path) -> Project:
 
 @pytest.fixture(scope="module")
 def shipped() -> str:
-    return (ROOT / "configs" / "cases.toml").read_text(encoding="utf-8")
+    return cases_of_areas()
 
 
 @pytest.fixture(scope="module")

@@ -47,7 +47,7 @@ def test_minimal(tmp_path: Path) -> None:
     }
 
 
-@pytest.mark.parametrize(("sample", "steps"), [("minimal", 15), ("ltp", 37), ("spacecraft", 31), ("lisa", 17)])
+@pytest.mark.parametrize(("sample", "steps"), [("minimal", 15), ("ltp", 38), ("spacecraft", 31), ("lisa", 17)])
 def test_every_sample_can_be_run(sample: str, steps: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By what would be run: nothing is missing, and the model is a file of the project."""
     folder = tmp_path / sample
