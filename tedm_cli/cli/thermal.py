@@ -154,4 +154,4 @@ def simulate_thermal(
     project = open_project(config, build_dir, verbose)
     with progress(quiet) as step:
         done = stage(project, given, realise, output, step)
-    answer(as_json, quiet, lambda: in_time_lines(done, rows(top)), lambda: in_time_dict(done))
+    answer(as_json, quiet, lambda: in_time_lines(done, rows(top)), lambda: in_time_dict(done, rows(top)))

@@ -19,6 +19,7 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.files.blocks import reading
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
+from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.seal import Identity, identity_of
 from tedm_cli.files.store import replacing
 from tedm_cli.files.trial import REFUSED, trial
@@ -85,18 +86,20 @@ def writing_columns(path: Path, names: Sequence[str]) -> Iterator[Callable[[Floa
     ------
     InputError : it cannot be written.
     """
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
-        data = [
-            file.create_dataset(n, (0,), "f8", maxshape=(None,), chunks=(_CHUNK,), track_times=False) for n in names
-        ]
+    with replacing(path) as temporary, contextlib.closing(HeldFile(temporary)) as sink:
+        with h5py.File(sink, "w", libver="v110") as file:
+            how = {"maxshape": (None,), "chunks": (_CHUNK,), "fletcher32": True, "track_times": False}
+            data = [file.create_dataset(name, (0,), "f8", **how) for name in names]
 
-        def write(values: FloatArray) -> None:
-            first = len(data[0])
-            for one, row in zip(data, values, strict=True):
-                one.resize((first + len(row),))
-                one[first:] = row
+            def write(values: FloatArray) -> None:
+                first = len(data[0])
+                for one, row in zip(data, values, strict=True):
+                    one.resize((first + len(row),))
+                    one[first:] = row
+                    sink.check()
 
-        yield write
+            yield write
+        sink.check()
 
 
 @contextlib.contextmanager

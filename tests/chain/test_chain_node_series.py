@@ -21,7 +21,7 @@ from tedm_cli.config.project import Project, load_project
 from tedm_cli.stages.chain.project_files import chain_files
 
 STEP, ROWS = 20.0, 400
-HEAD = '[frequency]\npoints = 5\n[[case]]\nid = "1"\ntitle = "all"\npartition = "all"\n'
+HEAD = '[frequency]\npoints = 61\n[[case]]\nid = "1"\ntitle = "all"\npartition = "all"\n'
 SERIES = '\n[[series]]\nname = "{name}"\nfile = "{file}"\nremove = "{remove}"\n{more}\n'
 
 
@@ -318,3 +318,28 @@ def test_the_chain_makes_it_from_the_network(net: Small) -> None:
     assert net.build / "thermal.h5" in steps["run-series n"]
     assert net.build / "thermal.h5" in steps["simulate --series n"]
     assert net.folder / "t.csv" in steps["run-series n"]
+
+
+def test_a_network_in_time_has_the_spectra_of_its_case(net: Small) -> None:
+    """The network stepped by a realisation, its temperatures through the sensitivities, against the exact spectra."""
+    case = '\n[[case]]\nid = "T"\ntitle = "network"\nthermal = true\n'
+    net.run("simulate-thermal", "--duration", "2e5", "--seed", "5", "-o", net.folder / "t.h5").ok()
+    net.configure("t.h5", more='of = "nodes"\nlowest_hz = 2e-3')
+    with (net.folder / "cases.toml").open("a") as file:
+        file.write(case)
+    net.run("run-case", "T").ok()
+    net.run("run-series", "n").ok()
+    with h5py.File(net.build / "series_n.h5") as s, h5py.File(net.build / "caseT.h5") as exact:
+        f, nu, known = s["frequency"][()], s["degrees_of_freedom"][()], exact["frequency"][()]
+        at = np.arange(0, np.searchsorted(f, 0.05), 8)  # bins that are independent of each other
+        ratios = {}
+        for label in exact["output/label"].asstr()[()]:
+            psd = np.exp(np.interp(np.log(f[at]), np.log(known), np.log(exact[f"psd/{label}"][()])))
+            ratios[label] = s[f"psd/{label}"][()][at] / psd
+    assert len(ratios) == 24
+    assert nu[0] > 60
+    assert len(at) > 60
+    spread = np.sqrt(2.0 / nu[0])
+    for label, ratio in ratios.items():
+        assert ratio.mean() == pytest.approx(1.0, abs=4.5 * spread / np.sqrt(len(at))), label
+        assert ratio.std() == pytest.approx(spread, rel=0.4), label

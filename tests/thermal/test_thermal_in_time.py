@@ -95,7 +95,8 @@ def test_implicit_steps_say_their_error(built: ThermalProject, monkeypatch: pyte
     said.append(json.loads(built.run("simulate-thermal", path, "-o", built.folder / "b.csv", "--json").ok().out))
     assert [s["exact"] for s in said] == [True, False]
     off = np.abs(read(built.folder / "a.csv")[1] - read(built.folder / "b.csv")[1])[:, 1:5].max(axis=0)
-    told = np.array([n["error_K"] for n in said[1]["nodes"]])
+    by_name = {n["name"]: n["error_K"] for n in said[1]["nodes"]}
+    told = np.array([by_name[name] for name in NODES[:4]])
     assert (off < 2.0 * told + 1e-12).all()
     assert (told < 20.0 * off + 1e-12).all()
     assert "implicit steps" in built.run("simulate-thermal", path).ok().out
@@ -173,7 +174,9 @@ def test_what_else_is_refused(built: ThermalProject) -> None:
     built.run(*simulate).refused(2, "name a file of disturbances, or the --duration", hint="tedm simulate-thermal")
     built.run(*simulate, path, "--seed", "2").refused(2, "--seed is of a realisation")
     built.run(*simulate, path, "-o", "t.txt").refused(2, "must end in .csv")
-    built.run(*simulate, path, "-o", path).refused(2, "is the file of the disturbances itself")
+    built.run(*simulate, path, "-o", path).refused(2, "is a file that is read")
+    nodes = built.folder / "nodes.csv"
+    built.run(*simulate, path, "-o", nodes).refused(2, "is a file that is read")
     built.run(*simulate, "--duration", "0").refused(2, "--duration: duration 0 is outside")
     built.run(*simulate, "--duration", "nan").refused(2, "--duration: duration nan")
     built.run(*simulate, "--duration", "1e5", "--step", "60").refused(2, "too long for the frequencies", hint="50 s")

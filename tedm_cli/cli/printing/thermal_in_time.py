@@ -16,8 +16,6 @@ _UNIT = {"temperature": "K", "power": "W"}
 
 def in_time_lines(r: InTime, top: int | None) -> list[str]:
     """What was stepped and how, the nodes that move most, and how spectra compare."""
-    import numpy as np
-
     source = f"disturbances of {r.source}" if r.source is not None else f"disturbances realised, seed {r.seed}"
     lines = [
         f"{source}: {r.samples:,} samples of {r.step_s:.6g} s over {(r.samples - 1) * r.step_s:.6g} s; slowest time"
@@ -32,7 +30,7 @@ def in_time_lines(r: InTime, top: int | None) -> list[str]:
             right=(1, 2),
         ),
     ]  # fmt: skip
-    order = np.argsort(-r.node_rms, kind="stable")[:top]
+    order = _order(r, top)
     lines += table(
         ("node", "rms K", "peak K", "steady K"),
         [(r.node[i], f"{r.node_rms[i]:.3g}", f"{r.node_peak[i]:.3g}", f"{r.steady_K[i]:.6g}") for i in order],
@@ -56,6 +54,11 @@ def in_time_lines(r: InTime, top: int | None) -> list[str]:
     return lines
 
 
+def _order(r: InTime, top: int | None) -> list[int]:
+    """The nodes that move most, the first of all."""
+    return sorted(range(len(r.node)), key=lambda i: -float(r.node_rms[i]))[:top]
+
+
 def _step_line(r: InTime) -> str:
     if r.exact:
         return "steps exact, of disturbances that are straight between samples"
@@ -76,8 +79,9 @@ def _check_line(c: SpectraCheck) -> str:
     )
 
 
-def in_time_dict(r: InTime) -> dict[str, Any]:
+def in_time_dict(r: InTime, top: int | None) -> dict[str, Any]:
     """What a program needs."""
+    order = _order(r, top)
     return {
         "file": None if r.output is None else str(r.output),
         "source": None if r.source is None else str(r.source),
@@ -94,10 +98,14 @@ def in_time_dict(r: InTime) -> dict[str, Any]:
             for name, kind, rms, peak in zip(r.disturbance, r.kind, r.rms, r.peak, strict=True)
         ],
         "nodes": [
-            {"name": name, "rms_K": float(rms), "peak_K": float(peak), "steady_K": float(steady), "error_K": float(off)}
-            for name, rms, peak, steady, off in zip(
-                r.node, r.node_rms, r.node_peak, r.steady_K, r.error_K, strict=True
-            )
+            {
+                "name": r.node[i],
+                "rms_K": float(r.node_rms[i]),
+                "peak_K": float(r.node_peak[i]),
+                "steady_K": float(r.steady_K[i]),
+                "error_K": float(r.error_K[i]),
+            }
+            for i in order
         ],
         "check": None if r.check is None else {
             "agrees": r.check.agrees,

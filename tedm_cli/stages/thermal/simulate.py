@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -97,15 +97,14 @@ def simulate_thermal(
 
     Raises
     ------
-    UsageError : a name of a file that says no format; the table itself as output; numbers that are implausible.
+    UsageError : a name of a file that says no format, or that is read; numbers that are implausible.
     ConfigError : no thermal model, or one without network or disturbances.
     InputError : thermal.h5 is missing or stale; a table that is refused; too many samples.
     """
     require_format(output)
-    if given is not None and output is not None and given.resolve() == output.resolve():
-        raise UsageError(f"-o {output}: is the file of the disturbances itself")
     where = project.required_thermal()
     config = load_thermal(where)[1]
+    _require_other(output, [where, *(project.beside(where, name) for name in config.file_names()), given])
     if lacking := [
         n for n, there in (("[network]", config.network), ("[[disturbance]]", config.disturbances)) if not there
     ]:
@@ -129,6 +128,12 @@ def simulate_thermal(
         hint = "tedm simulate-thermal disturbances.csv, or tedm simulate-thermal --duration 1e6"
         raise UsageError("name a file of disturbances, or the --duration of a realisation", hint=hint)
     return _realised(project, config, found, realise, output, step)
+
+
+def _require_other(output: Path | None, read: Sequence[Path | None]) -> None:
+    """Refuse to write over what is read."""
+    if output is not None and output.resolve() in [path.resolve() for path in read if path is not None]:
+        raise UsageError(f"-o {output}: is a file that is read", hint="name another")
 
 
 def _realised(
