@@ -121,6 +121,7 @@ def test_spectra_of_a_realisation_are_those_of_the_gains(built: ThermalProject) 
     # The disturbances have the variance of their straight lines: that of the panel is known, white up to 0.025 Hz.
     with h5py.File(out) as file:
         first, boundary = file["OB"][()], file["SC"][()]
+    assert abs(first[0]) > 1e-2 * first.std()  # it ran before
     assert said["disturbances"][0]["rms"] == pytest.approx(boundary.std(), rel=1e-2)
     level = 1e-3 / np.sinc(np.minimum(np.linspace(0.0, 0.025, 4001), 1e-2) * 20.0) ** 2
     assert boundary.std() == pytest.approx(np.sqrt(np.mean(level**2) * 0.025), rel=0.02)
