@@ -13,7 +13,7 @@ HEADINGS = {
     "Gravity": ("build-sensitivity", "audit-mesh", "self-gravity", "accuracy"),
     "Optics": ("check-layout", "build-optics"),
     "Temperatures of grids": ("build-adjoint", "suggest-areas"),
-    "Thermal model": ("build-thermal", "map-temperatures"),
+    "Thermal model": ("build-thermal", "map-temperatures", "simulate-thermal"),
     "Correlation cases and time series": ("run-case", "run-series"),
     "Drag-free loop": ("build-dynamics", "simulate"),
     "Variants of a design": ("trade",),

@@ -36,6 +36,7 @@ RANKED = {
     "map-temperatures",
     "run-case",
     "show",
+    "simulate-thermal",
     "suggest-areas",
 }
 
