@@ -14,7 +14,7 @@ HEADINGS = {
     "Optics": ("check-layout", "build-optics"),
     "Temperatures of grids": ("build-adjoint", "suggest-areas"),
     "Other loads": ("build-loads",),
-    "Thermal model": ("build-thermal", "map-temperatures"),
+    "Thermal model": ("build-thermal", "map-temperatures", "simulate-thermal"),
     "Correlation cases and time series": ("run-case", "run-series"),
     "Drag-free loop": ("build-dynamics", "simulate"),
     "Variants of a design": ("trade",),

@@ -32,6 +32,7 @@ METAVARS = {
     "PATH": "path of a folder, or of a single file",
     "RATIO": "a number, relative",
     "ROW": "name of a set of temperatures, in the first column of its table",
+    "SECONDS": "a time in seconds",
     "SERIES": "name of a time series in the cases file",
     "SET": "name of a set of photodiodes",
     "STAGE": "name of a command of the chain",

@@ -128,3 +128,66 @@ def map_temperatures(
     assert sets is not None
     done = stage(open_project(config, build_dir, verbose), sets, output, figure, shown)
     answer(as_json, quiet, lambda: mapped_lines(done, rows(top)), done.as_dict)
+
+
+@app.command(
+    "simulate-thermal",
+    epilog=examples(
+        "tedm simulate-thermal disturbances.csv -o temperatures.csv",
+        "tedm simulate-thermal --duration 1e6 --seed 2 -o temperatures.h5",
+    ),
+)
+def simulate_thermal(
+    given: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="FILE", help="CSV or HDF5 time_s,DISTURBANCE...: changes about the steady state, K or W."
+        ),
+    ] = None,
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the temperatures of nodes over time (.csv or .h5)."),
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option("--duration", metavar="SECONDS", help="In place of FILE: length of a realisation.")
+    ] = None,
+    sample: Annotated[
+        float | None,
+        typer.Option(
+            "--step",
+            metavar="SECONDS",
+            help="Step of a realisation. Default: a fifth of a period of the highest frequency.",
+        ),
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="Seed of a realisation. Default: 1.")] = None,
+    top: Top = DEFAULT_TOP,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """The thermal network in time.
+
+    Steps the network of thermal.h5 about its steady state, by disturbances of a table or by a realisation of their
+    spectra. The temperatures that it writes are a time series of nodes, which run-series takes to the outputs. Of a
+    realisation the spectra of the nodes are compared with those of thermal.h5.
+    """
+    from tedm_cli.cli.printing.thermal_in_time import in_time_dict, in_time_lines
+    from tedm_cli.errors import UsageError
+    from tedm_cli.progress import progress
+    from tedm_cli.quantities import SEED
+    from tedm_cli.stages.thermal.simulate import Realise
+    from tedm_cli.stages.thermal.simulate import simulate_thermal as stage
+
+    options = {"--duration": duration, "--step": sample, "--seed": seed}
+    stray = [name for name, value in options.items() if value is not None]
+    if given is not None and stray:
+        raise UsageError(f"{stray[0]} is of a realisation, and {given} gives the disturbances")
+    if seed is not None and (fact := SEED.fact(seed)):
+        raise UsageError(f"--seed: {fact}")
+    realise = None if duration is None else Realise(duration, sample, 1 if seed is None else seed)
+    project = open_project(config, build_dir, verbose)
+    with progress(quiet) as step:
+        done = stage(project, given, realise, output, step)
+    answer(as_json, quiet, lambda: in_time_lines(done, rows(top)), lambda: in_time_dict(done, rows(top)))

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from tedm_cli.config.base import IDENTIFIER, Bounded, Duration, FileName, Frequency, Probability, Strict
-from tedm_cli.quantities import SAMPLES, SEED, SPECTRAL_TOLERANCE
+from tedm_cli.quantities import SAMPLES, SEED, SPECTRAL_TOLERANCE, TEMPERATURE
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
 
@@ -59,21 +59,37 @@ class SeriesTable(Strict):
         description="Name of the series, by which commands and files name it."
     )
     file: FileName = Field(
-        description="CSV or HDF5 with `time_s`, and a column for each area, group or shield, or `all`."
+        description="CSV or HDF5 with `time_s`, and a column for each area, group or shield, or `all`; of nodes a "
+        "column for each. Or an ESATAN-TMS file `.TMD`, whose columns are the numbers of its nodes."
     )
-    remove: Literal["nothing", "mean", "linear"] = Field(
+    of: Literal["areas", "nodes"] = Field(
+        default="areas",
+        description="Whose temperatures they are: of thermal areas, or of the nodes that the thermal model's file maps "
+        "on the finite elements.",
+    )
+    remove: Literal["nothing", "mean", "linear", "reference"] = Field(
         description="What is taken off each column: nothing where it holds deviations, else its mean, or mean "
-        "and straight line."
+        "and straight line, or the temperature `reference`."
     )
-    unit: Literal["K", "degC"] = Field(
-        default="K",
-        description="Unit of the temperatures, of which only differences count. Gradients are in K/m whatever it is.",
+    reference: Annotated[float, Bounded(TEMPERATURE)] | None = Field(
+        default=None,
+        description="Temperature at which the outputs are zero, in the unit of the series. Gradients are zero there.",
+    )
+    unit: Literal["K", "degC"] | None = Field(
+        default=None,
+        description="Unit of the temperatures, of which only differences count. Else K, or what a TMD file says. "
+        "Gradients are in K/m whatever it is.",
     )
     weights: FileName | None = Field(
         default=None, description="A CSV `node,area,weight` that makes temperatures of areas from columns of nodes."
     )
     constant: Names | None = Field(
-        default=None, description="Name patterns of areas that keep their temperature and need no column."
+        default=None, description="Name patterns of areas or nodes that keep their temperature and need no column."
+    )
+    unused: Names | None = Field(
+        default=None,
+        description="Name patterns of columns of a series of nodes that are no node on the model, and are not used. "
+        "Nodes of the network and of a TMD file need none.",
     )
     resample_s: Duration | None = Field(default=None, description="Step to which the series is taken, with `method`.")
     method: Literal["linear", "polyphase"] | None = Field(
@@ -100,9 +116,15 @@ class SeriesTable(Strict):
             raise ValueError('max_gap_s is for irregular stamps, which method = "linear" takes')
         if self.unit == "degC" and self.remove == "nothing":
             raise ValueError(
-                'unit = "degC" needs remove = "mean" or "linear"; with remove = "nothing" the values are deviations,'
-                ' which need unit = "K"'
+                'unit = "degC" needs remove = "mean", "linear" or "reference"; with remove = "nothing" the values are'
+                ' deviations, which need unit = "K"'
             )
+        if (self.remove == "reference") != (self.reference is not None):
+            raise ValueError('reference and remove = "reference" go together')
+        if self.of == "nodes" and self.weights is not None:
+            raise ValueError('weights make areas of nodes; with of = "nodes" the map of the thermal model does that')
+        if self.of == "areas" and self.unused is not None:
+            raise ValueError('unused is for of = "nodes"')
         if self.spectrum == "log" and self.lowest_hz is not None:
             raise ValueError("a log-spaced spectrum begins where the series allows; lowest_hz is for welch")
         return self

@@ -13,7 +13,7 @@ class SeriesDatasets(AreaDatasets):
         ("area",),
         "str",
         "1",
-        "column of the temperature series that the area follows; empty: constant",
+        "column of the temperature series that the area, or the thermal node in its place, follows; empty: constant",
     )
     TEMPERATURE_SOURCE = Dataset(
         "/temperature/source", (), "str", "1", "name of the temperature series and of its file"

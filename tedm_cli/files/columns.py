@@ -1,10 +1,13 @@
-"""Users' tables in HDF5: one-dimensional datasets in the root group, read in pieces, once by a process of its own."""
+"""Users' tables in HDF5: one-dimensional datasets in the root group, read in pieces, once by a process of its own.
+
+Tables that users read again are written in the same form.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,12 +19,15 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import InputError
 from tedm_cli.files.blocks import reading
 from tedm_cli.files.elsewhere import kept_elsewhere, links_elsewhere
+from tedm_cli.files.held_file import HeldFile
 from tedm_cli.files.seal import Identity, identity_of
+from tedm_cli.files.store import replacing
 from tedm_cli.files.trial import REFUSED, trial
 from tedm_cli.regular_file import require_regular_file
 
 HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
 _BLOCK = 1 << 20  # numbers read at once
+_CHUNK = 1 << 13  # numbers of a piece of the file
 
 
 class Columns:
@@ -70,6 +76,30 @@ def open_columns(path: Path, key: str) -> Iterator[Columns]:
     with _opened(path) as found:
         found._measure(key)
         yield found
+
+
+@contextlib.contextmanager
+def writing_columns(path: Path, names: Sequence[str]) -> Iterator[Callable[[FloatArray], None]]:
+    """A function that takes the next values [columns, T] of a table, which is there when all is done.
+
+    Raises
+    ------
+    InputError : it cannot be written.
+    """
+    with replacing(path) as temporary, contextlib.closing(HeldFile(temporary)) as sink:
+        with h5py.File(sink, "w", libver="v110") as file:
+            how = {"maxshape": (None,), "chunks": (_CHUNK,), "fletcher32": True, "track_times": False}
+            data = [file.create_dataset(name, (0,), "f8", **how) for name in names]
+
+            def write(values: FloatArray) -> None:
+                first = len(data[0])
+                for one, row in zip(data, values, strict=True):
+                    one.resize((first + len(row),))
+                    one[first:] = row
+                    sink.check()
+
+            yield write
+        sink.check()
 
 
 @contextlib.contextmanager

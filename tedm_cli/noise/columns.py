@@ -11,6 +11,7 @@ import numpy as np
 from tedm_cli.arrays import BoolArray, FloatArray, IndexArray
 from tedm_cli.errors import InputError
 from tedm_cli.noise.areas import AreaTable
+from tedm_cli.noise.selection import listed
 
 ALL = "all"
 _SHOWN = 6
@@ -64,6 +65,42 @@ def parts_of_columns(
     return parts
 
 
+def parts_of_nodes(
+    columns: Sequence[str], nodes: AreaTable, needed: BoolArray, idle: BoolArray, *, where: str
+) -> FloatArray:
+    """What part each column has in the temperature of each thermal node [k, columns], by names that are the same.
+
+    The last of `nodes` may be areas that the nodes leave out, and gradient areas, which are constant without a column.
+    `idle` [columns] may be there and are not used.
+
+    Raises
+    ------
+    InputError : nodes that are needed and have no column; columns that are no node, unless idle.
+    """
+    names, number = nodes.name.tolist(), {name: place for place, name in enumerate(columns)}
+    parts = np.zeros((len(nodes), len(columns)))
+    for row, name in enumerate(names):
+        if name in number:
+            parts[row, number[name]] = float(needed[row])
+    facts = []
+    missing = [n for n, wanted in zip(names, needed & ~nodes.gradient, strict=True) if wanted and n not in number]
+    if missing:
+        facts.append(f"no column for {len(missing)} of {len(names)} thermal nodes: {listed(missing, _SHOWN)}")
+    unknown = [c for c, may in zip(columns, idle, strict=True) if c not in set(names) and not may]
+    if unknown:
+        facts.append(f"columns that are no thermal node: {listed(unknown, _SHOWN)}")
+    if facts:
+        hints = ["nodes that keep their temperature are `constant`"] if missing else []
+        if unknown:
+            folded = {name.casefold(): name for name in names}
+            near = difflib.get_close_matches(unknown[0].casefold(), folded, n=1)
+            hints.append(
+                f"did you mean {folded[near[0]]}?" if near else "columns that are not on the model are `unused`"
+            )
+        raise InputError("; ".join(facts), where=where, hint="; ".join(hints))
+    return parts
+
+
 def _require_nodes(nodes: NodeWeights, columns: Sequence[str], areas: AreaTable, needed: BoolArray, where: str) -> None:
     names, facts = areas.name.tolist(), []
     constant = set(areas.name[~needed].tolist())
@@ -76,8 +113,7 @@ def _require_nodes(nodes: NodeWeights, columns: Sequence[str], areas: AreaTable,
         ("a gradient, which is no mean of nodes", [area for area in nodes.weights if area in gradient]),
     ):
         if found:
-            shown = ", ".join(found[:_SHOWN]) + (f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else "")
-            facts.append(f"{what}: {shown}")
+            facts.append(f"{what}: {listed(found, _SHOWN)}")
     if facts:
         raise InputError("; ".join(facts), where=nodes.where, hint="nodes are named as the columns of the series are")
 
@@ -130,10 +166,9 @@ def columns_of_areas(
         if column < 0:
             missing.append(keys[0])
     if missing:
-        shown = ", ".join(missing[:_SHOWN]) + (f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else "")
         raise InputError(
             f"no column for {len(missing)} of {of.sum()} {'gradient' if areas.gradient[of].any() else 'thermal'} areas:"
-            f" {shown}",
+            f" {listed(missing, _SHOWN)}",
             where=where,
             hint="add a column for each of them, for their group, for inside or outside, or for all",
         )

@@ -31,9 +31,9 @@ class Trend:
         self.count += len(block)
 
     def line(self, remove: str) -> tuple[FloatArray, FloatArray]:
-        """Value [n] at sample 0 and slope [n] per sample of the `mean` or the `linear` trend; zeros for `nothing`."""
+        """Value [n] at sample 0 and slope [n] per sample of the `mean` or the `linear` trend; zeros for others."""
         n, zero = self.count, np.zeros_like(self._sum)
-        if remove == "nothing":
+        if remove not in ("mean", "linear"):
             return zero, zero
         mean = self._sum / n
         if remove == "mean" or n < 2:

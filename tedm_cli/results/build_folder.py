@@ -181,16 +181,17 @@ def open_results(project: Project) -> Iterator[Results]:
         for name in (table.name for table in config.series if (build / series_file_name(table.name)).exists()):
             series[name] = stack.enter_context(open_checked(build / series_file_name(name), SERIES))
             hint = f"rebuild it with `tedm run-series {name}`, or delete it"
-            _require_made_from(series[name], used, [file], hint)
+            _require_made_from(series[name], [*used, *nodes_of_series(project, config, name)], [file], hint)
         imposed = None
         if gravity is not None and (build / IMPOSED_FILE).exists():
             imposed = stack.enter_context(open_checked(build / IMPOSED_FILE, IMPOSED))
             _require_made_from(imposed, [gravity.file], [], f"rebuild it with `{IMPOSED.made_by}`, or delete it")
         no_loop = why_no_loop(project, model)
         loop = _Loop(None, [], {}, []) if no_loop else _open_dynamics(project, config, used, adjoint_file, file, stack)
-        require_same_areas(distortion, *(m.reader for m in matrices), *series.values(), *loop.series.values())
-        of_areas = (file for file in (*cases, *loop.simulations) if not of_network(file))
-        require_areas_and_more(distortion, *of_areas)
+        of_areas = {table.name for table in config.series if table.of == "areas"}
+        in_time = [reader for found in (series, loop.series) for name, reader in found.items() if name in of_areas]
+        require_same_areas(distortion, *(m.reader for m in matrices), *in_time)
+        require_areas_and_more(distortion, *(case for case in (*cases, *loop.simulations) if not of_network(case)))
         yield Results(
             distortion, distortion_file, gravity, read_out, cases, list(input_files(paths)),
             config, series, {name: input_files([reader.path])[0] for name, reader in series.items()},
@@ -293,8 +294,16 @@ def _open_dynamics(
         if made.exists():
             series[name] = stack.enter_context(open_checked(made, SIMULATED_SERIES))
             hint = f"rebuild it with `{SIMULATED_SERIES.made_by} {name}`, or delete it"
-            _require_made_from(series[name], used, [*configs, config], hint)
+            made_of = [*used, *nodes_of_series(project, cases, name)]
+            _require_made_from(series[name], made_of, [*configs, config], hint)
     return _Loop(dynamics, simulations, series, dynamics_config.applied_requirements())
+
+
+def nodes_of_series(project: Project, config: CasesConfig, name: str) -> list[InputFile]:
+    """thermal.h5, where a series is of its nodes and it is there."""
+    of = next(table.of for table in config.series if table.name == name)
+    path = project.build_dir / THERMAL_FILE
+    return list(input_files([path])) if of == "nodes" and path.exists() else []
 
 
 def used_by_case(

@@ -11,13 +11,12 @@ import numpy as np
 from tedm_cli.arrays import ComplexArray, FloatArray, IndexArray
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.file import ThermalConfig
-from tedm_cli.contracts import THERMAL
 from tedm_cli.errors import InputError
 from tedm_cli.files.store import Reader
 from tedm_cli.noise.network_system import NetworkSystem
 from tedm_cli.noise.temperature import Spectrum
-from tedm_cli.thermal.linear import LinearNetwork, linearised, rows_of
-from tedm_cli.thermal.network import ThermalNetwork
+from tedm_cli.results.disturbed_network import read_steady_network
+from tedm_cli.thermal.linear import LinearNetwork, rows_of
 from tedm_cli.thermal.stepping import SMALL, eliminated
 from tedm_cli.thermal.transfer import transfer
 
@@ -83,25 +82,14 @@ def network_gains(file: Reader, project: Project, config: ThermalConfig, nodes: 
     def path_of(name: str) -> Path:
         return project.beside(where, name)
 
-    network = ThermalNetwork(
-        tuple(file.strings(THERMAL.NODE_NAME)),
-        np.array(file.strings(THERMAL.NODE_KIND)),
-        file.array(THERMAL.NODE_CAPACITY),
-        file.array(THERMAL.NODE_POWER),
-        file.array(THERMAL.CONDUCTOR_A),
-        file.array(THERMAL.CONDUCTOR_B),
-        file.array(THERMAL.CONDUCTOR_GL),
-        file.array(THERMAL.CONDUCTOR_GR),
-    )
-    share = file.array(THERMAL.DISTURBANCE_SHARE)
-    linear = linearised(network, file.array(THERMAL.STEADY_K), share)
-    at = rows_of(network.name, nodes)
-    fixed = network.boundary[at]
+    steady = read_steady_network(file)
+    at = rows_of(steady.network.name, nodes)
+    fixed = steady.network.boundary[at]
     free = np.flatnonzero(~fixed)
     return NetworkGains(
-        linear,
+        steady.linear,
         free,
-        rows_of(linear.name, [nodes[i] for i in free]),
-        np.where(fixed[:, None], share[:, at].T, 0.0),
+        rows_of(steady.linear.name, [nodes[i] for i in free]),
+        np.where(fixed[:, None], steady.share[:, at].T, 0.0),
         tuple(d.own_spectrum(path_of) for d in config.disturbances),
     )

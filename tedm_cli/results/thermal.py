@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -119,10 +121,21 @@ def read_thermal(file: Reader) -> ThermalResults:
 
 def require_thermal(file: Reader, project: Project, config: ThermalConfig) -> None:
     """Refuse thermal.h5 made from other files than the project's thermal model names, or from another adjoint."""
-    assert project.thermal is not None
-    require_configuration(file, project.thermal)
-    names = [*config.file_names(), *(() if config.map is None else config.map.file_names())]
-    paths = [*(project.beside(project.thermal, name) for name in names), project.build_dir / ADJOINT_FILE]
+    require_network(file, project, config)
+    where = project.required_thermal()
+    names = () if config.map is None else config.map.file_names()
+    _require_inputs(file, [*(project.beside(where, name) for name in names), project.build_dir / ADJOINT_FILE])
+
+
+def require_network(file: Reader, project: Project, config: ThermalConfig) -> None:
+    """Refuse thermal.h5 whose network is from other files than the project's thermal model names."""
+    where = project.required_thermal()
+    require_configuration(file, where)
+    _require_inputs(file, [project.beside(where, name) for name in config.file_names()])
+
+
+def _require_inputs(file: Reader, paths: Sequence[Path]) -> None:
+    """Refuse a file made from other versions of what is there of `paths`."""
     for used in input_files([path for path in paths if path.exists()]):
         require_input(file, used)
 

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from tedm_cli.arrays import ComplexArray, FloatArray, IndexArray
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.file import ThermalConfig, load_thermal
-from tedm_cli.contracts import ADJOINT, THERMAL
+from tedm_cli.contracts import THERMAL
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.files.build_folder import ADJOINT_FILE, THERMAL_FILE, require_configuration, require_input
-from tedm_cli.files.provenance import input_files
-from tedm_cli.files.store import Reader, open_checked
+from tedm_cli.files.store import Reader
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.correlation_check import correlation_factor
 from tedm_cli.noise.network import NetworkNoise, places_of
@@ -28,13 +25,8 @@ from tedm_cli.noise.temperature import TemperatureModel
 from tedm_cli.results.network_gains import NetworkGains, network_gains
 from tedm_cli.results.noise import NETWORK
 from tedm_cli.results.outputs import ModelOutputs
-from tedm_cli.results.thermal import require_thermal
+from tedm_cli.results.thermal_nodes import REBUILD, left_out, open_nodes, outputs_by_nodes
 from tedm_cli.results.wording import count
-
-NO_AREA = "no area"
-"""Group of thermal nodes of which nothing is in a thermal area; they count as outside the shield, on neither side."""
-
-_BUILD = f"`{THERMAL.made_by}`, or `tedm run`"
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,14 +59,10 @@ def thermal_columns(
     """
     require_thermal_model(project, config, case_id)
     assert project.thermal is not None
-    thermal = load_thermal(project.thermal)[1]
-    _require_possible(project, config, thermal, case_id, outputs)
-    path = project.build_dir / THERMAL_FILE
-    if not path.exists():
-        fact = f"no such file; case {case_id} of {project.cases} takes its temperatures from it"
-        raise InputError(fact, where=str(path), hint=f"make it with {_BUILD}")
-    with open_checked(path, THERMAL) as file:
-        _require_fresh(file, project, thermal, outputs)
+    _require_possible(project, config, load_thermal(project.thermal)[1], case_id)
+    with open_nodes(project, outputs, f"case {case_id}") as (thermal, file):
+        if not file.has(THERMAL.TRANSFER):
+            raise InputError("has no gains", where=str(file.path), hint=f"rebuild it with {REBUILD}")
         return _columns(file, project, config, thermal, outputs, temperature)
 
 
@@ -92,9 +80,7 @@ def require_thermal_model(project: Project, config: CasesConfig, *case_ids: str)
         raise ConfigError(problems, where=str(project.cases), hint="name one, or delete the case")
 
 
-def _require_possible(
-    project: Project, config: CasesConfig, thermal: ThermalConfig, case_id: str, outputs: ModelOutputs
-) -> None:
+def _require_possible(project: Project, config: CasesConfig, thermal: ThermalConfig, case_id: str) -> None:
     assert project.thermal is not None
     lacking = [
         what
@@ -108,40 +94,10 @@ def _require_possible(
     if lacking:
         fact = f"has no {' and no '.join(lacking)}, which case {case_id} is made of"
         raise ConfigError([("", fact)], where=str(project.thermal))
-    if outputs.effects is not None:
-        fact = (
-            f"{count(len(outputs.effects.names), 'effect')} of the user's own ({listed(outputs.effects.names)})"
-            f" are given by areas, and case {case_id} has thermal nodes; no such case can have them"
-        )
-        raise ConfigError([("effect", fact)], where=str(project.model))
     within = config.within(case_id)
     if within:
         fact = f"case {case_id} has the thermal network, whose nodes tell gradients; name the `cases` of this table"
         raise ConfigError([(f"temperature.within[{n}]", fact) for n in within], where=str(project.cases))
-
-
-def _require_fresh(file: Reader, project: Project, thermal: ThermalConfig, outputs: ModelOutputs) -> None:
-    """Refuse thermal.h5 made from other files than the project has now.
-
-    The cases file may have changed, where it gave the frequencies: these are compared themselves.
-    """
-    assert project.thermal is not None
-    assert thermal.map is not None
-    require_thermal(file, project, thermal)
-    if not file.has(THERMAL.SENSITIVITY):
-        raise InputError(
-            "has no /sensitivity: there was no adjoint.h5, or one that says why there is none",
-            where=str(file.path),
-            hint=f"`{ADJOINT.made_by}`, then {_BUILD}",
-        )
-    if not file.has(THERMAL.TRANSFER):
-        raise InputError("has no gains", where=str(file.path), hint=f"rebuild it with {_BUILD}")
-    require_configuration(file, project.model)
-    adjoint = project.build_dir / ADJOINT_FILE
-    if adjoint.exists():
-        with open_checked(adjoint, ADJOINT) as made_of:
-            for used in input_files(outputs.matrices):
-                require_input(made_of, used)
 
 
 def _columns(
@@ -153,34 +109,16 @@ def _columns(
     temperature: TemperatureModel,
 ) -> ThermalColumns:
     assert thermal.map is not None
-    labels = file.strings(THERMAL.ROW_LABEL)
-    missing = [label for label in outputs.labels if label not in labels]
-    if missing:
-        raise InputError(f"was made without {listed(missing)}", where=str(file.path), hint=f"rebuild it with {_BUILD}")
     frequency = config.frequency_hz()
     place = _places(file, frequency)
     nodes = file.strings(THERMAL.MAP_NODE)
-    unmapped = {name.upper() for name in thermal.map.unmapped}
-    model = outputs.areas
-    left = np.flatnonzero((np.isin(np.char.upper(model.name), list(unmapped)) | model.gradient) & temperature.heard)
-    of_nodes = _areas(file, nodes, model)
-    areas = of_nodes.and_last(model.only(np.isin(np.arange(len(model)), left))) if left.size else of_nodes
-    rows = file.array(THERMAL.SENSITIVITY)[[labels.index(label) for label in outputs.labels]]
+    left = left_out(thermal, outputs.areas, temperature.heard)
+    by_nodes, area = outputs_by_nodes(file, outputs, left)
     known = _gains(file, nodes, place) * file.array(THERMAL.DISTURBANCE_ASD)[:, place].T
-    network = _WithAreas(network_gains(file, project, thermal, nodes), temperature, left, model.name[left].tolist())
-    noise = _noise(file, known, frequency, network, areas)
-    return ThermalColumns(
-        replace(
-            outputs,
-            areas=areas,
-            rows=np.concatenate([rows, outputs.rows[:, left]], axis=1),
-            parts_of_read_outs={},
-            area_id=np.arange(1, len(areas) + 1),
-        ),
-        noise,
-        np.concatenate([_in_areas(file, model), left]),
-        (file.path,),
-    )
+    gains = network_gains(file, project, thermal, nodes)
+    network = _WithAreas(gains, temperature, left, outputs.areas.name[left].tolist())
+    noise = _noise(file, known, frequency, network, by_nodes.areas)
+    return ThermalColumns(by_nodes, noise, area, (file.path,))
 
 
 def _places(file: Reader, wanted: FloatArray) -> IndexArray:
@@ -193,31 +131,9 @@ def _places(file: Reader, wanted: FloatArray) -> IndexArray:
             f" {missing[0]:g} Hz; it has {len(have)} from {have[0]:g} to {have[-1]:g} Hz",
             where=str(file.path),
             hint="leave [frequency] out of the thermal model's file: then it has those of the cases; rebuild it with"
-            f" {_BUILD}",
+            f" {REBUILD}",
         )
     return place
-
-
-def _areas(file: Reader, nodes: Sequence[str], model: AreaTable) -> AreaTable:
-    """The nodes as areas: with group, shield and side of the area that most of each is in."""
-    at = _in_areas(file, model).tolist()
-
-    def of(column: NDArray[np.str_], otherwise: str) -> NDArray[np.str_]:
-        return np.array([otherwise if i < 0 else str(column[i]) for i in at])
-
-    return AreaTable(
-        np.array(nodes),
-        of(model.group, NO_AREA),
-        of(model.shield, "outside"),
-        of(model.side, "mid"),
-        plane=model.plane,
-    )
-
-
-def _in_areas(file: Reader, model: AreaTable) -> IndexArray:
-    """The area of the model [n] that each node is in; -1: none."""
-    names = model.name.tolist()
-    return np.array([names.index(a) if a in names else -1 for a in file.strings(THERMAL.MAP_AREA)], dtype=np.intp)
 
 
 @dataclass(frozen=True, eq=False)

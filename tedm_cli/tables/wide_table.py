@@ -26,7 +26,7 @@ from tedm_cli.tables.csv_table import decimal_comma_hint, plain_cell, require_no
 
 BLOCK_NUMBERS = 1 << 21  # numbers of a block: 16 MB
 
-_Quantities = tuple[Quantity, Quantity, Mapping[str, Quantity]]
+Quantities = tuple[Quantity, Quantity, Mapping[str, Quantity]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ def _reading(path: Path) -> Iterator[None]:
 
 
 class _Hdf5Table:
-    def __init__(self, path: Path, key: str, source: Columns, quantities: _Quantities) -> None:
+    def __init__(self, path: Path, key: str, source: Columns, quantities: Quantities) -> None:
         self.path = path
         self.columns = [c for c in source.columns if c != key]
         self._source, self._names, self._quantities = source, [key, *self.columns], quantities
@@ -108,11 +108,11 @@ class _Hdf5Table:
         for start in range(0, self._source.length, rows):
             part = slice(start, min(start + rows, self._source.length))
             numbers = np.stack([self._source.read(name, part) for name in self._names], axis=1)
-            yield _checked(self, self._quantities, self._names, 0, numbers, np.arange(part.start + 1, part.stop + 1))
+            yield checked(self, self._quantities, self._names, 0, numbers, np.arange(part.start + 1, part.stop + 1))
 
 
 class _CsvTable:
-    def __init__(self, path: Path, key: str, stream: Iterator[str], quantities: _Quantities) -> None:
+    def __init__(self, path: Path, key: str, stream: Iterator[str], quantities: Quantities) -> None:
         self.path = path
         self._stream, self._quantities = stream, quantities
         with _reading(path):
@@ -144,7 +144,7 @@ class _CsvTable:
             if held.size:
                 with _reading(self.path):
                     numbers = self._numbers([lines[n] for n in held], held + first)
-                yield _checked(self, self._quantities, self._head, self._at, numbers, held + first)
+                yield checked(self, self._quantities, self._head, self._at, numbers, held + first)
             first += len(lines)
 
     def _lines(self, rows: int) -> list[str]:
@@ -202,15 +202,15 @@ def _require(columns: list[str], key: str, where: str, ignored: Sequence[str] = 
         raise InputError(f"there is the column {key} and no other{besides}", where=where)
 
 
-def _checked(
+def checked(
     table: WideTable,
-    quantities: _Quantities,
+    quantities: Quantities,
     names: list[str],
     at: int,
     numbers: FloatArray,
     places: IntArray,
 ) -> Block:
-    """The block, if all of its numbers are finite and plausible."""
+    """The block [B, names] whose key column is number `at`, if all of its numbers are finite and plausible."""
     finite = np.isfinite(numbers)
     if not finite.all():
         row, column = (int(v) for v in np.argwhere(~finite)[0])

@@ -38,6 +38,7 @@ RANKED = {
     "map-temperatures",
     "run-case",
     "show",
+    "simulate-thermal",
     "suggest-areas",
 }
 

@@ -148,7 +148,7 @@ def test_celsius_with_decimal_commas_and_nodes_with_weights(small: Project) -> N
 @pytest.mark.parametrize(
     ("remove", "more", "weights", "code", "fact"),
     [
-        ("nothing", 'unit = "degC"\n', "", 3, 'unit = "degC" needs remove = "mean" or "linear"'),
+        ("nothing", 'unit = "degC"\n', "", 3, 'unit = "degC" needs remove = "mean", "linear" or "reference"'),
         ("mean", 'unit = "degF"\n', "", 3, "series[0].unit: must be 'K' or 'degC'"),
         ("mean", 'weights = "n.csv"\n', None, 4, "n.csv: no such file"),
         ("mean", 'weights = "n.csv"\n', "N8,OB_TOP,1\nN9,STRUT_1,1\n", 4,

@@ -67,7 +67,7 @@ def test_every_key_stands_under_the_heading_of_its_table() -> None:
         assert keys <= set(re.findall(r"(?m)^\| `(\w+)` ", sections[heading])), heading
     assert "| `min_hz` | number | 1e-9 to 1e6 Hz | `0.0001` |" in sections["[frequency]"]
     assert "| `title` | text |  | needed |" in sections["tedm.toml"]
-    assert '| `remove` | `"nothing"`, `"mean"`, `"linear"` |  | needed |' in sections["[[series]]"]
+    assert '| `remove` | `"nothing"`, `"mean"`, `"linear"`, `"reference"` |  | needed |' in sections["[[series]]"]
     assert "| `electrostatic_matrix` | table of 6 × 6 numbers by name |" in sections["[stiffness]"]
 
 

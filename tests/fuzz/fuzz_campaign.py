@@ -35,11 +35,11 @@ FAMILIES: dict[str, dict[str, int]] = {
         "areas.csv": 25, "blocks.csv": 20, "points.csv": 20, "budget.csv": 15, "spectra.csv": 15, "series.csv": 20,
         "nodes.csv": 15, "r.csv": 20, "S_BW.csv": 15, "magnetic.csv": 10,
         "thermal_nodes.csv": 15, "thermal_conductors.csv": 12, "thermal_powers.csv": 8, "bus.csv": 8,
-        "map.csv": 10, "places.csv": 10, "tau.csv": 10, "parts.csv": 8, "measured.csv": 8,
+        "map.csv": 10, "places.csv": 10, "tau.csv": 10, "disturbances.csv": 10, "parts.csv": 8, "measured.csv": 8,
     },
     "NPZ and MAT": {"r.npz": 20, "optics.npz": 15, "controller.npz": 8, "optics.mat": 17},
     "STL": {"body.stl": 10},
-    "HDF5 of ESATAN-TMS": {"MODEL.TMD": 15},
+    "HDF5 of ESATAN-TMS": {"MODEL.TMD": 15, "TIMES.TMD": 10},
     "HDF5": {**dict.fromkeys(fuzz_hdf5_judge.READERS, 10), "dynamics.h5": 6, "case03.h5": 12},
 }  # fmt: skip
 WEIGHTS = {kind: weight for kinds in FAMILIES.values() for kind, weight in kinds.items()}

@@ -24,7 +24,7 @@ from fuzz_binary import BINARY
 from fuzz_judge import HangError, Verdict, limits
 from fuzz_meaning import meaning, written
 from fuzz_text import Mutation
-from fuzz_users_project import Ran, UserProject, balanced, bricks, loop, network
+from fuzz_users_project import NUMBERED, Ran, UserProject, balanced, bricks, loop, network
 from fuzz_users_text import USERS_BINARY, USERS_TEXT
 from label_scales import is_scale_alone
 
@@ -67,14 +67,19 @@ READERS: dict[str, tuple[str, list[list[str]]]] = {
     "thermal_conductors.csv": ("thermal_conductors.csv", THERMAL),
     "thermal_powers.csv": ("thermal_powers.csv", THERMAL),
     "bus.csv": ("bus.csv", THERMAL),
+    "disturbances.csv": ("disturbances.csv", [["simulate-thermal", "disturbances.csv", "--json", "--top", "0"]]),
     "MODEL.TMD": ("MODEL.TMD", THERMAL),
     "balance.toml": ("balance.toml", [["balance"]]),
     "parts.csv": ("parts.csv", [["balance"]]),
     "measured.csv": ("measured.csv", [["balance", "--retrim", "measured.csv"]]),
+    "TIMES.TMD": ("TIMES.TMD", [["run-series", "nodes"]]),
 }
-ARCHIVES = ("r.npz", "optics.npz", "optics.mat", "controller.npz", "MODEL.TMD")
+ARCHIVES = ("r.npz", "optics.npz", "optics.mat", "controller.npz", "MODEL.TMD", "TIMES.TMD")
 LOOPS = ("dynamics.toml", "magnetic.csv", "controller.npz")
-NETWORKS = ("thermal.toml", "thermal_nodes.csv", "thermal_conductors.csv", "thermal_powers.csv", "bus.csv", "MODEL.TMD")
+NETWORKS = (
+    "thermal.toml", "thermal_nodes.csv", "thermal_conductors.csv", "thermal_powers.csv", "bus.csv", "disturbances.csv",
+    "MODEL.TMD",
+)  # fmt: skip
 BALANCED = ("balance.toml", "parts.csv", "measured.csv")
 #: What a kind needs in a configuration that it is not about: the file, a text in it, and what takes its place.
 NAMED = {
@@ -87,6 +92,11 @@ NAMED = {
     )
 } | {
     "MODEL.TMD": ("thermal.toml", None, '[network]\ntmd = "MODEL.TMD"\n'),
+    "TIMES.TMD": (
+        "cases.toml",
+        'file = "thermal.csv"\nweights = "nodes.csv"\nunit = "degC"',
+        'file = "TIMES.TMD"\nweights = "numbers.csv"',
+    ),
     "controller.npz": ("dynamics.toml", None, '[controller]\nfile = "controller.npz"\n'),
     "body.stl": ("model.toml", "side_m = 0.046", 'shape = "polyhedron"\nstl = "body.stl"\nstl_unit = "m"'),
 }
@@ -101,7 +111,7 @@ _READ = {
 LABELS = {
     "budget.csv": 0, "spectra.csv": 0, "series.csv": 0, "points.csv": 0, "magnetic.csv": 0, "blocks.csv": 1, "r.csv": 1,
     "S_BW.csv": 2, "nodes.csv": 2, "thermal_conductors.csv": 2, "thermal_powers.csv": 1, "bus.csv": 0,
-    "map.csv": 1, "tau.csv": 1, "parts.csv": 1, "measured.csv": 1,
+    "disturbances.csv": 0, "map.csv": 1, "tau.csv": 1, "parts.csv": 1, "measured.csv": 1,
 }  # fmt: skip
 Numbers = dict[str, np.ndarray]
 
@@ -110,7 +120,7 @@ def mutations_of(kind: str) -> dict[str, Mutation]:
     """The mutations of a kind of file, by name."""
     if kind == "adjoint.op2":
         return BINARY
-    if kind == "MODEL.TMD":  # no archive with files in it
+    if kind.endswith(".TMD"):  # no archive with files in it
         return {name: mutation for name, mutation in USERS_BINARY.items() if name not in ("inside", "bomb")}
     return USERS_BINARY if kind in ARCHIVES else USERS_TEXT
 
@@ -184,6 +194,8 @@ class Users:
             return "SILENT", str(found)
         assert isinstance(found, dict)
         wanted = self.results[kind]
+        if kind == "TIMES.TMD":
+            return self.temperatures(found)
         if kind in ARCHIVES:
             return self.archive(kind, found)
         if kind == "adjoint.op2":
@@ -233,6 +245,27 @@ class Users:
                 return "SILENT", f"taken, where NumPy and SciPy read nothing: {exc}"
             if not _equal(read, found.get(f"{file}{path}")):
                 return "SILENT", f"another {name} than in the archive"
+        return "meaning", ""
+
+    def temperatures(self, found: Numbers) -> tuple[str, str]:
+        """Of temperatures over time the accelerations, as h5py and NumPy alone make them."""
+        if all(_equal(found.get(k), v) for k, v in self.results["TIMES.TMD"].items()):
+            return "same", ""
+        project = self.project("TIMES.TMD")
+        with h5py.File(project.folder / "TIMES.TMD") as file, h5py.File(project.build / "sensitivity.h5") as s:
+            group = file["AnalysisSet1"]
+            names = [word.strip(b"\0 ").decode() for word in group["thermalNodesRealAttributes"][()]]
+            T = group["DataGroup1/thermalNodesRealData"][:, :, names.index("T")]
+            of = dict(zip(group["thermalNodes"][:, 0].tolist(), (T - T.mean(axis=0)).T, strict=True))
+            areas, S, labels = s["area/name"].asstr()[()].tolist(), s["S"][()], s["row/label"].asstr()[()]
+        moved = np.zeros((len(areas), len(T)))
+        for line in NUMBERED.split()[1:]:
+            node, area, weight = line.split(",")
+            moved[areas.index(area)] += float(weight) * of[int(node)]
+        for label, row in zip(labels, S, strict=True):
+            off = np.abs(found[f"series_nodes.h5/series/{label}"] - row @ moved).max()
+            if not off <= 1e-9 * (np.abs(row) @ np.abs(moved).max(axis=1)) + 1e-30:
+                return "SILENT", f"another {label} than of the temperatures in the file"
         return "meaning", ""
 
     def sums(self, kind: str, found: Numbers) -> tuple[str, str]:

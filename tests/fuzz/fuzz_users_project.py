@@ -105,8 +105,11 @@ change_percent = -0.5
 [modes]
 number = 3
 """
+#: Which nodes of a TMD file make the areas.
+NUMBERED = "node,area,weight\n11,ROOT,0.25\n12,ROOT,0.75\n12,WAIST,1.0\n11,TIP,0.5\n12,TIP,0.5\n"
 TEXTS = {
     "loads.toml": LOADS,
+    "numbers.csv": NUMBERED,
     "budget.csv": "frequency_hz,amplitude\n1e-3,1e-12\n5e-3,1e-12\n3e-2,1e-11\n",
     "spectra.csv": "frequency_hz,TIP\n1e-5,1e-2\n1e-3,1e-3\n1,1e-5\n",
     "r.csv": "area,ROOT,WAIST,TIP\nROOT,1,0.5,0.1-0.2j\nWAIST,0.5,1,0\nTIP,0.1+0.2j,0,1\n",
@@ -256,6 +259,7 @@ def bricks(folder: Path) -> UserProject:
     (project.folder / "series.csv").write_text("time_s,TIP,all\n" + rows)
     nodes = "".join(f"{2.0 * n};{20.0 + 0.01 * np.sin(n):.6f};{20.0 + 1e-4 * n:.6f}\n" for n in range(900))
     (project.folder / "thermal.csv").write_text("time_s;N1;N2\n" + nodes.replace(".", ","))
+    _write_temperatures(project.folder / "TIMES.TMD")
     R = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 1.0]])
     np.savez_compressed(project.folder / "r.npz", area=np.array(["ROOT", "WAIST", "TIP"]), R=R)
     model = project.folder / "model.toml"
@@ -270,6 +274,21 @@ def bricks(folder: Path) -> UserProject:
     return project
 
 
+def _write_temperatures(path: Path) -> None:
+    """Three nodes over time, one of them inactive."""
+    n = np.arange(900)
+    real = np.zeros((900, 3, 2))
+    real[:, 0, 0], real[:, 1, 0] = 20.0 + 0.01 * np.sin(n), 20.0 + 1e-4 * n
+    with h5py.File(path, "w") as file:
+        group = file.create_group("AnalysisSet1")
+        group.attrs["TAbs"] = 273.15
+        group["thermalNodes"] = np.array([[11, 0], [12, 0], [13, 0]], dtype=np.int32)
+        group["thermalNodesRealAttributes"] = np.array(["T", "C"], dtype="S4")
+        group["DataGroup1/times"] = 2.0 * n
+        group["DataGroup1/thermalNodesRealData"] = real
+        group["DataGroup1/thermalNodesStringData"] = np.array([[["D"], ["D"], ["X"]]] * 900).astype("S4")
+
+
 def network(folder: Path) -> UserProject:
     """A thermal network in tables, with disturbances of both kinds, and the same as a file of ESATAN-TMS."""
     folder.mkdir(parents=True)
@@ -281,6 +300,8 @@ def network(folder: Path) -> UserProject:
         ).write_text(text)
     project = UserProject(folder)
     project.sound(["build-thermal"])
+    rows = "".join(f"{50.0 * n},{1e-3 * np.sin(n):.9f},{1e-2 * np.cos(n):.9f}\n" for n in range(200))
+    (folder / "disturbances.csv").write_text("time_s,panel,bus\n" + rows)
     with h5py.File(project.build / "thermal.h5") as file:
         names = [name.decode() for name in file["node/name"][()]]
         write_tmd(folder / "MODEL.TMD", dict(zip(names, file["steady_K"][()].tolist(), strict=True)))

@@ -232,6 +232,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "simulate": ("3",),
     "build-thermal": (),
     "map-temperatures": ("{out}/points.csv", "-o", "{out}/grids.csv"),
+    "simulate-thermal": ("--duration", "1e5", "-o", "{out}/nodes.csv"),
     "plot": ("--area", "STRUT_1", "-o", "{out}"),
     "report": ("--format", "md", "-o", "{out}/report.md"),
     "view": ("-o", "{out}/view.html"),
@@ -254,6 +255,7 @@ NOT_NAMED = {
     "build-loads": "the project has no loads but temperatures",
     "build-thermal": "the project has no thermal model",
     "map-temperatures": "the project has no thermal model",
+    "simulate-thermal": "the project has no thermal model",
 }
 NO_OPTICS, NO_MASSES = "tedm.toml: optics: the project has no optics", "model.toml: test_mass: "
 REFUSED = {

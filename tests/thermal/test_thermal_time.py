@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from thermal_models import at, linear, network, random_network
@@ -10,10 +12,24 @@ from tedm_cli.noise.spectral_estimate import Welch
 from tedm_cli.thermal import stepping
 from tedm_cli.thermal.linear import LinearNetwork
 from tedm_cli.thermal.spectra import cross_spectra, node_factor
-from tedm_cli.thermal.stepping import stepped
+from tedm_cli.thermal.stepping import NetworkInTime, slowest_s
 from tedm_cli.thermal.transfer import static_gain, transfer
 
 THREE = [at("temperature", "B0"), at("temperature", "B1"), at("power", "N5")]
+
+
+class Stepped:
+    """A series stepped in blocks that end anywhere."""
+
+    def __init__(self, network: LinearNetwork, u: np.ndarray, step_s: float, *, settled: bool = True) -> None:
+        steps = NetworkInTime(network, step_s, settled=settled)
+        ends = [0, 1, *range(7, u.shape[1], 4096), u.shape[1]]
+        blocks = [steps.advance(u[:, a:b]) for a, b in itertools.pairwise(ends) if b > a]
+        self.temperature_K, self.error_K = np.concatenate(blocks, axis=1), steps.error_K
+
+
+def stepped(network: LinearNetwork, u: np.ndarray, step_s: float) -> Stepped:
+    return Stepped(network, u, step_s)
 
 
 @pytest.fixture(scope="module")
@@ -107,3 +123,26 @@ def test_the_spectra_of_a_stepped_series_are_those_of_the_gains(net: LinearNetwo
     assert np.median(ratio) == pytest.approx(1.0, abs=0.05)
     wrong = np.einsum("fii->if", cross_spectra(node_factor(transfer(net, 1.2 * f), np.tile(asd, (3, 1)), factor))).real
     assert ((wrong / estimate.psd[:, inside] >= low) & (wrong / estimate.psd[:, inside] <= high)).mean() < 0.9
+
+
+def test_the_slowest_time_constant_is_that_of_the_dense_problem(net: LinearNetwork) -> None:
+    """After arithmetic nodes are eliminated by hand."""
+    K, free = net.conductance.toarray(), net.capacity > 0.0
+    still = ~free
+    reduced = K[np.ix_(free, free)] - K[np.ix_(free, still)] @ np.linalg.solve(
+        K[np.ix_(still, still)], K[np.ix_(still, free)]
+    )
+    rates = np.linalg.eigvals(reduced / net.capacity[free][:, None])
+    assert slowest_s(net) == pytest.approx(1.0 / rates.real.min(), rel=1e-3)
+    assert slowest_s(net) >= (1.0 - 1e-9) / rates.real.min()
+
+
+def test_it_begins_without_disturbances_or_settled_to_the_first(net: LinearNetwork) -> None:
+    u = np.tile([[1.0], [2.0], [-0.5]], 20)
+    diffusive = net.capacity > 0.0
+    cold = Stepped(net, u, slowest_s(net), settled=False).temperature_K
+    assert (cold[diffusive, 0] == 0.0).all()
+    left = np.abs(cold - static_gain(net) @ u)
+    assert left[diffusive, 1].max() > 0.1
+    assert left[:, -1].max() < 1e-6
+    assert left[:, -1].max() > 1e-12  # by exp(-19) of the slowest

@@ -8,13 +8,12 @@ import numpy as np
 
 from tedm_cli.arrays import AnyArray, FloatArray
 from tedm_cli.errors import InputError
-from tedm_cli.files.tmd import TmdModel, read_tmd
+from tedm_cli.files.tmd import INACTIVE, TmdModel, read_tmd
 from tedm_cli.quantities import ABSOLUTE_TEMPERATURE, CONDUCTANCE, HEAT, HEAT_CAPACITY, RADIATIVE_AREA, Quantity
 from tedm_cli.thermal.network import ARITHMETIC, BOUNDARY, DIFFUSIVE, ThermalNetwork
 from tedm_cli.thermal.state import GivenNetwork
 
 _ZERO_CELSIUS = 273.15  # K
-_INACTIVE = "X"
 _KINDS = {"D": DIFFUSIVE, "A": ARITHMETIC, "B": BOUNDARY}
 
 
@@ -30,11 +29,12 @@ def tmd_network(path: Path, time_s: float | None, unit: str | None) -> GivenNetw
     """
     model = read_tmd(path, time_s)
     where = str(path)
-    offset = _offset_K(model, unit, where)
-    active = np.array([kind != _INACTIVE for kind in model.kind])
+    found = unit_of_tmd(model.offset_K, unit, where, "[network]")
+    offset = model.offset_K if model.offset_K is not None else _ZERO_CELSIUS if found == "degC" else 0.0
+    active = np.array([kind != INACTIVE for kind in model.kind])
     names = [str(n) for n in model.number.tolist()]
     for name, kind in zip(names, model.kind, strict=True):
-        if kind not in (*_KINDS, _INACTIVE):
+        if kind not in (*_KINDS, INACTIVE):
             fact = (
                 f"node {name} is of kind {kind!r}; D (diffusive), A (arithmetic), B (boundary), X (inactive) are known"
             )
@@ -43,7 +43,7 @@ def tmd_network(path: Path, time_s: float | None, unit: str | None) -> GivenNetw
     if twice := next((name for name in kept if kept.count(name) > 1), None) if len(set(kept)) < len(kept) else None:
         raise InputError(f"node {twice} is there twice", where=where)
     capacity = _bounded(HEAT_CAPACITY, model.capacity[active], kept, where)
-    kinds = np.array([_KINDS[k] for k in model.kind if k != _INACTIVE], dtype=np.dtype("U10"))  # room for arithmetic
+    kinds = np.array([_KINDS[k] for k in model.kind if k != INACTIVE], dtype=np.dtype("U10"))  # room for arithmetic
     kinds[(kinds == DIFFUSIVE) & (capacity == 0.0)] = ARITHMETIC
     if (odd := np.flatnonzero((kinds == ARITHMETIC) & (capacity != 0.0))).size:
         raise InputError(
@@ -56,23 +56,26 @@ def tmd_network(path: Path, time_s: float | None, unit: str | None) -> GivenNetw
     return GivenNetwork(network, temperature, nothing, np.full((len(kept), 3), np.nan), where)
 
 
-def _offset_K(model: TmdModel, unit: str | None, where: str) -> float:
-    """What makes kelvin of the temperatures: as the file says, or else the configuration."""
-    if model.offset_K is None:
+def unit_of_tmd(offset_K: float | None, unit: str | None, where: str, table: str) -> str:
+    """K or degC: as the file's offset says, or else the configuration, in `table`.
+
+    Raises
+    ------
+    InputError : neither says it, both say it and differ, or an offset of neither unit.
+    """
+    if offset_K is None:
         if unit is None:
             fact = "does not say whether its temperatures are in K or degC: it has no attribute TAbs"
-            raise InputError(fact, where=where, hint='say it: unit = "degC" (or "K") in [network]')
-        return _ZERO_CELSIUS if unit == "degC" else 0.0
-    is_celsius = abs(model.offset_K - _ZERO_CELSIUS) < 0.1
-    if not is_celsius and model.offset_K != 0.0:
-        raise InputError(
-            f"attribute TAbs is {model.offset_K:g}: temperatures are neither in K nor in degC", where=where
-        )
+            raise InputError(fact, where=where, hint=f'say it: unit = "degC" (or "K") in {table}')
+        return unit
+    is_celsius = abs(offset_K - _ZERO_CELSIUS) < 0.1
+    if not is_celsius and offset_K != 0.0:
+        raise InputError(f"attribute TAbs is {offset_K:g}: temperatures are neither in K nor in degC", where=where)
     found = "degC" if is_celsius else "K"
     if unit not in (None, found):
         fact = f"temperatures are in {found} by the attribute TAbs, but unit is {unit}"
-        raise InputError(fact, where=where, hint="leave unit out of [network]")
-    return model.offset_K
+        raise InputError(fact, where=where, hint=f"leave unit out of {table}")
+    return found
 
 
 def _conductors(

@@ -60,7 +60,9 @@ def chain_files(project: Project) -> ChainFiles:
     closed = not why_no_loop(project, model)
     build = project.build_dir
     thermal = () if project.thermal is None else (build / THERMAL_FILE,)
-    series = {table.name: tuple(series_files(project, table)) for table in cases.series}
+    series = {
+        table.name: (*series_files(project, table), *(thermal if table.of == "nodes" else ())) for table in cases.series
+    }
     return ChainFiles(
         build_dir=build,
         project=project.file.path,

@@ -28,10 +28,20 @@ from tedm_cli.noise.log_spectrum import require_speckit
 from tedm_cli.noise.spectral_estimate import Estimate
 from tedm_cli.progress import Step, counter
 from tedm_cli.results.areas import write_areas
+from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.thermal_nodes import node_outputs
 from tedm_cli.stages.dynamics.loop import Loop
 from tedm_cli.stages.dynamics.prepared import Prepared, prepare
 from tedm_cli.stages.series_result import Regular, SeriesResult, judge_all, store, welch_segment, write_result
-from tedm_cli.stages.temperature_series import Sampled, Scratch, run_each, sample_series, series_files, treatment_words
+from tedm_cli.stages.temperature_series import (
+    Sampled,
+    Scratch,
+    SeriesColumns,
+    run_each,
+    sample_series,
+    series_files,
+    treatment_words,
+)
 
 _ALWAYS = ("delta_g", "delta_g_full", "TM1_x")
 _FELT = slice(N_INPUTS, len(DISTURBANCES))  # read-outs, then accelerations
@@ -81,16 +91,20 @@ def simulate_series(
 def _simulate(
     project: Project, ready: Prepared, in_time: TimeLoop, table: SeriesTable, path: Path, where: str, step: Step
 ) -> SimulatedSeries:
-    labels, rows = in_time.labels, ready.rows
-    n = len(labels)
+    labels, rows, columns = in_time.labels, ready.rows, SeriesColumns(ready.rows.areas)
+    n, of_nodes = len(labels), list[Path]()
+    if table.of == "nodes":
+        by_nodes = node_outputs(project, read_outputs(project), f"series {table.name}")
+        rows, of_nodes = rows.by(by_nodes.outputs), [by_nodes.source]
+        columns = SeriesColumns(rows.areas, by_nodes.network)
     if table.spectrum == "log":
         require_speckit()
     source, *weights = series_files(project, table)
-    trace = provenance(ready.configs, [*ready.inputs, source, *weights])
+    trace = provenance(ready.configs, [*ready.inputs, source, *weights, *of_nodes])
     path.parent.mkdir(parents=True, exist_ok=True)
     with scratch_file(path) as felt, scratch_file(path) as made:
         by_area = np.concatenate([rows.read_out, rows.acceleration])
-        sampled = sample_series(project, table, rows.areas, by_area, where, felt)
+        sampled = sample_series(project, table, columns, by_area, where, felt)
         segment = welch_segment(sampled.samples - 2, sampled.step_s, sampled.highest_hz, table, ready.lowest_hz, source)
         with create(path, KIND, trace) as writer:
             kept = _through(ready.loop, in_time, sampled, table, made, where, step)
@@ -110,7 +124,7 @@ def _simulate(
             total = SeriesResult(
                 path, table.name, source, list(labels), units, kinds, rms[:n], peak[:n], series.first_s, series.step_s,
                 series.samples, estimate, verdicts, unjudged, config.safety_factor, table.confidence,
-                treatment_words(table, rows.areas, sampled.column),
+                treatment_words(table, columns, sampled),
             )  # fmt: skip
             write_areas(writer, rows.areas, rows.area_id)
             write_result(writer, total, sampled.column)

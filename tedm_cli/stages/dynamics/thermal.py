@@ -32,6 +32,7 @@ from tedm_cli.noise.sources import AnySource
 from tedm_cli.results.areas import read_areas
 from tedm_cli.results.effects import effect_files, read_effects
 from tedm_cli.results.optics import read_read_outs
+from tedm_cli.results.outputs import ModelOutputs
 from tedm_cli.results.self_gravity import read_self_gravity
 from tedm_cli.results.thermal_case import ThermalColumns
 from tedm_cli.results.within import Gradients, and_numbers
@@ -55,6 +56,17 @@ class ThermalRows:
     set_name: str
     acceleration_label: list[str]
     read_out_label: list[str]
+
+    def by(self, outputs: ModelOutputs) -> ThermalRows:
+        """The same by the columns that outputs have, thermal nodes for instance."""
+        by_label = {"": np.zeros(len(outputs.areas)), **dict(zip(outputs.labels, outputs.rows, strict=True))}
+        return replace(
+            self,
+            areas=outputs.areas,
+            area_id=outputs.area_id,
+            acceleration=np.stack([by_label[label] for label in self.acceleration_label]),
+            read_out=np.stack([by_label[label] for label in self.read_out_label]),
+        )
 
     def with_gradients(self, more: Gradients | None) -> ThermalRows:
         """With gradients within areas behind the model's areas."""

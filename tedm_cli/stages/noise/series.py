@@ -21,8 +21,9 @@ from tedm_cli.noise.log_spectrum import require_speckit
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import write_areas
 from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.thermal_nodes import node_outputs
 from tedm_cli.stages.series_result import Regular, SeriesResult, judge_all, store, welch_segment, write_result
-from tedm_cli.stages.temperature_series import run_each, sample_series, series_files, treatment_words
+from tedm_cli.stages.temperature_series import SeriesColumns, run_each, sample_series, series_files, treatment_words
 
 
 def run_series(
@@ -41,7 +42,8 @@ def run_series(
     model = load_model(project.model)[1]
     halves_of(project, model).require_judgeable(requirements, where=project.cases)
     require_parallel(project, requirements, model)
-    outputs = read_outputs(project).with_differences(requirements)
+    of_model = read_outputs(project)
+    outputs = of_model.with_differences(requirements)
     labels, units, kinds = list(outputs.labels), list(outputs.units), list(outputs.kinds)
     try:
         judged_outputs(config.criteria(), outputs, config.frequency_hz())
@@ -53,11 +55,16 @@ def run_series(
         source, *weights = series_files(project, table)
         if table.spectrum == "log":
             require_speckit()
-        trace = provenance([file], [*outputs.sources, source, *weights])
+        by, sources, columns = outputs, [*outputs.sources, source, *weights], SeriesColumns(outputs.areas)
+        if table.of == "nodes":
+            found = node_outputs(project, of_model, f"series {table.name}")
+            by = found.outputs.with_differences(requirements)
+            sources, columns = [*sources, found.source], SeriesColumns(by.areas, found.network)
+        trace = provenance([file], sources)
         path.parent.mkdir(parents=True, exist_ok=True)
         where = f"{project.cases}: series {table.name}"
         with scratch_file(path) as scratch:
-            sampled = sample_series(project, table, outputs.areas, outputs.rows, where, scratch)
+            sampled = sample_series(project, table, columns, by.rows, where, scratch)
             n, step_s = sampled.samples, sampled.step_s
             segment = welch_segment(n, step_s, sampled.highest_hz, table, config.lowest_band_hz(), source)
             with create(path, SERIES, trace) as writer:
@@ -70,9 +77,9 @@ def run_series(
                 result = SeriesResult(
                     path, table.name, source, labels, units, kinds, rms, peak, sampled.first_s, step_s, n, estimate,
                     verdicts, unjudged, config.safety_factor, table.confidence,
-                    treatment_words(table, outputs.areas, sampled.column),
+                    treatment_words(table, columns, sampled),
                 )  # fmt: skip
-                write_areas(writer, outputs.areas, outputs.area_id)
+                write_areas(writer, by.areas, by.area_id)
                 write_result(writer, result, sampled.column)
         done(result)
 

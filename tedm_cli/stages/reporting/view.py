@@ -48,7 +48,7 @@ _MOST_TRIANGLES = 5_000  # of a test mass; one with more is drawn as the cuboid 
 class ViewWritten:
     """What was written: how many of the model's grids are drawn, and how many cases and series are there.
 
-    left_out : ids of cases of the thermal network, whose nodes are no areas that the page could move.
+    left_out : cases of the thermal network and series of thermal nodes, which are no areas that the page could move.
     """
 
     path: Path
@@ -91,11 +91,12 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
             half=results.half,
         )
         text = page(project.title, payload(content))
-        left_out = tuple(file.string(CASE.CASE_ID) for file in results.cases if of_network(file))
+        nodes = [f"case {file.string(CASE.CASE_ID)}" for file in results.cases if of_network(file)]
+        nodes += [f"series {t.name}" for t in results.config.series if t.of == "nodes" and t.name in results.series]
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     drawn, there = (len(drawing.mesh.grid), drawing.grids), (len(content.cases), len(content.series))
-    return ViewWritten(path, *drawn, *there, left_out)
+    return ViewWritten(path, *drawn, *there, tuple(nodes))
 
 
 def _drawing(

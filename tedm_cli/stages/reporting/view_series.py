@@ -15,15 +15,14 @@ from tedm_cli.noise.areas import AreaTable
 from tedm_cli.noise.series import Trend
 from tedm_cli.results.build_folder import Results
 from tedm_cli.results.wording import count
-from tedm_cli.stages.temperature_series import open_series, series_files
+from tedm_cli.stages.temperature_series import SeriesColumns, open_series, removed_words, series_files
 from tedm_cli.view.payload import Film
 
 MOST_SAMPLES = 400
-_REMOVED = {"nothing": "nothing removed", "mean": "mean removed", "linear": "mean and linear trend removed"}
 
 
 def series_films(project: Project, results: Results, areas: AreaTable) -> list[tuple[str, Film]]:
-    """Every series that has been run, by name.
+    """Every series of areas that has been run, by name: nodes have no displacements.
 
     Raises
     ------
@@ -31,7 +30,7 @@ def series_films(project: Project, results: Results, areas: AreaTable) -> list[t
     """
     films = []
     for table in results.config.series:
-        if table.name in results.series:
+        if table.name in results.series and table.of == "areas":
             for used in input_files(series_files(project, table)):
                 require_input(results.series[table.name], used)
             films.append((table.name, _film(project, table, areas)))
@@ -39,13 +38,14 @@ def series_films(project: Project, results: Results, areas: AreaTable) -> list[t
 
 
 def _film(project: Project, table: SeriesTable, areas: AreaTable) -> Film:
-    with open_series(project, table, areas, f"{project.cases}: series {table.name}") as (wide, parts_of):
+    columns = SeriesColumns(areas)
+    with open_series(project, table, columns, f"{project.cases}: series {table.name}") as (wide, read):
         time: list[FloatArray] = []
         kept: list[FloatArray] = []
         number: list[FloatArray] = []
-        trend, every, start = Trend(len(wide.columns)), 1, np.zeros(len(wide.columns))
+        trend, every, start = Trend(len(wide.columns)), 1, read.start
         for block in wide.blocks():
-            if trend.count == 0 and table.remove != "nothing":
+            if start is None:
                 start = block.values[0]  # absolute temperatures would cost digits
             values = block.values - start
             place = np.arange(trend.count, trend.count + len(values))
@@ -62,10 +62,10 @@ def _film(project: Project, table: SeriesTable, areas: AreaTable) -> Film:
     base, slope = trend.line(table.remove)
     places = np.concatenate(number)
     by_column = np.concatenate(kept) - base - slope * places[:, None]
-    values = parts_of @ by_column.T
+    values = read.parts @ by_column.T
     taken = "every sample" if every == 1 else f"every {every}th sample"
     shown = count(len(places), "sample")
-    words = f"{Path(table.file).name}, {taken} ({shown} of {trend.count:,}), {_REMOVED[table.remove]}"
+    words = f"{Path(table.file).name}, {taken} ({shown} of {trend.count:,}), {removed_words(table, read.unit)}"
     return Film.of(np.concatenate(time), values, words)
 
 
