@@ -29,6 +29,7 @@ from tedm_cli.quantities import Quantity
 from tedm_cli.tables.csv_table import Row
 
 SEED, COUNT = 1, 50
+RELIABILITY = Path(__file__).parents[2] / "docs" / "reference" / "reliability.md"
 
 
 @pytest.fixture(scope="session")
@@ -157,3 +158,12 @@ def test_what_is_no_failure_is_right_or_one_error() -> None:
         counts.add(Verdict("bdf", 0, "", outcome, ""))
     assert counts.failed == 2
     assert counts.by_kind["bdf"] == {"same": 2, "meaning": 1, "exchanged": 1, "one error": 3, "silent": 1, "other": 1}
+
+
+def test_the_page_counts_the_campaign() -> None:
+    """The table of 10,000 mutants, in the order of the families."""
+    page, mutants = RELIABILITY.read_text(encoding="utf-8"), share(10_000)
+    assert f"`make fuzz` judges 10,000 damaged files of {len(mutants)} kinds" in page
+    rows = page.split("| files | of 10,000 |")[1].split("\n\n")[0].splitlines()[2:]
+    counted = [int(row.split("|")[2].replace(",", "")) for row in rows]
+    assert counted == [sum(mutants[kind] for kind in family) for family in FAMILIES.values()]
