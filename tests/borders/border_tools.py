@@ -246,7 +246,8 @@ def tiny_project(folder: Path) -> Project:
     rows = [f"{i},LEFT" for i in LEFT] + [f"{i},RIGHT" for i in RIGHT]
     (folder / "areas.csv").write_text("\n".join(["node_id,area", *rows]) + "\n")
     (folder / "model.toml").write_text(MODEL_TOML)
-    (folder / "tedm.toml").write_text(f'title = "two bricks"\ncases = "{CONFIGS / "cases.toml"}"\n')
+    (folder / "cases.toml").write_text(cases_of_areas())
+    (folder / "tedm.toml").write_text('title = "two bricks"\n')
     project = Project(folder)
     project.run("write-deck").ok()
     write_op2(project.op2, tiny_ids(), [(n, label, motion) for n, label, motion in tiny_motions()])
