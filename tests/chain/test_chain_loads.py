@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from tedm_cli.cli.printing.loads import loads_dict, loads_lines
 from tedm_cli.config.loads import load_loads
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
+from tedm_cli.config.trade import CriterionTable
 from tedm_cli.contracts import LOADS, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.fem.constraints import rigid_body_matrix
@@ -27,6 +29,8 @@ from tedm_cli.results.loads import LoadResults
 from tedm_cli.stages.loads.build import LoadsSummary, build_loads
 from tedm_cli.stages.loads.model import loaded_model
 from tedm_cli.stages.reporting.show import show_dict
+from tedm_cli.stages.trade.criteria import measured
+from tedm_cli.stages.trade.found import VariantResults
 
 FEET = [f"STRUT_{n}" for n in range(1, 9)]
 ALPHA = {1: 2e-8, 2: 8.6e-6, 6: 7e-6}  # of the deck's materials
@@ -137,6 +141,24 @@ def test_chain_a_strain_is_that_of_a_temperature(loads: LoadResults, small: Proj
     size = np.abs(wanted).sum(axis=1)
     assert (np.abs(loads.output[:, k] - wanted.sum(axis=1)) < 2e-5 * size).all()
     assert (np.abs(wanted.sum(axis=1)) > 1e-3 * size).any()
+
+
+def test_chain_a_trade_takes_the_worst_foot_and_no_rounding(small: Project, loads: LoadResults) -> None:
+    """What distorts a bench by less than a millionth of the motion is no distortion; the interface is no foot."""
+    assert loads.bench is not None
+    assert {loads.foot[k] for k in np.flatnonzero(loads.bench_as_one)} == {"INTERFACE"}
+    of_feet = [k for k in loads.motions if loads.foot[k] != "INTERFACE" and loads.unit[k] == "m"]
+    rigid = replace(loads, bench=np.where(np.isin(np.arange(len(loads.name)), of_feet), 1e-9, loads.bench))
+    for results, outputs in itertools.product((loads, rigid), (None, ["A_TM1_x"])):
+        variant = VariantResults(replace(small, loads=small.model))
+        criterion = CriterionTable(name="t", kind="transmission", outputs=outputs)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(VariantResults, "loads", results)
+            found = measured(criterion, variant)
+        row = loads.by_distortion[loads.label.index("A_TM1_x")] if outputs else loads.bench
+        wanted = 0.0 if results is rigid else np.abs(row[of_feet]).max()
+        assert (found.value, found.unit) == (wanted, "m/m")
+        assert (found.of == "rigid motion only") == (results is rigid)
 
 
 def test_chain_gravity_is_linear_in_its_field(loads: LoadResults, small: Project, tmp_path: Path) -> None:

@@ -16,13 +16,14 @@ from border_tools import heed_interrupts, replace, snapshot, tedm
 from trade_project import VARIANTS, Bricks
 
 from tedm_cli.chain.graph import Step
+from tedm_cli.config.project import load_project
 from tedm_cli.contracts import CASE, LOADS, TRADE
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
 from tedm_cli.results.loads import read_loads
 from tedm_cli.results.trade import Cell, read_trade
 from tedm_cli.stages.chain.perform import Chain, Way, perform
-from tedm_cli.stages.chain.plan import Plan
+from tedm_cli.stages.chain.plan import Plan, plan_chain
 from tedm_cli.stages.chain.workers import Answer, Job
 
 STEPS = ["ingest", "build-distortion", "build-sensitivity", "run-case 1"]
@@ -347,3 +348,13 @@ def test_criteria_of_other_loads_run_build_loads_and_a_foot_that_is_not_there_fa
     assert base["turned"].reason == "has no rotation of a foot among its loads"
     assert {cell.reason for cell in found["strange"].values()} == {"its chain failed"}
     assert found["without"]["frequency"].reason.startswith("the project has no loads but temperatures")
+
+
+def test_other_loads_run_only_where_they_are_asked_for(bricks: Bricks) -> None:
+    project = bricks.folder / "bricks"
+    (project / "loads.toml").write_text(LOADS_TOML, encoding="utf-8")
+    (project / "tedm.toml").write_text('title = "two bricks"\nloads = "loads.toml"\n', encoding="utf-8")
+    opened = load_project(project / "tedm.toml", bricks.folder / "build")
+    assert "build-loads" not in [step.stage for step in plan_chain(opened, None).steps]
+    asked = [step.stage for step in plan_chain(opened, "build-loads").steps]
+    assert asked == ["ingest", "build-distortion", "build-sensitivity", "build-loads"]
