@@ -9,6 +9,7 @@ endif
 VENV ?= .venv
 CONFIGS ?= configs
 BUILD ?= build
+TRADE ?= configs/trade/mounts.toml
 ELEMENT_SIZE_MM ?=
 MODEL_ARGUMENTS ?=
 FUZZ_SEED ?= 2026
@@ -32,7 +33,7 @@ CODE := $(shell find tedm_cli -name '*.py' -o -path '*/templates/*' -type f -o -
 
 help: ## Show this help
 	@echo "make all      set up, run the whole chain on the sample, end in $(BUILD)/report.html (.pdf, .md), its annex, view.html"
-	@echo "make trade    run the variants of configs/trade, and compare them in $(BUILD)/trade/trade.html"
+	@echo "make trade    compare mounts of the sample (TRADE=FILE: other variants) in $(BUILD)/trade/trade.html"
 	@echo "make test     set up and run the tests"
 	@echo "make quick    run the tests of the pure rooms and of one chain: about a minute"
 	@echo "make coverage run the tests, and tell how much of each room they run"
@@ -129,18 +130,18 @@ endif
 # A layout beside the project file counts from when it is put there, though nothing may name it. A later version of the
 # program may have variables that an older file lacks.
 $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)/optics.toml) $(CASES_TOML) \
-		$(DYNAMICS_TOML) $(THERMAL_TOML) $(GRAVITY_SOURCES) tedm_cli/stages/chain/make_rules.py | $(RUN_STAMP)
+		$(DYNAMICS_TOML) $(THERMAL_TOML) $(LOADS_TOML) $(GRAVITY_SOURCES) tedm_cli/stages/chain/make_rules.py | $(RUN_STAMP)
 	$(TEDM) make-rules $(OPTIONS)
 
 # A configuration file that the project no longer names may be gone.
-$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(GRAVITY_SOURCES): ;
+$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(LOADS_TOML) $(GRAVITY_SOURCES): ;
 
 all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
 
 # Variants of the sample by criteria; each has a build folder of its own in that of the trade.
 trade: $(RUN_STAMP)
-	$(TEDM) trade configs/trade/variants.toml -d $(BUILD) --scripts
+	$(TEDM) trade $(TRADE) -d $(BUILD) --scripts
 
 # The shipped samples; a project that names another model never asks for them. Their benches are there without optics, too.
 SCRIPT_ARGUMENTS = $(strip $(if $(ELEMENT_SIZE_MM),--element-size-mm $(ELEMENT_SIZE_MM)) $(MODEL_ARGUMENTS))
@@ -210,6 +211,12 @@ $(THERMAL): $(THERMAL_TOML) $(THERMAL_SOURCES)
 endif
 
 # TABLE_ of a case of the thermal network is that network's file, here and in closed loop.
+# What other loads do is no part of `all`: nothing else is made of it.
+ifneq ($(LOADS),)
+$(LOADS): $(UNIT_DECK) $(MATRICES) $(BUILD)/halves $(LOADS_TOML)
+	$(TEDM) build-loads $(OPTIONS)
+endif
+
 define CASE_RULE
 $(1): $(MATRICES) $(CASE_ADJOINT) $(UNCERTAINTY_SOURCES) $(TABLE_$(notdir $(1))) $(BUILD)/halves $(CASES_TOML) $(EFFECTS) $(CASE_SOURCES) $(SPECTRA)
 	$$(TEDM) run-case $$(CASE_ID_$(notdir $(1))) $$(OPTIONS)

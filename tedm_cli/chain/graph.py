@@ -28,7 +28,8 @@ class ChainFiles:
 
     Parameters
     ----------
-    project, model, optics, cases, dynamics, thermal : the configuration files; without `optics`, self-gravity alone.
+    project, model, optics, cases, dynamics, thermal, loads : the configuration files; without `optics`, self-gravity
+    alone.
     bdf, areas : the model that unit loads are made from, and the list of its thermal areas.
     deck, results, solved_here : unit-load deck and results; whether they are made here, or are the user's own.
     unit_loads, distortion, loop : what the stages make of them; `loop` is None where there is no drag-free loop.
@@ -37,13 +38,13 @@ class ChainFiles:
     user's own solver, that it is made of; none where it is solved here. case_needs_adjoint : whether cases take
     something of it.
     gravity_sources, optics_sources, dynamics_sources : tables beside the configuration that these halves read.
+    other_loads : what loads other than temperature do, where the project has some and test masses.
     network : what is made of the thermal model, where there is one. thermal_sources : all that it is made from besides
         its own file: tables, and those results and configurations that it needs.
     effects : tables of the user's own effects on outputs.
     case_sources, spectra : of requirements and correlations; of the temperature noise.
     uncertainty_sources : the adjoint, where materials are uncertain, and files of a second mesh.
-    runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make;
-    no simulations of cases of the thermal network.
+    runs, simulations, series, simulated_series : what `run-case`, `simulate`, `run-series`, `simulate --series` make.
     older_series : files of series in the build folder, which the page shows too.
     plane : the symmetry plane, in a form that changes when the plane does.
     ties : what compensation masses are tied to, a line for each; of their table nothing else matters to unit loads.
@@ -57,6 +58,7 @@ class ChainFiles:
     cases: Path
     dynamics: Path | None
     thermal: Path | None
+    loads: Path | None
     bdf: Path | None
     areas: Path | None
     deck: Path
@@ -71,6 +73,7 @@ class ChainFiles:
     case_needs_adjoint: bool
     loop: Path | None
     network: Path | None
+    other_loads: Path | None
     gravity_sources: tuple[Path, ...]
     effects: tuple[Path, ...]
     optics_sources: tuple[Path, ...]
@@ -114,12 +117,14 @@ class Step:
     command : the words after `tedm`, without the options that name project and build folder.
     outputs, inputs : the files that decide whether it has to run.
     stamp : whether the output is an empty file that says when the command has run.
+    on_request : whether it is run only where it is asked for by name: nothing else is made of it.
     """
 
     command: tuple[str, ...]
     outputs: tuple[Path, ...]
     inputs: tuple[Path, ...]
     stamp: bool = False
+    on_request: bool = False
 
     @property
     def stage(self) -> str:
@@ -136,8 +141,15 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
     halves = build / HALVES
     steps: list[Step] = []
 
-    def step(command: Iterable[str], outputs: Iterable[Path], *inputs: Path | None, stamp: bool = False) -> None:
-        steps.append(Step(tuple(command), tuple(outputs), tuple(dict.fromkeys(_there(*inputs))), stamp))
+    def step(
+        command: Iterable[str],
+        outputs: Iterable[Path],
+        *inputs: Path | None,
+        stamp: bool = False,
+        on_request: bool = False,
+    ) -> None:
+        made_of = tuple(dict.fromkeys(_there(*inputs)))
+        steps.append(Step(tuple(command), tuple(outputs), made_of, stamp, on_request))
 
     if files.solved_here:
         step(["write-deck"], [files.deck], files.bdf, files.areas, files.project, files.model, files.code)
@@ -173,6 +185,8 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
     step(["plot"], [drawn], *drawn_of, stamp=True)
     step(["report"], [build / REPORT], drawn, files.project)
     step(["view"], [build / VIEW], *made, *files.older_series)
+    if files.other_loads is not None:
+        step(["build-loads"], [files.other_loads], files.deck, *matrices, halves, files.loads, on_request=True)
     return tuple(steps)
 
 

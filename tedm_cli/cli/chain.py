@@ -104,10 +104,11 @@ def run(
     \b
     The stages, in order: write-deck, solve, ingest, build-distortion,
     build-sensitivity, build-optics, build-adjoint, build-thermal, run-case,
-    run-series, build-dynamics, simulate, plot, report, view.
+    run-series, build-dynamics, simulate, plot, report, view, build-loads.
 
     A project has the stages of what it describes: without optics the chain has no build-optics, without a thermal model
     no build-thermal, and where model.toml names a solved deck no solve.
+    build-loads runs only where it is named.
     """
     from tedm_cli.chain.graph import Step
     from tedm_cli.cli.printing.chain import ended_line, noted_lines, plan_dict, plan_lines, step_line, up_to_date_line

@@ -29,6 +29,7 @@ STAGES = (
         "plot",
         "report",
         "view",
+        "build-loads",
     ),
 )
 FIGURES = ("6.4", "7.2", "7.3", "7.8", "7.9", "8.1")

@@ -150,9 +150,8 @@ def _run(opened: OpenTrade, way: _Way, quiet: bool, as_json: bool, verbose: int)
             fail(variant.name, variant.failure, variant.exit_code)
             continue
         try:
-            plan = plan_steps(
-                chain_files(variant.project), (lambda step: True) if way.reports else wanted_steps(made, variant)
-            )
+            wanted = wanted_steps(made, variant, whole=way.reports)
+            plan = plan_steps(chain_files(variant.project), wanted)
         except TedmError as exc:
             fail(variant.name, failure_text(exc.placed), exc.exit_code)
             continue

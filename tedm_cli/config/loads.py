@@ -21,12 +21,17 @@ INTERFACE = "INTERFACE"
 
 
 class FootTable(Strict):
-    """A foot: supports that move as one rigid body. It is found by one of `grid`, `set` and `box`."""
+    """A foot: supports that move as one rigid body, found by `grid`, `set` or `box`; or a foot of `each_support`."""
 
     name: Name = Field(description="Name of the foot; its loads are `NAME_ux` and so on.")
     grid: Ids | None = Field(default=None, description="The grid that the deck holds there, or several of them.")
     set: Ids | None = Field(default=None, description="Sets of the deck; the foot is what the deck holds of them.")
     box: BoxTable | None = Field(default=None, description="The foot is what the deck holds inside the box.")
+    each_support: Literal[True] | None = Field(
+        default=None,
+        description="Every grid that the deck holds, and that no other foot has, is a foot of its own: `NAME_7` is "
+        "grid 7. So one file serves decks that are held elsewhere.",
+    )
     about_m: Place | None = Field(
         default=None,
         description="The point that moves by the translation, and about which the foot turns, basic frame. "
@@ -42,8 +47,10 @@ class FootTable(Strict):
 
     @model_validator(mode="after")
     def _one_way(self) -> FootTable:
-        if sum(v is not None for v in (self.grid, self.set, self.box)) != 1:
-            raise ValueError("needs one of grid, set and box")
+        if sum(v is not None for v in (self.grid, self.set, self.box, self.each_support)) != 1:
+            raise ValueError("needs one of grid, set, box and each_support")
+        if self.each_support and self.about_m is not None:
+            raise ValueError("each support turns about itself: there is no about_m with each_support")
         return self
 
 

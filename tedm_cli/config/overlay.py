@@ -13,9 +13,11 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
+from tedm_cli.config.balance import BalanceConfig
 from tedm_cli.config.base import Form, Strict, models_in, read_toml, validate
 from tedm_cli.config.cases import CasesConfig
 from tedm_cli.config.dynamics import DynamicsConfig
+from tedm_cli.config.loads import LoadsConfig
 from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.optics_tables import OpticsTables
 from tedm_cli.config.project import Project, ProjectTable
@@ -29,6 +31,8 @@ FILES: dict[str, type[Strict]] = {
     "cases": CasesConfig,
     "dynamics": DynamicsConfig,
     "thermal": ThermalConfig,
+    "balance": BalanceConfig,
+    "loads": LoadsConfig,
 }
 PROJECT = "project"
 _NAMES = ("name", "id")  # of entries in arrays of tables

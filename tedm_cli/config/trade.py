@@ -41,8 +41,8 @@ class VariantTable(Strict):
     set: dict[str, Annotated[Any, Form("value")]] = Field(
         default={},
         description='Keys of the project\'s files that have another value here: "cases.safety_factor" = 1.0. The first '
-        "part is project, model, optics, cases, dynamics or thermal. Entries of arrays of tables go by name or id: "
-        '"model.test_mass.TM1.mass_kg".',
+        "part is project, model, optics, cases, dynamics, thermal, balance or loads. Entries of arrays of tables go by "
+        'name or id: "model.test_mass.TM1.mass_kg".',
     )
     script: ScriptTable | None = Field(default=None, description="What makes its model, where the project has none.")
 
@@ -71,7 +71,15 @@ class CriterionTable(Strict):
     subsystem: OneLine | None = Field(
         default=None, description='Only the field of this subsystem at rest; "all" is everything in the model.'
     )
-    goal: Literal["min", "max"] = Field(default="min", description="Whether less or more is better.")
+    motion: Literal["translation", "rotation"] | None = Field(
+        default=None, description="How feet move: by 1 m along (the default), or by 1 rad about, each axis."
+    )
+    feet: Annotated[list[OneLine], Field(min_length=1)] | None = Field(
+        default=None, description="Feet of the file of loads that move, each alone. Else all of them."
+    )
+    goal: Literal["min", "max"] | None = Field(
+        default=None, description='Whether less or more is better. Else "max" for `first_frequency`, "min" for others.'
+    )
     limit: Annotated[float, Bounded(CRITERION_LIMIT)] | None = Field(
         default=None,
         description="The value is judged by it: at most this, or at least this where more is better. Else 1 for "
@@ -89,7 +97,9 @@ class CriterionTable(Strict):
             raise ValueError(f"unknown kind {value!r}; did you mean {near[0]}?" if near else _unknown(value))
         return value
 
-    @field_validator("case", "outputs", "requirement", "frequency_hz", "contributors", "quantities", "subsystem")
+    @field_validator(
+        "case", "outputs", "requirement", "frequency_hz", "contributors", "quantities", "subsystem", "motion", "feet"
+    )
     @classmethod
     def _of_its_kind(cls, value: Any, info: ValidationInfo) -> Any:
         kind = info.data.get("kind")
@@ -110,14 +120,19 @@ class CriterionTable(Strict):
         return KINDS[self.kind]
 
     @property
+    def better(self) -> Literal["min", "max"]:
+        """Whether less or more is better."""
+        return self.goal or self.of_kind.goal
+
+    @property
     def judged_by(self) -> float | None:
         """Its limit, or that of its kind where less is better."""
-        return self.limit if self.limit is not None or self.goal == "max" else self.of_kind.limit
+        return self.limit if self.limit is not None or self.better == "max" else self.of_kind.limit
 
     def passes(self, value: float) -> bool | None:
         """The verdict on a value; None where it is not judged."""
         limit = self.judged_by
-        return None if limit is None else value <= limit if self.goal == "min" else value >= limit
+        return None if limit is None else value <= limit if self.better == "min" else value >= limit
 
 
 def _unknown(value: str) -> str:

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tedm_cli.arrays import FloatArray
+from tedm_cli.arrays import BoolArray, FloatArray
 from tedm_cli.contracts import LOADS
 from tedm_cli.files.store import Reader
 
 MOTION = "motion"
+ROUNDING = 1e-6
+"""Share of a motion below which distortion is rounding: of all supports as one, or of a foot of an isostatic mount."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +115,18 @@ class LoadResults:
     def ranked(self) -> FloatArray:
         """What loads are ranked by: how they distort the benches, or else the structure, [k]."""
         return self.distortion if self.bench is None else self.bench
+
+    @property
+    def bench_as_one(self) -> BoolArray:
+        """Whether benches move as one by a motion, to rounding, [k]; never by releases, nor without read-outs.
+
+        Against the largest of all motions: a foot that turns in a joint moves nothing to measure by.
+        """
+        found = np.zeros(len(self.name), dtype=bool)
+        if self.bench is None:
+            return found
+        found[self.motions] = self.bench[self.motions] <= ROUNDING * self.largest[self.motions].max(initial=0.0)
+        return found
 
     @property
     def motions(self) -> list[int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 RATIO_PARTS = "part of ratio²"
 
@@ -17,6 +18,7 @@ class CriterionKind:
     keys : keys of the configuration that narrow it down; `needed`, those it cannot be without.
     limit : what it is judged by, unless the configuration gives a limit; None: it is not judged.
     parts : what its value is the sum of; empty where it has no parts.
+    goal : what is better, unless the configuration says otherwise.
     """
 
     words: str
@@ -25,6 +27,7 @@ class CriterionKind:
     unit: str | None = "1"
     limit: float | None = None
     parts: str = ""
+    goal: Literal["min", "max"] = "min"
 
 
 _NOISE = ("case", "outputs", "requirement")
@@ -62,5 +65,12 @@ KINDS = {
     "rest_violations": CriterionKind("number of limits at rest that are violated", _AT_REST, limit=0.0),
     "mass": CriterionKind("mass of the finite-element model", unit="kg", parts="kg"),
     "compensation_mass": CriterionKind("mass of the compensation masses", unit="kg", parts="kg"),
+    "first_frequency": CriterionKind("lowest natural frequency", unit="Hz", goal="max"),
+    "transmission": CriterionKind(
+        "largest distortion by the motion of a foot: of an optical bench, or of outputs that are named, without the"
+        " motion as one",
+        ("motion", "feet", "outputs"),
+        unit=None,
+    ),
 }
 """By the name that the configuration has for it."""

@@ -274,6 +274,7 @@ def test_the_stages_are_told_in_the_order_of_the_chain(chain: Project) -> None:
         solved_here=True,
         loop=Path("dynamics.h5"),
         network=Path("thermal.h5"),
+        other_loads=Path("loads.h5"),
         runs=one,
         series=one,
         simulations=one,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -11,8 +12,10 @@ import pytest
 from loads_project import with_loads
 
 from tedm_cli.cli.printing.loads import loads_dict, loads_lines
+from tedm_cli.config.loads import load_loads
 from tedm_cli.config.optics import load_layout
 from tedm_cli.config.project import Project
+from tedm_cli.config.trade import CriterionTable
 from tedm_cli.contracts import LOADS, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.errors import ConfigError, InputError
 from tedm_cli.fem.constraints import rigid_body_matrix
@@ -24,7 +27,10 @@ from tedm_cli.optics.trace import nominal_poses, trace
 from tedm_cli.progress import silent
 from tedm_cli.results.loads import LoadResults
 from tedm_cli.stages.loads.build import LoadsSummary, build_loads
+from tedm_cli.stages.loads.model import loaded_model
 from tedm_cli.stages.reporting.show import show_dict
+from tedm_cli.stages.trade.criteria import measured
+from tedm_cli.stages.trade.found import VariantResults
 
 FEET = [f"STRUT_{n}" for n in range(1, 9)]
 ALPHA = {1: 2e-8, 2: 8.6e-6, 6: 7e-6}  # of the deck's materials
@@ -137,6 +143,24 @@ def test_chain_a_strain_is_that_of_a_temperature(loads: LoadResults, small: Proj
     assert (np.abs(wanted.sum(axis=1)) > 1e-3 * size).any()
 
 
+def test_chain_a_trade_takes_the_worst_foot_and_no_rounding(small: Project, loads: LoadResults) -> None:
+    """What distorts a bench by less than a millionth of the motion is no distortion; the interface is no foot."""
+    assert loads.bench is not None
+    assert {loads.foot[k] for k in np.flatnonzero(loads.bench_as_one)} == {"INTERFACE"}
+    of_feet = [k for k in loads.motions if loads.foot[k] != "INTERFACE" and loads.unit[k] == "m"]
+    rigid = replace(loads, bench=np.where(np.isin(np.arange(len(loads.name)), of_feet), 1e-9, loads.bench))
+    for results, outputs in itertools.product((loads, rigid), (None, ["A_TM1_x"])):
+        variant = VariantResults(replace(small, loads=small.model))
+        criterion = CriterionTable(name="t", kind="transmission", outputs=outputs)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(VariantResults, "loads", results)
+            found = measured(criterion, variant)
+        row = loads.by_distortion[loads.label.index("A_TM1_x")] if outputs else loads.bench
+        wanted = 0.0 if results is rigid else np.abs(row[of_feet]).max()
+        assert (found.value, found.unit) == (wanted, "m/m")
+        assert (found.of == "rigid motion only") == (results is rigid)
+
+
 def test_chain_gravity_is_linear_in_its_field(loads: LoadResults, small: Project, tmp_path: Path) -> None:
     text = '[[gravity_release]]\nname = "A"\nground_m_s2 = [0.0, 0.0, 19.6133]\n[modes]\nnumber = 0\n'
     twice = build_loads(with_loads(small, tmp_path, text), tmp_path / "loads.h5", silent).results
@@ -221,7 +245,16 @@ def test_chain_loads_as_text_and_for_programs(made: LoadsSummary) -> None:
             '[[foot]]\nname = "A"\ngrid = 800104\n[[foot]]\nname = "B"\ngrid = "800104:800204"\n',
             "grid 800104 is of foot A already",
         ),
-        ('[[foot]]\nname = "A"\ngrid = 800104\nset = 1\n', "needs one of grid, set and box"),
+        ('[[foot]]\nname = "A"\ngrid = 800104\nset = 1\n', "needs one of grid, set, box and each_support"),
+        ('[[foot]]\nname = "A"\neach_support = false\n', "each_support"),
+        (
+            '[[foot]]\nname = "A"\neach_support = true\nabout_m = [0.0, 0.0, 0.0]\n',
+            "there is no about_m with each_support",
+        ),
+        (
+            '[[foot]]\nname = "A"\nbox = { x_m = [-9.0, 9.0] }\n[[foot]]\nname = "B"\neach_support = true\n',
+            "the deck holds no grid that is not of a foot already",
+        ),
         ('[[foot]]\nname = "interface"\ngrid = 800104\n', "INTERFACE is the name of all supports together"),
         (
             '[[foot]]\nname = "A"\ngrid = 800104\n[[gravity_release]]\nname = "a"\nground_m_s2 = [0.0, 0.0, 1.0]\n',
@@ -245,6 +278,27 @@ def test_chain_loads_that_are_not_there_are_refused(small: Project, tmp_path: Pa
     with pytest.raises(ConfigError, match=fact):
         build_loads(with_loads(small, tmp_path, text), tmp_path / "loads.h5", silent)
     assert not (tmp_path / "loads.h5").exists()
+
+
+def test_chain_each_support_that_has_no_name_is_a_foot_of_its_own(small: Project, tmp_path: Path) -> None:
+    text = '[[foot]]\nname = "EACH"\neach_support = true\nmotions = ["uy"]\n[[foot]]\nname = "A"\ngrid = 800304\n'
+    project = with_loads(small, tmp_path, text)
+    assert project.loads is not None
+    found = loaded_model(project, load_loads(project.loads)[1], project.loads).loads
+    others = [800004 + 100 * n for n in (1, 2, 4, 5, 6, 7, 8)]
+    feet = [column.foot for column in found]
+    assert list(dict.fromkeys(feet)) == ["A", *(f"EACH_{grid}" for grid in others), "INTERFACE"]
+    assert [c.name for c in found if c.foot.startswith("EACH")] == [f"EACH_{grid}_uy" for grid in others]
+
+
+def test_chain_more_supports_than_can_be_feet_are_refused(
+    small: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tedm_cli.stages.loads.columns._MOST_SUPPORTS", 7)
+    project = with_loads(small, tmp_path, '[[foot]]\nname = "EACH"\neach_support = true\n')
+    assert project.loads is not None
+    with pytest.raises(ConfigError, match="the deck holds 8 more grids, and at most 7 may be feet of their own"):
+        loaded_model(project, load_loads(project.loads)[1], project.loads)
 
 
 def test_chain_a_project_without_loads_says_how_to_name_them(small: Project, tmp_path: Path) -> None:

@@ -15,6 +15,8 @@ from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.constraints import rigid_body_matrix
 from tedm_cli.fem.static import StaticSolution
+from tedm_cli.fem.structure import LoadCase
+from tedm_cli.fem.supports import carried
 from tedm_cli.nastran.run import run_nastran
 from tedm_cli.nastran.structure.deck import read_solver_deck
 
@@ -77,6 +79,31 @@ def test_warm_struts_distort_the_bench_only_where_it_is_over_determined(deck: Ma
         assert share.max() < 1e-9
     else:
         assert share.min() > 1e-4
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_a_foot_that_moves_distorts_the_bench_only_where_it_is_over_determined(deck: Make, mount: str) -> None:
+    """Each foot alone, along and about each axis; a spherical joint lets it turn, and then nothing moves."""
+    structure, _ = read_solver_deck(deck(mount))
+    feet, solid = np.unique(structure.spc_grid), structure.grid_id < FIRST_STRUT
+    assert len(feet) == (6 if mount in ISOSTATIC else 8)
+    cases = [
+        LoadCase(
+            id=6 * n + k + 1,
+            label=f"{n}_{k}",
+            enforced=carried(structure, np.array([foot]), structure.position[foot], k),
+        )
+        for n, foot in enumerate(feet.tolist())
+        for k in range(6)
+    ]
+    motion = np.array([m[solid, :3] for _, m in StaticSolution(structure).solve(cases)])
+    size = np.abs(motion).max(axis=(1, 2)).reshape(-1, 6)
+    left = np.abs(distortion(structure.position[solid], motion)).max(axis=(1, 2)).reshape(-1, 6)
+    assert size[:, :3].max(axis=1).min() > 0.1
+    if mount in ISOSTATIC:
+        assert left.max() < 1e-9
+    else:
+        assert left[:, :3].max(axis=1).min() > 1e-3
 
 
 @pytest.mark.parametrize("mount", ISOSTATIC)

@@ -15,6 +15,7 @@ from trade_project import Bricks
 from tedm_cli.config.base import Form
 from tedm_cli.config.cases import load_cases
 from tedm_cli.config.dynamics import load_dynamics
+from tedm_cli.config.loads import load_loads
 from tedm_cli.config.model import load_model
 from tedm_cli.config.overlay import FILES, overlay
 from tedm_cli.config.project import Project, load_project
@@ -170,6 +171,11 @@ def test_names_in_the_build_folder_stay_there(tmp_path: Path) -> None:
     assert load_dynamics(changed.dynamics)[1].spacecraft.mass_kg == 500.0
     assert changed.thermal is not None
     assert changed.thermal.samefile(CONFIGS / "thermal.toml")
+    assert changed.balance is not None
+    assert changed.balance.samefile(CONFIGS / "balance.toml")
+    own = written(sample, {"loads.foot.FOOT.motions": ["uz"]}, tmp_path / "d").loads
+    assert own is not None
+    assert load_loads(own)[1].foot[0].motions == ["uz"]
 
 
 def test_a_file_that_the_project_does_not_have_and_needs_not(tmp_path: Path, small: Project) -> None:

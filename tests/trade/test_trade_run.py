@@ -16,12 +16,14 @@ from border_tools import heed_interrupts, replace, snapshot, tedm
 from trade_project import VARIANTS, Bricks
 
 from tedm_cli.chain.graph import Step
-from tedm_cli.contracts import CASE, TRADE
+from tedm_cli.config.project import load_project
+from tedm_cli.contracts import CASE, LOADS, TRADE
 from tedm_cli.files.store import open_checked
 from tedm_cli.progress import silent
+from tedm_cli.results.loads import read_loads
 from tedm_cli.results.trade import Cell, read_trade
 from tedm_cli.stages.chain.perform import Chain, Way, perform
-from tedm_cli.stages.chain.plan import Plan
+from tedm_cli.stages.chain.plan import Plan, plan_chain
 from tedm_cli.stages.chain.workers import Answer, Job
 
 STEPS = ["ingest", "build-distortion", "build-sensitivity", "run-case 1"]
@@ -279,3 +281,80 @@ def test_the_folder_is_that_of_the_project(bricks: Bricks, monkeypatch: pytest.M
     monkeypatch.chdir(project / "below")
     assert begun(tedm("trade", "../variants.toml").ok().out) == {"base": ["ingest"]}, "a mass needs no more"
     assert (project / "build" / "trade" / "trade.html").is_file()
+
+
+LOADS_TOML = '[[foot]]\nname = "FOOT"\neach_support = true\n[modes]\nnumber = 2\n'
+OF_LOADS = """
+[[criterion]]
+name = "frequency"
+kind = "first_frequency"
+
+[[criterion]]
+name = "pull"
+kind = "transmission"
+outputs = ["TM1_a_x"]
+feet = ["FOOT_2", "FOOT_3"]
+
+[[criterion]]
+name = "bench"
+kind = "transmission"
+
+[[criterion]]
+name = "no foot"
+kind = "transmission"
+outputs = ["TM1_a_x"]
+feet = ["FOOT_9"]
+
+[[criterion]]
+name = "turned"
+kind = "transmission"
+outputs = ["TM1_a_x"]
+motion = "rotation"
+"""
+
+
+def test_criteria_of_other_loads_run_build_loads_and_a_foot_that_is_not_there_fails_alone(bricks: Bricks) -> None:
+    """One file of loads by what is held, one by a grid that no deck has; and a project without loads."""
+    project = bricks.folder / "bricks"
+    (project / "loads.toml").write_text(LOADS_TOML, encoding="utf-8")
+    strange = LOADS_TOML.replace("each_support = true", "grid = 77")
+    (project / "strange.toml").write_text(strange, encoding="utf-8")
+    variants = "".join(
+        f'[[variant]]\nname = "{name}"\nproject = "bricks"\n'
+        + (f'set = {{ "project.loads" = "{file}" }}\n' if file else "")
+        for name, file in (("base", "loads.toml"), ("strange", "strange.toml"), ("without", ""))
+    )
+    outcome = bricks.write(variants, OF_LOADS).run()
+    assert outcome.code == 3
+    assert begun(outcome.out)["base"] == ["ingest", "build-distortion", "build-sensitivity", "build-loads"]
+    assert "error: variant strange: " in outcome.err
+    assert "the deck has no grid 77; it holds 1, 2, 3, 4" in outcome.err
+    found = cells(bricks)
+    with open_checked(bricks.variant("base") / "loads.h5", LOADS) as file:
+        loads = read_loads(file)
+    row = loads.label.index("TM1_a_x")
+    pulls = {
+        f"TM1_a_x, {name}": abs(loads.by_distortion[row, k])
+        for k, name in enumerate(loads.name)
+        if loads.foot[k] in ("FOOT_2", "FOOT_3") and loads.unit[k] == "m"
+    }
+    assert len(pulls) == 6
+    base = found["base"]
+    assert loads.modes is not None
+    assert base["frequency"].value == loads.modes.frequency_hz[0]
+    assert base["pull"].value == max(pulls.values()) == pulls[base["pull"].of]
+    assert base["bench"].reason.startswith("has no optical bench")
+    assert base["no foot"].reason == "has no foot FOOT_9"
+    assert base["turned"].reason == "has no rotation of a foot among its loads"
+    assert {cell.reason for cell in found["strange"].values()} == {"its chain failed"}
+    assert found["without"]["frequency"].reason.startswith("the project has no loads but temperatures")
+
+
+def test_other_loads_run_only_where_they_are_asked_for(bricks: Bricks) -> None:
+    project = bricks.folder / "bricks"
+    (project / "loads.toml").write_text(LOADS_TOML, encoding="utf-8")
+    (project / "tedm.toml").write_text('title = "two bricks"\nloads = "loads.toml"\n', encoding="utf-8")
+    opened = load_project(project / "tedm.toml", bricks.folder / "build")
+    assert "build-loads" not in [step.stage for step in plan_chain(opened, None).steps]
+    asked = [step.stage for step in plan_chain(opened, "build-loads").steps]
+    assert asked == ["ingest", "build-distortion", "build-sensitivity", "build-loads"]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tedm_cli.cli.printing.table import table
+from tedm_cli.results.loads import ROUNDING
 from tedm_cli.results.wording import count
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from tedm_cli.stages.loads.build import LoadsSummary
     from tedm_cli.stages.loads.deck import LoadsDeckSummary
 
-_RIGID = 1e-6  # share of distortion above which supports that move as one do not carry the structure as one
 _SHARE = 1e-3  # of the mass: what a mode moves less of along an axis is not shown
 
 
@@ -58,7 +58,7 @@ def _motion_lines(r: LoadResults, most: int | None) -> list[str]:
             lines += [f"{words} (outputs: by distortion), largest first", *table(head, rows, right=(1, 2, 3))]
             more = len(chosen) - len(rows)
             lines += [f"and {more} more (--top 0: all)"] if more else []
-    if r.interface > _RIGID:
+    if r.interface > ROUNDING:
         lines.append(
             f"warning: supports that move as one distort the structure by {r.interface:.1e} of their motion: what else"
             " holds it?"

@@ -77,6 +77,8 @@ def make_rules(project: Project, output: Path | None) -> Path:
     make.files("THERMAL_TOML", "thermal", [files.thermal])
     make.files("THERMAL_SOURCES", "thermal", files.thermal_sources)
     make.files("THERMAL", "the build folder", [files.network])
+    make.files("LOADS_TOML", "loads", [files.loads])
+    make.files("LOADS", "the build folder", [files.other_loads])
     make.files("SIMULATION_FILES", "the build folder", [run.file for run in files.simulations])
     make.files("SERIES_FILES", "the build folder", [run.file for run in files.series])
     make.files("SIMULATED_SERIES_FILES", "the build folder", [run.file for run in files.simulated_series])

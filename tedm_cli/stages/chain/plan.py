@@ -38,7 +38,7 @@ class Plan:
 
 
 def plan_chain(project: Project, stage: str | None) -> Plan:
-    """What has to run for the whole chain, or up to a stage; see `plan_steps`.
+    """What has to run for the whole chain without what runs on request, or up to a stage; see `plan_steps`.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def plan_chain(project: Project, stage: str | None) -> Plan:
     """
     files = chain_files(project)
     if stage is None:
-        return plan_steps(files, lambda step: True)
+        return plan_steps(files, lambda step: not step.on_request)
     known_name("stage", stage, list(dict.fromkeys(step.stage for step in chain_of(files))))
     return plan_steps(files, lambda step: step.stage == stage)
 

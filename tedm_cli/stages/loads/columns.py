@@ -22,6 +22,8 @@ from tedm_cli.fem.swelling import added, swelling_force
 from tedm_cli.nastran.geometry import id_list
 from tedm_cli.nastran.membership import Membership
 
+_MOST_SUPPORTS = 100  # each has up to six motions, and every one of them a column of all grids
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -49,7 +51,11 @@ def columns(
     """
     work = _Work(structure, members, use)
     for number, foot in enumerate(config.foot):
-        work.foot(f"foot[{number}]", foot)
+        if not foot.each_support:
+            work.foot(f"foot[{number}]", foot)
+    for number, foot in enumerate(config.foot):
+        if foot.each_support:
+            work.each(f"foot[{number}]", foot)
     if config.foot:
         work.interface()
     for gravity in config.gravity_release:
@@ -109,6 +115,20 @@ class _Work:
                 self.problems.append((at, f"grid {grid} is of foot {other} already"))
         about = self.structure.position[rows].mean(axis=0) if table.about_m is None else np.array(table.about_m)
         self._motions(at, table.name, rows, about, table.motions)
+
+    def each(self, at: str, table: FootTable) -> None:
+        """A foot of every support that is of no foot yet."""
+        rows = [row for row in self.held.tolist() if row not in self.owner]
+        if not rows:
+            self.problems.append((at, "the deck holds no grid that is not of a foot already"))
+        if len(rows) > _MOST_SUPPORTS:
+            few = f"at most {_MOST_SUPPORTS} may be feet of their own: select feet by box"
+            self.problems.append((at, f"the deck holds {len(rows)} more grids, and {few}"))
+            return
+        for row in rows:
+            name = f"{table.name}_{self.structure.grid_id[row]}"
+            self.owner[row] = name
+            self._motions(at, name, np.array([row]), self.structure.position[row], table.motions)
 
     def interface(self) -> None:
         about = self.structure.position[self.held].mean(axis=0)

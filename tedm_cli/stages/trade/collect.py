@@ -22,8 +22,8 @@ from tedm_cli.stages.trade.variants import OpenTrade, Variant
 TRADE_FILE = "trade.h5"
 
 
-def wanted_steps(trade: OpenTrade, variant: Variant) -> Callable[[Step], bool]:
-    """The steps of a variant's chain that make what the criteria are read from.
+def wanted_steps(trade: OpenTrade, variant: Variant, *, whole: bool = False) -> Callable[[Step], bool]:
+    """The steps of a variant's chain that make what the criteria are read from; `whole`: all else of the chain, too.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def wanted_steps(trade: OpenTrade, variant: Variant) -> Callable[[Step], bool]:
     assert variant.project is not None
     results = VariantResults(variant.project)
     wanted = {command for criterion in trade.config.criteria for command in commands(criterion, results)}
-    return lambda step: step.command in wanted
+    return lambda step: step.command in wanted or (whole and not step.on_request)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _criterion(table: CriterionTable, found: Sequence[Measured | str]) -> Traded
     units = [m.unit for m in found if isinstance(m, Measured)]
     kind = table.of_kind
     return TradedCriterion(
-        table.name, table.kind, kind.words, units[0] if units else "", table.goal, table.judged_by, table.weight,
+        table.name, table.kind, kind.words, units[0] if units else "", table.better, table.judged_by, table.weight,
         kind.parts,
     )  # fmt: skip
 

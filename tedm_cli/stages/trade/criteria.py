@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.config.loads import INTERFACE
+from tedm_cli.config.project import NO_OPTICS
 from tedm_cli.config.trade import ONE_MHZ, CriterionTable
 from tedm_cli.dynamics.signals import DELTA_G
 from tedm_cli.gravity.requirements import AT_REST_UNITS, DcVerdict, dc_quantities
@@ -17,7 +19,7 @@ from tedm_cli.results.field import FieldAtRest, place_text, symbol, worst_at_res
 from tedm_cli.results.model import ModelSize
 from tedm_cli.results.noise import CaseNoise, JudgedOutput, limit_named
 from tedm_cli.results.ranking import first_largest
-from tedm_cli.results.wording import count, mhz_text
+from tedm_cli.results.wording import and_text, count, mhz_text
 from tedm_cli.stages.trade.found import LacksError, VariantResults
 
 
@@ -235,6 +237,51 @@ def _compensation_mass(criterion: CriterionTable, of: VariantResults) -> Measure
     return Measured(sum(masses.values()), count(len(masses), "block"), "kg", masses)
 
 
+def _first_frequency(criterion: CriterionTable, of: VariantResults) -> Measured:
+    modes = of.loads.modes
+    if modes is None:
+        raise LacksError("its file of loads asks for no natural frequencies")
+    share = modes.effective_mass[0] / modes.mass
+    most = int(share.argmax())
+    what = "mass along" if most < 3 else "inertia about"
+    return Measured(float(modes.frequency_hz[0]), f"{share[most]:.0%} of the {what} {'xyz'[most % 3]}", "Hz")
+
+
+def _transmission(criterion: CriterionTable, of: VariantResults) -> Measured:
+    """All supports as one move everything as one: they are no foot. Rounding is 0, or it would order variants."""
+    loads, moved = of.loads, "rad" if criterion.motion == "rotation" else "m"
+    feet = list(dict.fromkeys(foot for foot in loads.foot if foot not in ("", INTERFACE)))
+    meant = feet if criterion.feet is None else criterion.feet
+    if strange := [foot for foot in meant if foot not in feet]:
+        raise LacksError(f"has no foot {and_text(strange)}")
+    columns = [k for k in loads.motions if loads.foot[k] in meant and loads.unit[k] == moved]
+    if not columns:
+        raise LacksError(f"has no {criterion.motion or 'translation'} of a foot among its loads")
+    as_one = loads.bench_as_one
+    if criterion.outputs is None:
+        if loads.bench is None:
+            raise LacksError(f"has no optical bench ({NO_OPTICS})")
+        size = np.where(as_one, 0.0, loads.bench)[columns]
+        at = int(size.argmax())
+        return Measured(float(size[at]), loads.name[columns[at]] if size[at] else _RIGID, f"m/{moved}")
+    rows = [r for r, label in enumerate(loads.label) if label in criterion.outputs]
+    if not rows:
+        raise of.why_no(criterion, loads.label)
+    if len(units := sorted({loads.row_unit[r] for r in rows})) > 1:
+        raise LacksError(f"has these outputs in {' and '.join(units)}: no one of them is the largest")
+    size = np.abs(loads.by_distortion[np.ix_(rows, columns)])
+    if units[0] in ("m", "rad"):  # of a bench; what a test mass is pulled by is the whole structure, struts as well
+        size = np.where(as_one[columns], 0.0, size)
+        if not size.any():
+            return Measured(0.0, _RIGID, f"{units[0]}/{moved}")
+    row, column = np.unravel_index(int(size.argmax()), size.shape)
+    unit = f"({units[0]})/{moved}" if "/" in units[0] else f"{units[0]}/{moved}"
+    return Measured(float(size[row, column]), f"{loads.label[rows[row]]}, {loads.name[columns[column]]}", unit)
+
+
+_RIGID = "rigid motion only"
+
+
 def _place(output: str, case_id: str, frequency_hz: float) -> str:
     return f"{output}, case {case_id}, {mhz_text(frequency_hz)}"
 
@@ -255,4 +302,6 @@ _KINDS = {
     "rest_violations": _Kind(_rest_violations, "build-sensitivity"),
     "mass": _Kind(_mass, "ingest"),
     "compensation_mass": _Kind(_compensation_mass, "build-sensitivity"),
+    "first_frequency": _Kind(_first_frequency, "build-loads"),
+    "transmission": _Kind(_transmission, "build-loads"),
 }

@@ -11,13 +11,20 @@ from tedm_cli.config.cases import CasesConfig, load_cases
 from tedm_cli.config.model import load_model
 from tedm_cli.config.project import NO_OPTICS, Project
 from tedm_cli.config.trade import CriterionTable
-from tedm_cli.contracts import CASE, SENSITIVITY, SIMULATION, UNIT_LOADS, FileKind
-from tedm_cli.files.build_folder import SENSITIVITY_FILE, UNIT_LOADS_FILE, case_file_name, simulation_file_name
+from tedm_cli.contracts import CASE, LOADS, SENSITIVITY, SIMULATION, UNIT_LOADS, FileKind
+from tedm_cli.files.build_folder import (
+    LOADS_FILE,
+    SENSITIVITY_FILE,
+    UNIT_LOADS_FILE,
+    case_file_name,
+    simulation_file_name,
+)
 from tedm_cli.files.store import Reader, open_checked
 from tedm_cli.results.case_file import NoiseAt, read_case, read_noise_at
 from tedm_cli.results.deciding import DIAGNOSTIC, LIKELY
 from tedm_cli.results.dynamics import SimulatedCase, read_simulation
 from tedm_cli.results.field import FieldAtRest, read_field
+from tedm_cli.results.loads import LoadResults, read_loads
 from tedm_cli.results.model import ModelSize, read_model_size
 from tedm_cli.results.no_loop import why_no_loop
 from tedm_cli.results.noise import CaseNoise
@@ -53,6 +60,14 @@ class VariantResults:
         if not self._model.test_mass:
             raise LacksError("the model has no test masses")
         return self._once(SENSITIVITY_FILE, SENSITIVITY, read_field)
+
+    @property
+    def loads(self) -> LoadResults:
+        if self.project.loads is None:
+            raise LacksError("the project has no loads but temperatures: its file names none")
+        if not self._model.test_mass:
+            raise LacksError("the model has no test masses")
+        return self._once(LOADS_FILE, LOADS, read_loads)
 
     def noise(self, case_id: str) -> CaseNoise:
         return self._once(case_file_name(case_id), CASE, read_case)
