@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.fem.assembly import assemble
+from tedm_cli.fem.assembly import assemble, direct_stiffness
 from tedm_cli.fem.element_loads import element_loads
 from tedm_cli.fem.linear import Factorisation
 from tedm_cli.fem.structure import Structure
@@ -31,6 +31,7 @@ class RandomSums:
     temperature : [N, 2], K.
     amount : [2], how often the strain-free temperatures are contained.
     own : [5 L, 2], temperatures of elements (`ElementLoads.own`); None as long as no case has any.
+    force : [6 N, 2], N and N·m, forces besides those of temperatures; None as long as no case has any.
     """
 
     unknown: FloatArray
@@ -38,20 +39,29 @@ class RandomSums:
     amount: FloatArray
     random: np.random.Generator
     own: FloatArray | None = None
+    force: FloatArray | None = None
 
     @classmethod
     def none(cls, n_unknowns: int, n_grids: int) -> RandomSums:
         """Sums of no load case yet."""
         return cls(np.zeros((n_unknowns, _SUMS)), np.zeros((n_grids, _SUMS)), np.zeros(_SUMS), np.random.default_rng(0))
 
-    def add(self, unknown: FloatArray, temperature: FloatArray, own: FloatArray | None = None) -> None:
-        """Add load cases with solutions [n, m], temperatures [N, m] and those of elements [5 L, m]."""
+    def add(
+        self,
+        unknown: FloatArray,
+        temperature: FloatArray,
+        own: FloatArray | None = None,
+        force: FloatArray | None = None,
+    ) -> None:
+        """Add load cases with solutions [n, m], temperatures [N, m], those of elements [5 L, m], forces [6 N, m]."""
         sign = self.random.choice([-1.0, 1.0], size=(unknown.shape[1], _SUMS))
         self.unknown += unknown @ sign
         self.temperature += temperature @ sign
         self.amount += sign.sum(axis=0)
         if own is not None:
             self.own = own @ sign + (0.0 if self.own is None else self.own)
+        if force is not None:
+            self.force = force @ sign + (0.0 if self.force is None else self.force)
 
 
 def displacements_with(
@@ -73,11 +83,14 @@ def displacements_with(
     force = operators.thermal.forces(sums.temperature, sums.amount)
     if sums.own is not None:
         force += element_loads(other).forces(sums.own)
+    if sums.force is not None:
+        force += sums.force
+    stiffness = operators.stiffness + direct_stiffness(other)
     load = transform.T @ force
     unknown = sums.unknown.copy()
 
     def product(x: FloatArray) -> FloatArray:
-        return np.asarray(transform.T @ (operators.stiffness @ (transform @ x)))
+        return np.asarray(transform.T @ (stiffness @ (transform @ x)))
 
     residual = load - product(unknown)
     step = solved = factors.solve(residual)

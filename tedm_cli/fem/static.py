@@ -12,7 +12,7 @@ import numpy as np
 from tedm_cli.arrays import FloatArray
 from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.adjoint import TemperatureSensitivity, ThermalForces
-from tedm_cli.fem.assembly import Operators, assemble
+from tedm_cli.fem.assembly import Operators, assemble, direct_stiffness
 from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.bending import bending_change
 from tedm_cli.fem.constraints import eliminate, to_basic
@@ -86,8 +86,9 @@ class StaticSolution:
 
         self._progress(1, 3, "constrain")
         elimination = eliminate(structure)
-        transform = to_basic(structure) @ elimination.transform
-        reduced = (transform.T @ operators.stiffness @ transform).tocsr()
+        self._basic = to_basic(structure)
+        transform = self._basic @ elimination.transform
+        reduced = (transform.T @ (operators.stiffness + direct_stiffness(structure)) @ transform).tocsr()
         self._thermal, self._warming = operators.thermal, operators.warming
         self._element_loads: ElementLoads | None = None  # made for the first case that needs them
         del operators  # the unconstrained stiffness is as large as the constrained one
@@ -138,8 +139,11 @@ class StaticSolution:
         force, own = self._thermal.forces(temperature), self._own(batch)
         if own is not None and self._element_loads is not None:
             force += self._element_loads.forces(own)
+        given = self._given(batch)
+        if given is not None:
+            force += given
         unknown = self._unknowns(force, [f"load case {case.id} ({case.label})" for case in batch])
-        self._sums.add(unknown, temperature, own)
+        self._sums.add(unknown, temperature, own, given)
         motion = np.asarray(self._transform @ unknown)
         self._solve_seconds += time.perf_counter() - start
         return motion
@@ -192,6 +196,13 @@ class StaticSolution:
             self._element_loads = element_loads(self._structure)
         loads = self._element_loads
         return np.stack([loads.own(case.temperature, case.elements) for case in batch], axis=1)
+
+    def _given(self, batch: list[LoadCase]) -> FloatArray | None:
+        """Forces [6 N, m] besides those of temperatures, in the frame of the positions; None where there are none."""
+        if all(case.force is None for case in batch):
+            return None
+        none = np.zeros(6 * self._structure.n_grids)
+        return np.asarray(self._basic @ np.stack([none if c.force is None else c.force for c in batch], axis=1))
 
     def bending_change(self) -> float | None:
         """How much bubble functions would change the cases solved so far; see `tedm_cli.fem.bending`."""

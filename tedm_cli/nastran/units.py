@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from tedm_cli import deck_units as u
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.deck_units import DeckUnits, Dimension
 from tedm_cli.fem.shapes import corner_count, shape_of
 from tedm_cli.fem.structure import (
@@ -84,11 +85,12 @@ DIMENSIONS: dict[type, dict[str, Dimension]] = {
         **dict.fromkeys(("solids", "bars", "rods", "quads", "trias", "mpc"), _SAME),  # see `structure_in_si`
         "position": u.LENGTH,
         "initial_temperature": u.TEMPERATURE,
+        "direct": _SAME,  # see `structure_in_si`
     },
     LoadCase: {
         **dict.fromkeys(("id", "label"), _SAME),
         "temperature": u.TEMPERATURE,
-        "elements": _SAME,  # see `load_case_in_si`
+        **dict.fromkeys(("elements", "force"), _SAME),  # see `load_case_in_si`
     },
     ElementTemperatures: {"element_id": _SAME, "mean": u.TEMPERATURE, "gradient": u.TEMPERATURE_GRADIENT},
 }
@@ -139,13 +141,29 @@ def structure_in_si(structure: Structure, units: DeckUnits) -> Structure:
         quads=in_si(structure.quads, units),
         trias=in_si(structure.trias, units),
         mpc=tuple(_equation_in_si(mpc, units) for mpc in structure.mpc),
+        direct=replace(
+            structure.direct,
+            matrix=_per_motion(
+                _per_motion(structure.direct.matrix, structure.direct.dof, units).T, structure.direct.dof, units
+            )
+            * units.factor(u.MOMENT),
+        ),
     )
 
 
 def load_case_in_si(case: LoadCase, units: DeckUnits) -> LoadCase:
     """A load case in SI, with the temperatures of its elements."""
     own = None if case.elements is None else in_si(case.elements, units)
-    return replace(in_si(case, units), elements=own)
+    force = case.force
+    if force is not None:
+        force = units.factor(u.MOMENT) * _per_motion(force, np.arange(len(force)), units)
+    return replace(in_si(case, units), elements=own, force=force)
+
+
+def _per_motion(values: FloatArray, dof: IntArray, units: DeckUnits) -> FloatArray:
+    """Rows of `values` [n, ...] over the deck's unit of the motion of each freedom: forces are work over motions."""
+    size = np.where(dof % 6 < 3, units.length_m, 1.0)
+    return np.asarray(values / size.reshape(-1, *([1] * (values.ndim - 1))))
 
 
 def _equation_in_si(mpc: Mpc, units: DeckUnits) -> Mpc:

@@ -45,6 +45,7 @@ _WITHOUT_INFLUENCE = {
     *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "PMASS", "NSM", "NSM1", "NSML", "NSML1", "NSMADD"),
     *("LOAD", "FORCE", "FORCE1", "FORCE2", "MOMENT", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4"),
     *("GRAV", "ACCEL", "ACCEL1", "RFORCE"),
+    "DMIG",  # K2GG and P2G are read, and what else could select one for statics is refused
     *("MAT4", "MAT5", "MATT4", "MATT5"),  # conduction, which `map-temperatures` reads
 }
 

@@ -1,0 +1,97 @@
+"""Matrices that the case control of a unit-load deck selects: stiffness (K2GG), and forces by subcase (P2G)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tedm_cli.arrays import IntArray
+from tedm_cli.errors import InputError
+from tedm_cli.fem.structure import DirectStiffness, LoadCase
+from tedm_cli.fem.superelement import require_stiffness
+from tedm_cli.nastran.superelements.dmig import SYMMETRIC, entries_of, numbered, six
+
+_NAME = re.compile("[A-Za-z][A-Za-z0-9_]{0,7}")
+
+
+def direct_matrices(model: Any, subcases: Sequence[int], where: str) -> tuple[str | None, str | None]:
+    """Names of the stiffness and of the forces that all subcases have.
+
+    Raises
+    ------
+    InputError : subcases that differ, or a sum of matrices.
+    """
+    out = []
+    for word in ("K2GG", "P2G"):
+        chosen = {_selected(model.subcases[number].params, word) for number in subcases}
+        if len(chosen) > 1:
+            raise InputError(f"subcases select different {word}", where=where, hint=f"write {word} above all subcases")
+        (name,) = chosen
+        if name is not None and not _NAME.fullmatch(name):
+            raise InputError(
+                f"{word} = {name[:40]} is not the name of one matrix",
+                where=where,
+                hint="the embedded solver takes one matrix, without a factor",
+            )
+        out.append(name)
+    return out[0], out[1]
+
+
+def _selected(params: dict[str, Any], word: str) -> str | None:
+    return str(params[word][0]).strip().upper() if word in params else None
+
+
+def selected_stiffness(model: Any, name: str | None, grid_id: IntArray, path: Path) -> DirectStiffness:
+    """The matrix of K2GG on grids [N], in the units of the deck.
+
+    Raises
+    ------
+    InputError : no such matrix, one that is not real and symmetric, entries elsewhere than on grids, a stiffness with a
+        negative eigenvalue.
+    """
+    if name is None:
+        return DirectStiffness()
+    entries = entries_of(model, name, SYMMETRIC, str(path))
+    grids = np.unique(entries.row[:, 0])
+    unknown = grids[~np.isin(grids, grid_id)]
+    if unknown.size:
+        raise InputError(f"K2GG {name} has an entry at {unknown[0]}, which is no grid", where=str(path))
+    try:
+        matrix = entries.dense(six(grids), six(grids), f"K2GG {name}")
+        require_stiffness(matrix, len(matrix))
+    except InputError as error:
+        raise InputError(error.fact, where=f"{path}: K2GG {name}", hint=error.hint) from error
+    dof = 6 * np.searchsorted(grid_id, grids)[:, None] + np.arange(6)
+    return DirectStiffness(dof=dof.reshape(-1), matrix=matrix)
+
+
+def with_forces(model: Any, name: str, grid_id: IntArray, cases: Sequence[LoadCase], path: Path) -> list[LoadCase]:
+    """Load cases with the columns of P2G, one for each subcase, in the units of the deck.
+
+    Raises
+    ------
+    InputError : no such matrix, one that is not real and columnar, entries elsewhere than on grids, or another number
+        of columns than of subcases.
+    """
+    where = f"{path}: P2G {name}"
+    entries = entries_of(model, name, (9,), str(path))
+    columns = model.dmig[name].ncols
+    if columns != len(cases):
+        raise InputError(f"has {columns} columns (NCOL) for {len(cases)} subcases", where=where)
+    grids = np.unique(entries.row[:, 0])
+    unknown = grids[~np.isin(grids, grid_id)]
+    if unknown.size:
+        raise InputError(f"has an entry at {unknown[0]}, which is no grid", where=where)
+    matrix = entries.dense(six(grids), numbered(columns), f"P2G {name}")
+    dof = (6 * np.searchsorted(grid_id, grids)[:, None] + np.arange(6)).reshape(-1)
+    out = []
+    for case, column in zip(cases, matrix.T, strict=True):
+        force = np.zeros(6 * len(grid_id))
+        force[dof] = column
+        out.append(replace(case, force=force if column.any() else None))
+    return out
