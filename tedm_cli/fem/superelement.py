@@ -15,9 +15,10 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.constraints import rigid_body_matrix, to_displacement_frames
 
-# Over the largest entries of a matrix, each row and column in its own units: what six digits leave of a symmetric
-# matrix, of an eigenvalue of zero, and of the forces of a rigid motion.
-_SYMMETRY, _NEGATIVE, _RIGID = 1e-6, 1e-6, 1e-5
+# What six digits leave of a symmetric matrix and of an eigenvalue of zero, of a matrix scaled to a unit diagonal.
+_SYMMETRY, _NEGATIVE = 1e-6, 1e-6
+RIGID = 1e-5
+"""Strain energy of a rigid motion over that of the diagonal, above which a stiffness is said to resist it."""
 _FOLLOWS = 1e-4  # of the motion of recovered grids under a rigid motion
 
 
@@ -131,11 +132,11 @@ def require_free(
     work = np.einsum("di,de,ei->i", rigid, k, rigid)
     most = np.einsum("di,d,di->i", rigid, np.abs(np.diagonal(k)), rigid)
     share = np.abs(np.divide(work, most, out=np.zeros(6), where=most > 0.0))
-    if share.max() > _RIGID:
+    if share.max() > RIGID:
         name = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
         raise InputError(
             f"the stiffness resists a rigid motion: strain energy under {name[int(share.argmax())]} is"
-            f" {share.max():.2g} of that of its diagonal ({int((share > _RIGID).sum())} of 6 motions)",
+            f" {share.max():.2g} of that of its diagonal ({int((share > RIGID).sum())} of 6 motions)",
             hint="are the interface grids in the order of the matrix, where they are in the deck, and in its units?"
             " set grounded = true if the reduced structure is held by itself",
         )

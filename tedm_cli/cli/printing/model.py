@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from tedm_cli.stages.model.deck import DeckSummary
     from tedm_cli.stages.model.distortion import DistortionSummary
     from tedm_cli.stages.model.reduce import ReduceSummary
-from tedm_cli.stages.model.solve import SolveReport
+    from tedm_cli.stages.model.solve import SolveReport
 
 _STIFF = 0.01  # relative change of displacements by bubble functions above which the mesh is called too stiff
 

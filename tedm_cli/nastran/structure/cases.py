@@ -84,7 +84,7 @@ def selected_sets(model: Any, path: Path) -> SelectedSets:
         some = "; ".join(problems[:10]) + (" ..." if len(problems) > 10 else "")
         raise InputError(some, where=where, hint="write one thermal subcase per area with `tedm write-deck`")
     return SelectedSets(
-        constraints.pop(), equations.pop(), initials.pop(), tuple(loads), *direct_matrices(model, numbers, where)
+        constraints.pop(), equations.pop(), initials.pop(), tuple(loads), *direct_matrices(statements, where)
     )
 
 

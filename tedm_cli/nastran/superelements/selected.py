@@ -14,21 +14,31 @@ from tedm_cli.arrays import IntArray
 from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import DirectStiffness, LoadCase
 from tedm_cli.fem.superelement import require_stiffness
+from tedm_cli.nastran.control_words import Statement
 from tedm_cli.nastran.superelements.dmig import SYMMETRIC, entries_of, numbered, six
 
 _NAME = re.compile("[A-Za-z][A-Za-z0-9_]{0,7}")
 
 
-def direct_matrices(model: Any, subcases: Sequence[int], where: str) -> tuple[str | None, str | None]:
+def direct_matrices(statements: Sequence[Statement], where: str) -> tuple[str | None, str | None]:
     """Names of the stiffness and of the forces that all subcases have.
 
     Raises
     ------
     InputError : subcases that differ, or a sum of matrices.
     """
-    out = []
+    out: dict[str, str | None] = {}
     for word in ("K2GG", "P2G"):
-        chosen = {_selected(model.subcases[number].params, word) for number in subcases}
+        above: str | None = None
+        subcases: list[str | None] = []
+        for s in statements:
+            if s.word == "SUBCASE":
+                subcases.append(above)
+            elif s.word == word and subcases:
+                subcases[-1] = s.shown
+            elif s.word == word:
+                above = s.shown
+        chosen = set(subcases or [above])
         if len(chosen) > 1:
             raise InputError(f"subcases select different {word}", where=where, hint=f"write {word} above all subcases")
         (name,) = chosen
@@ -38,12 +48,8 @@ def direct_matrices(model: Any, subcases: Sequence[int], where: str) -> tuple[st
                 where=where,
                 hint="the embedded solver takes one matrix, without a factor",
             )
-        out.append(name)
-    return out[0], out[1]
-
-
-def _selected(params: dict[str, Any], word: str) -> str | None:
-    return str(params[word][0]).strip().upper() if word in params else None
+        out[word] = name
+    return out["K2GG"], out["P2G"]
 
 
 def selected_stiffness(model: Any, name: str | None, grid_id: IntArray, path: Path) -> DirectStiffness:

@@ -133,7 +133,7 @@ def _refuse_gradients(acting: list[UnitLoad], where: str) -> None:
 
 
 def _points(geometry: ModelGeometry, of_part: BoolArray) -> _Points:
-    """Lumped masses of the elements of a part and of what is on its grids; off their grids where the deck has them so."""
+    """Lumped masses of the elements of a part, and what is on its grids or at levers to them."""
     e, c = geometry.elements, geometry.concentrated
     counts = np.diff(e.node_offset)
     element = np.repeat(np.arange(len(e.id)), counts)
