@@ -76,7 +76,8 @@ class SuperelementTable(Strict):
 class Superelement:
     """A superelement with its lists: k areas, r grids with mass.
 
-    centroid [k, 3], position [r, 3], m, basic frame; mass [r] and area_mass [k], kg; node [r].
+    centroid [k, 3], position [r, 3], m, basic frame; mass [r] and area_mass [k], kg; node [r] and the area of each, in
+    upper case, or nothing.
     """
 
     table: SuperelementTable
@@ -85,6 +86,7 @@ class Superelement:
     centroid: FloatArray
     area_mass: FloatArray
     node: IntArray
+    node_area: tuple[str, ...]
     position: FloatArray
     mass: FloatArray
 
@@ -165,6 +167,7 @@ def _loaded(table: SuperelementTable, matrices: Path, areas: Path, masses: Path 
         centroid=np.array([[row.number[c] for c in PLACE] for row in rows]),
         area_mass=np.array(list(area_mass.values())),
         node=np.array(list(nodes), dtype=np.int64),
+        node_area=tuple(row.text.get("area", "").upper() for row in weights),
         position=np.array([[row.number[c] for c in PLACE] for row in weights]).reshape(-1, 3),
         mass=np.array([row.number["mass_kg"] for row in weights]),
     )

@@ -147,22 +147,27 @@ class Recovery:
 
 @dataclass(frozen=True, eq=False)
 class AreasElsewhere:
-    """Areas of superelements, by name in upper case: those that the deck has not (`own`), and of all of them the
-    centroid [3], m, and the mass, kg."""
+    """Areas of superelements, by name in upper case: those that the deck has not (`own`, `names`), and of all of them the
+    centroid [3], m, the mass, kg, and the ids of the grids with mass."""
 
     own: frozenset[str]
+    names: tuple[str, ...]
     centroid: dict[str, FloatArray]
     mass: dict[str, float]
+    grid: dict[str, list[int]]
 
     @classmethod
-    def of(cls, reduced: Sequence[Reduced]) -> AreasElsewhere:
-        own = frozenset(name.upper() for one in reduced for name in one.given.own)
-        centroid, mass = {}, dict[str, float]()
-        for given in (one.given for one in reduced):
+    def of(cls, superelements: Sequence[Superelement]) -> AreasElsewhere:
+        own = frozenset(name.upper() for one in superelements for name in one.own)
+        centroid, mass, grid = {}, dict[str, float](), dict[str, list[int]]()
+        for given in superelements:
             for name, place, kg in zip(given.area, given.centroid, given.area_mass.tolist(), strict=True):
                 centroid[name.upper()] = place
                 mass[name.upper()] = mass.get(name.upper(), 0.0) + kg
-        return cls(own, centroid, mass)
+            for node, area in zip(given.node.tolist(), given.node_area, strict=True):
+                if area and node not in given.interface:  # those of the interface are in areas of the deck
+                    grid.setdefault(area, []).append(node)
+        return cls(own, tuple(name for one in superelements for name in one.own), centroid, mass, grid)
 
     def require(self, labels: Collection[str], where: str) -> None:
         """`InputError` for an area that no subcase loads."""
@@ -175,14 +180,17 @@ class AreasElsewhere:
                 hint="write and solve the deck again",
             )
 
-    def placed(self, areas: Sequence[UnitLoad], found: FloatArray) -> FloatArray:
+    def placed(self, labels: Collection[str], found: FloatArray) -> FloatArray:
         """Centroids [k, 3] of the areas of a deck, those that are elsewhere filled in."""
-        given = [
-            self.centroid[a.label.upper()] if a.label.upper() in self.own else c
-            for a, c in zip(areas, found, strict=True)
-        ]
+        names = [label.upper() for label in labels]
+        given = [self.centroid[n] if n in self.own else c for n, c in zip(names, found, strict=True)]
         return np.array(given).reshape(-1, 3)
 
-    def weighed(self, areas: Sequence[UnitLoad], found: FloatArray) -> FloatArray:
+    def members(self, areas: Sequence[UnitLoad], grid_id: IntArray) -> list[IntArray]:
+        """Rows of the grids of each area of a deck with grids `grid_id` [N], with what is elsewhere."""
+        more = [np.array(self.grid.get(a.label.upper(), []), dtype=np.int64) for a in areas]
+        return [np.union1d(a.rows, np.searchsorted(grid_id, ids)) for a, ids in zip(areas, more, strict=True)]
+
+    def weighed(self, labels: Collection[str], found: FloatArray) -> FloatArray:
         """Masses [k] of the areas of a deck, with what is elsewhere."""
-        return np.asarray(found + np.array([self.mass.get(a.label.upper(), 0.0) for a in areas]))
+        return np.asarray(found + np.array([self.mass.get(label.upper(), 0.0) for label in labels]))
