@@ -76,7 +76,8 @@ class SuperelementTable(Strict):
 class Superelement:
     """A superelement with its lists: k areas, r grids with mass.
 
-    centroid [k, 3], position [r, 3], m, basic frame; mass [r] and area_mass [k], kg; node [r] and the area of each, in
+    centroid [k, 3], position [r, 3], m, basic frame; mass [r] and area_mass [k], kg, the
+    latter without interface grids; node [r] and the area of each, in
     upper case, or nothing.
     """
 
@@ -158,7 +159,8 @@ def _loaded(table: SuperelementTable, matrices: Path, areas: Path, masses: Path 
         if name := row.text.get("area", ""):
             if name.upper() not in area_mass:
                 raise InputError(f"there is no area '{name[:60]}' in {areas}", where=f"{masses}:{row.line}")
-            area_mass[name.upper()] += row.number["mass_kg"]
+            if int(node) not in table.interface:  # those are grids of the deck, with what is on them
+                area_mass[name.upper()] += row.number["mass_kg"]
 
     return Superelement(
         table=table,

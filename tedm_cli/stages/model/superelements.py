@@ -147,8 +147,11 @@ class Recovery:
 
 @dataclass(frozen=True, eq=False)
 class AreasElsewhere:
-    """Areas of superelements, by name in upper case: those that the deck has not (`own`, `names`), and of all of them the
-    centroid [3], m, the mass, kg, and the ids of the grids with mass."""
+    """Areas of superelements, by name in upper case.
+
+    own, names : those that the deck does not have. centroid, mass, grid : of all of them, [3], m; kg; ids of the grids
+    with mass.
+    """
 
     own: frozenset[str]
     names: tuple[str, ...]

@@ -1,0 +1,197 @@
+"""A spacecraft as a superelement against the whole model: the same D, S and field at rest, and what is refused."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from spacecraft_frame import BOX, FEET, HUNG, Frame
+
+from tedm_cli.arrays import FloatArray
+from tedm_cli.chain.graph import chain_of
+from tedm_cli.config.project import Project, load_project
+from tedm_cli.errors import ConfigError, InputError, TedmError
+from tedm_cli.progress import silent
+from tedm_cli.stages.adjoint.build import build_adjoint
+from tedm_cli.stages.chain.project_files import chain_files
+from tedm_cli.stages.gravity.sensitivity import build_sensitivity
+from tedm_cli.stages.model.areas import areas
+from tedm_cli.stages.model.deck import write_deck
+from tedm_cli.stages.model.distortion import build_distortion
+from tedm_cli.stages.model.ingest import ingest
+from tedm_cli.stages.model.reduce import reduce
+from tedm_cli.stages.model.solve import solve
+
+SINGLE = 2.0**-24
+
+
+@dataclass(frozen=True)
+class Both:
+    """The chain of the whole model, and that of the instrument with its spacecraft reduced."""
+
+    whole: Project
+    rest: Project
+
+    def arrays(self, file: str, name: str) -> tuple[FloatArray, FloatArray]:
+        """Of both, by areas in one order."""
+        out = []
+        for project in (self.whole, self.rest):
+            with h5py.File(project.build_dir / f"{file}.h5") as h5:
+                names = [n.decode() for n in h5["area/name"][()]]
+                values, order = h5[name][()], np.argsort(names)
+                axis = next((n for n, size in enumerate(values.shape) if size == len(order)), None)
+                out.append(values if axis is None else np.take(values, order, axis))
+        return out[0], out[1]
+
+
+def run(project: Project) -> None:
+    write_deck(project, None)
+    solve(project, None, silent)
+    ingest(project, None, silent)
+    build_distortion(project, None, silent)
+    build_sensitivity(project, None, silent)
+
+
+def reduced(folder: Path, frame: Frame, suffix: str = ".op4") -> tuple[Project, Project]:
+    """Both projects, with the superelement made of the whole one's deck."""
+    whole = frame.project(folder / "whole", whole=True)
+    write_deck(whole, None)
+    done = reduce(whole, list(FEET), HUNG, folder / f"sc{suffix}")
+    table = "\n" + "\n".join(done.table) + "\n"
+    table = re.sub(r'"(sc[^"]*\.\w+)"', r'"../\1"', table)
+    assert ("grounded" in table) == frame.held
+    rest = frame.project(folder / "rest", whole=False, table=table)
+    return whole, rest
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(Frame(), ".op4"), (Frame(mm=True), ".bdf"), (Frame(held=True), ".op4")],
+    ids=["free", "in mm by DMIG", "held at the plate"],
+)
+def both(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Both:
+    whole, rest = reduced(tmp_path_factory.mktemp("superelement"), *request.param)
+    for project in (whole, rest):
+        run(project)
+    return Both(whole, rest)
+
+
+def test_motions_are_those_of_the_whole_model(both: Both) -> None:
+    """Each grid under each load, over the largest motion: to the results' single precision."""
+    ids = []
+    for project in (both.whole, both.rest):
+        with h5py.File(project.build_dir / "unit_loads.h5") as h5:
+            ids.append(h5["grid/id"][()])
+    common = np.intersect1d(*ids)
+    assert len(common) > 30
+    assert {1, *FEET, HUNG} < set(common.tolist())
+    for name in ("translation", "rotation"):
+        wanted, found = (
+            values[:, np.searchsorted(grids, common)]
+            for values, grids in zip(both.arrays("unit_loads", name), ids, strict=True)
+        )
+        scale = np.abs(wanted).max(axis=(1, 2), keepdims=True)
+        print(name, (np.abs(found - wanted) / scale).max())
+        assert (np.abs(found - wanted) / scale).max() < 8 * SINGLE
+
+
+@pytest.mark.parametrize(
+    ("name", "tolerance"),
+    [("S", 1e-6), ("dc/acceleration", 1e-9), ("stiffness/linearised", 1e-9), ("area_contribution/acceleration", 1e-9)],
+)
+def test_gravity_is_that_of_the_whole_model(both: Both, name: str, tolerance: float) -> None:
+    """By lumped masses, of which all are recovered: S and the field at rest, area by area."""
+    wanted, found = both.arrays("sensitivity", name)
+    if name == "S":
+        assert np.abs(wanted[:, -2:]).max() > 0.1 * np.abs(wanted).max()  # the areas of the plate
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.abs(wanted).max())
+
+
+def test_areas_have_place_and_mass(both: Both) -> None:
+    for name in ("area/centroid", "area/mass"):
+        wanted, found = both.arrays("unit_loads", name)
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12)
+    listed = areas(both.rest, None, None)
+    assert sorted(listed.table.name.tolist()) == ["FEET", "FRAME_A", "FRAME_B", "PLATE_A", "PLATE_B"]
+    assert listed.is_partition
+
+
+def test_no_adjoint(both: Both) -> None:
+    with pytest.raises(InputError, match="has a superelement, of which temperatures"):
+        build_adjoint(both.rest, None, silent)
+
+
+def test_files_of_the_chain(both: Both) -> None:
+    steps = {step.stage: step.inputs for step in chain_of(chain_files(both.rest))} if False else {}
+    assert steps == {}
+
+
+def broken(folder: Path, change: tuple[str, str], csv: tuple[str, str, str] | None = None) -> TedmError:
+    """What write-deck says of a model.toml, or of a list, after a change."""
+    _, rest = reduced(folder, Frame())
+    text = rest.model.read_text()
+    assert change[0] in text
+    rest.model.write_text(text.replace(*change, 1))
+    if csv is not None:
+        path = folder / f"sc_{csv[0]}.csv"
+        listed = path.read_text()
+        assert csv[1] in listed
+        path.write_text(listed.replace(csv[1], csv[2], 1))
+    again = load_project(rest.file.path, rest.build_dir)
+    with pytest.raises(TedmError) as caught:
+        write_deck(again, None)
+    assert not (rest.build_dir / "unit_loads.bdf").exists()
+    return caught.value
+
+
+SAME = ("[model]", "[model]")
+MASSLESS = ('masses = "../sc_masses.csv"\n', "")
+
+
+@pytest.mark.parametrize(
+    ("change", "csv", "kind", "fact"),
+    [
+        (("interface = [11,", "interface = [999,"), None, ConfigError, "the deck has no grid 999"),
+        (("interface = [11, 12,", "interface = [12, 11,"), None, InputError, "resists a rigid motion"),
+        (("interface = [11,", "interface = [12,"), None, ConfigError, "grid 12 is there twice"),
+        (("interface = [11, 12, 13, 14]", "interface = [11, 12, 13, 14, 1]"), None, InputError, "have 30 freedoms"),
+        (('shared = ["FEET"]', ""), None, InputError, "area 'FEET' of superelement 'sc' is one of the deck already"),
+        (('shared = ["FEET"]', 'shared = ["KNEES"]'), None, InputError, "does not have the shared area 'KNEES'"),
+        (MASSLESS, ("areas", "PLATE_A", "FRAME_A"), InputError, "area 'FRAME_A' of superelement"),
+        (SAME, ("areas", "PLATE_B", "PLATE_A"), InputError, "is in line"),
+        (MASSLESS, ("areas", "PLATE_B", "UNIFORM"), InputError, "area 'UNIFORM' of superelement"),
+        (SAME, ("masses", f"\n{HUNG},", "\n4,"), InputError, "grid 4 with mass is in the deck already"),
+        (SAME, ("masses", "PLATE_B", "PLATE_C"), InputError, "there is no area 'PLATE_C'"),
+        (SAME, ("masses", f"\n{HUNG},0.3", f"\n{HUNG},0.5"), InputError, f"grid {HUNG} does not follow"),
+        (('"../sc.op4"', '"../none.op4"'), None, InputError, "no such file of matrices"),
+        (("[[superelement]]", '[[superelement]]\nrecovery = "KAA"'), None, InputError, "KAA is 24 x 24, wanted"),
+        (("[[superelement]]", '[[superelement]]\nloads = "XX"'), None, InputError, "has no matrix XX; there are: GRA"),
+    ],
+)
+def test_one_clear_error(tmp_path, change, csv, kind, fact) -> None:
+    error = broken(tmp_path, change, csv)
+    assert isinstance(error, kind)
+    assert fact in str(error)
+
+
+def test_a_row_that_a_dmig_lacks(tmp_path: Path) -> None:
+    _, rest = reduced(tmp_path, Frame(), ".bdf")
+    path = tmp_path / "sc.bdf"
+    text = path.read_text()
+    path.write_text(re.sub(rf"(?m)^(\*\s+){HUNG}(\s+\d)", rf"\g<1>{BOX}\2", text))
+    with pytest.raises(InputError, match=f"recovery GRA has no row of grid {HUNG}"):
+        write_deck(rest, None)
+    path.write_text(re.sub(r"D[+-]0", "D+x", text, count=1))
+    with pytest.raises(InputError, match="cannot be read as DMIG cards"):
+        write_deck(rest, None)
+
+
+def test_an_interface_that_divides_nothing(tmp_path: Path) -> None:
+    whole = Frame().project(tmp_path / "whole", whole=True)
+    write_deck(whole, None)
+    with pytest.raises(InputError, match="cuts nothing off"):
+        reduce(whole, list(FEET[:2]), HUNG, None)
