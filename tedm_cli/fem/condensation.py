@@ -116,10 +116,7 @@ def condense(part: Structure, interface: IntArray, recovered: IntArray, cases: l
     try:
         factors = sp.linalg.splu(system)
     except RuntimeError as error:
-        raise PhysicsError(
-            "the part cannot be condensed: its interface does not hold it, or rigid elements tie interface grids",
-            hint="name every grid that it shares with the rest, and one grid of each rigid element",
-        ) from error
+        raise _not_condensed() from error
     force = _forces(part, operators, cases)
     n, b, k = len(free), len(moves), len(cases)
     right = np.zeros((n + b, b + k))
@@ -129,7 +126,7 @@ def condense(part: Structure, interface: IntArray, recovered: IntArray, cases: l
     solution += factors.solve(right - system @ solution)  # one step of refinement
     residual = np.abs(system @ solution - right).max() / np.abs(right).max()
     if not residual < 1e-9:
-        raise PhysicsError(f"the part cannot be condensed: its interface does not hold it (residual {residual:.1e})")
+        raise _not_condensed()
     inside, reaction = scale[:, None] * solution[:n], row[:, None] * solution[n:]
     stiffness, thermal = np.zeros((len(dofs),) * 2), np.zeros((len(dofs), k))
     stiffness[np.ix_(moves, moves)] = -(reaction[:, :b] + reaction[:, :b].T) / 2.0
@@ -146,6 +143,14 @@ def condense(part: Structure, interface: IntArray, recovered: IntArray, cases: l
             recovery[at], motion[at, b:] = 0.0, 0.0
             recovery[at, 6 * own[grid] : 6 * own[grid] + 6] = turn
     return ReducedMatrices(stiffness=stiffness, loads=thermal, recovery=recovery, thermal_recovery=motion[:, b:])
+
+
+def _not_condensed() -> PhysicsError:
+    return PhysicsError(
+        "the part cannot be condensed: its interface does not hold it, or supports and rigid elements of the part leave"
+        " an interface grid not all of its motions",
+        hint="name every grid that it shares with the rest, and one grid of each rigid element",
+    )
 
 
 def warms(part: Structure, cases: list[LoadCase]) -> FloatArray:

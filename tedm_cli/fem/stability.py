@@ -12,9 +12,10 @@ from tedm_cli.errors import PhysicsError
 from tedm_cli.fem.constraints import rigid_body_matrix, to_displacement_frames
 from tedm_cli.fem.linear import Factorisation, SolverName, factorise
 from tedm_cli.fem.structure import Structure
-from tedm_cli.fem.superelement import RIGID
 
 _RANK_TOLERANCE = 1e-9
+# Strain energy of a rigid motion in a given stiffness, over that of its diagonal; rounding leaves some 1e-15.
+_RESISTED = 1e-12
 # Smallest eigenvalue of the stiffness scaled to a unit diagonal; rounding leaves about 1e-16 of a zero one.
 _SINGULAR = 1e-14
 # Share of the diagonal added to a stiffness that could not be factorised, to find out what moves.
@@ -84,7 +85,7 @@ def _free_motions(structure: Structure, dofs: IntArray, held: BoolArray, measure
 def _resisted(structure: Structure, points: IntArray, size: float) -> FloatArray:
     """Rigid motions [m, 6] about the middle of a part that the stiffness given as a matrix resists, as rows.
 
-    That of a structure which is held by itself does; of one that is free its digits leave less than is looked for.
+    That of a structure which is held by itself does; of one that is free it leaves nothing (`made_free`).
     """
     dof, matrix = structure.direct.dof, structure.direct.matrix
     here = np.isin(dof // 6, points)
@@ -99,7 +100,7 @@ def _resisted(structure: Structure, points: IntArray, size: float) -> FloatArray
     diagonal = np.einsum("di,d,dj->ij", rigid, np.abs(np.diagonal(matrix)), rigid)
     diagonal += np.finfo(float).eps * np.trace(diagonal) * np.eye(6)
     share, vectors = eigh(rigid.T @ matrix @ rigid, diagonal)
-    return np.asarray(_row_space(vectors[:, share > RIGID].T @ diagonal).T)
+    return np.asarray(_row_space(vectors[:, share > _RESISTED].T @ diagonal).T)
 
 
 def _null_space(matrix: FloatArray) -> FloatArray:

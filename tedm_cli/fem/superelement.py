@@ -17,8 +17,7 @@ from tedm_cli.fem.constraints import rigid_body_matrix, to_displacement_frames
 
 # What six digits leave of a symmetric matrix and of an eigenvalue of zero, of a matrix scaled to a unit diagonal.
 _SYMMETRY, _NEGATIVE = 1e-6, 1e-6
-RIGID = 1e-5
-"""Strain energy of a rigid motion over that of the diagonal, above which a stiffness is said to resist it."""
+_RIGID = 1e-5  # strain energy of a rigid motion, over that of the diagonal
 _FOLLOWS = 1e-4  # of the motion of recovered grids under a rigid motion
 
 
@@ -75,8 +74,8 @@ class ReducedMatrices:
         return rows * self.recovery / columns.T, rows * self.thermal_recovery
 
 
-def require_stiffness(stiffness: FloatArray, boundary: int) -> None:
-    """Refuse a matrix over `boundary` freedoms of the interface, then internal ones, that is no stiffness.
+def require_stiffness(stiffness: FloatArray) -> None:
+    """Refuse a matrix [m, m] that is no stiffness.
 
     Raises
     ------
@@ -103,14 +102,16 @@ def require_stiffness(stiffness: FloatArray, boundary: int) -> None:
         )
 
 
-def require_free(
+def made_free(
     matrices: ReducedMatrices,
     position: FloatArray,
     frame: FloatArray | None,
     recovered_id: IntArray,
     recovered: FloatArray,
-) -> None:
-    """Refuse condensed matrices of a structure on which something outside of it acts.
+) -> ReducedMatrices:
+    """Condensed matrices of a structure that nothing outside of it acts on, refused where something does.
+
+    What their digits leave of forces under rigid motions is taken away, and recovered grids follow these exactly.
 
     Parameters
     ----------
@@ -128,15 +129,16 @@ def require_free(
     turn = to_displacement_frames(frame, np.arange(len(position)))
     rigid = (turn @ rigid_body_matrix(position - middle)).reshape(-1, 6)
     rigid[:, 3:] /= size
+    lengths = np.tile([1.0] * 3 + [1.0 / size] * 3, len(position))  # of freedoms, that rotations count as motions
     k = matrices.stiffness
     work = np.einsum("di,de,ei->i", rigid, k, rigid)
     most = np.einsum("di,d,di->i", rigid, np.abs(np.diagonal(k)), rigid)
     share = np.abs(np.divide(work, most, out=np.zeros(6), where=most > 0.0))
-    if share.max() > RIGID:
+    if share.max() > _RIGID:
         name = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
         raise InputError(
             f"the stiffness resists a rigid motion: strain energy under {name[int(share.argmax())]} is"
-            f" {share.max():.2g} of that of its diagonal ({int((share > RIGID).sum())} of 6 motions)",
+            f" {share.max():.2g} of that of its diagonal ({int((share > _RIGID).sum())} of 6 motions)",
             hint="are the interface grids in the order of the matrix, where they are in the deck, and in its units?"
             " set grounded = true if the reduced structure is held by itself",
         )
@@ -159,3 +161,11 @@ def require_free(
             f" {gap.max():.2g} of it)",
             hint="are its rows missing or in another order, or is it elsewhere than the list of masses says?",
         )
+    inverse = np.linalg.pinv(rigid / lengths[:, None]) / lengths
+    without = np.eye(len(k)) - rigid @ inverse
+    return ReducedMatrices(
+        stiffness=without.T @ k @ without,
+        loads=without.T @ matrices.loads,
+        recovery=matrices.recovery @ without + arms @ inverse,
+        thermal_recovery=matrices.thermal_recovery,
+    )

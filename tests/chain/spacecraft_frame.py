@@ -75,7 +75,10 @@ class Frame:
             near = (u.plate(i, j), u.plate(inner[0], j), u.plate(*inner))
             out += [u.card("RBE3", 201 + k, "", FEET[2 + k], 123456, "1.", 123, *near[:2]), f",{near[2]}"]
         out += [u.grid(BOX, 0.1, 0.2, PLATE - 0.1), u.grid(HUNG, 0.3, 0.2, PLATE + 0.05)]
-        out += [u.card("RBE2", 203, BOX, 123456, u.plate(1, 2)), u.card("RBE2", 204, u.plate(3, 2), 123456, HUNG)]
+        out += [
+            u.card("RBE2", 203, BOX, 123456, u.plate(1, 2), u.plate(1, 1), u.plate(2, 2)),
+            u.card("RBE2", 204, u.plate(3, 2), 123456, HUNG),
+        ]
         off = [u.length(v) for v in (0.02, -0.01, -0.05)]
         return [*out, u.card("CONM2", 301, BOX, 0, u.mass(4.0), *off), u.card("CONM2", 302, HUNG, 0, u.mass(6.0))]
 

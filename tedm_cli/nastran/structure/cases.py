@@ -36,7 +36,7 @@ class SelectedSets:
     equations: int | None
     initial: int | None
     loads: tuple[tuple[int, str, int], ...]
-    stiffness: str | None = None
+    stiffness: tuple[str, ...] = ()
     forces: str | None = None
 
 

@@ -17,7 +17,8 @@ from tedm_cli.nastran.loads.unit_load_control import SUPERELEMENT_LOADS
 from tedm_cli.nastran.superelements.dmig import cards, numbered, six
 from tedm_cli.nastran.units import units_of
 
-STIFFNESS = "TEDMKSE"
+STIFFNESS = ("TEDMKSE", "TEDMKS2")
+"""Names of the stiffness: nine digits of it, and the rest. Ten digits of a stiff plate are few of its bending."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +50,7 @@ class DeckMatrices:
 
     def control(self) -> list[str]:
         """Lines above the subcases."""
-        return [f"K2GG = {STIFFNESS}", f"P2G = {SUPERELEMENT_LOADS}"] if self.grid.size else []
+        return [f"K2GG = {', '.join(STIFFNESS)}", f"P2G = {SUPERELEMENT_LOADS}"] if self.grid.size else []
 
     def bulk(self, labels: Sequence[str], uniform: str) -> list[str]:
         """The matrices as cards, with a column of loads for each subcase by its label."""
@@ -60,9 +61,11 @@ class DeckMatrices:
         by_label = {**self.loads, uniform.upper(): total}
         columns = np.stack([by_label.get(label.upper(), nothing) for label in labels], axis=1)
         rows = six(self.grid)
+        first = np.array([float(f"{v:.8e}") for v in self.stiffness.flat]).reshape(self.stiffness.shape)
         return [
             "$ Superelements: stiffness, and forces of +1 K on their areas by subcase",
-            *cards(STIFFNESS, self.stiffness, rows),
+            *cards(STIFFNESS[0], first, rows),
+            *cards(STIFFNESS[1], self.stiffness - first, rows),
             *cards(SUPERELEMENT_LOADS, columns, rows, numbered(len(labels))),
         ]
 

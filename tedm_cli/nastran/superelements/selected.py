@@ -17,17 +17,17 @@ from tedm_cli.fem.superelement import require_stiffness
 from tedm_cli.nastran.control_words import Statement
 from tedm_cli.nastran.superelements.dmig import SYMMETRIC, entries_of, numbered, six
 
-_NAME = re.compile("[A-Za-z][A-Za-z0-9_]{0,7}")
+_NAMES = re.compile("[A-Z][A-Z0-9_]{0,7}(,[A-Z][A-Z0-9_]{0,7})*")
 
 
-def direct_matrices(statements: Sequence[Statement], where: str) -> tuple[str | None, str | None]:
+def direct_matrices(statements: Sequence[Statement], where: str) -> tuple[tuple[str, ...], str | None]:
     """Names of the stiffness and of the forces that all subcases have.
 
     Raises
     ------
-    InputError : subcases that differ, or a sum of matrices.
+    InputError : subcases that differ, factors, or several matrices of forces.
     """
-    out: dict[str, str | None] = {}
+    out: dict[str, tuple[str, ...]] = {}
     for word in ("K2GG", "P2G"):
         above: str | None = None
         subcases: list[str | None] = []
@@ -42,36 +42,40 @@ def direct_matrices(statements: Sequence[Statement], where: str) -> tuple[str | 
         if len(chosen) > 1:
             raise InputError(f"subcases select different {word}", where=where, hint=f"write {word} above all subcases")
         (name,) = chosen
-        if name is not None and not _NAME.fullmatch(name):
+        names = () if name is None else tuple(name.split(","))
+        if name is not None and (not _NAMES.fullmatch(name) or (word == "P2G" and len(names) > 1)):
             raise InputError(
-                f"{word} = {name[:40]} is not the name of one matrix",
+                f"{word} = {name[:40]} is not the name of {'one matrix' if word == 'P2G' else 'matrices'}",
                 where=where,
-                hint="the embedded solver takes one matrix, without a factor",
+                hint="the embedded solver takes matrices without factors, and one of forces",
             )
-        out[word] = name
-    return out["K2GG"], out["P2G"]
+        out[word] = names
+    return out["K2GG"], next(iter(out["P2G"]), None)
 
 
-def selected_stiffness(model: Any, name: str | None, grid_id: IntArray, path: Path) -> DirectStiffness:
-    """The matrix of K2GG on grids [N], in the units of the deck.
+def selected_stiffness(model: Any, names: Sequence[str], grid_id: IntArray, path: Path) -> DirectStiffness:
+    """The sum of the matrices of K2GG on grids [N], in the units of the deck.
 
     Raises
     ------
     InputError : no such matrix, one that is not real and symmetric, entries elsewhere than on grids, a stiffness with a
         negative eigenvalue.
     """
-    if name is None:
+    if not names:
         return DirectStiffness()
-    entries = entries_of(model, name, SYMMETRIC, str(path))
-    grids = np.unique(entries.row[:, 0])
+    where = f"{path}: K2GG {', '.join(names)}"
+    entries = [entries_of(model, name, SYMMETRIC, str(path)) for name in names]
+    grids = np.unique(np.concatenate([one.row[:, 0] for one in entries]))
     unknown = grids[~np.isin(grids, grid_id)]
     if unknown.size:
-        raise InputError(f"K2GG {name} has an entry at {unknown[0]}, which is no grid", where=str(path))
+        raise InputError(f"has an entry at {unknown[0]}, which is no grid", where=where)
+    matrix = np.zeros((6 * len(grids),) * 2)
     try:
-        matrix = entries.dense(six(grids), six(grids), f"K2GG {name}")
-        require_stiffness(matrix, len(matrix))
+        for name, one in zip(names, entries, strict=True):
+            matrix += one.dense(six(grids), six(grids), name)
+        require_stiffness(matrix)
     except InputError as error:
-        raise InputError(error.fact, where=f"{path}: K2GG {name}", hint=error.hint) from error
+        raise InputError(error.fact, where=where, hint=error.hint) from error
     dof = 6 * np.searchsorted(grid_id, grids)[:, None] + np.arange(6)
     return DirectStiffness(dof=dof.reshape(-1), matrix=matrix)
 

@@ -12,7 +12,7 @@ from tedm_cli.config.model import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.config.superelement import Superelement, load_superelements
 from tedm_cli.errors import ConfigError, InputError
-from tedm_cli.fem.superelement import ReducedMatrices, require_free, require_stiffness
+from tedm_cli.fem.superelement import ReducedMatrices, made_free, require_stiffness
 from tedm_cli.nastran.geometry import ModelGeometry, rows_of
 from tedm_cli.nastran.loads.unit_loads import UnitLoad
 from tedm_cli.nastran.positions import basis_at
@@ -36,7 +36,7 @@ def reduced_on(project: Project, config: ModelConfig, geometry: ModelGeometry) -
     Raises
     ------
     ConfigError : an interface grid that the deck does not have.
-    InputError : what `load_superelements`, `read_matrices`, `require_stiffness` and `require_free` refuse.
+    InputError : what `load_superelements`, `read_matrices`, `require_stiffness` and `made_free` refuse.
     """
     out = []
     for number, given in enumerate(load_superelements(project, config.superelement)):
@@ -57,10 +57,12 @@ def _reduced(given: Superelement, geometry: ModelGeometry) -> Reduced:
         basis_at(geometry.frames, int(geometry.displacement_frame[row]), geometry.position_m[row]).T for row in rows
     ])  # fmt: skip
     try:
-        require_stiffness(read.stiffness, boundary)
+        require_stiffness(read.stiffness)
         matrices = read.without_internal(boundary)
         if not table.grounded:
-            require_free(matrices, geometry.position_m[rows] / length, frame, given.node, given.position / length)
+            matrices = made_free(
+                matrices, geometry.position_m[rows] / length, frame, given.node, given.position / length
+            )
     except InputError as error:
         raise InputError(error.fact, where=str(given.matrices), hint=error.hint) from error
     return Reduced(given, matrices, rows, frame)
