@@ -12,7 +12,7 @@ from pydantic import Field, field_validator
 from tedm_cli.area_names import area_name_fact
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.areas import AreaName
-from tedm_cli.config.base import IDENTIFIER, FileName, Id, Strict
+from tedm_cli.config.base import IDENTIFIER, MATRIX_NAME, FileName, Id, Strict
 from tedm_cli.errors import InputError
 from tedm_cli.quantities import COORDINATE, ID, MASS
 from tedm_cli.tables.csv_table import read_table
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 PLACE = ("x_m", "y_m", "z_m")
 AREA_COLUMNS = {"area": None, **dict.fromkeys(PLACE, COORDINATE)}
 MASS_COLUMNS = {"node": ID, **dict.fromkeys(PLACE, COORDINATE), "mass_kg": MASS}
-MatrixName = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]{0,7}$")]
+MatrixName = Annotated[str, Field(pattern=MATRIX_NAME)]
 
 
 class SuperelementTable(Strict):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.nastran.reading import read_deck
 from tedm_cli.nastran.superelements.deck import STIFFNESS
 from tedm_cli.nastran.superelements.dmig import entries_of, six
+from tedm_cli.nastran.superelements.files import MatrixNames, read_matrices
 from tedm_cli.progress import silent
 from tedm_cli.stages.adjoint.build import build_adjoint
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
@@ -203,3 +205,26 @@ def test_an_interface_that_divides_nothing(tmp_path: Path) -> None:
     write_deck(whole, None)
     with pytest.raises(InputError, match="cuts nothing off"):
         reduce(whole, list(FEET[:2]), HUNG, None)
+
+
+def test_a_binary_file(tmp_path: Path) -> None:
+    """As Nastran writes OUTPUT4: records of columns from their first to their last entry."""
+    random = np.random.default_rng(2)
+    half = random.standard_normal((13, 13))
+    matrices = {"KAA": half @ half.T, "PA": random.standard_normal((13, 2))}
+    matrices["PA"][:4, 0] = 0.0
+    path = tmp_path / "sc.op4"
+    with path.open("wb") as file:
+        for name, a in matrices.items():
+            records = [struct.pack("<4i", a.shape[1], a.shape[0], 2, 2) + name.ljust(8).encode()]
+            for j, column in enumerate(a.T, start=1):
+                first = int(np.flatnonzero(column)[0])
+                records.append(struct.pack("<3i", j, first + 1, 2 * (13 - first)) + column[first:].tobytes())
+            records.append(struct.pack("<3id", a.shape[1] + 1, 1, 1, 1.0))
+            file.writelines(struct.pack("<i", len(r)) + r + struct.pack("<i", len(r)) for r in records)
+    read = read_matrices(path, MatrixNames(), np.array([4, 2]), 2, np.zeros(0, dtype=np.int64))
+    np.testing.assert_array_equal(read.stiffness, matrices["KAA"])
+    np.testing.assert_array_equal(read.loads, matrices["PA"])
+    path.write_bytes(path.read_bytes()[:700])
+    with pytest.raises(InputError, match="cannot be read as OUTPUT4"):
+        read_matrices(path, MatrixNames(), np.array([4, 2]), 2, np.zeros(0, dtype=np.int64))
