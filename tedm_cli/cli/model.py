@@ -112,11 +112,11 @@ def _silence(line: str) -> None:
 def reduce(
     interface: Annotated[
         str,
-        typer.Option(
-            "--interface", metavar="IDS", help="Grids where the part is joined to the rest, divided by commas."
-        ),
+        typer.Option("--interface", metavar="GRIDS", help="Grids where the part is joined to the rest."),
     ],
-    part: Annotated[int, typer.Option("--part", metavar="ID", help="Any grid of the part, to tell it from the rest.")],
+    part: Annotated[
+        int, typer.Option("--part", metavar="N", help="Id of any grid of the part, to tell it from the rest.")
+    ],
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
     output: Output = None,

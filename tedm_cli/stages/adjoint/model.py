@@ -10,7 +10,6 @@ import numpy as np
 
 from tedm_cli.adjoint.areas import Places, Warmed
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.model import ModelConfig
 from tedm_cli.errors import InputError
 from tedm_cli.fem.assembly import element_ids
 from tedm_cli.fem.structure import Structure
@@ -46,8 +45,8 @@ class WarmedModel:
         return np.array([area.gradient is not None for area in self.areas])
 
 
-def coupled_structure(model: Any, deck: Path, config: ModelConfig) -> Structure:
-    """The structure of a pyNastran model, not cross-referenced.
+def coupled_structure(model: Any, deck: Path, *, superelements: bool = False) -> Structure:
+    """The structure of a pyNastran model, not cross-referenced; `superelements`: whether the project has any.
 
     Raises
     ------
@@ -56,7 +55,7 @@ def coupled_structure(model: Any, deck: Path, config: ModelConfig) -> Structure:
     """
     refuse_without_coupling(model, deck)
     structure = solver_structure(model, deck)[0]
-    if config.superelement or structure.direct.dof.size:
+    if superelements or structure.direct.dof.size:
         raise InputError(
             "has a superelement, of which temperatures of grids and elements are not known: there is no adjoint",
             where=str(deck),
