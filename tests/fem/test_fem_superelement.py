@@ -169,3 +169,24 @@ def test_a_structure_that_matrices_hold_needs_no_support() -> None:
     force[0] = 2.0
     ((_, motion),) = StaticSolution(held).solve([LoadCase(id=1, label="A", temperature=np.zeros(2), force=force)])
     np.testing.assert_allclose(held.direct.matrix @ motion.reshape(-1), force, atol=1e-9)
+
+
+def test_digits_that_a_file_lacks_hold_nothing() -> None:
+    """Seven digits of a free stiffness, of loads and of a recovery: made free, to rounding."""
+    matrices, position = free_matrices()
+    middle = position.mean(axis=0)[None]
+    noise = np.random.default_rng(3)
+    k = matrices.stiffness * (1.0 + 1e-7 * noise.standard_normal((12, 12)))
+    rough = replace(
+        matrices,
+        stiffness=(k + k.T) / 2.0,
+        loads=matrices.loads * (1.0 + 1e-7 * noise.standard_normal((12, 1))),
+        recovery=matrices.recovery + 1e-7 * noise.standard_normal((6, 12)),
+    )
+    rigid = rigid_body_matrix(position).reshape(12, 6)
+    assert np.abs(rough.stiffness @ rigid).max() > 1e-9 * np.abs(k).max()
+    found = made_free(rough, position, None, np.array([7]), middle)
+    assert np.abs(found.stiffness @ rigid).max() < 1e-14 * np.abs(k).max()
+    assert np.abs(rigid.T @ found.loads).max() < 1e-14
+    np.testing.assert_allclose(found.recovery @ rigid, rigid_body_matrix(middle)[0], atol=1e-14)
+    np.testing.assert_allclose(found.stiffness, matrices.stiffness, atol=1e-6 * np.abs(k).max())
