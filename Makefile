@@ -134,7 +134,7 @@ $(BUILD)/rules.mk: $(PROJECT) $(MODEL_TOML) $(OPTICS_TOML) $(wildcard $(CONFIGS)
 	$(TEDM) make-rules $(OPTIONS)
 
 # A configuration file that the project no longer names may be gone.
-$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(LOADS_TOML) $(GRAVITY_SOURCES): ;
+$(MODEL_TOML) $(OPTICS_TOML) $(CASES_TOML) $(DYNAMICS_TOML) $(THERMAL_TOML) $(LOADS_TOML) $(GRAVITY_SOURCES) $(SUPERELEMENTS): ;
 
 all: $(BUILD)/report.html $(BUILD)/view.html
 	@echo "open $(BUILD)/report.html and $(BUILD)/view.html"
@@ -185,7 +185,7 @@ $(OP2): $(UNIT_DECK)
 	$(TEDM) solve $(OPTIONS) $(if $(NASTRAN),--run '$(subst ','\'',$(NASTRAN))')
 endif
 
-$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(PROJECT) $(MODEL_TOML) $(BUILD)/symmetry_plane $(BUILD)/ties $(CODE) | $(RUN_STAMP)
+$(BUILD)/unit_loads.h5: $(UNIT_DECK) $(OP2) $(AREAS_CSV) $(SUPERELEMENTS) $(PROJECT) $(MODEL_TOML) $(BUILD)/symmetry_plane $(BUILD)/ties $(CODE) | $(RUN_STAMP)
 	$(TEDM) ingest $(OPTIONS)
 
 $(BUILD)/distortion.h5: $(BUILD)/unit_loads.h5 $(OPTICS_TOML) $(BUILD)/halves

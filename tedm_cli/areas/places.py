@@ -36,8 +36,9 @@ def corner_areas(geometry: ModelGeometry, loads: Collection[AreaLoad], owner: In
 
 
 def area_centroids(geometry: ModelGeometry, loads: Collection[AreaLoad]) -> FloatArray:
-    """Mean position [k, 3] of the grids of each area and of the centres of its elements, m."""
-    return np.array([_points(geometry, load).mean(axis=0) for load in loads])
+    """Mean position [k, 3] of the grids of each area and of the centres of its elements, m; NaN of one without."""
+    places = [_points(geometry, load) for load in loads]
+    return np.array([place.mean(axis=0) if len(place) else np.full(3, np.nan) for place in places])
 
 
 def area_points(geometry: ModelGeometry, loads: Collection[AreaLoad]) -> FloatArray:

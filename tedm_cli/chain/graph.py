@@ -32,6 +32,7 @@ class ChainFiles:
     alone.
     bdf, areas : the model that unit loads are made from, and the list of its thermal areas.
     deck, results, solved_here : unit-load deck and results; whether they are made here, or are the user's own.
+    superelements : matrices and lists of superelements.
     unit_loads, distortion, loop : what the stages make of them; `loop` is None where there is no drag-free loop.
     sensitivity, read_out : the matrices of the two halves of the chain, where the project has them.
     adjoint : what every temperature does to their outputs; of a project with test masses. adjoint_results : of the
@@ -61,6 +62,7 @@ class ChainFiles:
     loads: Path | None
     bdf: Path | None
     areas: Path | None
+    superelements: tuple[Path, ...]
     deck: Path
     results: tuple[Path, ...]
     solved_here: bool
@@ -151,10 +153,19 @@ def chain_of(files: ChainFiles) -> tuple[Step, ...]:
         made_of = tuple(dict.fromkeys(_there(*inputs)))
         steps.append(Step(tuple(command), tuple(outputs), made_of, stamp, on_request))
 
+    told_of = (files.project, files.model, files.code)
     if files.solved_here:
-        step(["write-deck"], [files.deck], files.bdf, files.areas, files.project, files.model, files.code)
+        step(["write-deck"], [files.deck], files.bdf, files.areas, *files.superelements, *told_of)
         step(["solve"], files.results, files.deck)
-    told = (files.areas, files.project, files.model, build / SYMMETRY_PLANE, build / TIES, files.code)
+    told = (
+        files.areas,
+        *files.superelements,
+        files.project,
+        files.model,
+        build / SYMMETRY_PLANE,
+        build / TIES,
+        files.code,
+    )
     step(["ingest"], [files.unit_loads], files.deck, *files.results, *told)
     step(["build-distortion"], [files.distortion], files.unit_loads, files.optics, halves)
     if files.sensitivity is not None:

@@ -9,7 +9,7 @@ from typer.core import TyperGroup
 #: Every command stands under one of these, which a test asks for.
 HEADINGS = {
     "Begin": ("init", "run", "check"),
-    "Model": ("areas", "write-deck", "solve", "ingest", "build-distortion"),
+    "Model": ("areas", "write-deck", "solve", "ingest", "build-distortion", "reduce"),
     "Gravity": ("build-sensitivity", "balance", "audit-mesh", "self-gravity", "accuracy"),
     "Optics": ("check-layout", "build-optics"),
     "Temperatures of grids": ("build-adjoint", "suggest-areas"),

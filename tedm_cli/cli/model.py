@@ -143,6 +143,42 @@ def _silence(line: str) -> None:
     """What a solver prints is shown on request only."""
 
 
+@app.command(epilog=examples("tedm reduce --interface 101,102,103 --part 700001 -o spacecraft.op4"))
+def reduce(
+    interface: Annotated[
+        str,
+        typer.Option("--interface", metavar="GRIDS", help="Grids where the part is joined to the rest."),
+    ],
+    part: Annotated[
+        int, typer.Option("--part", metavar="N", help="Id of any grid of the part, to tell it from the rest.")
+    ],
+    config: Config = DEFAULT_CONFIG,
+    build_dir: BuildDir = DEFAULT_BUILD,
+    output: Output = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> None:
+    """Reduce a part of the unit-load deck to its interface.
+
+    Writes what a table [[superelement]] of another project reads: stiffness, thermal loads of the areas and motions of
+    the grids with mass as OUTPUT4 (.op4) or DMIG cards (.bdf), and lists of areas and masses beside them. The part is
+    all that hangs together with the grid of --part when the interface grids are taken out. Static condensation is
+    exact.
+    """
+    from tedm_cli.cli.printing.model import reduce_dict, reduce_lines
+    from tedm_cli.errors import UsageError
+    from tedm_cli.stages.model.reduce import reduce as stage
+
+    words = [word.strip() for word in interface.split(",")]
+    if not all(word.isascii() and word.isdigit() and 0 < int(word) < 10**9 for word in words) or len(set(words)) < len(
+        words
+    ):
+        raise UsageError(f"--interface: {interface[:60]!r} is no list of grids", hint="write --interface 101,102,103")
+    done = stage(open_project(config, build_dir, verbose), [int(word) for word in words], part, output)
+    answer(as_json, quiet, lambda: reduce_lines(done), lambda: reduce_dict(done))
+
+
 @app.command()
 def ingest(
     config: Config = DEFAULT_CONFIG,

@@ -22,6 +22,7 @@ METAVARS = {
     "FIGURE": "number of a published figure",
     "FILE": "path of a file",
     "FOLDER": "path of a folder",
+    "GRIDS": "ids of grids, divided by commas",
     "HZ": "frequency in hertz",
     "MATRICES": "a file of matrices: optics, sensitivity or distortion",
     "MM": "a length in millimetres",

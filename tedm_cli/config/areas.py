@@ -50,6 +50,7 @@ def _not_zero(value: list[float] | None) -> list[float] | None:
 End = Annotated[float, Field(allow_inf_nan=True), Bounded(COORDINATE, or_infinite=True)]
 Interval = Annotated[list[End], Field(min_length=2, max_length=2)]
 Angles = Annotated[list[Annotated[float, Bounded(ANGLE_DEG)]], Field(min_length=2, max_length=2)]
+AreaName = Annotated[str, AfterValidator(_area_name), Form("name of an area")]
 IdOrRange = Id | Annotated[str, Field(pattern=ID_RANGE)]
 
 
@@ -152,9 +153,7 @@ class DefinitionTable(SelectionTable):
     Ids are `7`, `"4:9"` or a list of these.
     """
 
-    name: Annotated[str, AfterValidator(_area_name), Form("name of an area")] = Field(
-        description="Name of the area, which becomes the LABEL of its subcase."
-    )
+    name: AreaName = Field(description="Name of the area, which becomes the LABEL of its subcase.")
     also: list[SelectionTable] = Field(
         default_factory=list, description="Selections whose grids or elements are in the area as well."
     )

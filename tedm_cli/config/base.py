@@ -26,11 +26,13 @@ _FEW_KEYS = 6  # a table with no more of them names them all
 IDENTIFIER = r"^[A-Za-z0-9_-]{1,64}$"  # what may be part of a file's name anywhere
 LABEL = r"^[A-Za-z][A-Za-z0-9]*$"  # what _ may join to others
 OPTICAL_NAME = r"^[A-Za-z][A-Za-z0-9_.-]*$"
+MATRIX_NAME = r"^[A-Z][A-Z0-9]{0,7}$"
 ID_RANGE = r"^[1-9][0-9]{0,8}:[1-9][0-9]{0,8}$"
 PATTERNS = {
     IDENTIFIER: "made of letters without accents, digits, _ and -, at most 64",
     LABEL: "made of letters without accents and digits, a letter first",
     OPTICAL_NAME: "made of letters without accents, digits, _ . and -, a letter first",
+    MATRIX_NAME: "made of capital letters and digits, a letter first, at most eight",
     ID_RANGE: "a range of ids such as '1:99'",
 }
 

@@ -35,6 +35,7 @@ from tedm_cli.config.base import (
 )
 from tedm_cli.config.body import Edges, TestMassTable
 from tedm_cli.config.effects import EffectTable
+from tedm_cli.config.superelement import SuperelementTable
 from tedm_cli.config.uncertainty import ModelUncertainty
 from tedm_cli.config.units import UnitsTable
 from tedm_cli.errors import ConfigError, InputError, PhysicsError
@@ -221,6 +222,10 @@ class ModelConfig(Strict):
         description="Other effects of temperature on accelerations and read-outs, which are added to those that the "
         "program computes.",
     )
+    superelement: list[SuperelementTable] = Field(
+        default_factory=list,
+        description="Structures that are given as matrices on grids of the deck. `tedm reduce` makes such matrices.",
+    )
     uncertainty: ModelUncertainty = Field(
         default=ModelUncertainty(), description="What is uncertain of the model, for probabilities of verdicts."
     )
@@ -232,6 +237,14 @@ class ModelConfig(Strict):
         names = [t.name for t in value]
         if len(set(names)) != len(names):
             raise ValueError(f"two test masses have the same name: {', '.join(names)}")
+        return value
+
+    @field_validator("superelement")
+    @classmethod
+    def _superelements_differ(cls, value: list[SuperelementTable]) -> list[SuperelementTable]:
+        names = [table.name for table in value]
+        if len(set(names)) != len(names):
+            raise ValueError(f"two superelements have the same name: {', '.join(names)}")
         return value
 
     @field_validator("effect")

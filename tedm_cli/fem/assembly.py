@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.fem.bars import bar_matrices
+from tedm_cli.fem.constraints import to_basic
 from tedm_cli.fem.elements import ElementMatrices
 from tedm_cli.fem.rods import rod_matrices
 from tedm_cli.fem.shells import shell_matrices
@@ -84,6 +85,14 @@ def assemble(structure: Structure) -> Operators:
         reference = total @ (structure.initial_temperature - origin)
     thermal = ThermalLoad(total, origin, reference)
     return Operators(stiffness.matrix(), thermal, expansion, sp.vstack(warming, format="csr"))
+
+
+def direct_stiffness(structure: Structure) -> sp.csr_matrix:
+    """The stiffness that is given as a matrix, sparse [6 N, 6 N], in the frame of the positions."""
+    dof, matrix = structure.direct.dof, sp.coo_matrix(structure.direct.matrix)
+    whole = sp.csr_matrix((matrix.data, (dof[matrix.row], dof[matrix.col])), shape=(6 * structure.n_grids,) * 2)
+    basic = to_basic(structure)
+    return (basic @ whole @ basic.T).tocsr()
 
 
 def element_ids(structure: Structure) -> IntArray:

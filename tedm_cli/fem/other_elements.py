@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.fem.assembly import assemble
+from tedm_cli.fem.assembly import assemble, direct_stiffness
 from tedm_cli.fem.element_loads import element_loads
 from tedm_cli.fem.linear import Factorisation
 from tedm_cli.fem.structure import Structure
@@ -103,13 +103,14 @@ def displacements_with(
         force += element_loads(other).forces(sums.own)
     if sums.force is not None:
         force += sums.force
+    stiffness = operators.stiffness + direct_stiffness(other)
     if sums.held is not None:
-        force -= operators.stiffness @ sums.held
+        force -= stiffness @ sums.held
     load = transform.T @ force
     unknown = sums.unknown.copy()
 
     def product(x: FloatArray) -> FloatArray:
-        return np.asarray(transform.T @ (operators.stiffness @ (transform @ x)))
+        return np.asarray(transform.T @ (stiffness @ (transform @ x)))
 
     residual = load - product(unknown)
     step = solved = factors.solve(residual)

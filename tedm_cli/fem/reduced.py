@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.fem.assembly import direct_stiffness
 from tedm_cli.fem.autospc import stiff_components
 from tedm_cli.fem.constraints import eliminate, to_basic
 from tedm_cli.fem.structure import Structure
@@ -37,10 +38,13 @@ class ReducedStiffness:
 
 
 def reduced_stiffness(structure: Structure, stiffness: sp.csr_matrix) -> ReducedStiffness:
-    """Of the assembled `stiffness` [6 N, 6 N]. Raises `InputError` where rigid elements contradict each other."""
+    """Of the `stiffness` [6 N, 6 N] of the elements, and of that which is given as a matrix.
+
+    Raises `InputError` where rigid elements contradict each other.
+    """
     elimination = eliminate(structure)
     transform = to_basic(structure) @ elimination.transform
-    matrix = (transform.T @ stiffness @ transform).tocsr()
+    matrix = (transform.T @ (stiffness + direct_stiffness(structure)) @ transform).tocsr()
     constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
     active, measure = stiff_components(matrix, elimination.dependent, constrained)
     return ReducedStiffness(matrix, transform, elimination.dependent, constrained, active, measure)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import eigh
 from scipy.sparse.csgraph import connected_components
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
@@ -13,6 +14,8 @@ from tedm_cli.fem.linear import Factorisation, SolverName, factorise
 from tedm_cli.fem.structure import Structure
 
 _RANK_TOLERANCE = 1e-9
+# Strain energy of a rigid motion in a given stiffness, over that of its diagonal; rounding leaves some 1e-15.
+_RESISTED = 1e-12
 # Smallest eigenvalue of the stiffness scaled to a unit diagonal; rounding leaves about 1e-16 of a zero one.
 _SINGULAR = 1e-14
 # Share of the diagonal added to a stiffness that could not be factorised, to find out what moves.
@@ -89,12 +92,33 @@ def _free_motions(structure: Structure, dofs: IntArray, held: BoolArray, measure
     motion = to_displacement_frames(structure.displacement_frame, points) @ rigid_body_matrix(arm / size)
     triples = motion.reshape(len(points), 2, 3, 6)[where.reshape(-1), dofs % 6 // 3]
     modes = np.einsum("di,dij->dj", measure, triples)
-    free = _null_space(modes[held])
+    free = _null_space(np.vstack([modes[held], _resisted(structure, points, size)]))
     # A straight part without rotational stiffness has no sixth motion: drop motions that move nothing.
     moving = free @ _row_space(modes @ free)
     translations = moving @ _null_space(moving[3:])
     rotations = _row_space(moving[3:].T)
     return _axis_names("translation", translations[:3]) + _axis_names("rotation about", rotations)
+
+
+def _resisted(structure: Structure, points: IntArray, size: float) -> FloatArray:
+    """Rigid motions [m, 6] about the middle of a part that the stiffness given as a matrix resists, as rows.
+
+    That of a structure which is held by itself does; of one that is free it leaves nothing (`made_free`).
+    """
+    dof, matrix = structure.direct.dof, structure.direct.matrix
+    here = np.isin(dof // 6, points)
+    dof, matrix = dof[here], matrix[np.ix_(here, here)]
+    if not dof.size:
+        return np.zeros((0, 6))
+    grids, where = np.unique(dof // 6, return_inverse=True)
+    arm = structure.position[grids] - structure.position[points].mean(axis=0)
+    motion = to_displacement_frames(structure.displacement_frame, grids) @ rigid_body_matrix(arm)
+    rigid = motion[where.reshape(-1), dof % 6]
+    rigid[:, 3:] /= size
+    diagonal = np.einsum("di,d,dj->ij", rigid, np.abs(np.diagonal(matrix)), rigid)
+    diagonal += np.finfo(float).eps * np.trace(diagonal) * np.eye(6)
+    share, vectors = eigh(rigid.T @ matrix @ rigid, diagonal)
+    return np.asarray(_row_space(vectors[:, share > _RESISTED].T @ diagonal).T)
 
 
 def _null_space(matrix: FloatArray) -> FloatArray:

@@ -187,6 +187,18 @@ class Mpc:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class DirectStiffness:
+    """A symmetric stiffness given as a matrix: of structures that are reduced to some of their grids.
+
+    `dof` [m] are degrees of freedom 6 n + component - 1 along and about the axes of the grids' displacement frames;
+    `matrix` [m, m] in N/m, N and N·m.
+    """
+
+    dof: IntArray = field(default_factory=lambda: no_ints(0))
+    matrix: FloatArray = field(default_factory=lambda: no_floats(0, 0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Structure:
     """Everything the stiffness, the thermal coupling and the constraints are made of.
 
@@ -203,6 +215,7 @@ class Structure:
     spc_grid : [S], rows of `position`.
     spc_component : [S], 1 to 6; the constrained displacement is zero.
     initial_temperature : [N], K, or None. Where given it replaces the elements' reference temperatures.
+    direct : stiffness besides that of the elements.
     """
 
     grid_id: IntArray
@@ -219,6 +232,7 @@ class Structure:
     spc_grid: IntArray = field(default_factory=lambda: no_ints(0))
     spc_component: IntArray = field(default_factory=lambda: no_ints(0))
     initial_temperature: FloatArray | None = None
+    direct: DirectStiffness = field(default_factory=DirectStiffness)
 
     @property
     def n_grids(self) -> int:

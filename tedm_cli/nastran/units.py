@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from tedm_cli import deck_units as u
+from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.deck_units import DeckUnits, Dimension
 from tedm_cli.fem.shapes import corner_count, shape_of
 from tedm_cli.fem.structure import (
@@ -85,6 +86,7 @@ DIMENSIONS: dict[type, dict[str, Dimension]] = {
         **dict.fromkeys(("solids", "bars", "rods", "quads", "trias", "mpc"), _SAME),  # see `structure_in_si`
         "position": u.LENGTH,
         "initial_temperature": u.TEMPERATURE,
+        "direct": _SAME,  # see `structure_in_si`
     },
     LoadCase: {
         **dict.fromkeys(("id", "label"), _SAME),
@@ -141,6 +143,13 @@ def structure_in_si(structure: Structure, units: DeckUnits) -> Structure:
         quads=in_si(structure.quads, units),
         trias=in_si(structure.trias, units),
         mpc=tuple(_equation_in_si(mpc, units) for mpc in structure.mpc),
+        direct=replace(
+            structure.direct,
+            matrix=_per_motion(
+                _per_motion(structure.direct.matrix, structure.direct.dof, units).T, structure.direct.dof, units
+            )
+            * units.factor(u.MOMENT),
+        ),
     )
 
 
@@ -155,6 +164,12 @@ def load_case_in_si(case: LoadCase, units: DeckUnits) -> LoadCase:
 def _on_freedoms_in_si(given: OnFreedoms | None, along: float, about: float) -> OnFreedoms | None:
     """Values along axes and about axes, each with its factor."""
     return given and replace(given, value=np.where(given.dof % 6 < 3, along, about) * given.value)
+
+
+def _per_motion(values: FloatArray, dof: IntArray, units: DeckUnits) -> FloatArray:
+    """Rows of `values` [n, ...] over the deck's unit of the motion of each freedom: forces are work over motions."""
+    size = np.where(dof % 6 < 3, units.length_m, 1.0)
+    return np.asarray(values / size.reshape(-1, *([1] * (values.ndim - 1))))
 
 
 def _equation_in_si(mpc: Mpc, units: DeckUnits) -> Mpc:

@@ -33,8 +33,9 @@ from tedm_cli.cli import main
 COMMANDS = (
     "write-deck", "solve", "ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint",
     "build-loads", "write-deck --adjoint", "write-deck --loads", "run-case 3", "run-series warm", "build-dynamics",
-    "simulate 3", "build-thermal", "balance", "export --format npz", "export-case 3 --format csv", "export-vtu", "view",
-    "map-temperatures tau.csv -o grids.h5", "simulate-thermal --duration 2e6 -o nodes.h5",
+    "simulate 3", "build-thermal", "balance", "reduce --interface 850001 --part 800101", "export --format npz",
+    "export-case 3 --format csv", "export-vtu", "view", "map-temperatures tau.csv -o grids.h5",
+    "simulate-thermal --duration 2e6 -o nodes.h5",
 )  # fmt: skip
 NO_CONFIG = ("export", "export-case", "export-vtu")
 SIZES = (0.02, 0.5, 0.999)  # of the largest file of a command: there the disk is full

@@ -288,7 +288,7 @@ def test_every_field_has_a_dimension() -> None:
         assert {f.name for f in fields(kind)} == dimensions.keys(), kind
     read = {c.__name__ for c in vars(fem_structure).values() if isinstance(c, type) and is_dataclass(c)}
     # of whole numbers, ratios and names, or converted with the structure or load case that holds them
-    rest = {"SolidBlock", "Rbe2", "Rbe3", "Mpc", "OnFreedoms"}
+    rest = {"SolidBlock", "Rbe2", "Rbe3", "Mpc", "OnFreedoms", "DirectStiffness"}
     assert read | {"Elements", "Concentrated"} == {c.__name__ for c in DIMENSIONS} | rest
     assert {Elements, Concentrated} < DIMENSIONS.keys()
 

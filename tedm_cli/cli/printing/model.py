@@ -11,6 +11,7 @@ from tedm_cli.fem.drilling import DECISIVE
 if TYPE_CHECKING:
     from tedm_cli.stages.model.deck import DeckSummary
     from tedm_cli.stages.model.distortion import DistortionSummary
+    from tedm_cli.stages.model.reduce import ReduceSummary
     from tedm_cli.stages.model.solve import SolveReport
 
 _STIFF = 0.01  # relative change of displacements by bubble functions above which the mesh is called too stiff
@@ -77,6 +78,32 @@ def solve_dict(path: Path, done: SolveReport) -> dict[str, Any]:
         "elements_with_own_temperatures": done.own_temperatures.elements,
         "grids_without_stiffness": s.unattached_grids,
         "notes": done.notes,
+    }
+
+
+def reduce_lines(done: ReduceSummary) -> list[str]:
+    """What was written, and the table that names it."""
+    return [
+        f"{done.path}: {done.grids:,} grids reduced to {done.freedoms} freedoms, {done.areas} thermal areas",
+        f"{done.areas_csv}, {done.masses_csv}: {done.points:,} points of {done.mass_kg:.6g} kg",
+        "for model.toml:",
+        *(f"  {line}" for line in done.table),
+    ]
+
+
+def reduce_dict(done: ReduceSummary) -> dict[str, Any]:
+    return {
+        "file": done.path,
+        "areas_csv": done.areas_csv,
+        "masses_csv": done.masses_csv,
+        "grids": done.grids,
+        "freedoms": done.freedoms,
+        "areas": done.areas,
+        "shared": list(done.shared),
+        "points": done.points,
+        "mass_kg": done.mass_kg,
+        "grounded": done.grounded,
+        "table": list(done.table),
     }
 
 

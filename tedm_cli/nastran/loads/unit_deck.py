@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from tedm_cli.nastran.loads.element_cards import element_cards
 from tedm_cli.nastran.loads.element_temperatures import SHELLS
 from tedm_cli.nastran.loads.temperature_sets import free_set_ids, reference_temperature, temperature_cards
 from tedm_cli.nastran.reading import passed_over, read_deck
+from tedm_cli.nastran.superelements.deck import DeckMatrices
 from tedm_cli.nastran.units import units_of
 
 
@@ -96,6 +97,16 @@ def read_source(
     return SourceModel(sections, control, tuple(bulk), model, found, (*control.notes, *notes))
 
 
+def with_cards(source: SourceModel, cards: Sequence[str], scratch: Path, units: DeckUnits) -> SourceModel:
+    """A model with more bulk data cards, read again."""
+    text = "".join(f"{card}{source.sections.newline}" for card in cards)
+    where = source.sections.files[0]
+    lines = (*source.sections.bulk, *(Line(f"{card}\n", where, 0) for card in cards))
+    model = _read_model(source.control, lines, where, scratch, units)
+    found = grids(model, list(source.sections.files))
+    return replace(source, bulk=(*source.bulk, text), model=model, grids=found)
+
+
 def _read_model(control: Control, lines: tuple[Line, ...], path: Path, scratch: Path, units: DeckUnits) -> Any:
     """The case control that stays (its SETs may define areas) and the bulk data through `read_deck`.
 
@@ -138,12 +149,17 @@ def _check_model(model: Any, control: Control, where: str) -> None:
 
 
 def unit_deck(
-    source: SourceModel, areas: Mapping[str, AreaLoad], uniform_label: str, reference_K: float | None = None
+    source: SourceModel,
+    areas: Mapping[str, AreaLoad],
+    uniform_label: str,
+    reference_K: float | None = None,
+    superelements: DeckMatrices | None = None,
 ) -> UnitDeck:
     """Compose the unit-load deck of a model: its own lines, one subcase per area, and one that warms all.
 
     It is in the model's own units; `reference_K` is in K, and the step is 1 K, in degrees of the model. Of an area
-    under a gradient it is 1 K/m at the reference temperature, and the subcase that warms all leaves it out.
+    under a gradient it is 1 K/m at the reference temperature, and the subcase that warms all leaves it out. The areas
+    of `superelements` have subcases too; nothing of the deck is warm in those that the deck does not have.
 
     Raises
     ------
@@ -156,11 +172,14 @@ def unit_deck(
     reference = reference_temperature(
         source.model, reference_K, material_temperature=source.control.material_temperature, where=where
     )
-    loads = {**areas, uniform_label: uniform_load(areas.values())}
+    matrices = superelements or DeckMatrices()
+    known = {name.upper() for name in areas}
+    elsewhere = {name: AreaLoad(none(), none(), none()) for name in matrices.names if name.upper() not in known}
+    loads = {**areas, **elsewhere, uniform_label: uniform_load(areas.values())}
     units = units_of(source.model)
     gradient = units.degrees_per_kelvin * Decimal(repr(units.length_m))
     sids = free_set_ids(source.model, len(loads) + reference.is_initial, where)
-    control = [*source.control.executive, "SOL 101", "CEND", *source.control.lines]
+    control = [*source.control.executive, "SOL 101", "CEND", *source.control.lines, *matrices.control()]
     if reference.is_initial:
         control.append(f"TEMPERATURE(INITIAL) = {sids[-1]}")
     for number, (label, sid) in enumerate(zip(loads, sids, strict=False), start=1):
@@ -176,6 +195,7 @@ def unit_deck(
         added += _load_cards(source.model, sid, load, reference.value, gradient)
     if reference.is_initial:
         added += temperature_cards(sids[-1], reference.value, none())
+    added += matrices.bulk(list(loads), uniform_label)
     added.append("ENDDATA")
     newline = sections.newline
     parts = (newline.join(control), newline, "".join(source.bulk), newline.join(added), newline)

@@ -30,7 +30,7 @@ def verify_unit_deck(written: Path, out: Path, source: SourceModel, deck: UnitDe
     InputError : another set of cards, grids, elements, properties or constraints than the model's; other subcases,
         labels, constraints, temperatures or reference than the unit loads'.
     """
-    require_as_meant(written, out, source, lambda model: _load_problem(model, source, deck))
+    require_as_meant(written, out, source, lambda model: _load_problem(model, source, deck), ["DMIG"])
 
 
 def require_as_meant(

@@ -13,11 +13,15 @@ from tedm_cli.nastran.executive import STATICS, solution
 from tedm_cli.nastran.parameters import check_parameter
 from tedm_cli.nastran.reading import parameter_places
 
+SUPERELEMENT_LOADS = "TEDMPSE"
+"""The matrix in which `write-deck` puts the loads of superelements."""
 _HINT = "remove it: a unit load is a temperature step and nothing else"
 
 
-def check_unit_load_control(model: Any, path: Path) -> None:
+def check_unit_load_control(model: Any, path: Path, *, superelements: bool = False) -> None:
     """Refuse what makes a deck, with its bulk data in a pyNastran model, one of other loads than unit loads.
+
+    With `superelements` the forces of P2G are those of temperature on these.
 
     Raises
     ------
@@ -37,7 +41,8 @@ def check_unit_load_control(model: Any, path: Path) -> None:
         if s.word == "SUBCASE":
             number, current = s.value, subcases.setdefault(s.value, {})
         else:
-            _check(s, f"{s.place}: subcase {number}" if number else s.place)
+            if not (superelements and s.word == "P2G"):
+                _check(s, f"{s.place}: subcase {number}" if number else s.place)
             current[s.key] = s
     found = solution(head.executive)
     if found not in STATICS:
@@ -46,7 +51,7 @@ def check_unit_load_control(model: Any, path: Path) -> None:
             where=where,
             hint="a unit-load deck is SOL 101; see `tedm write-deck`",
         )
-    for key in HELD:
+    for key in (*HELD, "P2G"):
         chosen = {n: own[key].shown if key in (own := above | s) else "none" for n, s in subcases.items()}
         if len(set(chosen.values())) > 1:
             listed = ", ".join(f"{v} in subcase {n}" for n, v in list(chosen.items())[:8])
@@ -67,6 +72,12 @@ def check_parameters(model: Any, statements: Sequence[Statement], where: str) ->
 
 def _check(s: Statement, place: str) -> None:
     shown = f"{s.word} = {s.value[:60]}"
+    if s.word == "P2G" and s.value.strip().upper() == SUPERELEMENT_LOADS:
+        raise InputError(
+            f"{shown} loads superelements, which are not taken here",
+            where=place,
+            hint="are the tables [[superelement]] in the model configuration?",
+        )
     if s.word in LOADS:
         raise InputError(f"{shown} loads the structure besides its temperature", where=place, hint=_HINT)
     if s.word in NOT_LINEAR:

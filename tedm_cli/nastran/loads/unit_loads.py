@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -70,10 +71,13 @@ class UnitLoads:
         return [load for load in self.areas if load.kind == "mean"]
 
 
-def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> UnitLoads:
+def deck_unit_loads(
+    model: Any, geometry: ModelGeometry, uniform_label: str, superelements: Collection[str] | None = None
+) -> UnitLoads:
     """Read the areas from the subcases' temperatures, against TEMPERATURE(INITIAL) or TREF.
 
-    TEMP and TEMPD give those of grids, TEMPP1 and TEMPRB those of elements.
+    TEMP and TEMPD give those of grids, TEMPP1 and TEMPRB those of elements. Areas of `superelements`, names in upper
+    case, warm nothing of the deck; their step is 1 K. None: there are no superelements.
 
     Raises
     ------
@@ -89,8 +93,9 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
             "has no case control, so no unit loads", where=where, hint="make a deck with `tedm write-deck`"
         )
     subcases = {n: s for n, s in sorted(control.subcases.items()) if n != 0}
-    check_unit_load_control(model, geometry.files[0])
-    loads = [_unit_load(model, geometry, n, s, where) for n, s in subcases.items()]
+    check_unit_load_control(model, geometry.files[0], superelements=superelements is not None)
+    elsewhere = frozenset(superelements or ())
+    loads = [_unit_load(model, geometry, n, s, where, elsewhere) for n, s in subcases.items()]
     labels: dict[str, int] = {}
     for load in loads:
         if load.label.upper() in labels:
@@ -121,7 +126,9 @@ def deck_unit_loads(model: Any, geometry: ModelGeometry, uniform_label: str) -> 
     return found
 
 
-def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, where: str) -> UnitLoad:
+def _unit_load(
+    model: Any, geometry: ModelGeometry, number: int, subcase: Any, where: str, elsewhere: Collection[str]
+) -> UnitLoad:
     label = " ".join(str(subcase.get_parameter("LABEL")[0]).split()) if "LABEL" in subcase.params else ""
     if not label:
         raise InputError("has no LABEL, so its thermal area has no name", where=f"{where}: subcase {number}")
@@ -161,6 +168,8 @@ def _unit_load(model: Any, geometry: ModelGeometry, number: int, subcase: Any, w
             raise InputError(f"has gradients of {listed} in its elements; a unit load has one", where=place)
         return UnitLoad(number, label, warm, float(f"{size.mean():.8g}"), output, error, elements)
     every = np.concatenate([steps[warm], mean])
+    if not every.size and label.upper() in elsewhere:
+        return UnitLoad(number, label, warm, 1.0, output)
     if not every.size:
         raise InputError(f"warms nothing (temperature set {sets.load})", where=place)
     low, high = float(every.min()), float(every.max())

@@ -17,9 +17,10 @@ from tedm_cli.nastran.deck_lines import read_head
 from tedm_cli.nastran.loads.element_temperatures import element_temperatures
 from tedm_cli.nastran.loads.unit_load_control import check_parameters
 from tedm_cli.nastran.structure.mechanical_loads import MechanicalLoads
+from tedm_cli.nastran.superelements.selected import direct_matrices
 
 # Case control that selects a load, a constraint or a matrix that is not modelled.
-_REFUSED = (*(word for word in LOADS if word != "LOAD"), *NOT_LINEAR, "SUPORT1", "SUPORT", "K2GG", "BGSET")
+_REFUSED = (*(word for word in LOADS if word not in ("LOAD", "P2G")), *NOT_LINEAR, "SUPORT1", "SUPORT", "BGSET")
 _REFUSED_SUBCASES = ("SUBCOM", "SUBSEQ", "SYM", "SYMCOM", "REPCASE")
 
 
@@ -39,12 +40,15 @@ class SelectedSets:
     """Set numbers that the case control selects.
 
     `constraint` (SPC), `equations` (MPC) and `initial` are common to all subcases (None where not selected).
+    `stiffness` (K2GG) and `forces` (P2G, a column for each subcase) are names of matrices.
     """
 
     constraint: int | None
     equations: int | None
     initial: int | None
     subcases: tuple[SelectedLoads, ...]
+    stiffness: tuple[str, ...] = ()
+    forces: str | None = None
 
 
 def selected_sets(model: Any, path: Path) -> SelectedSets:
@@ -91,7 +95,9 @@ def selected_sets(model: Any, path: Path) -> SelectedSets:
     if problems:
         some = "; ".join(problems[:10]) + (" ..." if len(problems) > 10 else "")
         raise InputError(some, where=where, hint="write one thermal subcase per area with `tedm write-deck`")
-    return SelectedSets(constraints.pop(), equations.pop(), initials.pop(), tuple(loads))
+    return SelectedSets(
+        constraints.pop(), equations.pop(), initials.pop(), tuple(loads), *direct_matrices(statements, where)
+    )
 
 
 def read_load_cases(

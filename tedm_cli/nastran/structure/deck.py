@@ -25,6 +25,7 @@ from tedm_cli.nastran.structure.rigid import read_rigid_elements
 from tedm_cli.nastran.structure.rods import read_rods
 from tedm_cli.nastran.structure.shells import read_shells
 from tedm_cli.nastran.structure.solids import read_solids
+from tedm_cli.nastran.superelements.selected import selected_stiffness, with_forces
 from tedm_cli.nastran.units import load_case_in_si, structure_in_si, units_of
 
 
@@ -92,6 +93,9 @@ def solver_structure(model: Any, path: Path) -> tuple[Structure, list[LoadCase]]
         spc_grid=spc_grid,
         spc_component=spc_component,
         initial_temperature=initial,
+        direct=selected_stiffness(model, sets.stiffness, grid_id, path),
     )
+    if sets.forces is not None:
+        cases = with_forces(model, sets.forces, structure, cases, path)
     units = units_of(model)
     return structure_in_si(structure, units), [load_case_in_si(case, units) for case in cases]

@@ -47,6 +47,7 @@ _WITHOUT_INFLUENCE = {
     *("ENDDATA", "PARAM", "SPOINT", "PLOTEL", "SET1", "SET3", "EIGR", "EIGRL"),
     *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "PMASS", "NSM", "NSM1", "NSML", "NSML1", "NSMADD"),
     *("FORCE1", "FORCE2", "MOMENT1", "MOMENT2", "PLOAD", "PLOAD1", "PLOAD2", "PLOAD4", "ACCEL", "ACCEL1", "RFORCE"),
+    "DMIG",  # K2GG and P2G are read, and what else could select one for statics is refused
     *("MAT4", "MAT5", "MATT4", "MATT5"),  # conduction, which `map-temperatures` reads
 }
 

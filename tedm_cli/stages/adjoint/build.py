@@ -127,7 +127,7 @@ def _found(
 ) -> Adjoint | InputError | PhysicsError:
     """The adjoint of a model that `ingest` has read; or why there is none here."""
     try:
-        structure = coupled_structure(given.raw, given.deck)
+        structure = coupled_structure(given.raw, given.deck, superelements=bool(given.config.superelement))
     except InputError as exc:
         return exc
     use, cards = material_use(given.raw), material_cards(given.raw)

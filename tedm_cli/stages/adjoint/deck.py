@@ -41,7 +41,7 @@ def write_adjoint_deck(project: Project, output: Path | None) -> AdjointDeckSumm
         is solved; a name that is too long for a label.
     """
     with output_inputs(project, "the adjoint") as given:
-        structure = coupled_structure(given.raw, given.deck)
+        structure = coupled_structure(given.raw, given.deck, superelements=bool(given.config.superelement))
         outputs = given.outputs(structure.grid_id)
         table, deck = given.config.model, given.deck
         rows = adjoint_rows(outputs.label, outputs.force, units_of(given.raw), str(deck))

@@ -10,6 +10,7 @@ import numpy as np
 
 from tedm_cli.adjoint.areas import Places, Warmed
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
+from tedm_cli.errors import InputError
 from tedm_cli.fem.assembly import element_ids
 from tedm_cli.fem.structure import Structure
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
@@ -44,15 +45,22 @@ class WarmedModel:
         return np.array([area.gradient is not None for area in self.areas])
 
 
-def coupled_structure(model: Any, deck: Path) -> Structure:
-    """The structure of a pyNastran model, not cross-referenced.
+def coupled_structure(model: Any, deck: Path, *, superelements: bool = False) -> Structure:
+    """The structure of a pyNastran model, not cross-referenced; `superelements`: whether the project has any.
 
     Raises
     ------
-    InputError : it has something without a thermal coupling here, or that the embedded solver does not model.
+    InputError : it has superelements, something else without a thermal coupling here, or what the embedded solver does
+        not model.
     """
     refuse_without_coupling(model, deck)
-    return solver_structure(model, deck)[0]
+    structure = solver_structure(model, deck)[0]
+    if superelements or structure.direct.dof.size:
+        raise InputError(
+            "has a superelement, of which temperatures of grids and elements are not known: there is no adjoint",
+            where=str(deck),
+        )
+    return structure
 
 
 def warmed_model(model: Any, structure: Structure, files: list[Path], uniform_label: str) -> WarmedModel:

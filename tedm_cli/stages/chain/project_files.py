@@ -15,6 +15,7 @@ from tedm_cli.config.halves import halves_of
 from tedm_cli.config.model import load_model
 from tedm_cli.config.optics import load_optics
 from tedm_cli.config.project import Project
+from tedm_cli.config.superelement import superelement_files
 from tedm_cli.config.symmetry_plane import project_plane
 from tedm_cli.config.temperature_tables import table_paths
 from tedm_cli.config.thermal.file import load_thermal
@@ -75,6 +76,7 @@ def chain_files(project: Project) -> ChainFiles:
         loads=project.loads,
         bdf=None if model.model.bdf is None else project.resolve(model.model.bdf),
         areas=area_csv(project, model),
+        superelements=tuple(superelement_files(project, model.superelement)),
         deck=project.resolve(model.model.deck),
         results=tuple(project.resolve(p) for p in model.model.op2),
         solved_here=all("{build_dir}" in p for p in (model.model.deck, *model.model.op2)),

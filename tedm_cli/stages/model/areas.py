@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from tedm_cli.areas.places import area_centroids, area_masses, area_points, elem
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
+from tedm_cli.config.superelement import load_superelements
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.files.store import replacing
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
@@ -26,6 +27,7 @@ from tedm_cli.nastran.loads.unit_loads import deck_unit_loads
 from tedm_cli.nastran.reading import deck_files, passed_over, read_deck
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.stages.area_drawing import draw_areas, require_format
+from tedm_cli.stages.model.superelements import AreasElsewhere
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,8 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
     table = config.model
     model = read_deck(source, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units())
     geometry = model_geometry(model, deck_files(model, source))
+    elsewhere = AreasElsewhere.of(load_superelements(project, config.superelement))
+    there = elsewhere.own if config.superelement else None
     if defined:
         found = configured_areas(project, config, model, geometry)
         origin = " and ".join(
@@ -128,14 +132,17 @@ def areas(project: Project, output: Path | None, figure: Path | None) -> AreaSum
             ]
         )
     else:
-        loads = deck_unit_loads(model, geometry, config.model.uniform_label).areas
+        loads = deck_unit_loads(model, geometry, config.model.uniform_label, there).areas
         found = DefinedAreas({a.label: a.area_load(geometry) for a in loads}, {}, [], none(), [], [])
         origin = "its temperature cards"
     notes = passed_over(model) + judge_materials(model, geometry, found.loads).lines
     bare = [name for name, load in found.loads.items() if load.element_id.size]
     if output is not None and bare:
         notes.append(f"{output} lists grids alone, and not the elements of {', '.join(bare)}")
-    done = _summary(project, config, source, origin, found, geometry, notes)
+    known = {name.upper() for name in found.loads}
+    unlisted = {name: AreaLoad(none(), none(), none()) for name in elsewhere.names if name.upper() not in known}
+    found = replace(found, loads={**found.loads, **unlisted})
+    done = _summary(project, config, source, origin, found, geometry, elsewhere, notes)
     if figure is not None:
         groups = [str(g) for g in done.table.group]
         draw_areas(figure, project, config, source, model, geometry, found.loads, groups, "thermal areas")
@@ -152,10 +159,11 @@ def _summary(
     origin: str,
     found: DefinedAreas,
     geometry: ModelGeometry,
+    elsewhere: AreasElsewhere,
     notes: list[str],
 ) -> AreaSummary:
     loads = found.loads.values()
-    centroid = area_centroids(geometry, loads)
+    centroid = elsewhere.placed(found.loads, area_centroids(geometry, loads))
     plane = project_plane(project, config)
     kinds = {name: load.kind for name, load in found.loads.items()}
     owned = element_owners(geometry, loads) >= 0
@@ -164,7 +172,7 @@ def _summary(
         origin=origin,
         found=found,
         table=area_attributes(kinds, centroid, config.areas, plane.plane, where=str(project.model)),
-        mass_kg=area_masses(geometry, loads),
+        mass_kg=elsewhere.weighed(found.loads, area_masses(geometry, loads)),
         centroid_m=centroid,
         mean_step=mean_steps(geometry, found.loads, found.selected),
         structural=int(geometry.mesh.followed(owned).sum()),

@@ -19,6 +19,7 @@ from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.compensation import compensation_masses
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
+from tedm_cli.config.superelement import superelement_files
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.deck_units import DeckUnits
@@ -43,6 +44,7 @@ from tedm_cli.results.areas import write_areas
 from tedm_cli.results.ties import Ties
 from tedm_cli.stages.common import check_test_masses, out_path, refuse_own_place
 from tedm_cli.stages.model.masses import check_grids_outside, check_weight_tables, properties_of, without_test_masses
+from tedm_cli.stages.model.superelements import AreasElsewhere, Recovery, reduced_on, require_own_areas
 from tedm_cli.stages.model.ties import ties_on
 
 
@@ -97,23 +99,30 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     model = read_deck(deck, allow_missing_enddata=config.model.allow_missing_enddata, units=units)
     files = deck_files(model, deck)
     listed = area_csv(project, config)
-    trace = provenance([config_file], [*files, *([listed] if listed else []), *results])
+    given = superelement_files(project, config.superelement)
+    trace = provenance([config_file], [*files, *([listed] if listed else []), *given, *results])
     geometry, masses, whole = _masses(model, files, results, config, project.model)
     ties, tie_notes = ties_on(compensation_masses(project, config), config, model, whole)
     check_test_masses(config.test_masses(), geometry.position_m[geometry.lumped_kg > 0], where=str(project.model))
     check_grids_outside(config.test_masses(), geometry)
-    loads = deck_unit_loads(model, geometry, config.model.uniform_label)
+    reduced = reduced_on(project, config, geometry)
+    recoveries = [Recovery.of(one, geometry) for one in reduced]
+    elsewhere = AreasElsewhere.of([one.given for one in reduced])
+    loads = deck_unit_loads(model, geometry, config.model.uniform_label, elsewhere.own if reduced else None)
     areas = loads.areas
     on = {a.label: a.area_load(geometry) for a in areas}
+    elsewhere.require(on, str(deck))
     selected: dict[str, IntArray] = {}
     if defines_areas(config):
         defined = configured_areas(project, config, model, geometry)
-        require_agreement(defined, on, geometry, where=str(deck))
+        there = {name: load for name, load in on.items() if name.upper() not in elsewhere.own}
+        require_own_areas(reduced, there, str(deck))
+        require_agreement(defined, there, geometry, where=str(deck))
         labels = {a.label.upper(): a.label for a in areas}
         selected = {labels[name.upper()]: ids for name, ids in defined.selected.items()}
     wanted = [*areas, *([loads.uniform] if loads.uniform else [])]
     _check_subcase_table(config.model.subcases, [load.label for load in wanted], where=str(project.model))
-    centroids = area_centroids(geometry, on.values())
+    centroids = elsewhere.placed(on, area_centroids(geometry, on.values()))
     kinds = {a.label: a.kind for a in areas}
     table = area_attributes(kinds, centroids, config.areas, plane.plane, where=str(project.model))
     steps = mean_steps(geometry, on, selected)
@@ -124,6 +133,9 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
         for load, t, r in unit_load_displacements(
             results, wanted, geometry, config.model.subcases, model.spoints, findings
         ):
+            labels = [a.label for a in loads.means] if load is loads.uniform else [load.label]
+            for recovery in recoveries:
+                recovery.put_into(labels, load.load_K, t, r, single=findings.single)
             check_rigidity(links, geometry.grid_id, t, r, where=f"{deck}: subcase {load.subcase} (area '{load.label}')")
             yield load, t, r
 
@@ -132,7 +144,8 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
             _write_geometry(writer, geometry)
             _write_masses(writer, geometry, masses.properties)
             _write_ties(writer, ties)
-            _write_loads(writer, areas, centroids, area_masses(geometry, on.values()), steps)
+            masses_of = elsewhere.weighed(on, area_masses(geometry, on.values()))
+            _write_loads(writer, areas, elsewhere.members(areas, geometry.grid_id), centroids, masses_of, steps)
             write_areas(writer, table, np.array([a.subcase for a in areas]))
             _write_plane(writer, plane, out)
             write_motions(writer, motions(), loads, len(geometry.grid_id), single, step)
@@ -288,13 +301,18 @@ def _write_ties(writer: Writer, ties: Ties) -> None:
 
 
 def _write_loads(
-    writer: Writer, areas: Sequence[UnitLoad], centroids: FloatArray, masses: FloatArray, steps: Sequence[MeanStep]
+    writer: Writer,
+    areas: Sequence[UnitLoad],
+    members: Sequence[IntArray],
+    centroids: FloatArray,
+    masses: FloatArray,
+    steps: Sequence[MeanStep],
 ) -> None:
     writer.write(UNIT_LOADS.AREA_LOAD_K, [a.load_K for a in areas])
     writer.write(UNIT_LOADS.AREA_MASS, masses)
     writer.write(UNIT_LOADS.AREA_CENTROID, centroids)
-    writer.write(UNIT_LOADS.AREA_NODE_OFFSET, np.cumsum([0, *(len(a.rows) for a in areas)]))
-    writer.write(UNIT_LOADS.AREA_NODE_INDEX, np.concatenate([a.rows for a in areas]))
+    writer.write(UNIT_LOADS.AREA_NODE_OFFSET, np.cumsum([0, *(len(rows) for rows in members)]))
+    writer.write(UNIT_LOADS.AREA_NODE_INDEX, np.concatenate(members))
     writer.write(UNIT_LOADS.AREA_ELEMENT_OFFSET, np.cumsum([0, *(len(a.elements.loaded) for a in areas)]))
     writer.write(UNIT_LOADS.AREA_ELEMENT_INDEX, np.concatenate([a.elements.loaded for a in areas]))
     writer.write(UNIT_LOADS.AREA_MEAN_STEP, [step.share for step in steps])

@@ -106,7 +106,7 @@ def solve_deck(
     model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata, units=units)
     notes = passed_over(model)
     if unit_loads:
-        check_unit_load_control(model, deck)
+        check_unit_load_control(model, deck, superelements=True)  # whether there are any is for `ingest` to judge
     structure, cases = solver_structure(model, deck)
     cross_reference(model, deck)
     geometry = model_geometry(model, [deck])  # a wrong unit is said before anything is solved
