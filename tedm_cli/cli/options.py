@@ -140,11 +140,15 @@ FailOnViolation = Annotated[
 Case = Annotated[str, typer.Argument(metavar="CASE", autocompletion=completion.cases, help="A case that was run.")]
 Cases = Annotated[
     list[str],
-    typer.Argument(metavar="CASE", autocompletion=completion.cases, help="Cases of the cases file (3, 4b), or `all`."),
+    typer.Argument(
+        metavar="CASE", autocompletion=completion.cases, help="Cases of the cases file (3, 4b, T), or `all`."
+    ),
 ]
 AnyCases = Annotated[
     list[str] | None,
-    typer.Argument(metavar="CASE", autocompletion=completion.cases, help="Cases of the cases file (3, 4b), or `all`."),
+    typer.Argument(
+        metavar="CASE", autocompletion=completion.cases, help="Cases of the cases file (3, 4b, T), or `all`."
+    ),
 ]
 CasesRun = Annotated[
     list[str] | None,
