@@ -159,14 +159,18 @@ def warms(part: Structure, cases: list[LoadCase]) -> FloatArray:
 
 
 def _forces(part: Structure, operators: Operators, cases: list[LoadCase]) -> FloatArray:
-    """Nodal forces [6 N, k] of the temperatures of load cases on a part."""
-    still = np.zeros(part.n_grids)
-    temperature = [still if case.temperature is None else case.temperature for case in cases]
-    amount = np.array([float(case.temperature is not None) for case in cases])
-    force = operators.thermal.forces(np.stack(temperature, axis=1), amount)
+    """Nodal forces [6 N, k] of load cases on a part."""
+    kelvin = []
+    for case in cases:
+        if case.temperature is None:
+            raise PhysicsError(
+                f"load case {case.id} ({case.label}) has no temperatures, and a superelement no other loads"
+            )
+        kelvin.append(case.temperature)
+    force = operators.thermal.forces(np.stack(kelvin, axis=1))
     if any(case.elements is not None for case in cases):
         loads = element_loads(part)
-        own = [loads.own(t, _of(case.elements, loads.element_id)) for t, case in zip(temperature, cases, strict=True)]
+        own = [loads.own(t, _of(case.elements, loads.element_id)) for t, case in zip(kelvin, cases, strict=True)]
         force += loads.forces(np.stack(own, axis=1))
     return force
 

@@ -13,6 +13,7 @@ import pytest
 from spacecraft_frame import BOX, FEET, HUNG, Frame
 
 from tedm_cli.arrays import FloatArray
+from tedm_cli.config.loads import LoadsConfig
 from tedm_cli.config.project import Project, load_project
 from tedm_cli.errors import ConfigError, InputError, TedmError
 from tedm_cli.nastran.reading import read_deck
@@ -22,6 +23,7 @@ from tedm_cli.nastran.superelements.files import MatrixNames, read_matrices
 from tedm_cli.progress import silent
 from tedm_cli.stages.adjoint.build import build_adjoint
 from tedm_cli.stages.gravity.sensitivity import build_sensitivity
+from tedm_cli.stages.loads.model import loaded_model
 from tedm_cli.stages.model.areas import areas
 from tedm_cli.stages.model.deck import write_deck
 from tedm_cli.stages.model.distortion import build_distortion
@@ -127,6 +129,11 @@ def test_areas_have_place_and_mass(both: Both) -> None:
 def test_no_adjoint(both: Both) -> None:
     with pytest.raises(InputError, match="has a superelement, of which temperatures"):
         build_adjoint(both.rest, None, silent)
+
+
+def test_no_effect_of_loads(both: Both) -> None:
+    with pytest.raises(InputError, match="has a superelement, whose mass is not in the matrices"):
+        loaded_model(both.rest, LoadsConfig(), Path("loads.toml"))
 
 
 def test_a_free_spacecraft_is_made_free(both: Both) -> None:

@@ -216,6 +216,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         for name in ("ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
     },
     "build-loads": ("-o", "{out}/file.h5"),
+    "reduce": ("--interface", "850001", "--part", "800101", "-o", "{out}/part.op4"),
     "areas": (),
     "write-deck": ("-o", "{out}/deck.bdf"),
     "solve": ("-o", "{out}/loads.op2"),

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from tedm_cli.config.loads import LoadsConfig
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
+from tedm_cli.errors import InputError
 from tedm_cli.fem.structure import Structure
 from tedm_cli.nastran.geometry import ModelGeometry, model_geometry
 from tedm_cli.nastran.membership import membership
@@ -43,7 +44,7 @@ def loaded_model(project: Project, loads: LoadsConfig, where: Path, raw: Any = N
     Raises
     ------
     ConfigError : what `columns` refuses of the file of loads, `where`.
-    InputError : cards that the embedded solver does not model.
+    InputError : cards that the embedded solver does not model; superelements, which have their masses elsewhere.
     """
     _, config = load_model(project.model)
     table = config.model
@@ -53,6 +54,12 @@ def loaded_model(project: Project, loads: LoadsConfig, where: Path, raw: Any = N
             deck, cross_reference=False, allow_missing_enddata=table.allow_missing_enddata, units=table.deck_units()
         )
     structure, _ = solver_structure(raw, deck)
+    if config.superelement or structure.direct.dof.size:
+        raise InputError(
+            "has a superelement, whose mass is not in the matrices, and whose inside loads do not reach: there is no"
+            " effect of loads",
+            where=str(deck),
+        )
     use = material_use(raw)
     cross_reference(raw, deck)
     geometry = model_geometry(raw, deck_files(raw, deck))

@@ -83,6 +83,7 @@ def solve_deck(
     units: DeckUnits = SI,
     fits: Callable[[ModelGeometry], None] | None = None,
     unit_loads: bool = False,
+    superelements: bool = False,
 ) -> SolveReport:
     """Read `deck`, solve its subcases in SI and write `op2` in the units of the deck, as any Nastran would.
 
@@ -93,7 +94,8 @@ def solve_deck(
     progress : called as (done, total, what), or None.
     units : those of the deck.
     fits : raises where the results of this model would be refused later, or None.
-    unit_loads : whether temperature has to be its one load, as `ingest` wants it.
+    unit_loads : whether temperature has to be its one load, as `ingest` wants it; with `superelements` also as the
+        forces of P2G.
 
     Raises
     ------
@@ -106,7 +108,7 @@ def solve_deck(
     model = read_deck(deck, cross_reference=False, allow_missing_enddata=allow_missing_enddata, units=units)
     notes = passed_over(model)
     if unit_loads:
-        check_unit_load_control(model, deck, superelements=True)  # whether there are any is for `ingest` to judge
+        check_unit_load_control(model, deck, superelements=superelements)
     structure, cases = solver_structure(model, deck)
     cross_reference(model, deck)
     geometry = model_geometry(model, [deck])  # a wrong unit is said before anything is solved
@@ -201,6 +203,7 @@ def solve(project: Project, output: Path | None, step: Step) -> tuple[Path, Solv
         units=table.deck_units(),
         fits=lambda geometry: require_layout_fits(project, config, geometry.grid_id, geometry.position_m),
         unit_loads=True,
+        superelements=bool(config.superelement),
     )
     return out, replace(report, turned_element=_turned_element(project, report.drilling_change))
 
