@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tedm_cli.contracts.disturbances import NETWORK
+from tedm_cli.contracts.disturbances import NETWORK, DisturbanceDatasets
 from tedm_cli.contracts.spec import (
     COUNT,
     FLAG,
@@ -80,16 +80,7 @@ class SimulationFile(AreaDatasets, FileKind):
     VERDICT_AREA_SHARE = Dataset(
         "/verdict/area_share", ("verdict", "area"), "float", "1", "signed part of the area in the PSD there"
     )
-    DISTURBANCE_NAME = Dataset(
-        "/disturbance/name",
-        ("disturbance",),
-        "str",
-        "1",
-        "disturbances of the thermal network, then areas that its map leaves out, with a spectrum of their own",
-        optional=True,
-        values=NAMES,
-        group=NETWORK,
-    )
+    DISTURBANCE_NAME = DisturbanceDatasets.DISTURBANCE_NAME
     VERDICT_DISTURBANCE_SHARE = Dataset(
         "/verdict/disturbance_share",
         ("verdict", "disturbance"),

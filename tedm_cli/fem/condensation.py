@@ -19,10 +19,10 @@ import scipy.sparse as sp
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
 from tedm_cli.errors import InputError, PhysicsError
 from tedm_cli.fem.assembly import Operators, assemble, element_ids
-from tedm_cli.fem.autospc import stiff_components
-from tedm_cli.fem.constraints import eliminate, to_basic
+from tedm_cli.fem.constraints import to_basic
 from tedm_cli.fem.element_loads import element_loads
 from tedm_cli.fem.parts import of_elements
+from tedm_cli.fem.reduced import reduced_stiffness
 from tedm_cli.fem.structure import ElementTemperatures, LoadCase, Structure
 from tedm_cli.fem.superelement import ReducedMatrices
 
@@ -98,14 +98,10 @@ def condense(part: Structure, interface: IntArray, recovered: IntArray, cases: l
         If the interface does not hold the part, or part of the interface is rigid in itself.
     """
     operators = assemble(part)
-    elimination, basic = eliminate(part), to_basic(part)
-    transform = (basic @ elimination.transform).tocsr()
-    reduced = (transform.T @ operators.stiffness @ transform).tocsr()
-    constrained = np.unique(6 * part.spc_grid + part.spc_component - 1)
-    active, _ = stiff_components(reduced, elimination.dependent, constrained)
-    free = np.setdiff1d(active, constrained)
+    whole, basic = reduced_stiffness(part, operators.stiffness), to_basic(part)
+    reduced, transform, free = whole.matrix, whole.transform.tocsr(), whole.free
     dofs = (6 * interface[:, None] + np.arange(6)).reshape(-1)
-    tied = elimination.transform[dofs][:, free].tocsr()
+    tied = whole.tied[dofs][:, free].tocsr()
     moves = np.flatnonzero(np.diff(tied.indptr))  # what nothing of the part resists passes no force on
     tied, inner = tied[moves], reduced[free][:, free]
     scale = 1.0 / np.sqrt(inner.diagonal())

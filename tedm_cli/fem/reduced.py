@@ -19,12 +19,14 @@ class ReducedStiffness:
     """Of 6 N degrees of freedom in the displacement frames of the grids.
 
     matrix : sparse [6 N, 6 N], without those that rigid elements make dependent; supports are not yet applied.
-    transform : sparse [6 N, 6 N], to motions of all grids in the frame of the positions.
+    tied, transform : sparse [6 N, 6 N], to motions of all grids: in their displacement frames, and in the frame of the
+        positions.
     dependent, constrained : [.], degrees of freedom of rigid elements, and of single-point constraints, ascending.
     active, measure : those with stiffness, see `stiff_components`.
     """
 
     matrix: sp.csr_matrix
+    tied: sp.csr_matrix
     transform: sp.csr_matrix
     dependent: IntArray
     constrained: IntArray
@@ -47,4 +49,6 @@ def reduced_stiffness(structure: Structure, stiffness: sp.csr_matrix) -> Reduced
     matrix = (transform.T @ (stiffness + direct_stiffness(structure)) @ transform).tocsr()
     constrained = np.unique(6 * structure.spc_grid + structure.spc_component - 1)
     active, measure = stiff_components(matrix, elimination.dependent, constrained)
-    return ReducedStiffness(matrix, transform, elimination.dependent, constrained, active, measure)
+    return ReducedStiffness(
+        matrix, elimination.transform, transform, elimination.dependent, constrained, active, measure
+    )

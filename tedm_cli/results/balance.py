@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray, IntArray
+from tedm_cli.balance.yields import Yield
 from tedm_cli.contracts import BALANCE
 from tedm_cli.files.store import Reader
 from tedm_cli.gravity.requirements import DcVerdict
@@ -24,21 +25,6 @@ class ToleranceResults:
     def largest(self, row: int) -> str:
         """The source that changes a value most."""
         return self.name[int(np.abs(self.change[:, row]).argmax())]
-
-
-@dataclass(frozen=True, eq=False)
-class YieldResults:
-    """Of `draws` builds `met` meet everything; low, high : 95 % interval of the share. each : [r]; ratio : [3, r];
-    error : of values, over their range, against the exact field.
-    """
-
-    draws: int
-    met: int
-    low: float
-    high: float
-    each: FloatArray
-    ratio: FloatArray
-    error: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +100,7 @@ class BalanceResults:
     beyond: float
     could_be_met: int
     tolerances: ToleranceResults | None
-    drawn: YieldResults | None
+    drawn: Yield | None
     thermal: ThermalPrice | None
     mass_before_kg: FloatArray | None
     shims_before: IntArray | None
@@ -221,9 +207,9 @@ def _thermal(file: Reader) -> ThermalPrice:
     return ThermalPrice(rows, units, areas, file.array(k.S_WITHOUT), file.array(k.S_ADDED))
 
 
-def _drawn(file: Reader) -> YieldResults:
+def _drawn(file: Reader) -> Yield:
     k = BALANCE
     low, high = file.array(k.YIELD_INTERVAL).tolist()
     draws, met = int(file.array(k.YIELD_DRAWS)), int(file.array(k.YIELD_MET))
     each, ratio, error = file.array(k.YIELD_EACH), file.array(k.YIELD_RATIO), float(file.array(k.YIELD_ERROR))
-    return YieldResults(draws, met, low, high, each, ratio, error)
+    return Yield(draws, met, low, high, each, ratio, error)
