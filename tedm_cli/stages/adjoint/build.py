@@ -15,7 +15,7 @@ from tedm_cli.adjoint.linear_fields import area_shapes
 from tedm_cli.adjoint.materials import MaterialUse
 from tedm_cli.adjoint.temperature_field import AreaError
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import ADJOINT, UNIT_LOADS
 from tedm_cli.errors import InputError, PhysicsError, TedmError
@@ -25,7 +25,7 @@ from tedm_cli.files.build_folder import ADJOINT_FILE
 from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.nastran.structure.material_use import material_cards, material_use
 from tedm_cli.progress import Step
-from tedm_cli.results.adjoint import AdjointResults, read_adjoint
+from tedm_cli.results.adjoint.file import AdjointResults, read_adjoint
 from tedm_cli.stages.adjoint.even_field import even_field_error, write_error
 from tedm_cli.stages.adjoint.materials import MaterialChanges, gravity_of, material_changes, unit_motions
 from tedm_cli.stages.adjoint.model import WarmedModel, coupled_structure, warmed_model

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.compensation import compensation_masses
-from tedm_cli.config.model import load_model
+from tedm_cli.config.model.compensation import compensation_masses
+from tedm_cli.config.model.file import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY
 from tedm_cli.files.blocks import node_blocks
@@ -20,10 +20,10 @@ from tedm_cli.gravity.compensation import field_of_compensation_masses
 from tedm_cli.gravity.motion import by_motion_of_source
 from tedm_cli.optics.shares import shares
 from tedm_cli.results.areas import read_areas, unit_per
-from tedm_cli.results.compensation import Blocks, read_blocks
 from tedm_cli.results.explained import Column, Table, Told, by_size, clean_sum, row_tables, sizes
-from tedm_cli.results.field import FieldAtRest, read_field
-from tedm_cli.results.self_gravity import read_self_gravity
+from tedm_cli.results.gravity.compensation import Blocks, read_blocks
+from tedm_cli.results.gravity.field import FieldAtRest, read_field
+from tedm_cli.results.gravity.self_gravity import read_self_gravity
 from tedm_cli.results.titles import at_rest_requirement, output_title
 
 _TURNS = {"x": "theta", "y": "eta", "z": "phi"}

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.model import ModelConfig
+from tedm_cli.config.model.file import ModelConfig
 from tedm_cli.config.uncertainty import AXES
 from tedm_cli.contracts import DISTORTION
 from tedm_cli.files.blocks import node_blocks
@@ -19,7 +19,7 @@ from tedm_cli.gravity.structure import stack_rows, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.gravity.ties import TiedOperator
 from tedm_cli.progress import Step, counter
-from tedm_cli.results.ties import Ties
+from tedm_cli.results.gravity.ties import Ties
 from tedm_cli.stages.gravity.tied_blocks import tied_operators
 from tedm_cli.threads import side_by_side
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import FloatArray
-from tedm_cli.config.compensation import compensation_file, compensation_masses
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.compensation import compensation_file, compensation_masses
+from tedm_cli.config.model.file import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.files.build_folder import (
@@ -33,9 +33,9 @@ from tedm_cli.gravity.requirements import DcVerdict
 from tedm_cli.gravity.structure import StructureGravity, structure_gravity
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.progress import Step, counter
-from tedm_cli.results.at_rest import BY_AREA, by_group
+from tedm_cli.results.gravity.at_rest import BY_AREA, by_group
+from tedm_cli.results.gravity.ties import Ties, require_ties
 from tedm_cli.results.sides import require_plane
-from tedm_cli.results.ties import Ties, require_ties
 from tedm_cli.results.unit_loads import area_of_grids, mass_of
 from tedm_cli.stages.common import check_test_masses, copy_areas, copy_places, out_path
 from tedm_cli.stages.gravity.at_rest import verdicts_at_rest, write_verdicts

@@ -13,7 +13,7 @@ from tedm_cli.files.store import Reader, Writer
 from tedm_cli.gravity.compensation import BlockQuadrature, CompensationMass
 from tedm_cli.gravity.testmass import TestMass
 from tedm_cli.gravity.ties import TiedOperator, follower, needs_rotations, tied_operator
-from tedm_cli.results.ties import Ties
+from tedm_cli.results.gravity.ties import Ties
 
 
 def tied_operators(

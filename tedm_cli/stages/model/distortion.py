@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from tedm_cli.arrays import BoolArray, FloatArray, IntArray
-from tedm_cli.config.compensation import compensation_masses
-from tedm_cli.config.model import load_model
-from tedm_cli.config.optics import load_layout
+from tedm_cli.config.model.compensation import compensation_masses
+from tedm_cli.config.model.file import load_model
+from tedm_cli.config.optics.layout import load_layout
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, UNIT_LOADS
 from tedm_cli.distortion import (
@@ -27,9 +27,9 @@ from tedm_cli.files.store import Reader, Writer, create, open_checked
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import read_areas
+from tedm_cli.results.gravity.ties import Ties, read_ties, require_ties
 from tedm_cli.results.optics import AREA_COMMA
 from tedm_cli.results.sides import require_plane
-from tedm_cli.results.ties import Ties, read_ties, require_ties
 from tedm_cli.results.unit_loads import areas_of_rows, lever_nodes_of
 from tedm_cli.stages.common import copy_areas, copy_places, out_path
 from tedm_cli.stages.layout_match import match_grids

@@ -16,10 +16,10 @@ from tedm_cli.areas.materials import judge_materials
 from tedm_cli.areas.mean_step import MeanStep, mean_steps
 from tedm_cli.areas.places import area_centroids, area_masses, area_points
 from tedm_cli.arrays import FloatArray, IntArray
-from tedm_cli.config.compensation import compensation_masses
-from tedm_cli.config.model import ModelConfig, load_model
+from tedm_cli.config.model.compensation import compensation_masses
+from tedm_cli.config.model.file import ModelConfig, load_model
+from tedm_cli.config.model.superelement import superelement_files
 from tedm_cli.config.project import Project
-from tedm_cli.config.superelement import superelement_files
 from tedm_cli.config.symmetry_plane import ProjectPlane, project_plane
 from tedm_cli.contracts import UNIT_LOADS
 from tedm_cli.deck_units import DeckUnits
@@ -41,7 +41,7 @@ from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.nastran.rigid import check_rigidity, rigid_links
 from tedm_cli.progress import Step
 from tedm_cli.results.areas import write_areas
-from tedm_cli.results.ties import Ties
+from tedm_cli.results.gravity.ties import Ties
 from tedm_cli.stages.common import check_test_masses, out_path, refuse_own_place
 from tedm_cli.stages.model.masses import check_grids_outside, check_weight_tables, properties_of, without_test_masses
 from tedm_cli.stages.model.superelements import AreasElsewhere, Recovery, reduced_on, require_own_areas

@@ -13,7 +13,7 @@ from tedm_cli.config.project import Project
 from tedm_cli.contracts import CASE, DISTORTION, SENSITIVITY, UNIT_LOADS
 from tedm_cli.exports.mesh import label_of_cells
 from tedm_cli.fem.surface import outer_surface
-from tedm_cli.figures.colours import area_colours
+from tedm_cli.figures.drawing.colours import area_colours
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE, require_input
 from tedm_cli.files.provenance import input_files
 from tedm_cli.files.store import Reader, open_checked, replacing
@@ -21,10 +21,10 @@ from tedm_cli.gravity.bodies.solid import cuboid_mesh
 from tedm_cli.noise.areas import AreaTable
 from tedm_cli.progress import Step
 from tedm_cli.results.build_folder import Results, open_results
-from tedm_cli.results.case_network import of_network
-from tedm_cli.results.compensation import read_blocks
+from tedm_cli.results.gravity.compensation import read_blocks
 from tedm_cli.results.optics import read_bench_motion
 from tedm_cli.results.outputs import read_outputs
+from tedm_cli.results.thermal.case_shares import of_network
 from tedm_cli.results.titles import output_title
 from tedm_cli.results.unit_loads import area_of_grids
 from tedm_cli.results.wording import capital
