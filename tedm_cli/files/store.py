@@ -25,6 +25,7 @@ import numpy as np
 from tedm_cli import __version__
 from tedm_cli.arrays import AnyArray
 from tedm_cli.contracts import KINDS, Dataset, FileKind
+from tedm_cli.contracts.spec import ON_GRIDS
 from tedm_cli.errors import InputError, PhysicsError, TedmError
 from tedm_cli.files.blocks import BLOCK_NODES, Allocated, Blocks, narrowed, reading
 from tedm_cli.files.contract_check import (
@@ -178,8 +179,13 @@ class Reader:
         try:
             return Blocks(opened(self._file, path), self.path)
         except KeyError:
-            hint = f"make it with `{self.kind.made_by}`, or `tedm run`"
-            raise InputError(f"has no {path}", where=str(self.path), hint=hint) from None
+            spec = self.kind.datasets.get(path)
+            if spec is not None and spec.comes_with == ON_GRIDS:
+                fact = f"has no {path}: its results were reduced in parts, and the displacements of grids not kept"
+                hint = "with all results on one machine, `tedm ingest` and `tedm build-distortion` keep them"
+            else:
+                fact, hint = f"has no {path}", f"make it with `{self.kind.made_by}`, or `tedm run`"
+            raise InputError(fact, where=str(self.path), hint=hint) from None
 
     def units(self, path: str) -> str:
         with reading(self.path, path):
