@@ -127,11 +127,11 @@ def reduced(motions: Iterable[tuple[float, bool, FloatArray, FloatArray]], by: R
             sums.turn_size[:] += np.linalg.norm(turn, axis=1)
         blocks = [_followed(block, translation[block.rows] / load, turn) for block in by.blocks]
         optics = (translation[by.optics] / load, rotation[by.optics] / load)
-        found.append((column, *optics, np.array(blocks).reshape(-1, 6), np.array(largest)))
+        found.append((column, *optics, np.array(blocks).reshape(len(by.blocks), 6), np.array(largest)))
         moments.append(moment)
     rigid = by.fit.motions(np.array(moments)) if moments else (np.zeros((0, 3)), np.zeros((0, 3)))
     shapes = ((len(by.operator),), (len(by.optics), 3), (len(by.optics), 3), (len(by.blocks), 6), ())
-    parts = [np.array([one[i] for one in found]).reshape(-1, *shape) for i, shape in enumerate(shapes)]
+    parts = [np.array([one[i] for one in found]).reshape(len(found), *shape) for i, shape in enumerate(shapes)]
     columns = Columns(
         columns=np.ascontiguousarray(parts[0].T),
         optical_translation=parts[1],

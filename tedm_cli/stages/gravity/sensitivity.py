@@ -13,7 +13,7 @@ import numpy as np
 
 from tedm_cli.arrays import FloatArray
 from tedm_cli.columns import Columns
-from tedm_cli.config.compensation import compensation_file, compensation_masses
+from tedm_cli.config.compensation import compensation_masses
 from tedm_cli.config.model import ModelConfig, load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import DISTORTION, SENSITIVITY, UNIT_LOADS
@@ -38,7 +38,7 @@ from tedm_cli.results.at_rest import BY_AREA, by_group
 from tedm_cli.results.sides import require_plane
 from tedm_cli.results.ties import require_ties
 from tedm_cli.results.unit_loads import area_of_grids
-from tedm_cli.stages.common import copy_areas, copy_places, out_path
+from tedm_cli.stages.common import copy_areas, copy_places, gravity_files, out_path
 from tedm_cli.stages.gravity.at_rest import verdicts_at_rest, write_verdicts
 from tedm_cli.stages.gravity.contraction import self_gravity_sensitivity, write_operator
 from tedm_cli.stages.gravity.positions import position_columns, position_sensitivity
@@ -106,14 +106,6 @@ def build_sensitivity(
         require_plane(distortion, project, config)
         require_ties(unit, compensation_masses(project, config))
         return _build(project, config, unit, distortion, writer, out, given, step)
-
-
-def gravity_files(project: Project, config: ModelConfig) -> list[Path]:
-    """Files beside the model's configuration that the pull on the test masses depends on."""
-    block_file = compensation_file(project, config)
-    return list(
-        dict.fromkeys([*([] if block_file is None else [block_file]), *map(project.resolve, config.body_files())])
-    )
 
 
 def _write_bodies(writer: Writer, test_masses: list[TestMass]) -> None:

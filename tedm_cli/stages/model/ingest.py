@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from tedm_cli.deck_units import DeckUnits
 from tedm_cli.distortion import Precision
 from tedm_cli.files.blocks import PrecisionLossError
 from tedm_cli.files.build_folder import UNIT_LOADS_FILE
-from tedm_cli.files.provenance import relative_name
+from tedm_cli.files.provenance import input_files, relative_name
 from tedm_cli.files.store import Writer, create
 from tedm_cli.gravity.mass_properties import MassProperties
 from tedm_cli.nastran.displacements import Findings
@@ -65,10 +65,10 @@ def ingest(project: Project, output: Path | None, step: Step) -> IngestSummary:
     read = read_model(project, results)
     loads, geometry = read.loads, read.geometry
     out = out_path(project, UNIT_LOADS_FILE, output)
-    findings = Findings()
+    trace, findings = replace(read.trace, inputs=(*read.trace.inputs, *input_files(results))), Findings()
 
     def write(single: bool) -> None:
-        with create(out, UNIT_LOADS, read.trace) as writer:
+        with create(out, UNIT_LOADS, trace) as writer:
             write_model(writer, read, out)
             motions = read.displacements.motions(results, findings)
             write_motions(writer, motions, loads, len(geometry.grid_id), single, step)

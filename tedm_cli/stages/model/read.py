@@ -100,6 +100,7 @@ class DisplacementsOf:
 class ModelRead:
     """The model of a project: geometry, masses, ties and areas; what `displacements` are read for; where it is from.
 
+    trace : without results, which are not read yet.
     centroids, area_kg, members : by area, those of superelements among them. notes : remarks, those on units first.
     """
 
@@ -125,10 +126,8 @@ class ModelRead:
         return self.displacements.wanted
 
 
-def read_model(project: Project, results: Sequence[Path], more: Sequence[Path] = ()) -> ModelRead:
+def read_model(project: Project, results: Sequence[Path]) -> ModelRead:
     """Read the unit-load deck of a project and check it, also against what is beside its `results`.
-
-    more : other files that what is made depends on, for its provenance.
 
     Raises
     ------
@@ -142,7 +141,7 @@ def read_model(project: Project, results: Sequence[Path], more: Sequence[Path] =
     files = deck_files(model, deck)
     listed = area_csv(project, config)
     given = superelement_files(project, config.superelement)
-    trace = provenance([config_file], [*files, *([listed] if listed else []), *given, *more, *results])
+    trace = provenance([config_file], [*files, *([listed] if listed else []), *given])
     geometry, masses, whole = _masses(model, files, results, config, project.model)
     ties, tie_notes = ties_on(compensation_masses(project, config), config, model, whole)
     check_test_masses(config.test_masses(), geometry.position_m[geometry.lumped_kg > 0], where=str(project.model))
