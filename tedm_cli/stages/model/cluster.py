@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,10 +57,13 @@ def _connected(address: str) -> Iterator[Client]:
         raise UsageError(
             "--scheduler needs distributed, which is not installed", hint='pip install "tedm[cluster]"'
         ) from None
+    for name in ("distributed", "distributed.client"):  # it tells in errors here what is left to say
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    host, _, port = address.rpartition("://")[2].rpartition(":")
+    if not host or not port.isdigit():
+        raise UsageError(f"{address!r} is no address of a scheduler", hint="such as tcp://HOST:8786, as it says itself")
     try:
-        client = Client(address, timeout=ANSWER_S, set_as_default=False)
-    except ValueError as exc:
-        raise UsageError(f"{address!r} is no address of a scheduler ({exc})", hint="tcp://HOST:8786, say") from None
+        client = Client(address, timeout=ANSWER_S)
     except OSError as exc:
         raise InputError(
             f"no dask scheduler answers within {ANSWER_S:.0f} s ({_first_line(exc)})",
@@ -167,7 +171,7 @@ def _round(
     }
     try:
         while futures:
-            with contextlib.suppress(TimeoutError):
+            with contextlib.suppress(TimeoutError, CancelledError):  # what is cancelled is among those that are done
                 wait(list(futures), timeout=WORKERS_S, return_when="FIRST_COMPLETED")
             for future in [future for future in futures if future.done()]:
                 number = futures.pop(future)
