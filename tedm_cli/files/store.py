@@ -179,13 +179,20 @@ class Reader:
         try:
             return Blocks(opened(self._file, path), self.path)
         except KeyError:
-            spec = self.kind.datasets.get(path)
-            if spec is not None and spec.comes_with == ON_GRIDS:
-                fact = f"has no {path}: its results were reduced in parts, and the displacements of grids not kept"
-                hint = "with all results on one machine, `tedm ingest` and `tedm build-distortion` keep them"
-            else:
-                fact, hint = f"has no {path}", f"make it with `{self.kind.made_by}`, or `tedm run`"
-            raise InputError(fact, where=str(self.path), hint=hint) from None
+            raise self.absent(path) from None
+
+    def absent(self, path: str) -> InputError:
+        """The error for a dataset that is not there, be it one that is kept only where all results were."""
+        spec = self.kind.datasets.get(path)
+        if spec is None or spec.comes_with != ON_GRIDS:
+            return InputError(
+                f"has no {path}", where=str(self.path), hint=f"make it with `{self.kind.made_by}`, or `tedm run`"
+            )
+        return InputError(
+            f"has no displacements of grids ({path}): its results were reduced in parts",
+            where=str(self.path),
+            hint="with all results on one machine, `tedm ingest` and `tedm build-distortion` keep them",
+        )
 
     def units(self, path: str) -> str:
         with reading(self.path, path):
