@@ -17,7 +17,8 @@ from tedm_cli.distortion import RigidFit
 from tedm_cli.gravity.operator import contract
 from tedm_cli.gravity.ties import Follower
 
-_BLOCK = 65_536  # grids that are reduced at once: as `build-distortion` reads them
+_AREAS = 8  # areas that are held at once, and contracted with the operator together
+_BLOCK = 4_096  # grids of these that stay in a processor's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,50 +99,87 @@ def reduced(motions: Iterable[tuple[float, bool, FloatArray, FloatArray]], by: R
     Parameters
     ----------
     motions : of each area its temperature step (K; K/m), whether that is a mean temperature, and translations [N,3] (m)
-        and rotations [N,3] (rad) of the grids in the basic frame, finite. One is held at a time.
+        and rotations [N,3] (rad) of the grids in the basic frame, finite. A few are held at a time.
     by : the operator and the rows.
     """
-    n_nodes, levers = by.operator.shape[1], by.levers
-    found: list[tuple[FloatArray, ...]] = []
-    moments: list[FloatArray] = []
-    sums = _none(n_nodes, len(levers))
+    work = _Held(by)
     for load, is_mean, translation, rotation in motions:
-        turn = rotation[levers] / load
-        column = contract(by.rotation, turn[None])[:, 0]
-        moment, largest = np.zeros((4, 3)), 0.0
-        for start in range(0, n_nodes, _BLOCK):
-            block = slice(start, min(start + _BLOCK, n_nodes))
-            move = translation[block] / load
-            length = np.sqrt(np.einsum("ni,ni->n", move, move))
-            largest = max(largest, float(length.max()))
-            column += contract(by.operator[:, block], move[None])[:, 0]
-            moment += by.fit.moments(block, move)
-            if is_mean:
-                sums.total[block] += move
-                sums.size[block] += length
-        at_levers = translation[levers]
-        sums.moving[:] |= np.any(at_levers != 0.0, axis=1)
-        sums.turned[:] |= np.any(turn != 0.0, axis=1)
+        work.take(load, is_mean, translation, rotation)
+    return work.columns(), work.sums
+
+
+class _Held:
+    """A few areas at a time: the operator, which is larger than the motions of an area, is read once for all of them."""
+
+    def __init__(self, by: Reduction) -> None:
+        n_nodes, levers = by.operator.shape[1], len(by.levers)
+        self._by = by
+        self._move, self._turn = np.empty((_AREAS, n_nodes, 3)), np.empty((_AREAS, levers, 3))
+        self._of_mean: list[bool] = []
+        self._gathered: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+        self._contracted: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+        self.sums = _none(n_nodes, levers)
+
+    def take(self, load: float, is_mean: bool, translation: FloatArray, rotation: FloatArray) -> None:
+        by, place = self._by, len(self._of_mean)
+        move, turn = self._move[place], self._turn[place]
+        np.divide(translation, load, out=move)
+        np.divide(rotation[by.levers], load, out=turn)
+        blocks = [_followed(block, move[block.rows], turn) for block in by.blocks]
+        self._gathered.append((move[by.optics], rotation[by.optics] / load, np.array(blocks).reshape(-1, 6)))
+        self._of_mean.append(is_mean)
+        self.sums.moving[:] |= np.any(move[by.levers] != 0.0, axis=1)
+        self.sums.turned[:] |= np.any(turn != 0.0, axis=1)
         if is_mean:
-            sums.total_turn[:] += turn
-            sums.turn_size[:] += np.linalg.norm(turn, axis=1)
-        blocks = [_followed(block, translation[block.rows] / load, turn) for block in by.blocks]
-        optics = (translation[by.optics] / load, rotation[by.optics] / load)
-        found.append((column, *optics, np.array(blocks).reshape(len(by.blocks), 6), np.array(largest)))
-        moments.append(moment)
-    rigid = by.fit.motions(np.array(moments)) if moments else (np.zeros((0, 3)), np.zeros((0, 3)))
-    shapes = ((len(by.operator),), (len(by.optics), 3), (len(by.optics), 3), (len(by.blocks), 6), ())
-    parts = [np.array([one[i] for one in found]).reshape(len(found), *shape) for i, shape in enumerate(shapes)]
-    columns = Columns(
-        columns=np.ascontiguousarray(parts[0].T),
-        optical_translation=parts[1],
-        optical_rotation=parts[2],
-        blocks=parts[3],
-        largest=parts[4],
-        rigid_translation=rigid[0],
-        rigid_rotation=rigid[1],
-    )
-    return columns, sums
+            self.sums.total_turn[:] += turn
+            self.sums.turn_size[:] += np.linalg.norm(turn, axis=1)
+        if len(self._of_mean) == _AREAS:
+            self._contract()
+
+    def _contract(self) -> None:
+        by, held, sums = self._by, len(self._of_mean), self.sums
+        column = contract(by.rotation, self._turn[:held])
+        moments, largest = np.zeros((held, 4, 3)), np.zeros(held)
+        for start in range(0, len(sums.size), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            move = self._move[:held, block]
+            length = np.sqrt(np.einsum("ani,ani->an", move, move))
+            np.maximum(largest, length.max(axis=1), out=largest)
+            column += contract(by.operator[:, block], move)
+            for area, is_mean in enumerate(self._of_mean):
+                moments[area] += by.fit.moments(block, move[area])
+                if is_mean:
+                    sums.total[block] += move[area]
+                    sums.size[block] += length[area]
+        self._contracted.append((column.T, moments, largest))
+        self._of_mean = []
+
+    def columns(self) -> Columns:
+        """Those of all areas that were taken."""
+        if self._of_mean:
+            self._contract()
+        by = self._by
+        shapes = ((len(by.operator),), (4, 3), ())
+        column, moments, largest = (_stacked([one[i] for one in self._contracted], s) for i, s in enumerate(shapes))
+        shapes = ((len(by.optics), 3), (len(by.optics), 3), (len(by.blocks), 6))
+        translation, rotation, blocks = (
+            _stacked([one[i][None] for one in self._gathered], shape) for i, shape in enumerate(shapes)
+        )
+        rigid = by.fit.motions(moments) if len(moments) else (np.zeros((0, 3)), np.zeros((0, 3)))
+        return Columns(
+            columns=np.ascontiguousarray(column.T),
+            optical_translation=translation,
+            optical_rotation=rotation,
+            blocks=blocks,
+            largest=largest,
+            rigid_translation=rigid[0],
+            rigid_rotation=rigid[1],
+        )
+
+
+def _stacked(parts: Sequence[FloatArray], shape: tuple[int, ...]) -> FloatArray:
+    """Arrays [n, *shape] one after the other, of which there may be none."""
+    return np.concatenate([np.zeros((0, *shape)), *parts])
 
 
 def joined(parts: Sequence[tuple[IntArray, Columns]]) -> Columns:

@@ -47,23 +47,27 @@ def merge(
 
 
 def in_parts(project: Project, partial: Path | None, scheduler: str | None, *, as_json: bool, quiet: bool) -> None:
-    """`build-sensitivity` of one result file, or of all by the workers of a scheduler."""
+    """`build-sensitivity` of one result file, or of all: by the workers of a scheduler, or here without one."""
     from tedm_cli.cli.printing.merge import merge_dict, merge_lines, part_dict, part_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.gravity.pulls import reduction_of
     from tedm_cli.stages.model.cluster import reduce_on_workers
+    from tedm_cli.stages.model.one_pass import reduce_here
     from tedm_cli.stages.model.parts import build_part
 
     if partial is not None:
         with progress(quiet) as step:
             part = build_part(project, partial, reduction_of, step)
         answer(as_json, quiet, lambda: part_lines(part), lambda: part_dict(part))
-    elif scheduler is not None:
-        _remember(project)
-        with progress(quiet) as step:
-            finish = partial_of(_sensitivity_of, project, step)
+        return
+    _remember(project)
+    with progress(quiet) as step:
+        finish = partial_of(_sensitivity_of, project, step)
+        if scheduler is None:
+            done = reduce_here(project, reduction_of, finish, step)
+        else:
             done = reduce_on_workers(project, scheduler, reduction_of, finish, step)
-        answer(as_json, quiet, lambda: merge_lines(done), lambda: merge_dict(done))
+    answer(as_json, quiet, lambda: merge_lines(done), lambda: merge_dict(done))
 
 
 def _sensitivity_of(project: Project, step: Step, pulls: Any) -> SensitivityOf:

@@ -189,9 +189,9 @@ class Reader:
                 f"has no {path}", where=str(self.path), hint=f"make it with `{self.kind.made_by}`, or `tedm run`"
             )
         return InputError(
-            f"has no displacements of grids ({path}): its results were reduced in parts",
+            f"has no displacements of grids ({path}): its results were reduced without keeping them",
             where=str(self.path),
-            hint="with all results on one machine, `tedm ingest` and `tedm build-distortion` keep them",
+            hint="`tedm ingest` and `tedm build-distortion` keep them",
         )
 
     def units(self, path: str) -> str:

@@ -106,8 +106,8 @@ def reduction_of(
     changes = [rates for _, _, rates in moved_operators(config, pulls.masses, pulls.blocks, pulls.ties, step)]
     position = pulls.masses.position
     reduction = Reduction(
-        operator=np.concatenate([rows, *(own for own, _ in changes)]),
-        rotation=np.concatenate([turns, *(own for _, own in changes)]),
+        operator=np.ascontiguousarray(np.concatenate([rows, *(own for own, _ in changes)])),
+        rotation=np.ascontiguousarray(np.concatenate([turns, *(own for _, own in changes)])),
         levers=pulls.masses.lever_node,
         optics=optics,
         blocks=tuple(_followed(block, pulls, position) for block in pulls.blocks if block.tie is not None),

@@ -40,7 +40,7 @@ from tedm_cli.view.payload import Box, Drawing, ViewModel, payload, planes
 VIEW_FILE = "view.html"
 _BINARY = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of VTK's hexahedron in the order of `_CUBE`
 _CUBE, _BRICK = cuboid_mesh(np.full(3, -0.5), np.full(3, 0.5))
-AT_REST = "The structure is drawn at rest: its results were reduced in parts, and displacements of grids not kept"
+AT_REST = "The structure is drawn at rest: displacements of grids were not kept when its results were reduced"
 MOST_NUMBERS = 6_000_000  # displacements in a page, of all areas: 12 MB before they are deflated
 _MOST_TRIANGLES = 5_000  # of a test mass; one with more is drawn as the cuboid that holds it
 
