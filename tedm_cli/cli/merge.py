@@ -6,9 +6,12 @@ meet here, as wings of `stages` do not know each other.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial as partial_of
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from tedm_cli.cli.app import answer, app, open_project
 from tedm_cli.cli.options import DEFAULT_BUILD, DEFAULT_CONFIG, BuildDir, Config, Json, Quiet, Verbose
@@ -23,6 +26,10 @@ if TYPE_CHECKING:
 def merge(
     config: Config = DEFAULT_CONFIG,
     build_dir: BuildDir = DEFAULT_BUILD,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FOLDER", help="Write here instead of into the build folder."),
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -33,16 +40,19 @@ def merge(
     model.op2, and writes unit_loads.h5, distortion.h5 and sensitivity.h5. Refused are parts of another model,
     configuration or version, and areas in no part or in two; the areas of all parts must add up to the uniform load.
 
-    What needs the displacements of grids cannot be made of these files, and says so: build-adjoint, view, export-vtu.
+    What needs the displacements of grids cannot be made of these files, and says so, such as build-adjoint and
+    export-vtu.
     """
     from tedm_cli.cli.printing.merge import merge_dict, merge_lines
     from tedm_cli.progress import progress
     from tedm_cli.stages.model.merge import merge as stage
 
     project = open_project(config, build_dir, verbose)
-    _remember(project)
+    into = project if output is None else replace(project, build_dir=output)
+    if output is None:
+        _remember(project)
     with progress(quiet) as step:
-        done = stage(project, _sensitivity_of(project, step, None), step)
+        done = stage(project, into, _sensitivity_of(into, step, None), step)
     answer(as_json, quiet, lambda: merge_lines(done), lambda: merge_dict(done))
 
 

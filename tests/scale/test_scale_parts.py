@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -41,7 +42,10 @@ KEPT_NOWHERE = {"/translation", "/rotation", "/D/translation", "/D/rotation"}
 def merged(project: Project) -> MergeSummary:
     remember(chain_files(project).remembered())
     return merge(
-        project, lambda found, parts: build_sensitivity(project, None, silent, GivenColumns(found, parts)), silent
+        project,
+        project,
+        lambda found, parts: build_sensitivity(project, None, silent, GivenColumns(found, parts)),
+        silent,
     )
 
 
@@ -167,8 +171,12 @@ def test_a_missing_part_is_named_with_its_file_and_its_areas(copy: Project) -> N
 def test_results_elsewhere_need_not_be_here(copy: Project) -> None:
     """On a machine without the OP2 files; their sums are those that the parts say."""
     shutil.rmtree(copy.build_dir.parent / "results")
-    assert merged(copy).parts == 8
-    assert len([i for i in open_inputs(copy.build_dir / "unit_loads.h5") if i.path.suffix == ".op2"]) == 8
+    other = copy.build_dir.with_name("other")  # and written elsewhere
+    found = tedm("merge", "-c", copy.file.path, "-d", copy.build_dir, "-o", other, "--json")
+    assert json.loads(found.ok().out)["parts"] == 8
+    assert sorted(path.name for path in other.iterdir()) == sorted(NAMES)
+    assert not (copy.build_dir / "unit_loads.h5").exists()
+    assert len([i for i in open_inputs(other / "unit_loads.h5") if i.path.suffix == ".op2"]) == 8
 
 
 def test_a_part_of_another_model(copy: Project) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from tedm_cli import __version__
 from tedm_cli.columns import Columns, joined
+from tedm_cli.config.model import load_model
 from tedm_cli.config.project import Project
 from tedm_cli.contracts import PARTIAL, UNIT_LOADS
 from tedm_cli.errors import InputError
@@ -46,8 +47,10 @@ class MergeSummary:
     unused: list[Path]
 
 
-def merge(project: Project, sensitivity_of: SensitivityOf, step: Step) -> MergeSummary:
+def merge(project: Project, into: Project, sensitivity_of: SensitivityOf, step: Step) -> MergeSummary:
     """Put the parts in the build folder together, one of each result file of model.op2.
+
+    `into`: the project with the build folder that the files are written to; `sensitivity_of` writes there too.
 
     Raises
     ------
@@ -55,6 +58,7 @@ def merge(project: Project, sensitivity_of: SensitivityOf, step: Step) -> MergeS
         version; areas in no part, or in two.
     PhysicsError : the areas do not add up to the uniform load; what `build_distortion` judges besides.
     """
+    load_model(project.model)[1].required_test_masses(project.model)
     results = own_results(project)
     files = [project.build_dir / name for name in partial_file_names(results)]
     _require_all(files, results)
@@ -63,7 +67,7 @@ def merge(project: Project, sensitivity_of: SensitivityOf, step: Step) -> MergeS
     for file, path, (_, made) in zip(files, results, found, strict=True):
         _require_same(file, path, made, origin(project, read))
     unused = sorted(set(project.build_dir.glob("partial_*.h5")) - set(files))
-    return assemble(project, read, [part for part, _ in found], files, sensitivity_of, step, unused)
+    return assemble(into, read, [part for part, _ in found], files, sensitivity_of, step, unused)
 
 
 def assemble(
