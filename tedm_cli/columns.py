@@ -109,7 +109,7 @@ def reduced(motions: Iterable[tuple[float, bool, FloatArray, FloatArray]], by: R
 
 
 class _Held:
-    """A few areas at a time: the operator, which is larger than the motions of an area, is read once for all of them."""
+    """A few areas at a time: the operator is larger than the motions of an area, and is read once for all of them."""
 
     def __init__(self, by: Reduction) -> None:
         n_nodes, levers = by.operator.shape[1], len(by.levers)
@@ -159,11 +159,11 @@ class _Held:
         if self._of_mean:
             self._contract()
         by = self._by
-        shapes = ((len(by.operator),), (4, 3), ())
-        column, moments, largest = (_stacked([one[i] for one in self._contracted], s) for i, s in enumerate(shapes))
-        shapes = ((len(by.optics), 3), (len(by.optics), 3), (len(by.blocks), 6))
+        summed: list[tuple[int, ...]] = [(len(by.operator),), (4, 3), ()]
+        column, moments, largest = (_stacked([one[i] for one in self._contracted], s) for i, s in enumerate(summed))
+        kept: list[tuple[int, ...]] = [(len(by.optics), 3), (len(by.optics), 3), (len(by.blocks), 6)]
         translation, rotation, blocks = (
-            _stacked([one[i][None] for one in self._gathered], shape) for i, shape in enumerate(shapes)
+            _stacked([one[i][None] for one in self._gathered], s) for i, s in enumerate(kept)
         )
         rigid = by.fit.motions(moments) if len(moments) else (np.zeros((0, 3)), np.zeros((0, 3)))
         return Columns(

@@ -35,8 +35,8 @@ def build_sensitivity(
         bool,
         typer.Option(
             "--no-store",
-            help="Read each result file of model.op2 once, and keep no displacements of grids: in place of `tedm ingest`"
-            " and `tedm build-distortion`.",
+            help="Read each result file of model.op2 once, and keep no displacements of grids: in place of `tedm"
+            " ingest` and `tedm build-distortion`.",
         ),
     ] = False,
     partial: Annotated[

@@ -245,7 +245,7 @@ def test_what_is_no_result_file_of_the_project(copy: Project) -> None:
     with pytest.raises(UsageError, match=r"other.op2 is no result file of this project"):
         build_part(copy, folder / "other.op2", reduction_of, silent)
     found = tedm("build-sensitivity", "--partial", "x.op2", "--scheduler", "tcp://h:1", "-c", copy.file.path)
-    assert (found.code, found.err) == (2, "error: --partial, --scheduler and --output exclude each other\n")
+    assert (found.code, found.err) == (2, "error: --no-store, --partial, --scheduler and --output exclude each other\n")
     (folder / "elsewhere").mkdir()
     shutil.move(folder / FILES[0], folder / "elsewhere" / "batch1.op2")  # on a disk of its own, by its name
     (copy.build_dir / "partial_batch1.h5").unlink()

@@ -37,8 +37,9 @@ def part_dict(done: PartSummary) -> dict[str, Any]:
 
 def merge_lines(done: MergeSummary) -> list[str]:
     """What the stages say that make these files, and what was left aside."""
+    files = "one result file" if done.parts == 1 else f"{done.parts} result files"
     return [
-        f"{done.unit_loads}: of {done.parts} result file{'' if done.parts == 1 else 's'}; displacements of grids are not kept",
+        f"{done.unit_loads}: of {files}; displacements of grids are not kept",
         *distortion_lines(done.distortion),
         *sensitivity_lines(done.sensitivity),
         *(f"note: {path} is of no result file in model.op2, and was left aside" for path in done.unused),

@@ -59,7 +59,8 @@ class PartSummary:
 def part_of(prepared: Prepared, path: Path, name: str, advance: Callable[[int], None] = lambda _: None) -> Part:
     """Reduce one result file, which the configuration calls `name`: the same bits wherever and whenever it is done.
 
-    `advance` is told of every subcase. A few of them are held at a time, and products are made by one thread: how many there are changes their last bits.
+    `advance` is told of every subcase. A few are held at a time. Products are made by one thread: how many there are
+    changes their last bits.
 
     Raises
     ------
