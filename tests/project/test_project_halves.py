@@ -120,6 +120,8 @@ def halves(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Half]:
                 project.run(command, *{"run-case": ("3",), "run-series": ("warm",)}.get(command, ())).ok()
             if command == "plot":
                 (project.build / "figures.stamp").touch()
+        if half == GRAVITY:
+            project.run("build-sensitivity", "--partial", project.folder / "unit_loads.op2").ok()
         found[half] = Half(project.folder, tuple(commands))
     return found
 
@@ -216,6 +218,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
         for name in ("ingest", "build-distortion", "build-sensitivity", "build-optics", "build-adjoint")
     },
     "build-loads": ("-o", "{out}/file.h5"),
+    "merge": ("-o", "{out}"),
     "reduce": ("--interface", "850001", "--part", "800101", "-o", "{out}/part.op4"),
     "areas": (),
     "write-deck": ("-o", "{out}/deck.bdf"),
@@ -266,6 +269,7 @@ REFUSED = {
     | dict.fromkeys(
         (
             "build-sensitivity",
+            "merge",
             "audit-mesh",
             "self-gravity",
             "accuracy",

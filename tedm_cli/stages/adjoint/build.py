@@ -126,6 +126,9 @@ def _found(
     given: OutputInputs, results: Sequence[Path], step: Step, *, area_error: bool
 ) -> Adjoint | InputError | PhysicsError:
     """The adjoint of a model that `ingest` has read; or why there is none here."""
+    if not given.unit.has(UNIT_LOADS.TRANSLATION):
+        absent = given.unit.absent(UNIT_LOADS.TRANSLATION)
+        return InputError(f"{given.unit.path.name} {absent.fact}", where=str(given.unit.path), hint=absent.hint)
     try:
         structure = coupled_structure(given.raw, given.deck, superelements=bool(given.config.superelement))
     except InputError as exc:

@@ -163,15 +163,21 @@ def _parts(
         parts["tied compensation masses"] = _tied(project, rows, blocks)
     elif blocks.name:
         notes.append("compensation masses stay still: they are in the field at rest, not in the sensitivity")
-    turning = len(file.array(SENSITIVITY.OPERATOR_OFFSET_NODE))
+    turning, why = len(file.array(SENSITIVITY.OPERATOR_OFFSET_NODE)), ""
     path = project.build_dir / DISTORTION_FILE
-    if turning and not tied and path.exists():
+    if tied:
+        why = "tied compensation masses turn with some of them"
+    elif not path.exists():
+        why = f"there is no {path.name}"
+    elif turning:
         with open_checked(path, DISTORTION) as distortion:
             require_input(file, input_files([path])[0])
-            parts["offset masses, by rotations of their grids"] = _levers(file, distortion, rows)
-        structure = "structure, by translations of its grids"
-    elif turning:
-        why = "tied compensation masses turn with some of them" if tied else f"there is no {path.name}"
+            if distortion.has(DISTORTION.D_ROTATION):
+                parts["offset masses, by rotations of their grids"] = _levers(file, distortion, rows)
+                structure = "structure, by translations of its grids"
+            else:
+                why = f"{path.name} has no displacements of grids"
+    if turning and why:
         notes.append(f"rotations of {turning:,} grids, whose masses are offset, are not told apart: {why}")
     rest = value - sum(parts.values(), np.zeros_like(value))
     return {structure: rest} | parts, notes

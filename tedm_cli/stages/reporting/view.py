@@ -40,6 +40,7 @@ from tedm_cli.view.payload import Box, Drawing, ViewModel, payload, planes
 VIEW_FILE = "view.html"
 _BINARY = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of VTK's hexahedron in the order of `_CUBE`
 _CUBE, _BRICK = cuboid_mesh(np.full(3, -0.5), np.full(3, 0.5))
+AT_REST = "The structure is drawn at rest: displacements of grids were not kept when its results were reduced"
 MOST_NUMBERS = 6_000_000  # displacements in a page, of all areas: 12 MB before they are deflated
 _MOST_TRIANGLES = 5_000  # of a test mass; one with more is drawn as the cuboid that holds it
 
@@ -49,6 +50,7 @@ class ViewWritten:
     """What was written: how many of the model's grids are drawn, and how many cases and series are there.
 
     left_out : cases of the thermal network and series of thermal nodes, which are no areas that the page could move.
+    moving : whether the structure moves; else the displacements of its grids were not kept.
     """
 
     path: Path
@@ -57,6 +59,7 @@ class ViewWritten:
     cases: int
     series: int
     left_out: tuple[str, ...]
+    moving: bool
 
 
 def view(project: Project, output: Path | None, step: Step, most_numbers: int = MOST_NUMBERS) -> ViewWritten:
@@ -75,6 +78,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
                 require_input(file, one)
         of_model = read_outputs(project)
         outputs = of_model.with_differences(results.config.applied_requirements())
+        moving = results.distortion.has(DISTORTION.D_TRANSLATION)
         drawing = _drawing(project, results, unit, outputs.areas, most_numbers, step)
         content = ViewModel(
             title=project.title,
@@ -88,7 +92,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
             cases=case_views(project, results, of_model, step),
             series=series_films(project, results, outputs.areas),
             drawing=drawing,
-            half=results.half,
+            half=". ".join(filter(None, (results.half, AT_REST * (not moving)))),
         )
         text = page(project.title, payload(content))
         nodes = [f"case {file.string(CASE.CASE_ID)}" for file in results.cases if of_network(file)]
@@ -96,7 +100,7 @@ def view(project: Project, output: Path | None, step: Step, most_numbers: int = 
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     drawn, there = (len(drawing.mesh.grid), drawing.grids), (len(content.cases), len(content.series))
-    return ViewWritten(path, *drawn, *there, tuple(nodes))
+    return ViewWritten(path, *drawn, *there, tuple(nodes), moving)
 
 
 def _drawing(
@@ -128,7 +132,10 @@ def _drawing(
 
 
 def _motion(distortion: Reader, grid: IntArray, step: Step) -> Quantised:
-    """[D] of the drawn grids, read area by area."""
+    """[D] of the drawn grids, read area by area; zeros where it was not kept."""
+    if not distortion.has(DISTORTION.D_TRANSLATION):
+        areas = len(distortion.strings(DISTORTION.AREA_NAME))
+        return quantised(np.zeros((areas, 3 * len(grid))))
     dataset = distortion.dataset(DISTORTION.D_TRANSLATION)
     k = dataset.shape[0]
     rows = []
