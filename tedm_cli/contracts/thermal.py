@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tedm_cli.contracts.spec import BASIC, FLAG, NAMES, Dataset, FileKind, Values
+from tedm_cli.contracts.spec import BASIC, FLAG, LAYOUT, NAMES, Dataset, FileKind, Values
 
 KINDS_OF_NODE = ("diffusive", "arithmetic", "boundary")
 KINDS_OF_DISTURBANCE = ("temperature", "power")
@@ -325,6 +325,18 @@ class ThermalFile(FileKind):
     )
     D_BLOCK_ROTATION = _moved(
         "/D/block_rotation", ("map_node", "block", "xyz"), "float", "rad/K", "rotation of each of them", frame=BASIC
+    )
+    LABEL_ELEMENT_DOF = _moved(
+        "/label/element_dof", ("element_dof",), "str", "1", "motions of optical elements", values=NAMES, group=_ON_BENCH
+    )
+    D_ELEMENT = _moved(
+        "/D/element",
+        ("element_dof", "map_node"),
+        "float",
+        "m/K or rad/K",
+        "motion of the optical elements at their grids",
+        frame=LAYOUT,
+        group=_ON_BENCH,
     )
     DIRECT = _moved(
         "/D/direct",

@@ -28,6 +28,7 @@ def write_disturbances(writer: Writer, found: DisturbanceContributions) -> None:
     writer.write(CASE.DISTURBANCE_SHARE, found.share)
     writer.write(CASE.DISTURBANCE_BAND_SHARE, found.band_share)
     writer.write(CASE.DISTURBANCE_LEVEL_FACTOR, found.level_factor)
+    writer.write(CASE.CONTRIBUTION_WEIGHT, found.weights)
 
 
 def read_disturbances(file: Reader) -> list[JudgedDisturbances] | None:

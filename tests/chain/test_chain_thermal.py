@@ -147,9 +147,12 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     tedm("export-case", "T", "--format", "csv", "-o", tmp_path / "csv", *build).ok()
     tedm("export-extremal", "T", "-o", tmp_path / "e", *build).refused(2, "thermal nodes in place of areas")
     mesh = tmp_path / "mesh.vtu"
-    tedm("export-vtu", "--case", "T", "-o", mesh, *build).refused(2, "the displacements on the mesh are of areas")
     tedm("export-vtu", "-o", mesh, *build).ok()  # of nothing: the only verdicts are of thermal nodes
-    assert mesh.exists()
+    assert "_caseT" not in mesh.with_name("mesh_arrays.csv").read_text()
+    tedm("export-vtu", "--case", "T", "--of", "TM1_a_x-TM2_a_x", "-o", mesh, *build).ok()
+    assert "share_TM1_a_x-TM2_a_x_caseT" in mesh.with_name("mesh_arrays.csv").read_text()
+    tedm("export-vtu", "--case", "T", "-o", mesh, *build).ok()
+    assert re.search(r"share_\w+_caseT", mesh.with_name("mesh_arrays.csv").read_text())
     system = command(sample, "export-state-space", "T", "--json", "-o", tmp_path / "system").ok()
     told = json.loads(system.out)
     (made,) = told if isinstance(told, list) else told["cases"]
@@ -262,6 +265,21 @@ def test_becomes_the_case_of_areas(small: Project, shipped: str, tmp_path: Path,
             np.testing.assert_allclose(t[f"psd/{label}"][:], case[f"psd/{label}"][:], rtol=1e-6)
         np.testing.assert_allclose(t["contribution/share"][:], case["contribution/share"][:], rtol=1e-5, atol=1e-9)
         np.testing.assert_allclose(t["improvement/matched"][:], case["improvement/matched"][:], rtol=2e-5)
+    shares_on_the_mesh_are_those_of(project, other)
+
+
+def shares_on_the_mesh_are_those_of(project: Project, other: str) -> None:
+    """Nodes that are areas: the same share of every grid as in the case of areas, also of what the map leaves out."""
+    import meshio
+
+    mesh = project.build_dir / "m.vtu"
+    outputs = ("--of", GRAVITY, "--of", READ_OUT)
+    tedm("export-vtu", "--case", "T", "--case", other, *outputs, "-o", mesh, "-d", project.build_dir).ok()
+    found = meshio.read(mesh).point_data
+    for label in (GRAVITY, READ_OUT):
+        share, wanted = (found[f"share_{label}_case{case}"] for case in ("T", other))
+        assert abs(wanted.sum() - 1.0) < 0.2  # what is at no grid is small
+        np.testing.assert_allclose(share, wanted, rtol=0.0, atol=1e-5 * np.abs(wanted).max())
 
 
 def changed(path: Path, old: str, new: str) -> None:

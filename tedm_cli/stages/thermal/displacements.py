@@ -14,7 +14,7 @@ from tedm_cli.adjoint.agreement import agreement
 from tedm_cli.arrays import FloatArray, IntArray
 from tedm_cli.config.project import Project
 from tedm_cli.config.thermal.map import MapTable
-from tedm_cli.contracts import ADJOINT, SENSITIVITY, UNIT_LOADS
+from tedm_cli.contracts import ADJOINT, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.contracts import THERMAL as KIND
 from tedm_cli.distortion import ROUNDING
 from tedm_cli.errors import PhysicsError
@@ -27,6 +27,7 @@ from tedm_cli.mapping.averages import NONE
 from tedm_cli.nastran.loads.loads_results import load_motions
 from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.nastran.structure.deck import solver_structure
+from tedm_cli.optics.chain import element_motion
 from tedm_cli.progress import Step
 from tedm_cli.stages.material_changes import unit_motions
 from tedm_cli.stages.output_inputs import OutputInputs, output_inputs
@@ -180,6 +181,9 @@ class _Moved:
             ids = [element.grid for element in given.read_out[1].bench]
             turned.append(np.searchsorted(geometry.grid_id, np.array(ids, dtype=np.int64)))
         self.turned = np.unique(np.concatenate(turned))
+        self._layout = None if given.read_out is None else given.read_out[1]
+        self._bench = turned[-1] if given.read_out is not None else np.zeros(0, dtype=np.int64)
+        self.optical = np.zeros((n, len(self._bench), 6))
         self.rotation = np.zeros((n, len(self.turned), 3))
         self._follow = _followers(given, geometry.position_m)
         self.blocks = np.zeros((n, len(self._follow), 6))
@@ -195,6 +199,7 @@ class _Moved:
         self._translation[k] = motion[:, :3]
         self._sum += motion[:, :3]
         self.rotation[k] = motion[self.turned, 3:]
+        self.optical[k] = motion[self._bench]
         for b, (rows, fit) in enumerate(self._follow):
             if rows.size:
                 self.blocks[k, b] = fit.motion(motion[None, rows, :3], motion[None, rows, 3:])[0]
@@ -223,6 +228,9 @@ class _Moved:
         write(KIND.D_ROTATION, self.rotation)
         write(KIND.D_BLOCK_TRANSLATION, self.blocks[..., :3])
         write(KIND.D_BLOCK_ROTATION, self.blocks[..., 3:])
+        if self._layout is not None and loads.given.read_out is not None:
+            write(KIND.LABEL_ELEMENT_DOF, loads.given.read_out[0].strings(OPTICS.LABEL_ELEMENT_DOF))
+            write(KIND.D_ELEMENT, element_motion(self._layout, self.optical))
         write(KIND.DIRECT, loads.mapped.direct)
         write(KIND.CHECK_DIFFERENCE, agreed.difference)
         write(KIND.CHECK_UNIFORM, self._uniform())
