@@ -43,6 +43,12 @@ class NodeDisplacements:
         """[n, m, 3] of grids by their rows, all of them turned ones."""
         return np.asarray(self.rotation[:, np.searchsorted(self.turned, rows)])
 
+    def motion_of(self, grid_id: IntArray) -> FloatArray:
+        """Displacements and rotations [n, m, 6] of grids by their ids, m/K and rad/K; all of them turned ones."""
+        rows = np.searchsorted(self.grid_id, grid_id)
+        moved = np.array([np.asarray(self.translation[i, :])[rows] for i in range(len(self.node))])
+        return np.concatenate([moved.reshape(len(self.node), len(rows), 3), self.rotation_of(rows)], axis=2)
+
     def output(self, label: str) -> tuple[FloatArray, FloatArray]:
         """An output [n] per kelvin of each node, and the part of it that is by no displacement."""
         row = self.file.strings(THERMAL.ROW_LABEL).index(label)

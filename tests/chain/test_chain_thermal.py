@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import json
 import re
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -420,6 +422,48 @@ def test_report_of_the_network(reported: Project) -> None:
     assert f"from {np.nanmin(grids):.2f} K" in section
     assert "The cases assume order 2 and 1 mHz" in section
     assert "| thermal.h5 |" in annex
+
+
+def unpacked(packed: dict[str, Any]) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(packed["float64"])).reshape(packed["shape"])
+
+
+def test_the_page_shows_the_case(reported: Project) -> None:
+    """`tedm view`: nodes are columns behind the areas. The typical pattern of an output makes one amplitude of it."""
+    out = command(reported, "view").ok().out
+    assert "without" not in out
+    text = (reported.build_dir / "view.html").read_text(encoding="utf-8")
+    found = re.search(r'<script type="application/json" id="content">(.*?)</script>', text, re.S)
+    assert found is not None
+    page = json.loads(found[1])
+    with h5py.File(reported.build_dir / "thermal.h5") as t, h5py.File(reported.build_dir / "caseT.h5") as case:
+        nodes, k = t["map/node"].asstr()[:].tolist(), page["areas"]["count"]
+        assert page["areas"]["name"][k:] == nodes
+        rows = unpacked(page["outputs"]["rows"])
+        label, known = page["outputs"]["label"], t["row/label"].asstr()[:].tolist()
+        both = [o for o in label if o in known]
+        np.testing.assert_array_equal(
+            rows[[label.index(o) for o in both], k:], t["sensitivity"][:][[known.index(o) for o in both]]
+        )
+        moved = page["drawing"]["mesh"]["scale"]
+        largest = np.abs(t["D/translation"][:]).max(axis=(1, 2))
+        assert (unpacked(moved)[k:] * 32767 <= largest * (1 + 1e-12)).all()
+        assert (unpacked(moved)[k:] * 32767 > 0.3 * largest).all()  # of the surface
+        shown = next(c for c in page["cases"] if c["id"] == "T")
+        assert shown["nodes"]
+        assert shown["film"]["steps"]["shape"][0] == k + len(nodes)
+        frequency = case["frequency"][:]
+        for verdict in shown["verdicts"]:
+            typical, worst = unpacked(verdict["typical"]), unpacked(verdict["worst"])
+            assert not typical[:k].any()
+            at = int(np.abs(frequency - verdict["patternHz"]).argmin())
+            sigma = unpacked(verdict["asd"])[at]
+            assert rows[verdict["output"]] @ typical == pytest.approx(sigma, rel=1e-12)
+            psd = case[f"bounds/maximum/{label[verdict['output']]}"][at]
+            assert rows[verdict["output"]] @ worst == pytest.approx(np.sqrt(psd), rel=1e-12)
+        scale = unpacked(shown["film"]["scale"])
+        assert not scale[:k].any()
+        assert scale[k:].any()
 
 
 def test_a_stale_network_is_not_drawn(reported: Project, tmp_path: Path) -> None:
