@@ -295,9 +295,6 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     shutil.copytree(sample.file.path.parent, tmp_path / "p")
     project = load_project(tmp_path / "p" / "tedm.toml", tmp_path / "p" / "build")
     folder, thermal = tmp_path / "p", tmp_path / "p" / "build" / "thermal.h5"
-    changed(folder / "cases.toml", "points = 301", "points = 300")
-    command(project, "run-case", "T").refused(4, "has no gains at", hint="leave [frequency] out")
-    changed(folder / "cases.toml", "points = 300", "points = 301")
     changed(folder / "thermal.toml", "level_K = 2e-3", "level_K = 3e-3")
     command(project, "run-case", "T").refused(4, "is stale", hint="build-thermal")
     changed(folder / "thermal.toml", "level_K = 3e-3", "level_K = 2e-3")
@@ -315,6 +312,25 @@ def test_refusals(sample: Project, tmp_path: Path) -> None:
     with (folder / "cases.toml").open("a") as file:
         file.write(gradient)
     command(project, "run-case", "T").refused(3, "whose nodes tell gradients")
+
+
+def test_frequencies_that_the_file_does_not_have(sample: Project, tmp_path: Path) -> None:
+    """The network is solved there: the same spectra as with a thermal.h5 that has them."""
+    shutil.copytree(sample.file.path.parent, tmp_path / "p")
+    project = load_project(tmp_path / "p" / "tedm.toml", tmp_path / "p" / "build")
+    changed(tmp_path / "p" / "cases.toml", "points = 301", "points = 40")
+    found = []
+    for words in ((), ("build-thermal",)):
+        if words:
+            command(project, *words).ok()
+        command(project, "run-case", "T").ok()
+        with h5py.File(project.build_dir / "caseT.h5") as case:
+            found.append((case[f"psd/{GRAVITY}"][:], case[f"psd/{READ_OUT}"][:], case["frequency"][:]))
+            told = case["temperature/model"].asstr()[()]
+        assert ("that thermal.h5 does not have" in told) == (not words)
+    assert len(found[0][2]) < 50
+    for solved, known in zip(*found, strict=True):
+        np.testing.assert_allclose(solved, known, rtol=1e-10)
 
 
 def test_the_chain_makes_it_from_the_network(sample: Project) -> None:
