@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from tedm_cli.contracts.spec import BASIC, FLAG, LAYOUT, NAMES, Dataset, FileKind, Values
+from tedm_cli.contracts.node_displacements import NodeDisplacements
+from tedm_cli.contracts.spec import BASIC, FLAG, NAMES, Dataset, FileKind, Values
 
 KINDS_OF_NODE = ("diffusive", "arithmetic", "boundary")
 KINDS_OF_DISTURBANCE = ("temperature", "power")
 _NETWORK, _DISTURBED, _MAPPED, _PLACED, _WARMED = "network", "disturbed", "mapped", "placed", "warmed"
-_MOVED, _ON_BENCH, _CHANGED = "moved", "on bench", "changed"
 
 
-def _moved(path: str, dims: tuple[str, ...], dtype: str, units: str | None, long_name: str, **more: Any) -> Dataset:
-    """Of the displacements under the thermal nodes."""
-    return Dataset(path, dims, dtype, units, long_name, optional=True, **{"group": _MOVED, **more})
-
-
-class ThermalFile(FileKind):
+class ThermalFile(NodeDisplacements, FileKind):
     """Its datasets by name; `THERMAL` is the kind of file."""
 
     NODE_NAME = Dataset(
@@ -287,87 +280,6 @@ class ThermalFile(FileKind):
         optional=True,
         open_ended=True,
         group=_WARMED,
-    )
-    MAP_OF_GRID = _moved(
-        "/map/of_grid",
-        ("grid",),
-        "int",
-        "1",
-        "number of the thermal node that most of the volume at the grid is in, from 0 on; -1: none",
-        values=Values(least=-1),
-    )
-    D_TRANSLATION = _moved(
-        "/D/translation",
-        ("map_node", "grid", "xyz"),
-        "float",
-        "m/K",
-        "displacement of every grid under 1 K on each of these nodes, with the field that conduction makes of it",
-        frame=BASIC,
-    )
-    D_TURNED_NODE = _moved(
-        "/D/turned_node",
-        ("turned",),
-        "int",
-        "1",
-        "rows of /map/grid_id whose rotation moves an output: of levers of masses, and of optical elements",
-        values=Values(rows_of="grid", ascending=True),
-    )
-    D_ROTATION = _moved(
-        "/D/rotation", ("map_node", "turned", "xyz"), "float", "rad/K", "rotation of these grids", frame=BASIC
-    )
-    D_BLOCK_TRANSLATION = _moved(
-        "/D/block_translation",
-        ("map_node", "block", "xyz"),
-        "float",
-        "m/K",
-        "translation of the centre of each compensation mass; 0 of those that stay still",
-        frame=BASIC,
-    )
-    D_BLOCK_ROTATION = _moved(
-        "/D/block_rotation", ("map_node", "block", "xyz"), "float", "rad/K", "rotation of each of them", frame=BASIC
-    )
-    LABEL_ELEMENT_DOF = _moved(
-        "/label/element_dof", ("element_dof",), "str", "1", "motions of optical elements", values=NAMES, group=_ON_BENCH
-    )
-    D_ELEMENT = _moved(
-        "/D/element",
-        ("element_dof", "map_node"),
-        "float",
-        "m/K or rad/K",
-        "motion of the optical elements at their grids",
-        frame=LAYOUT,
-        group=_ON_BENCH,
-    )
-    DIRECT = _moved(
-        "/D/direct",
-        ("row", "map_node"),
-        "float",
-        "see /row/unit",
-        "of /sensitivity, what is by no displacement: faces of test masses that expand, the glass of plates",
-    )
-    CHECK_DIFFERENCE = _moved(
-        "/check/difference",
-        ("row", "map_node"),
-        "float",
-        "1",
-        "|by displacements - /sensitivity| over the largest sensitivity to a node of outputs in the same unit",
-    )
-    CHECK_UNIFORM = _moved(
-        "/check/uniform",
-        (),
-        "float",
-        "1",
-        "largest |sum over nodes - that of the field that they make together| of a displacement, over the largest one;"
-        " nan: not solved here",
-        open_ended=True,
-    )
-    CHECK_RESIDUAL = _moved(
-        "/check/residual",
-        (),
-        "float",
-        "1",
-        "largest relative residual |K u - f| / |f|; nan: solved by another solver, or weighted from those of areas",
-        open_ended=True,
     )
 
 

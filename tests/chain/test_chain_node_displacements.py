@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "borders"))
 
 from shipped_cases import cases_of_areas
-from test_chain_thermal import command, network_case, project_in
+from test_chain_thermal import SMALL, command, network_case, project_in, weights_project
 
 from tedm_cli.config.project import Project, load_project
 
@@ -100,3 +101,80 @@ def test_another_solver(sample: Project, tmp_path: Path) -> None:
     assert said.code == 5
     assert "by its displacements differs from that by the adjoint" in said.err
     assert (project.build_dir / "thermal.h5").exists()
+
+
+UNCERTAIN = """
+[[uncertainty.material]]
+name = "zerodur"
+material = 1
+of = "expansion"
+absolute_sigma_per_K = 1e-8
+source = "a test"
+
+[[uncertainty.material]]
+name = "modulus"
+material = 2
+of = "modulus"
+relative_sigma = 0.05
+source = "a test"
+
+[[uncertainty.test_mass]]
+name = "place"
+test_mass = "TM1"
+axes = ["x"]
+absolute_sigma_m = 1e-3
+source = "a test"
+"""
+
+
+def uncertain(project: Project) -> None:
+    """With a model of its own, in which materials and a position are uncertain, built up to thermal.h5."""
+    folder = project.file.path.parent
+    for name in ("ltp_small.bdf", "ltp_small_areas.csv", "unit_loads.bdf", "unit_loads.op2", "unit_loads.h5"):
+        if (SMALL / name).exists():
+            shutil.copy(SMALL / name, folder)
+    (folder / "model.toml").write_text((SMALL / "model.toml").read_text() + UNCERTAIN)
+    text = project.file.path.read_text().replace(str(SMALL / "model.toml"), "model.toml")
+    project.file.path.write_text(text)
+    for words in ("build-sensitivity", "build-adjoint", "build-thermal"):
+        command(load_project(project.file.path, project.build_dir), words).ok()
+
+
+def test_materials_and_positions_are_uncertain(small: Project, tmp_path: Path) -> None:
+    """Nodes that are areas, each with a boundary of its own: the same probabilities as the case of areas."""
+    project, _ = weights_project(tmp_path / "p", small, cases_of_areas(), common=False)
+    text = project.cases.read_text().replace("samples = 10000", "samples = 1000", 1)
+    project.cases.write_text(re.sub(r"\[\[uncertainty\.level\]\].*?\n\n", "", text, flags=re.S))
+    uncertain(project)
+    out = command(project, "run-case", "T", "2").ok().out
+    assert "left out" not in out
+    with h5py.File(project.build_dir / "caseT.h5") as t, h5py.File(project.build_dir / "case02.h5") as case:
+        assert t["uncertainty/parameter/name"].asstr()[:].tolist() == ["zerodur", "modulus", "place_x"]
+        assert case["uncertainty/parameter/name"].asstr()[:3].tolist() == ["zerodur", "modulus", "place_x"]
+        wanted = case["uncertainty/quantile"][:]
+        np.testing.assert_allclose(t["uncertainty/quantile"][:], wanted, rtol=1e-4)
+        assert (wanted[:, -1] > 1.01 * wanted[:, 0]).all()
+
+
+def test_changes_by_nodes_of_a_conducted_map(sample: Project, tmp_path: Path) -> None:
+    """All expansions together make the outputs; a factor on all moduli changes nothing; all nodes are all areas."""
+    project = copied(sample, tmp_path / "p")
+    uncertain(project)
+    with (
+        h5py.File(project.build_dir / "thermal.h5") as t,
+        h5py.File(project.build_dir / "sensitivity.h5") as s,
+        h5py.File(project.build_dir / "adjoint.h5") as a,
+    ):
+        value = t["sensitivity"][:] - t["D/direct"][:]
+        size = np.abs(value).max(axis=1)[:, None]
+        assert (np.abs(t["change/dlnalpha"][:].sum(axis=0) - value) < 1e-8 * size).all()
+        assert (np.abs(t["change/dlnE"][:].sum(axis=0)) < 1e-6 * size).all()
+        assert (np.abs(t["change/dlnE"][:]).max(axis=(0, 2)) > 1e-3 * size[:, 0]).all()
+        for path, other in (("change/dlnE", "material/dS_dlnE"), ("change/dlnrho", "material/dS_dlnrho")):
+            whole, wanted = t[path][:].sum(axis=2), a[other][:].sum(axis=2)
+            np.testing.assert_allclose(whole, wanted, rtol=0.0, atol=1e-4 * np.abs(wanted).max(axis=0).max())
+        assert t["position/name"].asstr()[:].tolist() == ["TM1_x"]
+        own = np.char.startswith(s["row/label"].asstr()[:].astype(str), "TM1_")
+        wanted = s["test_mass/dS_dposition"][own, 0].sum(axis=1)
+        found = t["position/change"][0].sum(axis=1)
+        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-4 * np.abs(wanted).max())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,6 +29,21 @@ from tedm_cli.threads import side_by_side
 _STEP = 5e-4
 
 
+@dataclass(frozen=True, eq=False)
+class MovedOperators:
+    """Changes of the six rows of G by positions: names `TM1_x`, [6, N, 3] by displacements, [6, L, 3] by rotations."""
+
+    name: list[str]
+    operator: list[FloatArray]
+    rotation: list[FloatArray]
+
+    def add(self, name: str, rates: Sequence[FloatArray]) -> None:
+        """One more."""
+        self.name.append(name)
+        self.operator.append(rates[0])
+        self.rotation.append(rates[1])
+
+
 def position_sensitivity(
     config: ModelConfig,
     masses: MassDistribution,
@@ -35,11 +51,12 @@ def position_sensitivity(
     ties: Ties,
     distortion: Reader,
     step: Step,
-) -> FloatArray:
+) -> tuple[FloatArray, MovedOperators]:
     """∂S/∂x [6 t, 3, k] of each row by the position of its own test mass, along axes of the basic frame.
 
     S = -G D, and D does not know the test masses: the change is that of G. It is a central difference of G at positions
     1 mm apart, with compensation masses that are tied to grids. Test masses whose positions are not uncertain have 0.
+    With it the changes of G, for other displacements than those under the areas.
     """
     test_masses = config.test_masses()
     named = [(table.test_mass, axis) for table in config.uncertainty.test_mass for axis in table.axes]
@@ -59,12 +76,14 @@ def position_sensitivity(
             row[:, at] += stack_rows([more])
         return rows
 
+    kept = MovedOperators([], [], [])
     for t, axis in moved:
         ends = [_moved(test_masses[t], axis, shift) for shift in (-_STEP, _STEP)]
         low, high = side_by_side(operators, ends, advance)
         rates = [(after - before) / (2.0 * _STEP) for before, after in zip(low, high, strict=True)]
+        kept.add(f"{test_masses[t].name}_{AXES[axis]}", rates)
         out[:, t, :, axis] = _contracted(rates, distortion).reshape(2, 3, areas)
-    return out.reshape(6 * len(test_masses), 3, areas)
+    return out.reshape(6 * len(test_masses), 3, areas), kept
 
 
 def _moved(tm: TestMass, axis: int, shift: float) -> TestMass:

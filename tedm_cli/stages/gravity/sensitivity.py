@@ -110,7 +110,7 @@ def build_sensitivity(project: Project, output: Path | None, step: Step) -> Sens
         require_same_areas(unit, distortion)
         require_plane(distortion, project, config)
         ties = require_ties(unit, blocks)
-        return _build(config, blocks, ties, unit, distortion, writer, out, project.model, step)
+        return _build(config, blocks, ties, unit, distortion, writer, out, project, step)
 
 
 def _write_bodies(writer: Writer, test_masses: list[TestMass]) -> None:
@@ -135,7 +135,7 @@ def _build(
     distortion: Reader,
     writer: Writer,
     out: Path,
-    where: Path,
+    project: Project,
     step: Step,
 ) -> SensitivitySummary:
     test_masses = config.test_masses()
@@ -146,7 +146,7 @@ def _build(
     writer.write(SENSITIVITY.TEST_MASS_NAME, [t.name for t in test_masses])
     _write_bodies(writer, test_masses)
     model, tolerance = config.gravity.mass_model, config.gravity.quadrature_tolerance
-    check_test_masses(test_masses, unit.array(UNIT_LOADS.GRID_POSITION), where=str(where))
+    check_test_masses(test_masses, unit.array(UNIT_LOADS.GRID_POSITION), where=str(project.model))
     masses = mass_of(unit, lumped=model == "lumped")
     elements = sum(len(block.id) for block in masses.elements)
     advance = counter(step, len(test_masses) * elements, "summing the structure")
@@ -182,8 +182,12 @@ def _build(
     sensitivity = self_gravity_sensitivity(found, tied, masses.lever_node, distortion, writer, step)
     writer.write(SENSITIVITY.S, sensitivity, units="m/s^2/K or rad/s^2/K, see /row/unit")
     if config.uncertainty.test_mass:
-        rates = position_sensitivity(config, masses, blocks, ties, distortion, step)
+        rates, moved = position_sensitivity(config, masses, blocks, ties, distortion, step)
         writer.write(SENSITIVITY.DS_DPOSITION, rates, units="per m and per /area/unit, see /row/unit")
+        if project.thermal is not None:  # displacements under its nodes are not those under the areas
+            writer.write(SENSITIVITY.MOVED_NAME, moved.name)
+            writer.write(SENSITIVITY.MOVED_OPERATOR, np.array(moved.operator))
+            writer.write(SENSITIVITY.MOVED_ROTATION, np.array(moved.rotation))
     names = distortion.strings(DISTORTION.AREA_NAME)
     largest = [(names[int(np.abs(row).argmax())], float(row[int(np.abs(row).argmax())])) for row in sensitivity]
     return SensitivitySummary(

@@ -18,6 +18,7 @@ from tedm_cli.contracts import ADJOINT, OPTICS, SENSITIVITY, UNIT_LOADS
 from tedm_cli.contracts import THERMAL as KIND
 from tedm_cli.distortion import ROUNDING
 from tedm_cli.errors import PhysicsError
+from tedm_cli.fem.adjoint import TemperatureSensitivity
 from tedm_cli.fem.static import StaticSolution
 from tedm_cli.fem.structure import LoadCase, Structure
 from tedm_cli.files.build_folder import ADJOINT_FILE, require_input
@@ -29,14 +30,16 @@ from tedm_cli.nastran.result_files import require_whole
 from tedm_cli.nastran.structure.deck import solver_structure
 from tedm_cli.optics.chain import element_motion
 from tedm_cli.progress import Step
-from tedm_cli.stages.material_changes import unit_motions
+from tedm_cli.stages.material_changes import MaterialChanges, unit_motions
 from tedm_cli.stages.output_inputs import OutputInputs, output_inputs
 from tedm_cli.stages.outputs import Outputs
+from tedm_cli.stages.thermal.changes import PositionChanges, changes_here, changes_of_areas, write_changes
 from tedm_cli.stages.thermal.map import NodeSensitivity
 from tedm_cli.stages.thermal.map_build import Mapping
 
 LIMIT = 1e-8
 """Largest difference of both routes that is allowed, over the largest sensitivity of the block."""
+_BATCH = 16  # motions that are held at a time
 _DECK = "`tedm write-deck --thermal-nodes` writes the deck anew; solve it with the solver of the adjoint's results"
 
 
@@ -49,12 +52,13 @@ def node_fields(mapping: Mapping) -> FloatArray:
 class NodeLoads:
     """The thermal nodes of a map as loads of the unit-load deck.
 
-    results : of another solver, in the order of the configuration; none where the embedded solver solves.
+    adjoint : where adjoint.h5 is. results : of another solver; none where the embedded solver solves.
     """
 
     given: OutputInputs
     mapped: NodeSensitivity
     outputs: Outputs
+    adjoint: Path
     structure: Structure | None
     results: tuple[Path, ...]
 
@@ -99,7 +103,7 @@ def node_loads(project: Project, table: MapTable, mapped: NodeSensitivity) -> It
         )
         weighted = mapped.mapping.weights is not None
         structure = None if weighted or results else solver_structure(given.raw, given.deck)[0]
-        yield NodeLoads(given, mapped, chosen, structure, results)
+        yield NodeLoads(given, mapped, chosen, project.build_dir / ADJOINT_FILE, structure, results)
 
 
 def write_displacements(writer: Writer, loads: NodeLoads, step: Step) -> str:
@@ -110,24 +114,62 @@ def write_displacements(writer: Writer, loads: NodeLoads, step: Step) -> str:
     InputError : results of other loads or of another model.
     PhysicsError : outputs that differ.
     """
-    solution = None
+    solution, adjoint = None, None
     if loads.structure is not None:
         try:
             solution = StaticSolution(loads.structure, progress=step)
         except PhysicsError as exc:
             return exc.fact
-        if fact := _other_elements(loads, solution):
+        adjoint = solution.adjoint(loads.outputs.force, loads.outputs.label)
+        if fact := _other_elements(loads, adjoint):
             return fact
     moved = _Moved(writer, loads)
-    for k, motion in _motions(loads, solution):
-        moved.add(k, motion)
+    found = _changes(loads, adjoint, _some_at_a_time(moved, _motions(loads, solution)), step)
+    if found is not None:
+        write_changes(writer, *found)
     moved.finish(loads, np.nan if solution is None else solution.report.max_relative_residual)
     return ""
 
 
-def _other_elements(loads: NodeLoads, solution: StaticSolution) -> str:
+def _some_at_a_time(moved: _Moved, motions: Iterator[tuple[int, FloatArray]]) -> Iterator[FloatArray]:
+    """The same motions, each kept by `moved`, some in one [6 N, m]; that of all nodes together left out."""
+    held: list[FloatArray] = []
+    for k, motion in motions:
+        moved.add(k, motion)
+        if k != NONE:
+            held.append(motion.reshape(-1))
+        if len(held) == _BATCH:
+            yield np.array(held).T
+            held = []
+    if held:
+        yield np.array(held).T
+
+
+def _changes(
+    loads: NodeLoads,
+    adjoint: TemperatureSensitivity | None,
+    motions: Iterator[FloatArray],
+    step: Step,
+) -> tuple[MaterialChanges, list[int], list[int]] | None:
+    """What uncertain materials and thicknesses change, while the `motions` are used up; None where none is uncertain.
+
+    Of another solver's results nothing: the adjoint of these is not here.
+    """
+    wanted, mapping = bool(loads.given.config.uncertainty.of_structure), loads.mapping
+    if wanted and adjoint is not None and loads.structure is not None:
+        fields = node_fields(mapping)
+        return changes_here(loads.given, loads.structure, mapping, fields, adjoint, motions, step)
+    for _ in motions:
+        pass
+    if not wanted or mapping.weights is None:
+        return None
+    with open_checked(loads.adjoint, ADJOINT) as file:
+        names = file.strings(ADJOINT.AREA_NAME)
+        return changes_of_areas(file, [names.index(name) for name in mapping.fem.areas], mapping.weights)
+
+
+def _other_elements(loads: NodeLoads, found: TemperatureSensitivity) -> str:
     """Whether the adjoint is of other elements than those here: before anything is solved for the nodes."""
-    found = solution.adjoint(loads.outputs.force, loads.outputs.label)
     here = found.grid @ node_fields(loads.mapping) + loads.mapped.direct
     none = np.zeros(len(loads.mapping.node), dtype=bool)
     agreed = agreement(here, loads.mapped.value, np.zeros_like(here), loads.outputs.block, none)
@@ -189,6 +231,7 @@ class _Moved:
         self.blocks = np.zeros((n, len(self._follow), 6))
         self.found, self.rounding = np.zeros((2, len(loads.outputs.label), n))
         self._size = np.linalg.norm(self._force.reshape(-1, 3, len(loads.outputs.label)), axis=1)
+        self._positions = PositionChanges(given.sensitivity)
         self._sum, self._together = np.zeros((grids, 3)), None if loads.structure is None else np.zeros((grids, 3))
 
     def add(self, k: int, motion: FloatArray) -> None:
@@ -198,6 +241,7 @@ class _Moved:
             return
         self._translation[k] = motion[:, :3]
         self._sum += motion[:, :3]
+        self._positions.add(k, motion)
         self.rotation[k] = motion[self.turned, 3:]
         self.optical[k] = motion[self._bench]
         for b, (rows, fit) in enumerate(self._follow):
@@ -231,6 +275,7 @@ class _Moved:
         if self._layout is not None and loads.given.read_out is not None:
             write(KIND.LABEL_ELEMENT_DOF, loads.given.read_out[0].strings(OPTICS.LABEL_ELEMENT_DOF))
             write(KIND.D_ELEMENT, element_motion(self._layout, self.optical))
+        self._positions.write(self._writer)
         write(KIND.DIRECT, loads.mapped.direct)
         write(KIND.CHECK_DIFFERENCE, agreed.difference)
         write(KIND.CHECK_UNIFORM, self._uniform())
