@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from tedm_cli.contracts import CASE
-from tedm_cli.errors import UsageError
 from tedm_cli.files.store import Reader, Writer
 from tedm_cli.noise.disturbances import DisturbanceContributions
 from tedm_cli.results.noise import JudgedDisturbances
@@ -12,13 +11,6 @@ from tedm_cli.results.noise import JudgedDisturbances
 def of_network(file: Reader) -> bool:
     """Whether an open case file has thermal nodes in place of the model's areas."""
     return file.has(CASE.DISTURBANCE_NAME)
-
-
-def require_areas(file: Reader, what: str) -> None:
-    """Refuse a case with thermal nodes, `UsageError`; `what` cannot take it."""
-    if of_network(file):
-        fact = f"case {file.string(CASE.CASE_ID)} has thermal nodes in place of areas, and {what}"
-        raise UsageError(fact, hint="name a case of areas")
 
 
 def write_disturbances(writer: Writer, found: DisturbanceContributions) -> None:

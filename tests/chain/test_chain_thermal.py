@@ -146,7 +146,9 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     tedm("show", sample.build_dir / "caseT.h5").ok()
     build = ("-d", sample.build_dir)
     tedm("export-case", "T", "--format", "csv", "-o", tmp_path / "csv", *build).ok()
-    tedm("export-extremal", "T", "-o", tmp_path / "e", *build).refused(2, "thermal nodes in place of areas")
+    said = tedm("export-extremal", "T", "--of", READ_OUT, "-o", tmp_path / "e", *build).ok().out
+    assert "no case takes them" in said
+    reaches_its_bound(sample, tmp_path / "e")
     mesh = tmp_path / "mesh.vtu"
     tedm("export-vtu", "-o", mesh, *build).ok()  # of nothing: the only verdicts are of thermal nodes
     assert "_caseT" not in mesh.with_name("mesh_arrays.csv").read_text()
@@ -159,6 +161,24 @@ def test_printed_and_read_by_others(sample: Project, tmp_path: Path) -> None:
     (made,) = told if isinstance(told, list) else told["cases"]
     assert made["states"] > 60
     assert made["output_deviation"] < 1e-3
+
+
+def reaches_its_bound(sample: Project, folder: Path) -> None:
+    """The spectra of the nodes with the correlations of the files make the bounds of the case file."""
+    names = {"minimum", "maximum_non_negative", "maximum"}
+    assert {path.name for path in folder.iterdir()} == {f"{READ_OUT}_{name}.csv" for name in names}
+    with h5py.File(sample.build_dir / "caseT.h5") as case, h5py.File(sample.build_dir / "thermal.h5") as t:
+        at = case["output/label"].asstr()[:].tolist().index(READ_OUT)
+        f = int(np.abs(case["frequency"][:] - case["contribution/frequency"][at]).argmin())
+        row = t["sensitivity"][t["row/label"].asstr()[:].tolist().index(READ_OUT)]
+        h = row * case["temperature/asd"][:][case["temperature/spectrum"][:], f]
+        for name in names:
+            head, *lines = list(csv.reader((folder / f"{READ_OUT}_{name}.csv").open()))
+            assert head[1:] == t["map/node"].asstr()[:].tolist()
+            matrix = np.array([line[1:] for line in lines], dtype=float)
+            assert np.linalg.eigvalsh(matrix).min() > -1e-9
+            wanted, size = case[f"bounds/{name}/{READ_OUT}"][f], np.abs(h).sum() ** 2
+            np.testing.assert_allclose(h @ matrix @ h, wanted, rtol=1e-9, atol=1e-12 * size)
 
 
 def test_the_report_tells_it_beside_the_others(sample: Project) -> None:
