@@ -106,7 +106,8 @@ SIZES = {
     "laser_output": 12, "test_mass_dof": 12, "read_out": 6, "set": 2, "residual": 3, "test_mass_dof_singular": 12,
     "xyz": 3, "xyz_column": 3, "offset_node": 2, "tm_output": 12, "tm_motion": 12, "dc_verdict": 42,
     "bench": 1, "note": 1, "rigid_motion": 6, "bench_xyz": 3, "block": 2, "block_edge": 3, "block_member": 3, "tie": 1,
-    "tie_edge": 2, "tie_member": 3, "area_element_member": 3, "surface_triangle": 24, "corner": 3, "plate": 2,
+    "tie_edge": 2, "tie_member": 3, "area_element_member": 3, "surface_triangle": 24, "corner": 3, "plate": 2, "moved": 1,
+    "component": 6,
 }  # fmt: skip
 
 
