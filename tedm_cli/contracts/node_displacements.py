@@ -32,7 +32,7 @@ class NodeDisplacements:
         "int",
         "1",
         "number of the thermal node that most of the volume at the grid is in, from 0 on; -1: none",
-        values=Values(least=-1),
+        values=Values(rows_of="map_node", none=True),
     )
     D_TRANSLATION = _moved(
         "/D/translation",
